@@ -1,0 +1,295 @@
+use nalgebra::{
+    Isometry3, Matrix2, Matrix2x3, Point2, Point3, SMatrix, UnitQuaternion, Vector2, Vector3,
+};
+
+/// Number of lens parameters: `fx, fy, cx, cy, k1, k2, p1, p2, k3`, in this order everywhere.
+pub const LENS_PARAMETERS: usize = 9;
+
+/// Deviation of a lens from a pinhole, in the model and sign convention of OpenCV.
+///
+/// With `x = X/Z`, `y = Y/Z`, `r² = x² + y²`:
+/// ```text
+/// x_d = x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
+/// y_d = y (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y²) + 2 p2 x y
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distortion {
+    /// Radial, r².
+    pub k1: f64,
+    /// Radial, r⁴.
+    pub k2: f64,
+    /// Tangential, vertical decentring.
+    pub p1: f64,
+    /// Tangential, horizontal decentring.
+    pub p2: f64,
+    /// Radial, r⁶.
+    pub k3: f64,
+}
+
+/// A camera: where a ray meets the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Focal length along x and y; equal for square pixels.
+    pub f_px: Vector2<f64>,
+    /// Principal point.
+    pub pp_px: Point2<f64>,
+    /// See [`Distortion`].
+    pub distortion: Distortion,
+}
+
+/// A board point's image and how it changes with the lens and the pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// Distorted pixel.
+    pub px: Point2<f64>,
+    /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
+    pub by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
+    /// d px / d pose, columns `ω` then `τ` of `R ← exp([ω]×) R`, `t ← t + τ` (see [`Camera::moved`]).
+    pub by_pose: SMatrix<f64, 2, 6>,
+}
+
+impl Distortion {
+    /// Whether every coefficient is zero.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn radial(&self, r2: f64) -> f64 {
+        1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
+    }
+
+    /// Distorted normalised coordinates of the undistorted `ideal`.
+    pub fn apply(&self, ideal: &Point2<f64>) -> Point2<f64> {
+        let (x, y) = (ideal.x, ideal.y);
+        let r2 = x * x + y * y;
+        let radial = self.radial(r2);
+        Point2::new(
+            x * radial + 2.0 * self.p1 * x * y + self.p2 * (r2 + 2.0 * x * x),
+            y * radial + self.p1 * (r2 + 2.0 * y * y) + 2.0 * self.p2 * x * y,
+        )
+    }
+
+    /// Jacobian of [`Self::apply`].
+    pub fn derivative(&self, ideal: &Point2<f64>) -> Matrix2<f64> {
+        let (x, y) = (ideal.x, ideal.y);
+        let r2 = x * x + y * y;
+        let radial = self.radial(r2);
+        // d radial / d r².
+        let slope = self.k1 + r2 * (2.0 * self.k2 + 3.0 * r2 * self.k3);
+        let cross = 2.0 * x * y * slope + 2.0 * (self.p1 * x + self.p2 * y);
+        Matrix2::new(
+            radial + 2.0 * x * x * slope + 2.0 * self.p1 * y + 6.0 * self.p2 * x,
+            cross,
+            cross,
+            radial + 2.0 * y * y * slope + 6.0 * self.p1 * y + 2.0 * self.p2 * x,
+        )
+    }
+
+    /// Undistorted normalised coordinates of `distorted`, by Newton's method.
+    ///
+    /// `None` where the lens model folds over: no ideal point with a positive Jacobian maps there.
+    /// Such points lie outside the field that the model describes.
+    pub fn invert(&self, distorted: &Point2<f64>) -> Option<Point2<f64>> {
+        if self.is_none() {
+            return Some(*distorted);
+        }
+        let mut ideal = *distorted;
+        for _ in 0..50 {
+            let residual = distorted - self.apply(&ideal);
+            let derivative = self.derivative(&ideal);
+            let determinant = derivative.determinant();
+            if !(determinant > 1e-6 && derivative.trace() > 0.0) {
+                return None;
+            }
+            let mut step = derivative.try_inverse()? * residual;
+            // A long step would jump across the fold that bounds the valid field.
+            let longest = 0.3 * (1.0 + ideal.coords.norm());
+            let length = step.norm();
+            if length > longest {
+                step *= longest / length;
+            }
+            ideal += step;
+            if length <= 1e-15 * (1.0 + ideal.coords.norm()) {
+                break;
+            }
+        }
+        let missed = (distorted - self.apply(&ideal)).norm();
+        (missed < 1e-11 * (1.0 + distorted.coords.norm())).then_some(ideal)
+    }
+}
+
+impl Camera {
+    /// A pinhole with square pixels.
+    pub fn pinhole(f_px: f64, pp_px: Point2<f64>) -> Self {
+        Self { f_px: Vector2::new(f_px, f_px), pp_px, distortion: Distortion::default() }
+    }
+
+    /// Pixel of a point in camera coordinates. `None` behind the camera or on its plane.
+    pub fn project(&self, point_in_cam: &Point3<f64>) -> Option<Point2<f64>> {
+        (point_in_cam.z > 1e-9).then(|| {
+            let ideal =
+                Point2::new(point_in_cam.x / point_in_cam.z, point_in_cam.y / point_in_cam.z);
+            self.px_from_ideal(&ideal)
+        })
+    }
+
+    /// Distorted pixel of undistorted normalised coordinates.
+    pub fn px_from_ideal(&self, ideal: &Point2<f64>) -> Point2<f64> {
+        self.pp_px + self.distortion.apply(ideal).coords.component_mul(&self.f_px)
+    }
+
+    /// Undistorted normalised coordinates `(X/Z, Y/Z)` of a pixel. `None` outside the lens model's
+    /// field, see [`Distortion::invert`].
+    pub fn ideal_from_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
+        let distorted = Point2::from((px - self.pp_px).component_div(&self.f_px));
+        self.distortion.invert(&distorted)
+    }
+
+    /// Where a pinhole of the same f and PP would see what this camera sees at `px`.
+    pub fn undistort_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
+        self.ideal_from_px(px).map(|ideal| self.pp_px + ideal.coords.component_mul(&self.f_px))
+    }
+
+    /// Pixel of a point on the board (metres, `z = 0`), with derivatives. `None` behind the camera.
+    pub fn project_board_point(
+        &self,
+        cam_from_board: &Isometry3<f64>,
+        point_in_board_m: &Point2<f64>,
+    ) -> Option<Projection> {
+        let turned =
+            cam_from_board.rotation * Vector3::new(point_in_board_m.x, point_in_board_m.y, 0.0);
+        let in_cam = turned + cam_from_board.translation.vector;
+        if in_cam.z <= 1e-9 {
+            return None;
+        }
+        let (x, y) = (in_cam.x / in_cam.z, in_cam.y / in_cam.z);
+        let ideal = Point2::new(x, y);
+        let distorted = self.distortion.apply(&ideal);
+        let (fx, fy) = (self.f_px.x, self.f_px.y);
+        let r2 = x * x + y * y;
+        let (r4, r6) = (r2 * r2, r2 * r2 * r2);
+        let by_lens = SMatrix::<f64, 2, LENS_PARAMETERS>::from_row_slice(&[
+            distorted.x,
+            0.0,
+            1.0,
+            0.0,
+            fx * x * r2,
+            fx * x * r4,
+            fx * 2.0 * x * y,
+            fx * (r2 + 2.0 * x * x),
+            fx * x * r6,
+            0.0,
+            distorted.y,
+            0.0,
+            1.0,
+            fy * y * r2,
+            fy * y * r4,
+            fy * (r2 + 2.0 * y * y),
+            fy * 2.0 * x * y,
+            fy * y * r6,
+        ]);
+        let px_by_ideal = Matrix2::from_diagonal(&self.f_px) * self.distortion.derivative(&ideal);
+        let ideal_by_cam = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / in_cam.z;
+        let px_by_cam = px_by_ideal * ideal_by_cam;
+        let mut by_pose = SMatrix::<f64, 2, 6>::zeros();
+        by_pose.fixed_columns_mut::<3>(0).copy_from(&(px_by_cam * -turned.cross_matrix()));
+        by_pose.fixed_columns_mut::<3>(3).copy_from(&px_by_cam);
+        let px = self.pp_px + distorted.coords.component_mul(&self.f_px);
+        Some(Projection { px, by_lens, by_pose })
+    }
+
+    /// `cam_from_board` moved by the small step `(ω, τ)` that [`Projection::by_pose`] is about.
+    pub fn moved(
+        cam_from_board: &Isometry3<f64>,
+        turn_rad: &Vector3<f64>,
+        shift_m: &Vector3<f64>,
+    ) -> Isometry3<f64> {
+        Isometry3::from_parts(
+            (cam_from_board.translation.vector + shift_m).into(),
+            UnitQuaternion::from_scaled_axis(*turn_rad) * cam_from_board.rotation,
+        )
+    }
+
+    /// The lens parameters in the order of [`LENS_PARAMETERS`].
+    pub fn lens_parameters(&self) -> [f64; LENS_PARAMETERS] {
+        let d = &self.distortion;
+        [self.f_px.x, self.f_px.y, self.pp_px.x, self.pp_px.y, d.k1, d.k2, d.p1, d.p2, d.k3]
+    }
+
+    /// The camera with these [`Self::lens_parameters`].
+    pub fn from_lens_parameters(parameters: &[f64; LENS_PARAMETERS]) -> Self {
+        let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = *parameters;
+        Self {
+            f_px: Vector2::new(fx, fy),
+            pp_px: Point2::new(cx, cy),
+            distortion: Distortion { k1, k2, p1, p2, k3 },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera {
+            f_px: Vector2::new(900.0, 910.0),
+            pp_px: Point2::new(652.3, 351.8),
+            distortion: Distortion { k1: -0.3, k2: 0.12, p1: 1e-3, p2: -7e-4, k3: -0.02 },
+        }
+    }
+
+    fn pose() -> Isometry3<f64> {
+        Isometry3::new(Vector3::new(0.03, -0.05, 0.7), Vector3::new(0.5, -0.4, 0.3))
+    }
+
+    #[test]
+    fn undistortion_inverts_distortion() {
+        let camera = camera();
+        for row in 0..=20 {
+            for column in 0..=20 {
+                let px = Point2::new(64.0 * f64::from(column), 36.0 * f64::from(row));
+                let ideal = camera.ideal_from_px(&px).expect("inside the field");
+                assert!((camera.px_from_ideal(&ideal) - px).norm() < 1e-9, "{px}");
+            }
+        }
+    }
+
+    #[test]
+    fn beyond_the_fold_there_is_no_ray() {
+        let lens = Distortion { k1: -0.35, ..Distortion::default() };
+        // r (1 - 0.35 r²) peaks at 0.6506.
+        assert!(lens.invert(&Point2::new(0.64, 0.0)).is_some());
+        assert_eq!(lens.invert(&Point2::new(0.66, 0.0)), None);
+        assert_eq!(lens.invert(&Point2::new(f64::NAN, 0.0)), None);
+    }
+
+    #[test]
+    fn derivatives_match_differences() {
+        let (camera, pose) = (camera(), pose());
+        let point_m = Point2::new(0.08, -0.06);
+        let at = camera.project_board_point(&pose, &point_m).expect("in front");
+        let px = |camera: &Camera, pose: &Isometry3<f64>| {
+            camera.project(&(pose * Point3::new(point_m.x, point_m.y, 0.0))).expect("in front")
+        };
+        assert!((px(&camera, &pose) - at.px).norm() < 1e-10);
+        for i in 0..LENS_PARAMETERS {
+            let nudged = |sign: f64| {
+                let mut parameters = camera.lens_parameters();
+                parameters[i] += sign * 1e-6;
+                px(&Camera::from_lens_parameters(&parameters), &pose)
+            };
+            let difference = (nudged(1.0) - nudged(-1.0)) / 2e-6;
+            assert!((difference - at.by_lens.column(i)).norm() < 1e-5, "lens {i}");
+        }
+        for i in 0..6 {
+            let nudged = |sign: f64| {
+                let mut step = [Vector3::zeros(), Vector3::zeros()];
+                step[i / 3][i % 3] = sign * 1e-6;
+                px(&camera, &Camera::moved(&pose, &step[0], &step[1]))
+            };
+            let difference = (nudged(1.0) - nudged(-1.0)) / 2e-6;
+            assert!((difference - at.by_pose.column(i)).norm() < 1e-4, "pose {i}");
+        }
+    }
+}

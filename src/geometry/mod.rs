@@ -1,0 +1,15 @@
+//! Geometry of one camera looking at one flat board. Pure functions of numbers.
+//!
+//! # Conventions
+//!
+//! - Pixels: `x` right, `y` down, `(0, 0)` at the centre of the top-left pixel. Camera: `z` forward.
+//! - Board: metres on the plane `z = 0`, origin at the centre of the grid of inner corners.
+//! - Transforms read right to left: `corner_in_image = image_from_board * corner_in_board`.
+//! - Angles are radians; a name carries `_deg` only where a person reads or writes it.
+//! - Directions of lines live modulo π, slots modulo 2π.
+
+mod camera;
+mod corner;
+
+pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection};
+pub use corner::Corner;
