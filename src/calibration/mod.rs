@@ -1,0 +1,1 @@
+//! Views → calibration with stated uncertainty.

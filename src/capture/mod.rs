@@ -1,0 +1,61 @@
+//! Frames in: every source of pictures behind one trait.
+
+use std::{sync::Arc, time::Duration};
+
+use crate::frame::{Frame, ImageSize};
+
+/// Where frames come from.
+///
+/// Called from one thread only. A source that is dropped ends what it started.
+pub trait FrameSource: Send {
+    /// What a person and a recording call this source, and the size of its pictures.
+    fn identity(&self) -> SourceIdentity;
+
+    /// Waits at most `patience` for a frame.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError`] if the source is broken; the frames delivered before stay good.
+    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError>;
+}
+
+/// What a source delivers.
+#[derive(Clone, Debug)]
+pub enum Arrival {
+    /// A picture. The source may reuse its memory once every clone of the `Arc` is gone.
+    Frame(Arc<Frame>),
+    /// Nothing came in time; ask again.
+    NothingYet,
+    /// There will be no more frames.
+    End,
+}
+
+/// Name and shape of a source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceIdentity {
+    /// Stable name: a device identity, a path, `sim:` and the scene's name.
+    pub name: String,
+    /// Size of every picture it delivers, if known before the first.
+    pub image_size: Option<ImageSize>,
+}
+
+/// Why a source broke.
+#[derive(Debug, thiserror::Error)]
+pub enum CaptureError {
+    /// A file or folder could not be read.
+    #[error("could not read {path:?}")]
+    Read {
+        /// What the system said.
+        source: std::io::Error,
+        /// The file.
+        path: std::path::PathBuf,
+    },
+    /// A file is not a picture that can be decoded.
+    #[error("not a readable picture ({reason}): {path:?}")]
+    Decode {
+        /// What the decoder said.
+        reason: String,
+        /// The file.
+        path: std::path::PathBuf,
+    },
+}
