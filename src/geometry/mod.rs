@@ -10,6 +10,18 @@
 
 mod camera;
 mod corner;
+mod homography;
+mod pose;
+mod principal_line;
+mod principal_point;
+mod ring;
 
 pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection};
 pub use corner::Corner;
+pub use homography::{Homography, NoHomography};
+pub use pose::{NoPose, PoseFit, fit_pose, pose_from_homography};
+pub use principal_line::{FocalLength, NoFocalLength, NoPrincipalLine, PrincipalLine};
+pub use principal_point::{
+    NoPrincipalPoint, PrincipalPoint, intersect_unweighted, intersect_weighted,
+};
+pub use ring::{NoRing, RingEstimate, principal_line_and_ring};

@@ -1,0 +1,30 @@
+# boresight: `make run` starts a guided session, `make test` runs all tests.
+# Both set up what they need on Debian 12 or newer with a Rust toolchain.
+
+ARGS ?=
+# What the build needs from Debian besides the Rust toolchain.
+PACKAGES = gcc libc6-dev
+
+.PHONY: run test setup lint bench sessions
+
+run: setup
+	cargo run --release --quiet -- $(ARGS)
+
+test: setup lint
+	cargo test
+
+lint:
+	cargo fmt --check
+	cargo clippy --all-targets --quiet -- -D warnings
+
+bench: setup
+	cargo bench
+
+setup:
+	@command -v cargo >/dev/null || { echo "boresight needs a Rust toolchain (1.95 or newer): see https://rustup.rs"; exit 1; }
+	@missing=$$(for p in $(PACKAGES); do dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
+	if [ -n "$$missing" ]; then \
+		echo "Installing from Debian:" $$missing; \
+		if [ "$$(id -u)" = 0 ]; then SUDO=; else SUDO=sudo; fi; \
+		$$SUDO apt-get update -qq && $$SUDO apt-get install -y --no-install-recommends $$missing; \
+	fi

@@ -1,0 +1,115 @@
+use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
+
+use super::PrincipalLine;
+
+/// Where the principal lines of several views meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalPoint {
+    /// The intersection, pixels of the picture.
+    pub px: Point2<f64>,
+    /// Its covariance, propagated from the lines'.
+    pub covariance_px2: Matrix2<f64>,
+    /// Sum of squared distances of the lines from it, in units of their variances; `n − 2` is expected.
+    pub chi2: f64,
+}
+
+/// Why lines do not fix a point.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoPrincipalPoint {
+    /// Fewer than two lines.
+    #[error("{have} principal lines, needs 2")]
+    TooFewLines {
+        /// Lines given.
+        have: usize,
+    },
+    /// All lines run in nearly the same direction.
+    #[error(
+        "all principal lines run the same way (smallest eigenvalue of the mean of n nᵀ is {spread:.1e})"
+    )]
+    Parallel {
+        /// Smallest eigenvalue of the mean of `n nᵀ`, 0.5 for evenly crossing lines.
+        spread: f64,
+    },
+    /// A line has no covariance, so that lines cannot be weighted.
+    #[error("a principal line has no variance")]
+    NoVariance,
+}
+
+/// Below this, lines are parallel for every practical purpose (0.06° apart).
+const PARALLEL_SPREAD: f64 = 1e-6;
+
+/// Minimises `Σ (nᵢ·P − cᵢ)²` over unit normals, as the source paper does (it lets `|n|` weigh).
+///
+/// # Errors
+///
+/// [`NoPrincipalPoint`].
+pub fn intersect_unweighted(lines: &[PrincipalLine]) -> Result<PrincipalPoint, NoPrincipalPoint> {
+    let weights = vec![1.0; lines.len()];
+    let (px, inverse) = intersect(lines, &weights)?;
+    let mut spread = Matrix2::zeros();
+    for line in lines {
+        let n = line.normal();
+        // dP/d(distance) = N⁻¹ n, at the point where the lines meet.
+        spread += n * n.transpose() * line.variance_of_distance(&px);
+    }
+    Ok(PrincipalPoint { px, covariance_px2: inverse * spread * inverse, chi2: chi2(lines, &px) })
+}
+
+/// Maximum likelihood: `P = N⁻¹ Σ n c/var`, `N = Σ n nᵀ/var`, with
+/// `var(P) = [t·P, −1] S[φ,c] [t·P, −1]ᵀ` iterated to convergence. Covariance `N⁻¹`. METHOD section 2.
+///
+/// # Errors
+///
+/// [`NoPrincipalPoint`].
+pub fn intersect_weighted(lines: &[PrincipalLine]) -> Result<PrincipalPoint, NoPrincipalPoint> {
+    let mut px = intersect_unweighted(lines)?.px;
+    let mut covariance_px2 = Matrix2::zeros();
+    for _ in 0..100 {
+        let weights: Vec<f64> =
+            lines.iter().map(|line| 1.0 / line.variance_of_distance(&px)).collect();
+        if weights.iter().any(|weight| !weight.is_finite()) {
+            return Err(NoPrincipalPoint::NoVariance);
+        }
+        let (next, inverse) = intersect(lines, &weights)?;
+        let step = (next - px).norm();
+        (px, covariance_px2) = (next, inverse);
+        if step < 1e-12 {
+            break;
+        }
+    }
+    Ok(PrincipalPoint { px, covariance_px2, chi2: chi2(lines, &px) })
+}
+
+fn intersect(
+    lines: &[PrincipalLine],
+    weights: &[f64],
+) -> Result<(Point2<f64>, Matrix2<f64>), NoPrincipalPoint> {
+    let have = lines.len();
+    let origin_px = match lines.first() {
+        Some(first) if have >= 2 => first.origin_px,
+        _ => return Err(NoPrincipalPoint::TooFewLines { have }),
+    };
+    let mut directions = Matrix2::zeros();
+    let mut normal_matrix = Matrix2::zeros();
+    let mut rhs = Vector2::zeros();
+    for (line, weight) in lines.iter().zip(weights) {
+        let n = line.normal();
+        let c_px = line.c_px + n.dot(&(line.origin_px - origin_px));
+        directions += n * n.transpose() / have as f64;
+        normal_matrix += n * n.transpose() * *weight;
+        rhs += n * (c_px * weight);
+    }
+    let spread = SymmetricEigen::new(directions).eigenvalues.min();
+    if !(spread > PARALLEL_SPREAD) {
+        return Err(NoPrincipalPoint::Parallel { spread });
+    }
+    let inverse = normal_matrix.try_inverse().ok_or(NoPrincipalPoint::Parallel { spread })?;
+    Ok((origin_px + inverse * rhs, inverse))
+}
+
+fn chi2(lines: &[PrincipalLine], px: &Point2<f64>) -> f64 {
+    lines
+        .iter()
+        .map(|line| line.distance_px(px).powi(2) / line.variance_of_distance(px).max(1e-300))
+        .sum()
+}
