@@ -269,6 +269,9 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
     type State = BundleState;
 
     fn linearise(&self, state: &BundleState) -> Option<(f64, Arrow<LENS_PARAMETERS, 6>)> {
+        if state.camera.f_px.min() <= 1.0 {
+            return None;
+        }
         let mut cost = 0.0;
         let mut views = Vec::with_capacity(self.observations.views.len());
         for (corners, pose) in self.observations.views.iter().zip(&state.cam_from_board) {
@@ -289,12 +292,12 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
         }
         let mut arrow = Arrow::from_views(views);
         let parameters = state.camera.lens_parameters();
-        for i in 0..LENS_PARAMETERS {
+        for (i, value) in parameters.iter().enumerate() {
             if !self.freedom.free[i] {
                 // Keeps the matrix invertible; the step stays zero.
                 arrow.shared[(i, i)] = 1.0;
             } else if let Some(prior) = self.prior {
-                let miss = prior.mean[i] - parameters[i];
+                let miss = prior.mean[i] - value;
                 arrow.shared[(i, i)] += prior.information[i];
                 arrow.gradient[i] += prior.information[i] * miss;
                 cost += prior.information[i] * miss * miss;

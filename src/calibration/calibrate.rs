@@ -59,7 +59,8 @@ pub fn calibrate(
     })?;
     let as_seen = as_seen(views, &board_m, image_size)?;
     let distinct = distinct_views(views, image_size);
-    let problem = Inputs { views, board_m: &board_m, image_size, params, observations, as_seen, distinct };
+    let problem =
+        Inputs { views, board_m: &board_m, image_size, params, observations, as_seen, distinct };
     let undetermined = NotCalibrated::Undetermined { distinct };
     let solution = problem.solve()?;
     problem.report(&solution).ok_or(undetermined)
@@ -120,8 +121,8 @@ impl Inputs<'_> {
     /// Typical claimed error of a corner coordinate.
     fn sigma_px(&self) -> f64 {
         let corners = self.views.iter().flatten();
-        let (sum, count) = corners
-            .fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
+        let (sum, count) =
+            corners.fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
         (sum / count).sqrt()
     }
 
@@ -152,7 +153,8 @@ impl Inputs<'_> {
     /// Adjusts, first as asked, then with a belief about the focal length if the views leave it open.
     fn solve(&self) -> Result<Solution, NotCalibrated> {
         let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
-        let start = start(&self.observations, &self.as_seen, self.image_size).ok_or(undetermined)?;
+        let start =
+            start(&self.observations, &self.as_seen, self.image_size).ok_or(undetermined)?;
         let models = self.models();
         if models.is_empty() {
             return Err(NotCalibrated::NoModels);
@@ -217,8 +219,12 @@ impl Inputs<'_> {
             .flatten()
             .map(|left_out| left_out.ratio);
         let coverage = self.coverage();
-        let mirrored: Vec<bool> =
-            self.as_seen.image_from_board.iter().map(|h| h.determinant() * h[(2, 2)] < 0.0).collect();
+        let mirrored: Vec<bool> = self
+            .as_seen
+            .image_from_board
+            .iter()
+            .map(|h| h.determinant() * h[(2, 2)] < 0.0)
+            .collect();
         let findings = honesty::check(&Evidence {
             image_size: self.image_size,
             choice,
@@ -295,14 +301,14 @@ impl Inputs<'_> {
             .iter()
             .map(|corner| {
                 let px = camera.undistort_px(&corner.px)?;
-                let covariance_px2 = corner.covariance_px2 * (noise_factor * noise_factor);
+                let covariance_px2 = corner.covariance_px2 * noise_factor.max(self.noise_floor()).powi(2);
                 Some(Corner { px, covariance_px2 })
             })
             .collect::<Option<_>>()?;
         let homography = Homography::fit(self.board_m, &corners).ok()?;
         let line =
             PrincipalLine::of(&homography, self.image_size.centre_px(), mean_px(&corners)).ok()?;
-        line.focal_length(&camera.pp_px, pp_covariance_px2)
+        line.focal_length(&camera.pp_px, pp_covariance_px2).ok()
     }
 
     fn principal_points(
@@ -313,7 +319,8 @@ impl Inputs<'_> {
     ) -> PrincipalPoints {
         let variance = choice.fit().noise_factor.max(self.noise_floor()).powi(2);
         let camera = choice.fit().camera;
-        let estimate = |px, covariance_px2, f_px| PrincipalPointEstimate { px, covariance_px2, f_px };
+        let estimate =
+            |px, covariance_px2, f_px| PrincipalPointEstimate { px, covariance_px2, f_px };
         let lines = |pp: &crate::geometry::PrincipalPoint| {
             estimate(pp.px, Some(pp.covariance_px2 * variance), None)
         };

@@ -124,8 +124,7 @@ fn views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
         say(Some(Severity::Care), code);
     }
     if evidence.coverage < COVERAGE_WANTED {
-        let code =
-            FindingCode::CoverageLow { share: evidence.coverage, wanted: COVERAGE_WANTED };
+        let code = FindingCode::CoverageLow { share: evidence.coverage, wanted: COVERAGE_WANTED };
         say(Some(Severity::Care), code);
     }
     if let Some(view) = evidence.mirrored.iter().position(|mirrored| *mirrored) {
@@ -144,11 +143,8 @@ fn lens(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingC
         say(Some(Severity::Care), FindingCode::NotConverged);
     }
     if let Some(statistic) = hausman(choice, evidence.noise_floor) {
-        let code = FindingCode::LensSimple {
-            model: choice.fit().model,
-            statistic,
-            limit: HAUSMAN_CARE,
-        };
+        let code =
+            FindingCode::LensSimple { model: choice.fit().model, statistic, limit: HAUSMAN_CARE };
         say(above(statistic, HAUSMAN_CARE, HAUSMAN_BAD), code);
     }
     let of = (GRID_COLUMNS * GRID_ROWS) as usize;
@@ -248,8 +244,7 @@ fn focus(
 
 fn uncertainty(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let width_px = f64::from(evidence.image_size.width_px);
-    let code =
-        FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px: NOISE_CARE_PX };
+    let code = FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px: NOISE_CARE_PX };
     say(above(evidence.noise_px, NOISE_CARE_PX, NOISE_BAD_PX), code);
     let sd_px = SymmetricEigen::new(evidence.pp_covariance_px2).eigenvalues.max().sqrt();
     let wanted_px = PP_CARE * width_px;

@@ -7,7 +7,6 @@ use super::zhang;
 use crate::frame::ImageSize;
 use crate::geometry::{
     Camera, Corner, PrincipalLine, PrincipalPoint, RingEstimate, pose_from_homography,
-
 };
 
 /// Two views whose corners differ by less than this share of the picture's width are the same view.
@@ -49,7 +48,7 @@ pub(super) fn start(
         .iter()
         .flatten()
         .map(|line| {
-            let along = (centre - line.origin_px).dot(&line.tangent()) - line.v_px;
+            let along = (centre - line.origin_px).dot(&line.direction()) - line.v_px;
             (line.d_px * line.d_px - along * along).sqrt()
         })
         .filter(|f_px| f_px.is_finite())
