@@ -1,1 +1,41 @@
 //! Views → calibration with stated uncertainty.
+//!
+//! | stage | does |
+//! |---|---|
+//! | `start` | closed forms of the corners as seen: principal lines, ring, Zhang |
+//! | `bundle` | lens and poses by least squares, for one lens model |
+//! | `model_choice` | nested lens models, chosen by BIC; doubt about the choice enters the covariance |
+//! | `free_homography` | the independent check: no common focal length, distortion centre free |
+//! | `uncertainty` | what the covariance means for pixels, a turn of the camera set aside |
+//! | `skip` | estimates with views left out |
+//! | `honesty` | findings and the verdict |
+//!
+//! [`calibrate`] runs them all. Everything is deterministic; nothing here speaks to a person.
+
+mod arrow;
+mod bundle;
+mod calibrate;
+mod finding;
+pub mod free_homography;
+mod honesty;
+mod lens_model;
+mod model_choice;
+mod result;
+pub mod skip;
+mod start;
+mod uncertainty;
+pub mod zhang;
+
+pub use bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust};
+pub use calibrate::calibrate;
+pub use finding::{Finding, FindingCode, Severity, Verdict};
+pub use free_homography::FreeHomographies;
+pub use lens_model::{LensFreedom, LensModel, LensPrior};
+pub use model_choice::ModelFit;
+pub use result::{
+    Calibration, CalibrationParams, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
+    ViewResult,
+};
+pub use uncertainty::{
+    GRID_COLUMNS, GRID_ROWS, GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian,
+};

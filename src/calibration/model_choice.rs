@@ -1,0 +1,116 @@
+//! Which lens model the corners support, and what not knowing it costs.
+
+use nalgebra::SMatrix;
+
+use super::bundle::{Bundle, BundleState, Observations, adjust};
+use super::lens_model::{LensModel, LensPrior};
+use crate::geometry::{Camera, LENS_PARAMETERS};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// One lens model fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelFit {
+    /// The model.
+    pub model: LensModel,
+    /// Its best lens.
+    pub camera: Camera,
+    /// Whitened sum of squared residuals.
+    pub cost: f64,
+    /// `n ln(cost/n) + k ln n`; the smallest is chosen.
+    pub bic: f64,
+    /// Probability of the model given the corners, `∝ exp(−BIC/2)`.
+    pub weight: f64,
+    /// `√(cost/dof)`.
+    pub noise_factor: f64,
+}
+
+/// All models fitted, and the one chosen.
+#[derive(Clone, Debug)]
+pub(super) struct ModelChoice {
+    pub(super) fits: Vec<ModelFit>,
+    /// In the order of `fits`.
+    pub(super) bundles: Vec<Bundle>,
+    pub(super) chosen: usize,
+}
+
+/// What [`fit_models`] needs beside the corners.
+pub(super) struct ModelSearch<'a> {
+    pub(super) observations: &'a Observations,
+    pub(super) models: &'a [LensModel],
+    pub(super) square_pixels: bool,
+    pub(super) prior: Option<&'a LensPrior>,
+    /// Corners are never believed to be better than this, as a multiple of what they claim.
+    pub(super) noise_floor: f64,
+}
+
+/// Fits the models in order, each started from the one before, the first from `start`.
+///
+/// `None` if not even the first can be fitted.
+pub(super) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option<ModelChoice> {
+    let mut state = start;
+    let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
+    for model in search.models {
+        let freedom = model.freedom(search.square_pixels);
+        let bundle = adjust(search.observations, &freedom, search.prior, state.clone());
+        let Some(bundle) = bundle else { break };
+        state = bundle.state.clone();
+        fitted.push((*model, bundle));
+    }
+    let n = search.observations.coordinate_count() as f64;
+    let bic: Vec<f64> = fitted
+        .iter()
+        .map(|(_, bundle)| {
+            let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
+            n * cost.ln() + bundle.freedom.count() as f64 * n.ln()
+        })
+        .collect();
+    let best = bic.iter().copied().fold(f64::INFINITY, f64::min);
+    let chosen = bic.iter().position(|bic| *bic <= best)?;
+    let total: f64 = bic.iter().map(|bic| (-0.5 * (bic - best)).exp()).sum();
+    let fits = fitted
+        .iter()
+        .zip(&bic)
+        .map(|((model, bundle), bic)| ModelFit {
+            model: *model,
+            camera: bundle.state.camera,
+            cost: bundle.cost,
+            bic: *bic,
+            weight: (-0.5 * (bic - best)).exp() / total,
+            noise_factor: bundle.noise_factor(),
+        })
+        .collect();
+    let bundles = fitted.into_iter().map(|(_, bundle)| bundle).collect();
+    Some(ModelChoice { fits, bundles, chosen })
+}
+
+impl ModelChoice {
+    pub(super) fn fit(&self) -> &ModelFit {
+        &self.fits[self.chosen]
+    }
+
+    pub(super) fn bundle(&self) -> &Bundle {
+        &self.bundles[self.chosen]
+    }
+
+    /// Covariance of the chosen lens with the doubt about the model in it:
+    /// `Σ w_m (C_m + (θ_m − θ̂)(θ_m − θ̂)ᵀ)` over all models at least as rich as the chosen one.
+    ///
+    /// Simpler models could only lower it; they are left out.
+    pub(super) fn averaged_covariance(&self, noise_floor: f64) -> Option<LensMatrix> {
+        let centre = self.fit().camera.lens_parameters();
+        let mut sum = LensMatrix::zeros();
+        let mut total = 0.0;
+        for (fit, bundle) in self.fits.iter().zip(&self.bundles).skip(self.chosen) {
+            let Some(covariance) = bundle.covariance(fit.noise_factor.max(noise_floor)) else {
+                continue;
+            };
+            let there = fit.camera.lens_parameters();
+            let off = SMatrix::<f64, LENS_PARAMETERS, 1>::from_fn(|i, _| there[i] - centre[i]);
+            sum += (covariance + off * off.transpose()) * fit.weight;
+            total += fit.weight;
+        }
+        let averaged = sum / total;
+        averaged.iter().all(|x| x.is_finite()).then_some(averaged)
+    }
+}

@@ -1,0 +1,188 @@
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2};
+
+use super::finding::{Finding, Verdict};
+use super::lens_model::LensModel;
+use super::model_choice::ModelFit;
+use super::uncertainty::ProjectionSd;
+use crate::frame::ImageSize;
+use crate::geometry::{Camera, FocalLength, LENS_PARAMETERS, PrincipalLine};
+
+/// What to estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibrationParams {
+    /// Lean on weak beliefs about the lens while fewer than four different views are there.
+    pub weak_priors: bool,
+    /// `fy = fx`.
+    pub square_pixels: bool,
+    /// Lens models to choose from, simplest first.
+    pub models: Vec<LensModel>,
+}
+
+impl Default for CalibrationParams {
+    fn default() -> Self {
+        Self { weak_priors: true, square_pixels: true, models: LensModel::ALL.to_vec() }
+    }
+}
+
+/// Why views give no calibration at all.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NotCalibrated {
+    /// There is no view.
+    #[error("no view")]
+    NoViews,
+    /// No lens model to choose from.
+    #[error("no lens model")]
+    NoModels,
+    /// A picture without pixels.
+    #[error("picture of {width_px}x{height_px} px")]
+    NoPicture {
+        /// Width.
+        width_px: u32,
+        /// Height.
+        height_px: u32,
+    },
+    /// A view without exactly one corner per board corner.
+    #[error("view {view}: {got} corners, want {want}")]
+    CornerCount {
+        /// The view.
+        view: usize,
+        /// Corners it has.
+        got: usize,
+        /// Corners of the board.
+        want: usize,
+    },
+    /// A corner that is not finite or whose covariance is not positive definite.
+    #[error("view {view}: corner {corner} is not a number")]
+    CornerValue {
+        /// The view.
+        view: usize,
+        /// The corner.
+        corner: usize,
+    },
+    /// A view whose corners are not the image of a flat board.
+    #[error("view {view}: no homography")]
+    NoHomography {
+        /// The view.
+        view: usize,
+    },
+    /// The views leave the lens undetermined, or fit no lens.
+    #[error("{distinct} different views do not determine the lens")]
+    Undetermined {
+        /// Different views.
+        distinct: usize,
+    },
+}
+
+impl NotCalibrated {
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoViews => "NO-VIEWS",
+            Self::NoModels => "NO-MODELS",
+            Self::NoPicture { .. } => "NO-PICTURE",
+            Self::CornerCount { .. } => "CORNER-COUNT",
+            Self::CornerValue { .. } => "CORNER-VALUE",
+            Self::NoHomography { .. } => "NO-HOMOGRAPHY",
+            Self::Undetermined { .. } => "UNDETERMINED",
+        }
+    }
+}
+
+/// One estimate of the principal point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalPointEstimate {
+    /// The point.
+    pub px: Point2<f64>,
+    /// Its covariance, where the method gives one.
+    pub covariance_px2: Option<Matrix2<f64>>,
+    /// Focal length along x and y, where the method gives one.
+    pub f_px: Option<Vector2<f64>>,
+}
+
+/// The principal point by every method, for comparison. The result is `bundle`.
+///
+/// The `pl_` estimates are from the corners as seen: distortion pulls them towards the boards' centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PrincipalPoints {
+    /// Principal lines, all with the same weight.
+    pub pl_unweighted: Option<PrincipalPointEstimate>,
+    /// Principal lines, weighted by their variance at the point.
+    pub pl_weighted: Option<PrincipalPointEstimate>,
+    /// Principal lines and the ring of 45° vanishing points.
+    pub pl_ring: Option<PrincipalPointEstimate>,
+    /// Principal lines of views undistorted without assuming a common focal length.
+    pub free_homography: Option<PrincipalPointEstimate>,
+    /// Bundle adjustment.
+    pub bundle: Option<PrincipalPointEstimate>,
+    /// Zhang's method, refined with k1 and k2, fx and fy apart.
+    pub zhang: Option<PrincipalPointEstimate>,
+}
+
+/// What became of one view.
+#[derive(Clone, Debug)]
+pub struct ViewResult {
+    /// Pose of the board.
+    pub cam_from_board: Isometry3<f64>,
+    /// Root mean square residual per coordinate.
+    pub residual_rms_px: f64,
+    /// Angle between image plane and board.
+    pub tilt_rad: f64,
+    /// Direction in the image towards which the board recedes; without meaning at tilt 0.
+    pub slot_rad: f64,
+    /// Of the corners as seen. `None` if the board is too frontal to have one.
+    pub principal_line: Option<PrincipalLine>,
+    /// Signed distance of this line from `pl_weighted`.
+    pub pl_residual_px: Option<f64>,
+    /// From this view alone, corners undistorted, principal point given.
+    pub focal: Option<FocalLength>,
+}
+
+/// A lens with stated and checked uncertainty.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// The picture this holds for.
+    pub image_size: ImageSize,
+    /// Lens model chosen.
+    pub model: LensModel,
+    /// The lens.
+    pub camera: Camera,
+    /// Covariance of the lens parameters, doubt about the model included; zero for those not in
+    /// `model`. With square pixels fx and fy are one parameter and fully correlated.
+    pub covariance: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
+    /// The same with the doubt about parameters that `model` holds at zero.
+    pub covariance_all: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
+    /// Root mean square reprojection residual per coordinate.
+    pub rms_px: f64,
+    /// `√(cost/dof)`: the corners' error as a multiple of what their covariances claim.
+    pub noise_factor: f64,
+    /// Typical error of a corner coordinate: `noise_factor` times the root mean square of its claimed sd.
+    pub noise_px: f64,
+    /// All models tried, simplest first.
+    pub candidates: Vec<ModelFit>,
+    /// By every method.
+    pub principal_point: PrincipalPoints,
+    /// One per view given, in order.
+    pub views: Vec<ViewResult>,
+    /// Uncertainty of projection over the picture.
+    pub projection_sd: ProjectionSd,
+    /// Leaving each view out: observed over expected shift of the principal point.
+    pub skip_one_ratio: Option<f64>,
+    /// Share of the picture covered by any board.
+    pub coverage: f64,
+    /// Honesty checks.
+    pub findings: Vec<Finding>,
+    /// What the findings amount to.
+    pub verdict: Verdict,
+}
+
+impl Calibration {
+    /// Standard deviation of each lens parameter.
+    pub fn sd(&self) -> [f64; LENS_PARAMETERS] {
+        std::array::from_fn(|i| self.covariance[(i, i)].max(0.0).sqrt())
+    }
+
+    /// Covariance of the principal point.
+    pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
+        self.covariance.fixed_view::<2, 2>(2, 2).into()
+    }
+}
