@@ -15,6 +15,7 @@
 mod arrow;
 mod bundle;
 mod calibrate;
+pub mod export;
 mod finding;
 pub mod free_homography;
 mod honesty;
