@@ -3,10 +3,13 @@
 pub mod board;
 pub mod calibration;
 pub mod capture;
+pub mod cli;
 pub mod config;
 pub mod detection;
 pub mod frame;
 pub mod geometry;
 pub mod guidance;
+pub mod pipeline;
 pub mod recording;
 pub mod session;
+pub mod text;

@@ -1,4 +1,26 @@
 //! Finds the board in a picture: image → [`Detection`] or [`Miss`]. No state between frames.
+//!
+//! | stage | does | fails when |
+//! |---|---|---|
+//! | `reduce` | halves the picture until corners have the size of the search ring | squares under ~10 px at the search level |
+//! | `response` | corner response on a ring, its local maxima | edges cross below ~40°, contrast below ~8 levels |
+//! | `junction` | sub-pixel place, the two edge directions, the colours between them | a neighbour's edge enters the ring |
+//! | `lattice` | grows grids of junctions with alternating colours | several neighbouring corners missing |
+//! | `board_match` | fits a grid to the known board, fills gaps it can verify, numbers the corners | cut or covered boards: a reason |
+//! | `edge_model` | fits blurred edges to the full-size picture: position and covariance | windows cut by the picture's edge |
+//!
+//! Missing corners cost a second, wrong ones a calibration: every stage may drop, none may guess.
+//! Work is bounded by counts ([`DetectorParams`]), not by a clock, so that equal pictures give equal results.
+
+mod board_match;
+mod detector;
+mod edge_model;
+mod junction;
+mod lattice;
+mod reduce;
+mod response;
+
+pub use detector::{Detector, DetectorParams, detect};
 
 use crate::geometry::Corner;
 

@@ -1,0 +1,103 @@
+//! The arguments that say which board and which settings.
+
+use std::{path::PathBuf, str::FromStr};
+
+use clap::Args;
+
+use crate::config::Config;
+
+/// Board and settings.
+#[derive(Clone, Debug, Args)]
+pub(super) struct BoardArguments {
+    /// Inner corners of the board, columns x rows, for example 9x6.
+    #[arg(long, value_name = "CxR")]
+    board: Option<BoardSize>,
+    /// Side of a square, with its unit: 25mm, 2.5cm, 0.025m, 1in.
+    #[arg(long, value_name = "LENGTH")]
+    square: Option<Length>,
+    /// Settings file; config/default.toml explains every setting.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Change one setting, for example guidance.min_tilt_deg=25. May be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<String>,
+}
+
+/// Inner corners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct BoardSize {
+    columns: u16,
+    rows: u16,
+}
+
+/// A length in millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Length {
+    millimetres: f64,
+}
+
+impl BoardArguments {
+    /// The configuration that they amount to.
+    pub(super) fn config(&self) -> anyhow::Result<Config> {
+        let mut config = Config::load(self.config.as_deref(), &self.settings)?;
+        if let Some(BoardSize { columns, rows }) = self.board {
+            (config.board.columns, config.board.rows) = (columns, rows);
+        }
+        if let Some(Length { millimetres }) = self.square {
+            config.board.square_mm = millimetres;
+        }
+        config.board()?;
+        Ok(config)
+    }
+}
+
+impl FromStr for BoardSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once(['x', 'X', '×']);
+        let parsed = parts.and_then(|(columns, rows)| {
+            Some(Self { columns: columns.trim().parse().ok()?, rows: rows.trim().parse().ok()? })
+        });
+        parsed.ok_or_else(|| "wants inner corners, columns x rows, for example 9x6".into())
+    }
+}
+
+impl FromStr for Length {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+        let (number, unit) = text.split_at(split);
+        let factor = match unit {
+            "mm" => 1.0,
+            "cm" => 10.0,
+            "m" => 1000.0,
+            "in" => 25.4,
+            _ => return Err("wants a length with its unit, for example 25mm".into()),
+        };
+        let value: f64 =
+            number.trim().parse().map_err(|_| "wants a length with its unit, for example 25mm")?;
+        Ok(Self { millimetres: value * factor })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boards_and_lengths_are_read_as_people_write_them() {
+        assert_eq!("9x6".parse(), Ok(BoardSize { columns: 9, rows: 6 }));
+        for wrong in ["9", "9x", "x6", "9x6x2", "ninexsix", "-9x6"] {
+            assert!(wrong.parse::<BoardSize>().is_err(), "{wrong}");
+        }
+        assert_eq!("25mm".parse(), Ok(Length { millimetres: 25.0 }));
+        assert_eq!("2.5 cm".parse(), Ok(Length { millimetres: 25.0 }));
+        assert_eq!("1in".parse(), Ok(Length { millimetres: 25.4 }));
+        for wrong in ["25", "mm", "25ft", "", "nanmm x"] {
+            assert!(wrong.parse::<Length>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! `boresight calibrate`.
+
+use std::{path::PathBuf, str::FromStr, thread::available_parallelism};
+
+use anyhow::{Context, bail};
+use clap::Args;
+
+use super::{
+    Exit,
+    board_args::BoardArguments,
+    corner_table,
+    json::{self, ViewName},
+    outcome::tell,
+    print, say,
+};
+use crate::{
+    board::Checkerboard,
+    calibration::calibrate,
+    capture::{CaptureError, read_picture},
+    frame::ImageSize,
+    geometry::Corner,
+    pipeline::detect_many,
+    recording::save::{Overwrite, save},
+    text,
+};
+
+/// Calibrate from pictures of the board, or from a table of its corners.
+///
+/// Example: boresight calibrate --board 9x6 --square 25mm pictures/*.png
+///
+/// A table has lines `filename x y level`, row by row over the board, and needs --image-size.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Pictures (PNG, JPEG), or one corner table (.vnl).
+    #[arg(required = true, value_name = "IMAGES|CORNERS.vnl")]
+    inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    board: BoardArguments,
+    /// Width and height of the pictures behind a corner table.
+    #[arg(long, value_name = "WxH")]
+    image_size: Option<Size>,
+    /// Write the result, as JSON, to this file.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    force: bool,
+    /// Print the result as JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Size(ImageSize);
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = text.split_once(['x', 'X']).and_then(|(width, height)| {
+            let (width_px, height_px) = (width.parse().ok()?, height.parse().ok()?);
+            (width_px > 0 && height_px > 0).then_some(ImageSize { width_px, height_px })
+        });
+        parsed.map(Self).ok_or_else(|| "wants width x height, for example 1280x720".into())
+    }
+}
+
+struct Views {
+    image_size: ImageSize,
+    corners: Vec<Vec<Corner>>,
+    names: Vec<ViewName>,
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let config = self.board.config()?;
+        let board = config.board()?;
+        let is_table =
+            |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
+        let views = match self.inputs.as_slice() {
+            [table] if is_table(table) => {
+                let Size(image_size) = self.image_size.context(
+                    "a corner table needs --image-size WxH, the size of the pictures behind it",
+                )?;
+                from_table(table, image_size, &board)?
+            }
+            inputs if inputs.iter().any(is_table) => {
+                bail!("give pictures, or one corner table, not both")
+            }
+            inputs => from_pictures(inputs, &board)?,
+        };
+        let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
+        let exit = tell(result.as_ref());
+        let report = json::calibration(result.as_ref(), views.image_size, &views.names);
+        if let Some(path) = &self.out {
+            let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
+            save(path, serde_json::to_string_pretty(&report)?.as_bytes(), overwrite)?;
+            say(&format!("Written: {}", path.display()));
+        }
+        if self.json {
+            print(&serde_json::to_string_pretty(&report)?)?;
+        }
+        Ok(exit)
+    }
+}
+
+fn from_table(
+    path: &std::path::Path,
+    image_size: ImageSize,
+    board: &Checkerboard,
+) -> anyhow::Result<Views> {
+    let mut views = Views { image_size, corners: Vec::new(), names: Vec::new() };
+    for view in corner_table::read(path, board.corner_count())? {
+        let reason = view.corners.is_none().then(|| "no corners in the table".to_owned());
+        views.names.push(ViewName { name: view.name, reason });
+        views.corners.extend(view.corners);
+    }
+    Ok(views)
+}
+
+fn from_pictures(inputs: &[PathBuf], board: &Checkerboard) -> anyhow::Result<Views> {
+    let sizes = std::sync::Mutex::new(vec![None; inputs.len()]);
+    let bar = indicatif::ProgressBar::new(inputs.len() as u64).with_message("finding the board");
+    let threads = available_parallelism().map_or(1, usize::from);
+    let load = |index: usize| -> Result<_, CaptureError> {
+        let image = read_picture(&inputs[index])?;
+        if let Ok(mut sizes) = sizes.lock() {
+            sizes[index] = Some(ImageSize::of(&image));
+        }
+        Ok(image)
+    };
+    let found = detect_many(inputs.len(), threads, board, load, |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    let sizes = sizes.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut views: Option<Views> = None;
+    for ((path, seen), size) in inputs.iter().zip(found).zip(sizes) {
+        let seen = seen?;
+        let size = size.context("a picture was not read")?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let views = views.get_or_insert_with(|| Views {
+            image_size: size,
+            corners: Vec::new(),
+            names: Vec::new(),
+        });
+        if size != views.image_size {
+            let first = views.names.first().map_or("the first", |view| view.name.as_str());
+            bail!(
+                "{name} is {}x{}, {first} is {}x{}: pictures of one calibration have one size",
+                size.width_px,
+                size.height_px,
+                views.image_size.width_px,
+                views.image_size.height_px
+            );
+        }
+        let reason = seen.as_ref().err().map(text::miss);
+        if let Some(reason) = &reason {
+            say(&format!("{name}: not used. {reason}"));
+        }
+        views.names.push(ViewName { name, reason });
+        views.corners.extend(seen.map(|detection| detection.corners));
+    }
+    views.context("no pictures")
+}

@@ -1,0 +1,65 @@
+//! `boresight detect`.
+
+use std::{path::PathBuf, time::Instant};
+
+use anyhow::bail;
+use clap::Args;
+
+use super::{Exit, board_args::BoardArguments, corner_table, json, print, say};
+use crate::{
+    capture::read_picture,
+    detection::{Detector, DetectorParams},
+    text,
+};
+
+/// Find the board's corners in pictures: a table of corners, or one JSON object per picture.
+///
+/// Example: boresight detect --board 9x6 pictures/*.png > corners.vnl
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Pictures, PNG or JPEG.
+    #[arg(required = true, value_name = "IMAGE")]
+    images: Vec<PathBuf>,
+    #[command(flatten)]
+    board: BoardArguments,
+    /// One JSON object per line instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let board = self.board.config()?.board()?;
+        let mut detector = Detector::new(DetectorParams::default());
+        let mut unreadable = 0;
+        if !self.json {
+            print("# filename x y level")?;
+        }
+        for path in &self.images {
+            let image = match read_picture(path) {
+                Ok(image) => image,
+                Err(err) => {
+                    unreadable += 1;
+                    say(&format!("boresight: {:#}", anyhow::Error::from(err)));
+                    continue;
+                }
+            };
+            let name = path.display().to_string();
+            let started = Instant::now();
+            let seen = detector.detect(&image, &board);
+            let millis = started.elapsed().as_secs_f64() * 1e3;
+            if let Err(miss) = &seen {
+                say(&format!("{name}: {}", text::miss(miss)));
+            }
+            if self.json {
+                print(&json::detection(&name, &board, &seen, millis).to_string())?;
+            } else {
+                print(corner_table::lines(&name, seen.as_ref().ok()).trim_end())?;
+            }
+        }
+        if unreadable > 0 {
+            bail!("{unreadable} of {} files could not be read", self.images.len());
+        }
+        Ok(Exit::Good)
+    }
+}

@@ -1,0 +1,169 @@
+//! What machines read on stdout. The schema is in the README; more fields may come, none go.
+
+use serde_json::{Value, json};
+
+use crate::{
+    calibration::{Calibration, NotCalibrated, PrincipalPointEstimate},
+    detection::{Detection, Miss},
+    geometry::LENS_PARAMETERS,
+    text,
+};
+
+/// Name and fate of a picture, beside the numbers of its view.
+pub(super) struct ViewName {
+    pub(super) name: String,
+    /// Why it was not used; `None` if it was.
+    pub(super) reason: Option<String>,
+}
+
+/// `boresight.calibration/1`.
+pub(super) fn calibration(
+    result: Result<&Calibration, &NotCalibrated>,
+    image_size: crate::frame::ImageSize,
+    names: &[ViewName],
+) -> Value {
+    let image_size = json!([image_size.width_px, image_size.height_px]);
+    let calibration = match result {
+        Ok(calibration) => calibration,
+        Err(reason) => {
+            let (message, action) = text::not_calibrated(reason);
+            let unused: Vec<Value> = names
+                .iter()
+                .map(|view| json!({ "name": view.name, "used": false, "reason": view.reason }))
+                .collect();
+            return json!({
+                "schema": "boresight.calibration/1", "image_size": image_size,
+                "verdict": "untrustworthy",
+                "findings": [{ "code": reason.code(), "severity": "bad", "message": message, "action": action }],
+                "result": null, "principal_point": null, "views": unused,
+            });
+        }
+    };
+    let findings: Vec<Value> = calibration
+        .findings
+        .iter()
+        .map(|finding| {
+            let (message, action) = text::finding(finding);
+            json!({
+                "code": finding.code.code(), "severity": finding.severity.code(),
+                "message": message, "action": action,
+            })
+        })
+        .collect();
+    json!({
+        "schema": "boresight.calibration/1",
+        "image_size": image_size,
+        "verdict": calibration.verdict.code(),
+        "findings": findings,
+        "result": lens(calibration),
+        "principal_point": principal_points(calibration),
+        "projection_sd_px": { "mean": calibration.projection_sd.mean_px, "max": calibration.projection_sd.max_px },
+        "coverage": calibration.coverage,
+        "views": views(calibration, names),
+    })
+}
+
+fn lens(calibration: &Calibration) -> Value {
+    const NAMES: [&str; LENS_PARAMETERS] = ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"];
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
+    let sd = calibration.sd();
+    let square = sd[0] == sd[1] && fx == fy;
+    // The free parameters; one f for square pixels.
+    let free: Vec<usize> =
+        (0..LENS_PARAMETERS).filter(|&i| sd[i] > 0.0 && !(square && i == 1)).collect();
+    let order: Vec<&str> =
+        free.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect();
+    let matrix: Vec<Vec<f64>> = free
+        .iter()
+        .map(|&row| free.iter().map(|&column| calibration.covariance[(row, column)]).collect())
+        .collect();
+    json!({
+        "model": calibration.model.code(),
+        "f_px": [fx, fy], "pp_px": [cx, cy],
+        "distortion": { "k1": k1, "k2": k2, "p1": p1, "p2": p2, "k3": k3 },
+        "sigma": {
+            "f_px": [sd[0], sd[1]], "pp_px": [sd[2], sd[3]],
+            "k1": sd[4], "k2": sd[5], "p1": sd[6], "p2": sd[7], "k3": sd[8],
+        },
+        "covariance": { "order": order, "matrix": matrix },
+        "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
+    })
+}
+
+fn principal_points(calibration: &Calibration) -> Value {
+    let points = &calibration.principal_point;
+    let estimate = |estimate: &Option<PrincipalPointEstimate>| {
+        estimate.as_ref().map(|estimate| {
+            let mut value = json!({ "px": [estimate.px.x, estimate.px.y] });
+            if let Some(c) = &estimate.covariance_px2 {
+                value["sigma_px"] = json!([c[(0, 0)].max(0.0).sqrt(), c[(1, 1)].max(0.0).sqrt()]);
+            }
+            if let Some(f) = &estimate.f_px {
+                value["f_px"] = if f.x == f.y { json!(f.x) } else { json!([f.x, f.y]) };
+            }
+            value
+        })
+    };
+    json!({
+        "pl_unweighted": estimate(&points.pl_unweighted),
+        "pl_weighted": estimate(&points.pl_weighted),
+        "pl_ring": estimate(&points.pl_ring),
+        "free_homography": estimate(&points.free_homography),
+        "bundle": estimate(&points.bundle),
+        "zhang": estimate(&points.zhang),
+    })
+}
+
+/// One object per picture: those used carry their numbers, in the order of the solver's views.
+fn views(calibration: &Calibration, names: &[ViewName]) -> Vec<Value> {
+    let mut results = calibration.views.iter();
+    names
+        .iter()
+        .map(|view| {
+            let result = if view.reason.is_none() { results.next() } else { None };
+            let Some(result) = result else {
+                return json!({ "name": view.name, "used": false, "reason": view.reason });
+            };
+            let line = result.principal_line.as_ref().map(|line| {
+                let foot = line.origin_px + line.normal() * line.c_px;
+                json!({
+                    "phi_rad": line.phi_rad, "c_px": line.c_px,
+                    "sigma_phi_rad": line.sigma_phi_rad(), "sigma_c_px": line.sigma_c_px(),
+                    "x0_px": [line.origin_px.x, line.origin_px.y], "foot_px": [foot.x, foot.y],
+                })
+            });
+            json!({
+                "name": view.name, "used": true, "reason": null,
+                "tilt_deg": result.tilt_rad.to_degrees(), "slot_deg": result.slot_rad.to_degrees(),
+                "rms_px": result.residual_rms_px,
+                "pl": line, "pl_residual_px": result.pl_residual_px,
+                "focal_px": result.focal.map(|focal| focal.f_px),
+                "focal_sigma_px": result.focal.map(|focal| focal.sigma_px),
+            })
+        })
+        .collect()
+}
+
+/// One line of `detect --json`.
+pub(super) fn detection(
+    file: &str,
+    board: &crate::board::Checkerboard,
+    seen: &Result<Detection, Miss>,
+    millis: f64,
+) -> Value {
+    let corners: Option<Vec<Value>> = seen.as_ref().ok().map(|detection| {
+        detection
+            .corners
+            .iter()
+            .enumerate()
+            .map(|(i, corner)| {
+                let (column, row) = (i % board.columns(), i / board.columns());
+                json!([column, row, corner.px.x, corner.px.y, corner.sigma_px()])
+            })
+            .collect()
+    });
+    json!({
+        "file": file, "found": seen.is_ok(), "reason": seen.as_ref().err().map(text::miss),
+        "board": [board.columns(), board.rows()], "corners": corners, "millis": millis,
+    })
+}

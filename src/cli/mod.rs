@@ -1,0 +1,83 @@
+//! The command line: one subcommand a file. Machines read stdout, people read stderr.
+
+mod board_args;
+mod calibrate;
+mod corner_table;
+mod detect;
+mod doctor;
+mod export;
+mod json;
+mod outcome;
+
+use std::{io::Write, process::ExitCode};
+
+use clap::{Parser, Subcommand};
+
+pub use outcome::Exit;
+
+use crate::text;
+
+/// Live pose guidance for camera calibration with principal lines.
+#[derive(Debug, Parser)]
+#[command(name = "boresight", version, propagate_version = true, after_help = AFTER_HELP)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const AFTER_HELP: &str = "\
+Without a command: a guided session, the same as `boresight guide`.
+
+Exit codes: 0 good · 1 failed · 2 wrong usage · 3 finished, but not trustworthy (it says why)
+
+Boards are named by their inner corners, columns x rows: a board of 10 by 7 squares is --board 9x6.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Calibrate from pictures or a table of corners.
+    Calibrate(calibrate::Arguments),
+    /// Find the board's corners in pictures.
+    Detect(detect::Arguments),
+    /// Write a calibration for other programs.
+    Export(export::Arguments),
+    /// Verify a session folder, and recover what is whole.
+    Doctor(doctor::Arguments),
+}
+
+/// Parses the arguments, runs the command, and turns what comes out into an exit code.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        None => Ok(Exit::Good),
+        Some(Command::Calibrate(arguments)) => arguments.run(),
+        Some(Command::Detect(arguments)) => arguments.run(),
+        Some(Command::Export(arguments)) => arguments.run(),
+        Some(Command::Doctor(arguments)) => arguments.run(),
+    };
+    match result {
+        Ok(exit) => exit.into(),
+        Err(err) if is_closed_pipe(&err) => ExitCode::SUCCESS,
+        Err(err) => {
+            let hint = text::explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
+            // If stderr is closed there is nobody left to tell.
+            let _ = writeln!(std::io::stderr(), "boresight: {err:#}{hint}");
+            Exit::Failed.into()
+        }
+    }
+}
+
+/// Whether the reader of stdout has gone, as `head` does: no failure of ours.
+fn is_closed_pipe(err: &anyhow::Error) -> bool {
+    err.downcast_ref::<std::io::Error>()
+        .is_some_and(|err| err.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// Writes a line to stdout.
+fn print(line: &str) -> anyhow::Result<()> {
+    Ok(writeln!(std::io::stdout(), "{line}")?)
+}
+
+/// Writes a line to stderr; without a reader the work goes on.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}

@@ -1,0 +1,74 @@
+//! How commands end.
+
+use std::process::ExitCode;
+
+use crate::{
+    calibration::{Calibration, NotCalibrated, Verdict},
+    text,
+};
+
+use super::say;
+
+/// What the exit code says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// 0: done, and usable.
+    Good,
+    /// 1: failed.
+    Failed,
+    /// 3: finished, but the result should not be used.
+    NotTrustworthy,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        match exit {
+            Exit::Good => Self::SUCCESS,
+            Exit::Failed => Self::from(1),
+            Exit::NotTrustworthy => Self::from(3),
+        }
+    }
+}
+
+/// Tells the person of a result; the exit code that it deserves.
+pub(super) fn tell(result: Result<&Calibration, &NotCalibrated>) -> Exit {
+    let calibration = match result {
+        Ok(calibration) => calibration,
+        Err(reason) => {
+            let (what, action) = text::not_calibrated(reason);
+            say(&format!("No calibration: {what}. {action}"));
+            return Exit::NotTrustworthy;
+        }
+    };
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
+    let [sd_fx, sd_fy, sd_cx, sd_cy, ..] = calibration.sd();
+    say(text::verdict(calibration.verdict));
+    for finding in &calibration.findings {
+        let (what, action) = text::finding(finding);
+        say(&format!("  {}: {what}. {action}", finding.code.code()));
+    }
+    say(&format!("  principal point  ({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"));
+    if (fx - fy).abs() < 1e-9 {
+        say(&format!("  focal length     {fx:.2} ± {sd_fx:.2} px"));
+    } else {
+        say(&format!("  focal lengths    {fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"));
+    }
+    say(&format!(
+        "  lens {:12} k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.6}, p2 {p2:.6}, k3 {k3:.5}",
+        calibration.model.code()
+    ));
+    let sd = &calibration.projection_sd;
+    say(&format!(
+        "  projection       ± {:.3} px on average, {:.3} px at worst",
+        sd.mean_px, sd.max_px
+    ));
+    say(&format!(
+        "  {} views, reprojection RMS {:.3} px",
+        calibration.views.len(),
+        calibration.rms_px
+    ));
+    match calibration.verdict {
+        Verdict::Good | Verdict::Care => Exit::Good,
+        Verdict::Untrustworthy => Exit::NotTrustworthy,
+    }
+}

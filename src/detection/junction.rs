@@ -1,0 +1,78 @@
+//! What a corner looks like: two edges and the colours between them.
+
+use image::GrayImage;
+
+use super::{reduce::sample, response::Peak};
+
+/// A corner candidate with its edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Junction {
+    pub(super) x: f32,
+    pub(super) y: f32,
+    /// Directions of the two edges, modulo π. Turning from the first towards the second (clockwise on
+    /// the screen, `x` right and `y` down) crosses a light square.
+    pub(super) edges_rad: [f32; 2],
+    /// Half the brightness step.
+    pub(super) contrast: f32,
+}
+
+const SAMPLES: usize = 32;
+const RADIUS_PX: f32 = 4.5;
+
+/// Reads the ring around a peak: exactly four changes of colour, opposite ones in line within 25°.
+pub(super) fn read(image: &GrayImage, peak: &Peak) -> Option<Junction> {
+    let mut ring = [0.0_f32; SAMPLES];
+    for (k, value) in ring.iter_mut().enumerate() {
+        let (sin, cos) = angle_rad(k as f32).sin_cos();
+        *value = sample(image, peak.x + RADIUS_PX * cos, peak.y + RADIUS_PX * sin);
+    }
+    let low = ring.iter().copied().fold(f32::MAX, f32::min);
+    let high = ring.iter().copied().fold(f32::MIN, f32::max);
+    let middle = 0.5 * (low + high);
+    let mut changes = [(0.0_f32, false); 4];
+    let mut count = 0;
+    for k in 0..SAMPLES {
+        let (here, next) = (ring[k] - middle, ring[(k + 1) % SAMPLES] - middle);
+        if (here >= 0.0) != (next >= 0.0) {
+            if count == 4 {
+                return None;
+            }
+            changes[count] = (angle_rad(k as f32 + here / (here - next)), next >= 0.0);
+            count += 1;
+        }
+    }
+    if count != 4 {
+        return None;
+    }
+    // Changes to light and to dark alternate; opposite changes are of one kind.
+    let first_to_light = usize::from(!changes[0].1);
+    let to_light = [changes[first_to_light].0, changes[first_to_light + 2].0];
+    let to_dark = [changes[1 - first_to_light].0, changes[3 - first_to_light].0];
+    let edges_rad = [in_line(to_light)?, in_line(to_dark)?];
+    let crossing = (edges_rad[0] - edges_rad[1]).sin().abs();
+    (crossing > 0.5).then_some(Junction {
+        x: peak.x,
+        y: peak.y,
+        edges_rad,
+        contrast: 0.5 * (high - low),
+    })
+}
+
+fn angle_rad(step: f32) -> f32 {
+    step * std::f32::consts::TAU / SAMPLES as f32
+}
+
+/// The common direction of two opposite changes, modulo π; `None` if they are not in line.
+fn in_line([a, b]: [f32; 2]) -> Option<f32> {
+    let off = (b - a - std::f32::consts::PI).sin();
+    let opposite = (b - a).cos() < 0.0;
+    (opposite && off.abs() < 0.45).then(|| {
+        let off = off.asin();
+        (a + 0.5 * off).rem_euclid(std::f32::consts::PI)
+    })
+}
+
+/// Sine of the angle between two directions modulo π.
+pub(super) fn apart(a: f32, b: f32) -> f32 {
+    (a - b).sin().abs()
+}

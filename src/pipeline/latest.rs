@@ -1,0 +1,111 @@
+//! A slot for one value that a newer value replaces. The only lossy link in the program.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// Makes a connected pair.
+pub fn latest<T>() -> (LatestSender<T>, LatestReceiver<T>) {
+    let shared = Arc::new(Shared { slot: Mutex::new(Slot::default()), changed: Condvar::new() });
+    (LatestSender { shared: Arc::clone(&shared) }, LatestReceiver { shared })
+}
+
+/// Puts values in; dropping it closes the slot.
+#[derive(Debug)]
+pub struct LatestSender<T> {
+    shared: Arc<Shared<T>>,
+}
+
+/// Takes values out; dropping it closes the slot.
+#[derive(Debug)]
+pub struct LatestReceiver<T> {
+    shared: Arc<Shared<T>>,
+}
+
+/// The other side is gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the receiving thread has ended")]
+pub struct Closed;
+
+#[derive(Debug)]
+struct Shared<T> {
+    slot: Mutex<Slot<T>>,
+    changed: Condvar,
+}
+
+#[derive(Debug)]
+struct Slot<T> {
+    value: Option<T>,
+    closed: bool,
+    replaced: u64,
+}
+
+impl<T> Default for Slot<T> {
+    fn default() -> Self {
+        Self { value: None, closed: false, replaced: 0 }
+    }
+}
+
+impl<T> LatestSender<T> {
+    /// Stores `value`, replacing one nobody took. Never waits.
+    pub fn publish(&self, value: T) -> Result<(), Closed> {
+        let mut slot = self.shared.lock();
+        if slot.closed {
+            return Err(Closed);
+        }
+        let untaken = slot.value.replace(value);
+        slot.replaced += u64::from(untaken.is_some());
+        drop(slot);
+        drop(untaken); // Frees a frame outside the lock.
+        self.shared.changed.notify_one();
+        Ok(())
+    }
+}
+
+impl<T> LatestReceiver<T> {
+    /// Waits for a value. `None` once the sender is gone and the slot is empty.
+    pub fn recv(&self) -> Option<T> {
+        let mut slot = self.shared.lock();
+        loop {
+            if let Some(value) = slot.value.take() {
+                return Some(value);
+            }
+            if slot.closed {
+                return None;
+            }
+            slot = self.shared.changed.wait(slot).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Takes the value if there is one. For the UI, which must not wait.
+    pub fn try_recv(&self) -> Option<T> {
+        self.shared.lock().value.take()
+    }
+
+    /// How many values were replaced before anyone took them.
+    pub fn replaced(&self) -> u64 {
+        self.shared.lock().replaced
+    }
+}
+
+impl<T> Shared<T> {
+    fn lock(&self) -> MutexGuard<'_, Slot<T>> {
+        // No code that can panic runs under this lock, so a poisoned slot is still whole.
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn close(&self) {
+        self.lock().closed = true;
+        self.changed.notify_all();
+    }
+}
+
+impl<T> Drop for LatestSender<T> {
+    fn drop(&mut self) {
+        self.shared.close();
+    }
+}
+
+impl<T> Drop for LatestReceiver<T> {
+    fn drop(&mut self) {
+        self.shared.close();
+    }
+}

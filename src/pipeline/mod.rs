@@ -1,0 +1,21 @@
+//! The threads, the links between them, and the order in which they end.
+//!
+//! ```text
+//! capture ──latest──▶ detector ──inbox──▶ session ──latest──▶ window or command line
+//!    └───────────────────inbox──────────────▲  ▲ └──▶ recorder (same thread: synced before shown)
+//! window or command line ─inbox────────────────┘
+//! ```
+//!
+//! Frames are lost in exactly one place, the latest-wins slot, and counted there. The inbox is
+//! ordered, bounded and lossless: a slow session holds back the detector, and old frames are replaced
+//! upstream instead of piling up. Stop at the source, join capture, join the detector, then `Stop`,
+//! then join the session.
+
+mod detect_many;
+mod latest;
+mod run;
+mod worker;
+
+pub use detect_many::{Seen, detect_many};
+pub use latest::{Closed, LatestReceiver, LatestSender, latest};
+pub use run::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};

@@ -1,0 +1,376 @@
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Condvar, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    time::Duration,
+};
+
+use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
+
+use super::{
+    latest::{LatestReceiver, latest},
+    worker::Worker,
+};
+use crate::{
+    capture::{Arrival, FrameSource},
+    detection::{Detector, DetectorParams},
+    frame::{Frame, FrameId, ImageSize},
+    recording::{RecordingError, SessionFolder},
+    session::{Command, Decision, Input, Observation, Outcome, Session, Snapshot},
+};
+
+/// Longest a source may wait before it looks at the stop flag again.
+pub const SOURCE_PATIENCE: Duration = Duration::from_millis(100);
+/// Small, so that a slow session holds back the detector and old frames are replaced upstream.
+const INBOX_CAPACITY: usize = 4;
+/// Pictures kept while one of them may still be accepted: longer than the longest chain from the
+/// detector through the inbox to the session.
+const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
+
+/// What a pipeline is made of.
+pub struct Setup {
+    /// Where frames come from.
+    pub source: Box<dyn FrameSource>,
+    /// The state to start from.
+    pub session: Session,
+    /// Where to record; `None` records nothing.
+    pub folder: Option<SessionFolder>,
+    /// Whether every frame must be judged before the next is fetched. For sources that wait: files,
+    /// recordings, the simulated camera. A live camera does not wait.
+    pub lossless: bool,
+    /// Whether to store every picture, not only the accepted ones.
+    pub record_stream: bool,
+    /// Added to the source's frame numbers, so that a resumed session never sees a number twice.
+    pub first_frame: u64,
+    /// Told of every judged frame: the source's own number and what is shown after it.
+    pub judged: Box<dyn FnMut(Judged<'_>) + Send>,
+}
+
+/// A frame that the session has judged.
+#[derive(Clone, Copy, Debug)]
+pub struct Judged<'a> {
+    /// The source's own number of the frame.
+    pub source_frame: FrameId,
+    /// What the session saw.
+    pub observation: &'a Observation,
+    /// What is shown now.
+    pub snapshot: &'a Snapshot,
+}
+
+/// A pipeline failure.
+#[derive(Debug, thiserror::Error)]
+pub enum PipelineError {
+    /// The operating system refused a thread.
+    #[error("could not start the {worker} thread")]
+    Spawn {
+        /// Thread name.
+        worker: &'static str,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A thread panicked.
+    #[error("the {worker} thread failed")]
+    WorkerPanicked {
+        /// Thread name.
+        worker: &'static str,
+    },
+    /// The session could not be recorded; what was acknowledged before is safe.
+    #[error("the session could not be recorded")]
+    Recording(#[from] RecordingError),
+}
+
+/// What a session run leaves behind.
+#[derive(Debug)]
+pub struct Finished {
+    /// The state at the end.
+    pub session: Session,
+    /// Frames that newer ones replaced before the detector was free.
+    pub frames_replaced: u64,
+}
+
+/// The running threads. Ends them when dropped.
+pub struct Pipeline {
+    stop: Arc<AtomicBool>,
+    inbox: Sender<Input>,
+    replaced: Arc<AtomicU64>,
+    workers: Option<Workers>,
+}
+
+struct Workers {
+    capture: Worker<()>,
+    detector: Worker<()>,
+    session: Worker<Result<Session, RecordingError>>,
+}
+
+impl Pipeline {
+    /// Starts the threads. `wake` is called after each new snapshot.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start(
+        setup: Setup,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
+        let Setup { source, session, folder, lossless, record_stream, first_frame, judged } = setup;
+        let turnstile = Arc::new(Turnstile::default());
+        let stop = Arc::new(AtomicBool::new(false));
+        let replaced = Arc::new(AtomicU64::new(0));
+        let (frames_in, frames_out) = latest();
+        let (snapshots_in, snapshots_out) = latest();
+        let (inbox, inbox_out) = bounded(INBOX_CAPACITY);
+        // Pictures on their way to the recorder: as many as observations can be under way.
+        let (pictures, pictures_out) = bounded(FRAMES_KEPT);
+
+        let capture = Worker::spawn("capture", inbox.clone(), {
+            let (stop, inbox) = (Arc::clone(&stop), inbox.clone());
+            let turnstile = Arc::clone(&turnstile);
+            move || {
+                let mut published = 0;
+                capture(source, &stop, &inbox, |frame| {
+                    let open = frames_in.publish(frame).is_ok();
+                    published += 1;
+                    if lossless {
+                        turnstile.wait_for(published, &stop);
+                    }
+                    open
+                });
+            }
+        })?;
+        let board = session.setup().board;
+        let detector = Worker::spawn("detector", inbox.clone(), {
+            let (inbox, replaced) = (inbox.clone(), Arc::clone(&replaced));
+            move || {
+                let mut detector = Detector::new(DetectorParams::default());
+                while let Some(frame) = frames_out.recv() {
+                    replaced.store(frames_out.replaced(), Ordering::Relaxed);
+                    let observation = observe(&mut detector, &board, &frame, first_frame);
+                    if pictures.send(frame).is_err()
+                        || inbox.send(Input::Observed(observation)).is_err()
+                    {
+                        return;
+                    }
+                }
+            }
+        })?;
+        let session = Worker::spawn("session", inbox.clone(), move || {
+            let recorder =
+                Recorder { folder, record_stream, pictures: pictures_out, kept: VecDeque::new() };
+            fold(session, recorder, &inbox_out, first_frame, judged, |snapshot| {
+                if snapshot.decision.frame.is_some() {
+                    turnstile.count_one();
+                }
+                if snapshots_in.publish(snapshot).is_ok() {
+                    wake();
+                }
+            })
+        })?;
+        let workers = Some(Workers { capture, detector, session });
+        Ok((Self { stop, inbox, replaced, workers }, snapshots_out))
+    }
+
+    /// Hands a command to the session without waiting; gives it back if the inbox is full.
+    ///
+    /// # Errors
+    ///
+    /// The command, if it could not be handed over.
+    pub fn try_command(&self, command: Command) -> Result<(), Command> {
+        self.inbox.try_send(Input::Command(command)).map_err(|err| match err {
+            TrySendError::Full(Input::Command(command))
+            | TrySendError::Disconnected(Input::Command(command)) => command,
+            _ => command,
+        })
+    }
+
+    /// Ends the threads in the order the data flows and returns what the session holds.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError`] if the session could not be recorded or its thread panicked.
+    pub fn stop(mut self) -> Result<Finished, PipelineError> {
+        // `workers` is `None` only in `drop`, after this.
+        self.end().unwrap_or(Err(PipelineError::WorkerPanicked { worker: "pipeline" }))
+    }
+
+    fn end(&mut self) -> Option<Result<Finished, PipelineError>> {
+        let Workers { capture, detector, session } = self.workers.take()?;
+        self.stop.store(true, Ordering::Relaxed);
+        // A panic upstream is already in the session as `WorkerFailed`; it must not cost the person
+        // the views they have.
+        capture.join().ok();
+        detector.join().ok();
+        // Both senders upstream are gone, so every observation is already in the inbox.
+        self.inbox.send(Input::Stop).ok();
+        Some(session.join().and_then(|session| {
+            let frames_replaced = self.replaced.load(Ordering::Relaxed);
+            Ok(Finished { session: session?, frames_replaced })
+        }))
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // Whoever wants the outcome calls `stop`.
+        self.end();
+    }
+}
+
+fn capture(
+    mut source: Box<dyn FrameSource>,
+    stop: &AtomicBool,
+    inbox: &Sender<Input>,
+    mut publish: impl FnMut(Arc<Frame>) -> bool,
+) {
+    while !stop.load(Ordering::Relaxed) {
+        match source.next_frame(SOURCE_PATIENCE) {
+            Ok(Arrival::Frame(frame)) => {
+                if !publish(frame) {
+                    return;
+                }
+            }
+            Ok(Arrival::NothingYet) => {}
+            Ok(Arrival::End) => {
+                // The slot closes as this thread ends, and the detector after it; the session hears
+                // of the end when the last frame is through, from whoever watches the snapshots.
+                inbox.send(Input::SourceEnded).ok();
+                return;
+            }
+            Err(err) => {
+                let reason = with_causes(&err);
+                inbox.send(Input::WorkerFailed { worker: "capture".into(), reason }).ok();
+                return;
+            }
+        }
+    }
+}
+
+fn with_causes(err: &dyn std::error::Error) -> String {
+    let mut text = err.to_string();
+    let mut cause = err.source();
+    while let Some(err) = cause {
+        text = format!("{text}: {err}");
+        cause = err.source();
+    }
+    text
+}
+
+fn observe(
+    detector: &mut Detector,
+    board: &crate::board::Checkerboard,
+    frame: &Frame,
+    first_frame: u64,
+) -> Observation {
+    Observation {
+        frame_id: FrameId(frame.id.0 + first_frame),
+        captured_at: frame.captured_at,
+        kind: frame.kind,
+        name: frame.name.clone(),
+        image_size: ImageSize::of(&frame.image),
+        seen: detector.detect(&frame.image, board),
+    }
+}
+
+/// The session thread: handle, record, and only then show.
+fn fold(
+    mut session: Session,
+    mut recorder: Recorder,
+    inbox: &Receiver<Input>,
+    first_frame: u64,
+    mut judged: Box<dyn FnMut(Judged<'_>) + Send>,
+    show: impl Fn(Snapshot),
+) -> Result<Session, RecordingError> {
+    while let Ok(input) = inbox.recv() {
+        let decision = session.handle(&input);
+        recorder.record(&session, &input, &decision, first_frame)?;
+        let snapshot = session.snapshot(decision);
+        if let Input::Observed(observation) = &input {
+            let source_frame = FrameId(observation.frame_id.0 - first_frame);
+            judged(Judged { source_frame, observation, snapshot: &snapshot });
+        }
+        show(snapshot);
+        if input == Input::Stop {
+            break;
+        }
+    }
+    Ok(session)
+}
+
+/// Counts judged frames, for sources that wait for them.
+#[derive(Debug, Default)]
+struct Turnstile {
+    judged: Mutex<u64>,
+    changed: Condvar,
+}
+
+impl Turnstile {
+    fn count_one(&self) {
+        *self.judged.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+        self.changed.notify_all();
+    }
+
+    /// Waits until `count` frames are judged, or the pipeline stops.
+    fn wait_for(&self, count: u64, stop: &AtomicBool) {
+        let mut judged = self.judged.lock().unwrap_or_else(PoisonError::into_inner);
+        while *judged < count && !stop.load(Ordering::Relaxed) {
+            judged = self
+                .changed
+                .wait_timeout(judged, SOURCE_PATIENCE)
+                .unwrap_or_else(PoisonError::into_inner)
+                .0;
+        }
+    }
+}
+
+/// Keeps the pictures that may still be accepted, and writes what must outlast a crash.
+struct Recorder {
+    folder: Option<SessionFolder>,
+    record_stream: bool,
+    pictures: Receiver<Arc<Frame>>,
+    kept: VecDeque<Arc<Frame>>,
+}
+
+impl Recorder {
+    fn record(
+        &mut self,
+        session: &Session,
+        input: &Input,
+        decision: &Decision,
+        first_frame: u64,
+    ) -> Result<(), RecordingError> {
+        let mut current = None;
+        if let Input::Observed(observation) = input {
+            let id = observation.frame_id.0 - first_frame;
+            // The detector sends a picture before its observation, so it is there.
+            while let Ok(picture) = self.pictures.try_recv() {
+                self.kept.push_back(picture);
+            }
+            current = self.kept.iter().find(|picture| picture.id.0 == id).cloned();
+        }
+        let accepted = match decision.outcome {
+            Outcome::Accepted { frame, .. } => Some(frame - first_frame),
+            _ => None,
+        };
+        if let Some(folder) = &mut self.folder {
+            // With the whole stream recorded, the accepted frame was stored when it was seen.
+            let to_store = if self.record_stream {
+                current.clone()
+            } else {
+                accepted.and_then(|id| self.kept.iter().find(|picture| picture.id.0 == id).cloned())
+            };
+            let stored = to_store
+                .map(|frame| folder.store_frame(FrameId(frame.id.0 + first_frame), &frame))
+                .transpose()?;
+            let sync = accepted.is_some() || matches!(input, Input::Command(_) | Input::Stop);
+            folder.journal_mut().append(input, decision, stored, sync)?;
+        }
+        let in_hand = session.frame_in_hand().map(|id| id.0 - first_frame);
+        let newest = current.map(|frame| frame.id.0);
+        if let Some(newest) = newest {
+            // Pictures of observations still in the inbox are newer than this one.
+            self.kept.retain(|picture| picture.id.0 > newest || Some(picture.id.0) == in_hand);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,63 @@
+//! Broken things: what happened and what to do now.
+
+use crate::{
+    capture::CaptureError, config::ConfigError, pipeline::PipelineError, recording::RecordingError,
+};
+
+/// The next action for an error, if one is known. The error itself says what happened.
+pub fn explain(err: &anyhow::Error) -> Option<String> {
+    err.chain().find_map(|cause| {
+        if let Some(err) = cause.downcast_ref::<RecordingError>() {
+            return recording(err);
+        }
+        if let Some(PipelineError::Recording(err)) = cause.downcast_ref::<PipelineError>() {
+            return recording(err);
+        }
+        if let Some(err) = cause.downcast_ref::<CaptureError>() {
+            return Some(capture(err).into());
+        }
+        cause.downcast_ref::<ConfigError>().map(|_| {
+            "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into()
+        })
+    })
+}
+
+fn recording(err: &RecordingError) -> Option<String> {
+    match err {
+        RecordingError::Write { source, path } => {
+            let full = matches!(
+                source.kind(),
+                std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded
+            );
+            let session = path.ancestors().find(|folder| folder.join("session.toml").exists());
+            let go_on = session.map_or(String::new(), |session| {
+                format!(
+                    " Every view that was shown as taken is safe; go on with: boresight guide --session {}",
+                    session.display()
+                )
+            });
+            Some(if full {
+                format!("The disk is full: free some space.{go_on}")
+            } else {
+                format!("Check that the folder exists and may be written.{go_on}")
+            })
+        }
+        RecordingError::Exists { .. } => {
+            Some("Give another name, or --force to replace the file.".into())
+        }
+        RecordingError::Damaged { .. } => Some(
+            "What is whole can be copied into a new session: boresight doctor SESSION --recover NEW".into(),
+        ),
+        RecordingError::Locked { .. } => Some("Close the other one first.".into()),
+        RecordingError::Read { .. } => Some("Check the name; a session is the folder that holds session.toml.".into()),
+        RecordingError::Header { .. } | RecordingError::Frame { .. } => None,
+    }
+}
+
+fn capture(err: &CaptureError) -> &'static str {
+    match err {
+        CaptureError::Read { .. } => "Check the name and that the file may be read.",
+        CaptureError::Decode { .. } => "Remove the file, or replace it with a whole PNG or JPEG.",
+        CaptureError::NoPictures { .. } => "Give a folder with PNG or JPEG pictures of the board.",
+    }
+}

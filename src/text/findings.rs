@@ -1,0 +1,147 @@
+//! What speaks for or against a result: what was seen, and what to do.
+
+use crate::calibration::{Finding, FindingCode, NotCalibrated, Verdict};
+
+/// What the verdict means.
+pub fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Good => "GOOD: nothing speaks against this calibration",
+        Verdict::Care => "USABLE WITH CARE: read the findings",
+        Verdict::Untrustworthy => "NOT TRUSTWORTHY: do not use this calibration",
+    }
+}
+
+/// One finding: what was seen, and what to do about it.
+pub fn finding(finding: &Finding) -> (String, &'static str) {
+    match finding.code {
+        FindingCode::FewViews { distinct, wanted } => (
+            format!("Only {distinct} different views, want {wanted}"),
+            "Take more views, tipped in other directions.",
+        ),
+        FindingCode::ViewsAlike { views, distinct } => (
+            format!("{views} views, but only {distinct} of them differ"),
+            "Move and tip the board between views; copies of a view add nothing.",
+        ),
+        FindingCode::TiltLow { tilted_views, wanted_views, max_tilt_rad, wanted_tilt_rad } => (
+            format!(
+                "{tilted_views} views are tipped by at least {:.0}°, want {wanted_views}; the steepest has {:.0}°",
+                wanted_tilt_rad.to_degrees(),
+                max_tilt_rad.to_degrees()
+            ),
+            "Tip the board 30 to 50°, away at the left, the right, the top and the bottom.",
+        ),
+        FindingCode::DirectionsFew { spread, wanted } => (
+            format!(
+                "All views are tipped in about the same direction (spread {spread:.2}, want {wanted:.2})"
+            ),
+            "Tip the board towards other directions, 90° apart.",
+        ),
+        FindingCode::CoverageLow { share, wanted } => (
+            format!(
+                "The boards covered {:.0} % of the picture, want {:.0} %",
+                100.0 * share,
+                100.0 * wanted
+            ),
+            "Hold the board closer, and into the corners of the picture.",
+        ),
+        FindingCode::PriorUsed { focal_length } => (
+            if focal_length {
+                "The views alone do not fix focal length and lens: usual values were assumed".into()
+            } else {
+                "The views alone do not fix the lens: usual values were assumed".into()
+            },
+            "Take more tipped views.",
+        ),
+        FindingCode::LensSimple { model, statistic, limit } => (
+            format!(
+                "The lens model {:?} is too simple: a richer one moves the principal point (χ² {statistic:.1}, limit {limit:.1})",
+                model.code()
+            ),
+            "Take more views that fill the picture; check that the board is flat.",
+        ),
+        FindingCode::LensFolds { unmapped, of } => (
+            format!("The lens model has no ray for {unmapped} of {of} places in the picture"),
+            "Take views that reach into the corners of the picture.",
+        ),
+        FindingCode::CheckDisagrees { distance_px, sigmas, limit } => (
+            format!(
+                "The independent check puts the principal point {distance_px:.1} px away ({sigmas:.1} sd, limit {limit:.1})"
+            ),
+            "Check that the board is flat and focus and zoom are locked; take the views again.",
+        ),
+        FindingCode::CheckMissing => (
+            "There is no independent check of the principal point".into(),
+            "Take more tipped views in different directions.",
+        ),
+        FindingCode::ViewsDisagree { ratio, limit } => (
+            format!(
+                "Leaving single views out moves the principal point {ratio:.1} times as far as it should (limit {limit:.1})"
+            ),
+            "Look at the view with the largest residual; take it again.",
+        ),
+        FindingCode::ViewOdd { view, rms_px, typical_px } => (
+            format!("View {} fits badly: {rms_px:.2} px, others {typical_px:.2} px", view + 1),
+            "Remove it, or take it again.",
+        ),
+        FindingCode::FocusMoved { statistic, limit, relative_sd } => (
+            format!(
+                "The views' focal lengths scatter by {:.1} % (χ² {statistic:.0}, limit {limit:.0}): focus or zoom moved, or the lens model is wrong",
+                100.0 * relative_sd
+            ),
+            "Lock focus and zoom, and start again.",
+        ),
+        FindingCode::Mirrored { view } => (
+            format!("View {} is a mirror image", view + 1),
+            "Switch mirroring off in the camera or the driver.",
+        ),
+        FindingCode::NoiseHigh { noise_px, limit_px } => (
+            format!("Corners err by {noise_px:.2} px, want at most {limit_px:.2} px"),
+            "Focus the lens, hold still, use more light, and a flat board of the stated size.",
+        ),
+        FindingCode::PrincipalPointUncertain { sd_px, wanted_px } => (
+            format!("The principal point is known to {sd_px:.1} px, want {wanted_px:.1} px"),
+            "Take more views that fill the picture, in opposed pairs.",
+        ),
+        FindingCode::FocalLengthUncertain { sd_px, wanted_px } => (
+            format!("The focal length is known to {sd_px:.1} px, want {wanted_px:.1} px"),
+            "Take more views, tipped by 40 to 50°.",
+        ),
+        FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px } => (
+            format!(
+                "Projection is known to {mean_px:.2} px on average and {max_px:.2} px at worst, want {wanted_px:.2} px on average"
+            ),
+            "Take more views that fill the picture.",
+        ),
+        FindingCode::NotConverged => (
+            "The solver did not reach a minimum".into(),
+            "Look at the views with large residuals; take more views.",
+        ),
+    }
+}
+
+/// Why there is no calibration at all, and what to do.
+pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
+    match *reason {
+        NotCalibrated::NoViews => ("There is no view of the board".into(), "Show the whole board."),
+        NotCalibrated::NoModels => ("There is no lens model to try".into(), "Name one."),
+        NotCalibrated::NoPicture { width_px, height_px } => {
+            (format!("The picture is {width_px}x{height_px}"), "Give the true --image-size.")
+        }
+        NotCalibrated::CornerCount { view, got, want } => (
+            format!("View {} has {got} corners, the board has {want}", view + 1),
+            "Check --board: it counts inner corners, one less than squares each way.",
+        ),
+        NotCalibrated::CornerValue { view, corner } => (
+            format!("Corner {} of view {} is not a number", corner + 1, view + 1),
+            "Mend the corner table.",
+        ),
+        NotCalibrated::NoHomography { view } => (
+            format!("The corners of view {} are not those of a flat board", view + 1),
+            "Check the order of the corners: row by row over the board.",
+        ),
+        NotCalibrated::Undetermined { distinct } => (
+            format!("{distinct} different views do not determine the lens"),
+            "Take views with the board tipped 30 to 50° in different directions.",
+        ),
+    }
+}

@@ -1,0 +1,225 @@
+//! Every sentence a person reads. Structures come in, words go out; nothing is decided here.
+//!
+//! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
+
+mod errors;
+mod findings;
+
+pub use errors::explain;
+pub use findings::{finding, not_calibrated, verdict};
+
+use crate::{
+    detection::{Miss, Side},
+    guidance::{Advice, Progress, Refusal, Role},
+    session::{Observation, Outcome, Snapshot},
+};
+
+/// What to do next, in one sentence.
+pub fn advice(advice: &Advice, observation: Option<&Observation>) -> String {
+    match *advice {
+        Advice::ShowBoard => match observation.map(|observation| &observation.seen) {
+            Some(Err(reason)) => miss(reason),
+            _ => "Show the whole board".into(),
+        },
+        Advice::TipTowards { slot_rad: None, wanted_rad } => {
+            format!("Tip the {} edge away", edge(wanted_rad))
+        }
+        Advice::TipTowards { slot_rad: Some(slot_rad), wanted_rad } => {
+            format!("Tip the {} edge away, not the {}", edge(wanted_rad), edge(slot_rad))
+        }
+        Advice::Tilt { tilt_rad, wanted_rad, slot_rad } => {
+            let way = if tilt_rad < wanted_rad { "away" } else { "back" };
+            format!(
+                "Tip the {} edge {way}: {}°, want {}°",
+                edge(slot_rad),
+                deg(tilt_rad),
+                deg(wanted_rad)
+            )
+        }
+        Advice::Distance { fill, wanted } => {
+            let way = if fill < wanted { "Come closer" } else { "Step back" };
+            format!("{way}: board {}, want {}", percent(fill), percent(wanted))
+        }
+        Advice::Shift { right_px, down_px } => {
+            let (x, y) = (right_px.abs().round(), down_px.abs().round());
+            let across = if right_px < 0.0 { "left" } else { "right" };
+            let down = if down_px < 0.0 { "up" } else { "down" };
+            match (x >= 10.0, y >= 10.0) {
+                (true, false) => format!("Move {across}: {x} px"),
+                (false, true) => format!("Move {down}: {y} px"),
+                _ => format!("Move {across} {x} px and {down} {y} px"),
+            }
+        }
+        Advice::HoldStill { .. } => "Hold still".into(),
+        Advice::Holding { progress } => format!("Hold still: {}", percent(progress)),
+        Advice::Mend { refusal: ref reason } => refusal(reason),
+        Advice::Finished => "Finished".into(),
+    }
+}
+
+/// Why a view was not taken: what was measured and what is wanted.
+pub fn refusal(refusal: &Refusal) -> String {
+    match *refusal {
+        Refusal::NotFound => "No board found".into(),
+        Refusal::NoLine => "The board faces the camera: tip it".into(),
+        Refusal::TooFlat { tilt_rad, wanted_rad } => {
+            format!("Tip the board more: {}°, want at least {}°", deg(tilt_rad), deg(wanted_rad))
+        }
+        Refusal::TooSteep { tilt_rad, wanted_rad } => {
+            format!("Tip the board less: {}°, want at most {}°", deg(tilt_rad), deg(wanted_rad))
+        }
+        Refusal::Unclear { sigma_rad, wanted_rad } => format!(
+            "Its direction is unclear by {:.1}°, want {:.1}°: come closer or tip it more",
+            sigma_rad.to_degrees(),
+            wanted_rad.to_degrees()
+        ),
+        Refusal::TooFar { fill, wanted } => {
+            format!("Come closer: board {}, want at least {}", percent(fill), percent(wanted))
+        }
+        Refusal::AtTheEdge { margin_px, wanted_px } => format!(
+            "Too close to the picture's edge: {margin_px:.0} px, want {wanted_px:.0} px; step back"
+        ),
+        Refusal::Blurred { blur_px, wanted_px } => format!(
+            "Blurred: {blur_px:.1} px, want at most {wanted_px:.1} px; hold still or focus the lens"
+        ),
+        Refusal::AlreadyCovered { nearest_rad, wanted_rad } => format!(
+            "This direction is there already: {}° from the nearest, want {}°",
+            deg(nearest_rad),
+            deg(wanted_rad)
+        ),
+        Refusal::PartnerOff { offset_px, wanted_px } => format!(
+            "Opposite, but {offset_px:.0} px beside the mirrored place, want at most {wanted_px:.0} px"
+        ),
+        Refusal::BetweenSlots { error_rad, wanted_rad } => format!(
+            "Between two directions: {}° off, want at most {}°",
+            deg(error_rad),
+            deg(wanted_rad)
+        ),
+        Refusal::Inconsistent { sigmas, wanted } => format!(
+            "This view contradicts the others by {sigmas:.1} sd, limit {wanted:.1}: is the board flat, the focus unchanged?"
+        ),
+        Refusal::Moving { speed_px_per_s, wanted_px_per_s } if speed_px_per_s < 1e6 => {
+            format!("Hold still: {speed_px_per_s:.0} px/s, want at most {wanted_px_per_s:.0} px/s")
+        }
+        Refusal::Moving { .. } => "Hold still".into(),
+        Refusal::Holding { progress } => format!("Hold still: {}", percent(progress)),
+        Refusal::OtherSize { size_px, wanted_px } => format!(
+            "This picture is {}x{}, the session's are {}x{}",
+            size_px.0, size_px.1, wanted_px.0, wanted_px.1
+        ),
+        Refusal::NotCollecting => "Not taking views now".into(),
+    }
+}
+
+/// Why no board was found, with what to do.
+pub fn miss(miss: &Miss) -> String {
+    match *miss {
+        Miss::NoBoard => "Show the whole board".into(),
+        Miss::PartialBoard { found, wanted, cut_off_by: Some(side) } => {
+            let side = match side {
+                Side::Left => "left",
+                Side::Right => "right",
+                Side::Top => "top",
+                Side::Bottom => "bottom",
+            };
+            format!(
+                "The {side} edge of the picture cuts the board off: {found} of {wanted} corners"
+            )
+        }
+        Miss::PartialBoard { found, wanted, cut_off_by: None } => {
+            format!("Some corners are hidden: {found} of {wanted} found")
+        }
+        Miss::OtherBoard { columns, rows } => format!(
+            "I see a board of {columns}x{rows} inner corners, not the one you named: try --board {columns}x{rows}"
+        ),
+        Miss::TooSmall { square_px, needed_px } => {
+            format!("Come closer: squares of {square_px:.0} px, want {needed_px:.0} px")
+        }
+        Miss::Blurred { blur_px, limit_px } => format!(
+            "Too blurred to measure: {blur_px:.1} px, want at most {limit_px:.1} px; hold still or focus the lens"
+        ),
+        Miss::LowContrast { contrast, needed } => {
+            format!("Too little contrast: {contrast:.0} grey levels, want {needed:.0}; more light")
+        }
+        Miss::OutOfTime => {
+            "The picture is too busy to search in time: a plainer background helps".into()
+        }
+    }
+}
+
+/// What happened to the views, if anything did.
+pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
+    match *outcome {
+        Outcome::Accepted { view, role, .. } => {
+            let what = match role {
+                Role::NewDirection => "a new direction".into(),
+                Role::Partner { of } => format!("the opposite of view {}", of + 1),
+                Role::Forced => "taken by hand".into(),
+            };
+            let slot = snapshot.views.iter().find(|summary| summary.id == view).map_or(
+                String::new(),
+                |summary| {
+                    let tilt = summary.tilt_rad.map_or("?".into(), deg);
+                    format!(", {} edge away, tilt {tilt}°", edge(summary.slot_rad))
+                },
+            );
+            Some(format!("Taken: view {}, {what}{slot}", snapshot.views.len()))
+        }
+        Outcome::Removed { view } => Some(format!("Removed: view {}", view + 1)),
+        Outcome::Refused { .. } | Outcome::Noted => None,
+    }
+}
+
+/// How a session ended.
+pub fn progress(progress: Progress) -> &'static str {
+    match progress {
+        Progress::Collecting => "The session ended before the plan was complete",
+        Progress::Complete => "The plan is complete",
+        Progress::Exhausted => {
+            "No further view would help, and the wanted precision is not reached"
+        }
+    }
+}
+
+/// The edge of the board that points towards `slot_rad`, in words.
+fn edge(slot_rad: f64) -> &'static str {
+    const EDGES: [&str; 8] =
+        ["right", "bottom right", "bottom", "bottom left", "left", "top left", "top", "top right"];
+    let eighth = (slot_rad / std::f64::consts::FRAC_PI_4).round().rem_euclid(8.0);
+    // `eighth` is a whole number from 0 to 7.
+    EDGES[eighth as usize % EDGES.len()]
+}
+
+fn deg(angle_rad: f64) -> String {
+    format!("{:.0}", angle_rad.to_degrees())
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_go_clockwise_from_the_right() {
+        assert_eq!(edge(0.0), "right");
+        assert_eq!(edge(90_f64.to_radians()), "bottom");
+        assert_eq!(edge(-0.1), "right");
+        assert_eq!(edge(359_f64.to_radians()), "right");
+        assert_eq!(edge(315_f64.to_radians()), "top right");
+    }
+
+    #[test]
+    fn sentences_say_measured_and_wanted() {
+        let tilt = Advice::Tilt {
+            tilt_rad: 22_f64.to_radians(),
+            wanted_rad: 40_f64.to_radians(),
+            slot_rad: 270_f64.to_radians(),
+        };
+        assert_eq!(advice(&tilt, None), "Tip the top edge away: 22°, want 40°");
+        let far = Advice::Distance { fill: 0.38, wanted: 0.65 };
+        assert_eq!(advice(&far, None), "Come closer: board 38 %, want 65 %");
+    }
+}
