@@ -156,7 +156,7 @@ pub struct Bundle {
     pub cost: f64,
     /// Coordinates seen less parameters estimated; at least 1.
     pub degrees_of_freedom: usize,
-    /// Whether the minimum was reached to 1e-8 standard deviations.
+    /// Whether the minimum was reached to 1e-9 standard deviations.
     pub converged: bool,
     /// Information of the corners about the free lens parameters, poses settled.
     information: LensMatrix,
