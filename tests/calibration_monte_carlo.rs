@@ -3,9 +3,7 @@
 use std::time::Instant;
 
 use boresight::board::Checkerboard;
-use boresight::calibration::{
-    Calibration, CalibrationParams, LensModel, Verdict, calibrate,
-};
+use boresight::calibration::{Calibration, CalibrationParams, LensModel, Verdict, calibrate};
 use boresight::frame::ImageSize;
 use boresight::geometry::{Camera, Corner, Distortion};
 use nalgebra::{Isometry3, Point2, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
@@ -159,7 +157,24 @@ fn eight_views_are_quick() {
     let found = run(&seen, &CalibrationParams::default());
     println!("{:?} {:?} {:?}", start.elapsed(), found.verdict, codes(&found));
     println!("{:#?}", found.findings);
-    println!("{:?} sd {:.3?} proj {:.3} {:.3} cov {:.2} skip {:?}", found.camera, found.sd(), found.projection_sd.mean_px, found.projection_sd.max_px, found.coverage, found.skip_one_ratio);
+    println!(
+        "{:?} sd {:.3?} proj {:.3} {:.3} cov {:.2} skip {:?}",
+        found.camera,
+        found.sd(),
+        found.projection_sd.mean_px,
+        found.projection_sd.max_px,
+        found.coverage,
+        found.skip_one_ratio
+    );
     println!("{:#?}", found.principal_point);
-    for v in &found.views { println!("tilt {:.1} slot {:.1} pl slot {:?} f {:?} res {:?}", v.tilt_rad.to_degrees(), v.slot_rad.to_degrees(), v.principal_line.as_ref().map(|l| l.slot_rad.to_degrees()), v.focal, v.pl_residual_px); }
+    for v in &found.views {
+        println!(
+            "tilt {:.1} slot {:.1} pl slot {:?} f {:?} res {:?}",
+            v.tilt_rad.to_degrees(),
+            v.slot_rad.to_degrees(),
+            v.principal_line.as_ref().map(|l| l.slot_rad.to_degrees()),
+            v.focal,
+            v.pl_residual_px
+        );
+    }
 }

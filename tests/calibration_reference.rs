@@ -53,7 +53,7 @@ fn sets() -> Vec<Set> {
                 *Homography::fit(&board, view).expect("a flat board").image_from_board()
             };
             Set {
-                name: set["name"].to_string(),
+                name: set["name"].as_str().expect("name").to_owned(),
                 observations: Observations::new(&board, &slices).expect("valid corners"),
                 image_from_board: views.iter().map(homography).collect(),
                 models: minima["models"].clone(),
@@ -90,9 +90,9 @@ fn bundle_adjustment_finds_the_reference_minima() {
             let found = bundle.state.camera.lens_parameters();
             for (i, found) in found[1..].iter().enumerate() {
                 let off = (found - number(&theta[i])).abs();
-                let tolerance = [1e-6, 1e-6, 1e-6, 1e-8, 1e-7, 1e-9, 1e-9, 1e-6][i];
-                if off > 1e-7 {println!("{what} {i} {off:e} cost {:e}", bundle.cost-number(&reference["cost_sum_sq"]));}
-                assert!(off < 3.0*tolerance, "{what} parameter {i}: off by {off:e}");
+                // The reference's own convergence: with k3 its cost is above ours.
+                let tolerance = [1e-6, 1.1e-6, 1e-6, 1e-8, 2e-7, 1e-9, 1e-9, 1e-6][i];
+                assert!(off < tolerance, "{what} parameter {i}: off by {off:e}");
             }
             let cost = number(&reference["cost_sum_sq"]);
             assert!((bundle.cost - cost).abs() < 1e-10 * cost.max(1e-6), "{what} cost");
@@ -100,8 +100,7 @@ fn bundle_adjustment_finds_the_reference_minima() {
             let wanted = list(&reference["unit_cov"]);
             for (i, row) in wanted.iter().enumerate() {
                 for (j, wanted_ij) in list(row).iter().enumerate() {
-                    let scale =
-                        (number(&wanted[i][i]) * number(&wanted[j][j])).sqrt();
+                    let scale = (number(&wanted[i][i]) * number(&wanted[j][j])).sqrt();
                     let off = (covariance[(i + 1, j + 1)] - number(wanted_ij)).abs() / scale;
                     assert!(off < 1e-6, "{what} covariance {i} {j}: off by {off:e}");
                 }
@@ -113,19 +112,31 @@ fn bundle_adjustment_finds_the_reference_minima() {
 #[test]
 fn free_homographies_find_the_reference_minima() {
     for set in sets() {
-        let prior = DistortionCentrePrior { sd_px: f64::INFINITY, ..DistortionCentrePrior::of(SIZE) };
-        if set.name.contains("clean") { continue; }
+        // The reference has no prior; without distortion and noise nothing else holds the centre.
+        let sd_px = if set.name == "clean" { 96.0 } else { f64::INFINITY };
+        let prior = DistortionCentrePrior { px: SIZE.centre_px(), sd_px };
         let free = free_homography::fit(&set.observations, prior, &set.image_from_board)
             .expect("eight tilted views");
         let reference = &set.free;
-        println!("{} {:?} {:?} {} pp {:?} unw {:?}", set.name, free.distortion_centre_px, free.k, free.cost, free.pp_px, free.pp_unweighted_px);
-        println!("   {reference}");
+        let off = |ours: Point2<f64>, name: &str| (ours - point(&reference[name])).norm();
+        let cost = number(&reference["cost"]);
+        match set.name.as_str() {
+            // Without distortion the centre is arbitrary, and the reference stopped along the way.
+            "noisy0.3" => assert!(free.cost <= cost && off(free.pp_px, "pp_pl") < 0.5),
+            name => {
+                assert!(off(free.pp_px, "pp_pl") < 1e-6, "{name}: {:e}", off(free.pp_px, "pp_pl"));
+                assert!(off(free.distortion_centre_px, "DC") < 2e-6, "{name}");
+                assert!((free.k[0] - number(&reference["K1"])).abs() < 1e-8, "{name}");
+                assert!((free.k[1] - number(&reference["K2"])).abs() < 1e-7, "{name}");
+                assert!((free.cost - cost).abs() < 1e-9 * cost.max(1e-6), "{name}");
+            }
+        }
     }
 }
 
 #[test]
 fn zhang_is_exact_on_exact_corners() {
-    for set in sets().iter().filter(|set| set.name == "\"clean\"") {
+    for set in sets().iter().filter(|set| set.name == "clean") {
         let camera = zhang::closed_form(&set.image_from_board, SIZE).expect("a camera");
         assert!((camera.f_px.x - 1400.0).abs() < 1e-6 && (camera.f_px.y - 1400.0).abs() < 1e-6);
         assert!((camera.pp_px - Point2::new(975.25, 531.5)).norm() < 1e-6);

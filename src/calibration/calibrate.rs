@@ -301,7 +301,8 @@ impl Inputs<'_> {
             .iter()
             .map(|corner| {
                 let px = camera.undistort_px(&corner.px)?;
-                let covariance_px2 = corner.covariance_px2 * noise_factor.max(self.noise_floor()).powi(2);
+                let covariance_px2 =
+                    corner.covariance_px2 * noise_factor.max(self.noise_floor()).powi(2);
                 Some(Corner { px, covariance_px2 })
             })
             .collect::<Option<_>>()?;

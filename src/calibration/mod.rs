@@ -16,6 +16,7 @@ mod arrow;
 mod bundle;
 mod calibrate;
 mod finding;
+mod free_covariance;
 pub mod free_homography;
 mod honesty;
 mod lens_model;
