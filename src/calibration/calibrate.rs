@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SymmetricEigen, Vector2, Vector3};
 
 use super::bundle::{BundleState, InvalidCorners, Observations};
 use super::finding::Verdict;
@@ -27,6 +27,8 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 const NOISE_FLOOR_PX: f64 = 1e-3;
 /// Different views from which the lens stands without weak beliefs.
 const VIEWS_WITHOUT_PRIOR: usize = 4;
+/// A board seen thinner than this is seen from its edge.
+const THINNEST: f64 = 0.01;
 /// A focal length less certain than this share of itself needs a belief.
 const F_UNDETERMINED: f64 = 0.2;
 
@@ -92,7 +94,11 @@ fn as_seen(
         .iter()
         .enumerate()
         .map(|(view, corners)| {
-            Homography::fit(board_m, corners).map_err(|_| NotCalibrated::NoHomography { view })
+            let missing = NotCalibrated::NoHomography { view };
+            if thinness(corners).is_nan() || thinness(corners) < THINNEST {
+                return Err(missing);
+            }
+            Homography::fit(board_m, corners).map_err(|_| missing)
         })
         .collect::<Result<_, _>>()?;
     let lines: Vec<Option<PrincipalLine>> = homographies
@@ -110,6 +116,17 @@ fn as_seen(
         ring: principal_line_and_ring(&usable).ok(),
         lines,
     })
+}
+
+/// Extent of the corners across their longest direction over the extent along it.
+fn thinness(corners: &[Corner]) -> f64 {
+    let mean = mean_px(corners);
+    let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
+        let off = corner.px - mean;
+        scatter + off * off.transpose()
+    });
+    let eigenvalues = SymmetricEigen::new(scatter).eigenvalues;
+    (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
 }
 
 fn mean_px(corners: &[Corner]) -> Point2<f64> {

@@ -10,7 +10,7 @@
 use nalgebra::{Matrix2, Matrix2x4, Matrix3, Point2, SMatrix, SVector, Vector2, Vector4};
 
 use super::arrow::{Arrow, Problem, Step, ViewBlock, inverse, minimise};
-use super::bundle::Observations;
+use super::bundle::{LEAST_NOISE_VARIANCE, Observations};
 use super::free_covariance::pp_covariance;
 use crate::frame::ImageSize;
 use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted};
@@ -94,7 +94,7 @@ pub fn fit(
         return None;
     }
     let largest = observations.board_m().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-    let problem = FreeProblem { observations, board_scale_m: largest, prior };
+    let mut problem = FreeProblem { observations, board_scale_m: largest, prior };
     let board_from_unit = Matrix3::from_diagonal(&[largest, largest, 1.0].into());
     let g_from_image = Matrix3::new(
         1.0 / SCALE_PX,
@@ -116,7 +116,14 @@ pub fn fit(
         })
         .collect();
     let start = FreeState { shared: Vector4::new(prior.px.x, prior.px.y, 0.0, 0.0), views };
-    let minimum = minimise(&problem, start)?;
+    let mut minimum = minimise(&problem, start)?;
+    let parameters = 4 + 8 * observations.view_count();
+    let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
+    // The prior weighs against corners as noisy as they turn out to be.
+    let cost = minimum.cost - problem.prior_cost(&minimum.state.shared);
+    let noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
+    problem.prior.sd_px /= noise_variance.sqrt();
+    minimum = minimise(&problem, minimum.state)?;
     let state = &minimum.state;
     let distortion_centre_px = Point2::new(state.shared[0], state.shared[1]);
     let lines = (0..observations.view_count())
@@ -134,7 +141,6 @@ pub fn fit(
         .collect();
     let shared_covariance = inverse(&minimum.arrow.reduced()?)?;
     let pp_unit_covariance_px2 = pp_covariance(&views, &shared_covariance, &pp_in_g, SCALE_PX)?;
-    let parameters = 4 + 8 * observations.view_count();
     let image_from_board = state
         .views
         .iter()
@@ -146,7 +152,7 @@ pub fn fit(
         k: [state.shared[2], state.shared[3]],
         image_from_board,
         cost: minimum.cost - problem.prior_cost(&state.shared),
-        degrees_of_freedom: observations.coordinate_count().saturating_sub(parameters).max(1),
+        degrees_of_freedom,
         pp_px,
         pp_unit_covariance_px2,
         lines,

@@ -6,6 +6,12 @@ use super::bundle::{Bundle, BundleState, Observations, adjust};
 use super::lens_model::{LensModel, LensPrior};
 use crate::geometry::{Camera, LENS_PARAMETERS};
 
+/// Cost of a parameter when models are weighed against each other, instead of BIC's ln n.
+///
+/// BIC holds that a coefficient could be anything up to √n times its error, far more than lenses have,
+/// and so calls a rich model improbable that is not. 4.5 stands for 10 times.
+const DOUBT_PER_PARAMETER: f64 = 4.5;
+
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// One lens model fitted.
@@ -19,7 +25,7 @@ pub struct ModelFit {
     pub cost: f64,
     /// `n ln(cost/n) + k ln n`; the smallest is chosen.
     pub bic: f64,
-    /// Probability of the model given the corners, `∝ exp(−BIC/2)`.
+    /// Probability of the model given the corners, `∝ exp(−(n ln(cost/n) + 4.5 k)/2)`.
     pub weight: f64,
     /// `√(cost/dof)`.
     pub noise_factor: f64,
@@ -58,25 +64,31 @@ pub(super) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option
         fitted.push((*model, bundle));
     }
     let n = search.observations.coordinate_count() as f64;
-    let bic: Vec<f64> = fitted
-        .iter()
-        .map(|(_, bundle)| {
-            let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
-            n * cost.ln() + bundle.freedom.count() as f64 * n.ln()
-        })
-        .collect();
+    let criterion = |per_parameter: f64| -> Vec<f64> {
+        fitted
+            .iter()
+            .map(|(_, bundle)| {
+                let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
+                n * cost.ln() + bundle.freedom.count() as f64 * per_parameter
+            })
+            .collect()
+    };
+    let bic = criterion(n.ln());
+    let doubt = criterion(DOUBT_PER_PARAMETER);
+    let least_doubt = doubt.iter().copied().fold(f64::INFINITY, f64::min);
+    let share = |doubt: f64| (-0.5 * (doubt - least_doubt)).exp();
     let best = bic.iter().copied().fold(f64::INFINITY, f64::min);
     let chosen = bic.iter().position(|bic| *bic <= best)?;
-    let total: f64 = bic.iter().map(|bic| (-0.5 * (bic - best)).exp()).sum();
+    let total: f64 = doubt.iter().map(|doubt| share(*doubt)).sum();
     let fits = fitted
         .iter()
-        .zip(&bic)
-        .map(|((model, bundle), bic)| ModelFit {
+        .zip(bic.iter().zip(&doubt))
+        .map(|((model, bundle), (bic, doubt))| ModelFit {
             model: *model,
             camera: bundle.state.camera,
             cost: bundle.cost,
             bic: *bic,
-            weight: (-0.5 * (bic - best)).exp() / total,
+            weight: share(*doubt) / total,
             noise_factor: bundle.noise_factor(),
         })
         .collect();
