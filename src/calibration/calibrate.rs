@@ -47,6 +47,9 @@ pub fn calibrate(
     params: &CalibrationParams,
 ) -> Result<Calibration, NotCalibrated> {
     let ImageSize { width_px, height_px } = image_size;
+    if params.models.is_empty() {
+        return Err(NotCalibrated::NoModels);
+    }
     if views.is_empty() {
         return Err(NotCalibrated::NoViews);
     }
@@ -154,17 +157,12 @@ impl Inputs<'_> {
             2 => LensModel::K1K2,
             _ => LensModel::K1K2P1P2K3,
         };
-        let simplest = self.params.models.iter().min().copied();
-        let mut models: Vec<LensModel> = self
-            .params
-            .models
-            .iter()
-            .copied()
-            .filter(|model| *model <= richest || Some(*model) == simplest)
-            .collect();
-        models.sort_unstable();
-        models.dedup();
-        models
+        // A lens that was asked for is never withheld.
+        let wanted = self.params.models.iter().min().copied();
+        LensModel::ALL
+            .into_iter()
+            .filter(|model| *model <= richest || Some(*model) <= wanted)
+            .collect()
     }
 
     /// Adjusts, first as asked, then with a belief about the focal length if the views leave it open.
@@ -173,15 +171,13 @@ impl Inputs<'_> {
         let start =
             start(&self.observations, &self.as_seen, self.image_size).ok_or(undetermined)?;
         let models = self.models();
-        if models.is_empty() {
-            return Err(NotCalibrated::NoModels);
-        }
         let weak = LensPrior::weak(self.image_size);
         let prior_used = self.params.weak_priors && self.distinct < VIEWS_WITHOUT_PRIOR;
         let search = |prior: Option<&LensPrior>| {
             let search = ModelSearch {
                 observations: &self.observations,
                 models: &models,
+                allowed: &self.params.models,
                 square_pixels: self.params.square_pixels,
                 prior,
                 noise_floor: self.noise_floor(),

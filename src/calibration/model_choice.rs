@@ -25,7 +25,8 @@ pub struct ModelFit {
     pub cost: f64,
     /// `n ln(cost/n) + k ln n`; the smallest is chosen.
     pub bic: f64,
-    /// Probability of the model given the corners, `∝ exp(−(n ln(cost/n) + 4.5 k)/2)`.
+    /// Probability of the model given the corners, `∝ exp(−(n ln(cost/n) + 4.5 k)/2)`;
+    /// zero for models that were only fitted as a check.
     pub weight: f64,
     /// `√(cost/dof)`.
     pub noise_factor: f64,
@@ -43,7 +44,10 @@ pub(super) struct ModelChoice {
 /// What [`fit_models`] needs beside the corners.
 pub(super) struct ModelSearch<'a> {
     pub(super) observations: &'a Observations,
+    /// All to fit, simplest first.
     pub(super) models: &'a [LensModel],
+    /// Those that may be chosen; the others only serve as a check.
+    pub(super) allowed: &'a [LensModel],
     pub(super) square_pixels: bool,
     pub(super) prior: Option<&'a LensPrior>,
     /// Corners are never believed to be better than this, as a multiple of what they claim.
@@ -52,7 +56,7 @@ pub(super) struct ModelSearch<'a> {
 
 /// Fits the models in order, each started from the one before, the first from `start`.
 ///
-/// `None` if not even the first can be fitted.
+/// `None` if none that may be chosen can be fitted.
 pub(super) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option<ModelChoice> {
     let mut state = start;
     let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
@@ -64,31 +68,34 @@ pub(super) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option
         fitted.push((*model, bundle));
     }
     let n = search.observations.coordinate_count() as f64;
-    let criterion = |per_parameter: f64| -> Vec<f64> {
-        fitted
-            .iter()
-            .map(|(_, bundle)| {
-                let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
-                n * cost.ln() + bundle.freedom.count() as f64 * per_parameter
-            })
-            .collect()
+    let criterion = |bundle: &Bundle, per_parameter: f64| {
+        let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
+        n * cost.ln() + bundle.freedom.count() as f64 * per_parameter
     };
-    let bic = criterion(n.ln());
-    let doubt = criterion(DOUBT_PER_PARAMETER);
-    let least_doubt = doubt.iter().copied().fold(f64::INFINITY, f64::min);
-    let share = |doubt: f64| (-0.5 * (doubt - least_doubt)).exp();
-    let best = bic.iter().copied().fold(f64::INFINITY, f64::min);
-    let chosen = bic.iter().position(|bic| *bic <= best)?;
-    let total: f64 = doubt.iter().map(|doubt| share(*doubt)).sum();
+    let may = |model: &LensModel| search.allowed.contains(model);
+    let bic: Vec<f64> = fitted.iter().map(|(_, bundle)| criterion(bundle, n.ln())).collect();
+    let chosen = (0..fitted.len())
+        .filter(|i| may(&fitted[*i].0))
+        .min_by(|i, j| bic[*i].total_cmp(&bic[*j]))?;
+    let doubt = |bundle: &Bundle| criterion(bundle, DOUBT_PER_PARAMETER);
+    let chosen_doubt = doubt(&fitted[chosen].1);
+    let weights: Vec<f64> = fitted
+        .iter()
+        .map(|(model, bundle)| {
+            // Capped: a sum of weights must stay a number.
+            if may(model) { (-0.5 * (doubt(bundle) - chosen_doubt)).min(600.0).exp() } else { 0.0 }
+        })
+        .collect();
+    let total: f64 = weights.iter().sum();
     let fits = fitted
         .iter()
-        .zip(bic.iter().zip(&doubt))
-        .map(|((model, bundle), (bic, doubt))| ModelFit {
+        .zip(bic.iter().zip(&weights))
+        .map(|((model, bundle), (bic, weight))| ModelFit {
             model: *model,
             camera: bundle.state.camera,
             cost: bundle.cost,
             bic: *bic,
-            weight: share(*doubt) / total,
+            weight: weight / total,
             noise_factor: bundle.noise_factor(),
         })
         .collect();
