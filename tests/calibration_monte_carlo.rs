@@ -209,7 +209,6 @@ fn one_view_is_not_enough() {
         for noise_px in [NOISE_PX, 1e-9] {
             let found = run(&seen(&poses, noise_px, 2), &CalibrationParams::default());
             finite(&found);
-            println!("{:?} f {:.0} sd {:.0}", codes(&found), found.camera.f_px.x, found.sd()[0]);
             assert_eq!(found.verdict, Verdict::Untrustworthy);
             assert_eq!(has(&found, "VIEWS-FEW"), Some(Severity::Bad));
         }
@@ -227,7 +226,6 @@ fn frontal_views_are_not_enough() {
     for noise_px in [NOISE_PX, 1e-9] {
         let found = run(&seen(&poses, noise_px, 3), &CalibrationParams::default());
         finite(&found);
-        println!("{:?} f {:.0} sd {:.0}", codes(&found), found.camera.f_px.x, found.sd()[0]);
         assert_eq!(found.verdict, Verdict::Untrustworthy);
         assert_eq!(has(&found, "TILT-LOW"), Some(Severity::Bad));
     }
@@ -244,7 +242,6 @@ fn twenty_copies_are_one_view() {
         };
         let found = run(&copies, &CalibrationParams::default());
         finite(&found);
-        println!("{:?} f {:.0} sd {:.0}", codes(&found), found.camera.f_px.x, found.sd()[0]);
         assert_eq!(found.verdict, Verdict::Untrustworthy);
         assert_eq!(has(&found, "VIEWS-ALIKE"), Some(Severity::Bad));
     }
@@ -255,7 +252,6 @@ fn two_pairs_start_a_result() {
     for count in [2, 3, 4] {
         let found = run(&seen(&eight_slots()[..count], NOISE_PX, 5), &CalibrationParams::default());
         finite(&found);
-        println!("{count}: {:?} {:?} sd {:.2?}", found.model, codes(&found), &found.sd()[..4]);
         assert!((found.camera.f_px.x - 1400.0).abs() < 5.0 * found.sd()[0].max(1.0));
         assert!(found.verdict >= if count < 4 { Verdict::Care } else { Verdict::Good });
     }
@@ -283,7 +279,6 @@ fn a_moving_focus_is_noticed() {
         })
         .collect();
     let found = run(&moved, &CalibrationParams::default());
-    println!("{:?}", found.findings);
     assert!(has(&found, "FOCUS-MOVED").is_some());
     assert_ne!(found.verdict, Verdict::Good);
     let free = found.principal_point.free_homography.expect("fits").px;

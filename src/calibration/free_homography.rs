@@ -172,10 +172,6 @@ fn image_from_board(view: &Local, board_scale_m: f64, centre_px: &Point2<f64>) -
 impl FreeProblem<'_> {
     /// Principal line of one view's undistorted corners. `Some(None)` for a view without one, `None`
     /// if a corner lies beyond the fold of the lens.
-    #[allow(
-        clippy::option_option,
-        reason = "a missing line is an answer, a missing ray is a failure"
-    )]
     fn line(&self, view: usize, state: &FreeState) -> Option<Option<PrincipalLine>> {
         let centre = Point2::new(state.shared[0], state.shared[1]);
         let lens = lens(state);
