@@ -3,6 +3,10 @@
 pub mod board;
 pub mod calibration;
 pub mod capture;
+pub mod config;
 pub mod detection;
 pub mod frame;
 pub mod geometry;
+pub mod guidance;
+pub mod recording;
+pub mod session;

@@ -1,5 +1,7 @@
 //! The closed forms against reference vectors that were computed independently.
 
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
 use boresight::geometry::{
     Corner, Homography, PrincipalLine, intersect_unweighted, intersect_weighted,
     principal_line_and_ring,

@@ -15,6 +15,7 @@
 mod arrow;
 mod bundle;
 mod calibrate;
+pub mod export;
 mod finding;
 mod free_covariance;
 pub mod free_homography;

@@ -1,5 +1,11 @@
 //! Frames in: every source of pictures behind one trait.
 
+mod image_folder;
+mod recorded;
+
+pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+pub use recorded::Recorded;
+
 use std::{sync::Arc, time::Duration};
 
 use crate::frame::{Frame, ImageSize};
@@ -56,6 +62,12 @@ pub enum CaptureError {
         /// What the decoder said.
         reason: String,
         /// The file.
+        path: std::path::PathBuf,
+    },
+    /// A folder without a picture.
+    #[error("there is no PNG or JPEG picture in {path:?}")]
+    NoPictures {
+        /// The folder.
         path: std::path::PathBuf,
     },
 }

@@ -1,0 +1,105 @@
+//! Pictures from files: each one a photograph for itself.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
+
+use image::{GrayImage, ImageReader, Limits};
+
+use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
+use crate::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
+
+/// Longest side of a picture that is read; beyond it a file is more likely hostile than a photograph.
+pub const PICTURE_LIMIT_PX: u32 = 16_384;
+
+/// The pictures of a folder, in the order of their names.
+#[derive(Debug)]
+pub struct ImageFolder {
+    identity: SourceIdentity,
+    files: std::vec::IntoIter<PathBuf>,
+    next: u64,
+}
+
+impl ImageFolder {
+    /// Lists the pictures of `folder`.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError`] if it cannot be listed, holds no picture, or its first one cannot be read.
+    pub fn open(folder: &Path) -> Result<Self, CaptureError> {
+        let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+            if path.is_file() && matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) {
+                files.push(path);
+            }
+        }
+        files.sort();
+        let first =
+            files.first().ok_or_else(|| CaptureError::NoPictures { path: folder.to_path_buf() })?;
+        let image_size = Some(ImageSize::of(&read_picture(first)?));
+        let identity = SourceIdentity { name: folder.display().to_string(), image_size };
+        Ok(Self { identity, files: files.into_iter(), next: 0 })
+    }
+}
+
+impl FrameSource for ImageFolder {
+    fn identity(&self) -> SourceIdentity {
+        self.identity.clone()
+    }
+
+    fn next_frame(&mut self, _patience: Duration) -> Result<Arrival, CaptureError> {
+        let Some(path) = self.files.next() else { return Ok(Arrival::End) };
+        let image = read_picture(&path)?;
+        let id = FrameId(self.next);
+        self.next += 1;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        // A second apart: photographs have no motion between them.
+        let captured_at = CaptureTime { nanos: id.0 * 1_000_000_000 };
+        let kind = FrameKind::Photograph;
+        Ok(Arrival::Frame(Arc::new(Frame { id, captured_at, kind, name, image })))
+    }
+}
+
+/// Reads a PNG or JPEG as brightness, in the orientation in which the sensor delivered it.
+///
+/// # Errors
+///
+/// [`CaptureError::Read`], or [`CaptureError::Decode`] if the file is no picture, is cut, or is larger
+/// than [`PICTURE_LIMIT_PX`] on a side.
+pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
+    let read = |source| CaptureError::Read { source, path: path.to_path_buf() };
+    let decode = |reason: String| CaptureError::Decode { reason, path: path.to_path_buf() };
+    if !std::fs::metadata(path).map_err(read)?.is_file() {
+        return Err(decode("it is not a file".into()));
+    }
+    let mut reader =
+        ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(read)?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(PICTURE_LIMIT_PX);
+    limits.max_image_height = Some(PICTURE_LIMIT_PX);
+    reader.limits(limits);
+    if reader.format().is_none() {
+        return Err(decode("its contents are neither PNG nor JPEG".into()));
+    }
+    let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
+    if is_jpeg {
+        whole_jpeg(path)
+            .map_err(read)?
+            .then_some(())
+            .ok_or_else(|| decode("it is cut short".into()))?;
+    }
+    // EXIF orientation is ignored on purpose: a calibration is of the sensor's pixels.
+    reader.decode().map(image::DynamicImage::into_luma8).map_err(|err| decode(err.to_string()))
+}
+
+/// Whether a JPEG file has its end-of-image marker; decoders fill what is missing with grey.
+fn whole_jpeg(path: &Path) -> std::io::Result<bool> {
+    let bytes = std::fs::read(path)?;
+    // Some cameras append data of their own after the marker.
+    Ok(bytes.windows(2).rev().take(1 << 20).any(|pair| pair == [0xFF, 0xD9]))
+}

@@ -1,0 +1,329 @@
+//! Configuration: TOML in, typed parameters out. The only place with millimetres and degrees.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    board::{Checkerboard, InvalidBoard},
+    calibration::CalibrationParams,
+    frame::ImageSize,
+    guidance::{BoardRoll, GuidanceParams, Plan},
+    session::SessionSetup,
+};
+
+/// The defaults with their explanations.
+pub const DEFAULT_TOML: &str = include_str!("../../config/default.toml");
+
+/// Everything that can be configured, in the units of people.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// The board.
+    pub board: BoardConfig,
+    /// The planner.
+    pub guidance: GuidanceConfig,
+    /// The solver.
+    pub calibration: CalibrationConfig,
+}
+
+/// The board.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct BoardConfig {
+    pub columns: u16,
+    pub rows: u16,
+    pub square_mm: f64,
+}
+
+/// The planner.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct GuidanceConfig {
+    pub plan: PlanName,
+    pub board_roll: BoardRollName,
+    pub min_tilt_deg: f64,
+    pub max_tilt_deg: f64,
+    pub target_tilt_deg: f64,
+    pub max_direction_sigma_deg: f64,
+    pub min_fill: f64,
+    pub target_fill: f64,
+    pub margin_px: f64,
+    pub max_slot_error_deg: f64,
+    pub independent_deg: f64,
+    pub independent_sigmas: f64,
+    pub partner_slot_deg: f64,
+    pub partner_offset_px: f64,
+    pub max_blur_px: f64,
+    pub hold_secs: f64,
+    pub still_widths_per_sec: f64,
+    pub stop_pp_sigma_px: f64,
+    pub stop_projection_sigma_px: f64,
+    pub min_views: usize,
+    pub max_views: usize,
+}
+
+/// Mirror of [`Plan`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "see Plan")]
+pub enum PlanName {
+    Quick,
+    Full,
+    Adaptive,
+}
+
+/// Mirror of [`BoardRoll`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "see BoardRoll")]
+pub enum BoardRollName {
+    Upright,
+    Turn,
+}
+
+/// The solver.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct CalibrationConfig {
+    pub square_pixels: bool,
+}
+
+/// Why there is no configuration.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file could not be read.
+    #[error("could not read {path:?}")]
+    Read {
+        /// What the system said.
+        source: std::io::Error,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The text is not a valid configuration.
+    #[error("{message} (in {origin})")]
+    Invalid {
+        /// What is wrong, in the parser's words.
+        message: String,
+        /// File name or command line.
+        origin: String,
+    },
+    /// The board is not usable.
+    #[error(transparent)]
+    Board(#[from] InvalidBoard),
+}
+
+impl Config {
+    /// The defaults, with the settings of `file` and then each `key=value` of `settings` over them.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if a file cannot be read, or names or values are not known.
+    pub fn load(file: Option<&Path>, settings: &[String]) -> Result<Self, ConfigError> {
+        let mut table = defaults();
+        if let Some(path) = file {
+            let text = std::fs::read_to_string(path)
+                .map_err(|source| ConfigError::Read { source, path: path.to_path_buf() })?;
+            let origin = path.display().to_string();
+            let over = toml::from_str(&text).map_err(|err| invalid(err.message(), &origin))?;
+            merge(&mut table, over);
+        }
+        let origin = file.map_or("the defaults".into(), |file| file.display().to_string());
+        Self::from_table(table, &origin)?.with(settings)
+    }
+
+    /// This configuration with each `key=value` of `settings` over it.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError::Invalid`] if a key is not known or its value does not fit.
+    pub fn with(&self, settings: &[String]) -> Result<Self, ConfigError> {
+        let mut table =
+            toml::Table::try_from(self).map_err(|err| invalid(&err.to_string(), "memory"))?;
+        for setting in settings {
+            let over = toml::from_str(setting)
+                .or_else(|_| match setting.split_once('=') {
+                    // A bare word is a string: --set guidance.plan=quick needs no quotes.
+                    Some((key, value)) => toml::from_str(&format!("{key}={value:?}")),
+                    None => toml::from_str(setting),
+                })
+                .map_err(|err| invalid(err.message(), setting))?;
+            merge(&mut table, over);
+        }
+        Self::from_table(table, &settings.join(" "))
+    }
+
+    fn from_table(table: toml::Table, origin: &str) -> Result<Self, ConfigError> {
+        let config: Self =
+            table.try_into().map_err(|err: toml::de::Error| invalid(err.message(), origin))?;
+        config.checked(origin)
+    }
+
+    fn checked(self, origin: &str) -> Result<Self, ConfigError> {
+        let g = &self.guidance;
+        let tilts = 0.0 < g.min_tilt_deg
+            && g.min_tilt_deg <= g.target_tilt_deg
+            && g.target_tilt_deg <= g.max_tilt_deg
+            && g.max_tilt_deg < 90.0;
+        let shares = (0.05..=1.0).contains(&g.min_fill)
+            && g.min_fill <= g.target_fill
+            && g.target_fill <= 1.0;
+        let positive = [
+            g.max_direction_sigma_deg,
+            g.max_slot_error_deg,
+            g.independent_deg,
+            g.independent_sigmas,
+            g.partner_slot_deg,
+            g.partner_offset_px,
+            g.max_blur_px,
+            g.still_widths_per_sec,
+            g.stop_pp_sigma_px,
+            g.stop_projection_sigma_px,
+        ]
+        .iter()
+        .all(|value| value.is_finite() && *value > 0.0);
+        let rest = g.margin_px >= 0.0 && (0.0..=60.0).contains(&g.hold_secs);
+        let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
+        for (good, message) in [
+            (
+                tilts,
+                "guidance: tilts need 0 < min_tilt_deg <= target_tilt_deg <= max_tilt_deg < 90",
+            ),
+            (shares, "guidance: fills need 0.05 <= min_fill <= target_fill <= 1"),
+            (positive, "guidance: limits must be positive numbers"),
+            (rest, "guidance: margin_px must not be negative, hold_secs must be 0 to 60"),
+            (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
+        ] {
+            if !good {
+                return Err(invalid(message, origin));
+            }
+        }
+        self.board()?;
+        Ok(self)
+    }
+
+    /// The board.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError::Board`].
+    pub fn board(&self) -> Result<Checkerboard, ConfigError> {
+        let BoardConfig { columns, rows, square_mm } = self.board;
+        Ok(Checkerboard::new(columns, rows, square_mm * 1e-3)?)
+    }
+
+    /// The limits of the planner.
+    pub fn guidance(&self) -> GuidanceParams {
+        let g = &self.guidance;
+        GuidanceParams {
+            plan: match g.plan {
+                PlanName::Quick => Plan::Quick,
+                PlanName::Full => Plan::Full,
+                PlanName::Adaptive => Plan::Adaptive,
+            },
+            board_roll: match g.board_roll {
+                BoardRollName::Upright => BoardRoll::Upright,
+                BoardRollName::Turn => BoardRoll::Turn,
+            },
+            min_tilt_rad: g.min_tilt_deg.to_radians(),
+            max_tilt_rad: g.max_tilt_deg.to_radians(),
+            target_tilt_rad: g.target_tilt_deg.to_radians(),
+            max_sigma_phi_rad: g.max_direction_sigma_deg.to_radians(),
+            min_fill: g.min_fill,
+            target_fill: g.target_fill,
+            margin_px: g.margin_px,
+            max_slot_error_rad: g.max_slot_error_deg.to_radians(),
+            independent_rad: g.independent_deg.to_radians(),
+            independent_sigmas: g.independent_sigmas,
+            partner_slot_rad: g.partner_slot_deg.to_radians(),
+            partner_offset_px: g.partner_offset_px,
+            max_blur_px: g.max_blur_px,
+            hold_secs: g.hold_secs,
+            still_widths_per_sec: g.still_widths_per_sec,
+            stop_pp_sigma_px: g.stop_pp_sigma_px,
+            stop_projection_sigma_px: g.stop_projection_sigma_px,
+            min_views: g.min_views,
+            max_views: g.max_views,
+        }
+    }
+
+    /// The settings of the solver.
+    pub fn calibration(&self) -> CalibrationParams {
+        CalibrationParams {
+            square_pixels: self.calibration.square_pixels,
+            ..CalibrationParams::default()
+        }
+    }
+
+    /// A session on pictures of `image_size`.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError::Board`].
+    pub fn session(&self, image_size: ImageSize) -> Result<SessionSetup, ConfigError> {
+        Ok(SessionSetup {
+            board: self.board()?,
+            image_size,
+            guidance: self.guidance(),
+            calibration: self.calibration(),
+        })
+    }
+}
+
+fn invalid(message: &str, origin: &str) -> ConfigError {
+    ConfigError::Invalid { message: message.into(), origin: origin.into() }
+}
+
+#[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
+fn defaults() -> toml::Table {
+    toml::from_str(DEFAULT_TOML).expect("the default configuration is valid TOML")
+}
+
+/// Lays `over` on `table`, table by table.
+fn merge(table: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (table.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(over)) => merge(inner, over),
+            // TOML writes 25 for what is 25.0 here.
+            (Some(toml::Value::Float(number)), toml::Value::Integer(whole)) => {
+                *number = whole as f64;
+            }
+            (_, value) => {
+                table.insert(key, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_file_and_default_parameters_agree() {
+        let config = Config::load(None, &[]).expect("valid");
+        let (ours, typed) = (config.guidance(), GuidanceParams::default());
+        assert!((ours.min_tilt_rad - typed.min_tilt_rad).abs() < 1e-15);
+        assert_eq!(ours, typed);
+    }
+
+    #[test]
+    fn one_setting_changes_one_thing() {
+        let set = |text: &str| Config::load(None, &[text.to_owned()]);
+        assert_eq!(set("guidance.min_tilt_deg=25").expect("valid").guidance.min_tilt_deg, 25.0);
+        assert_eq!(set("guidance.plan=quick").expect("valid").guidance.plan, PlanName::Quick);
+        for wrong in [
+            "guidance.min_tilt=25",
+            "guidance.plan=slow",
+            "board.columns=2",
+            "nonsense",
+            "guidance.min_tilt_deg=70",
+            "guidance.hold_secs=nan",
+        ] {
+            assert!(set(wrong).is_err(), "{wrong}");
+        }
+    }
+}

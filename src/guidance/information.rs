@@ -1,0 +1,173 @@
+//! Which reflected pair of poses tells most about the camera? METHOD section 3.4c.
+//!
+//! Candidates are judged *in reflected pairs*: the precision of a greedy choice is kept, and the
+//! principal point is pulled two to three times less by a lens model that is too simple.
+
+use nalgebra::{Isometry3, SMatrix, SVector};
+
+use super::{
+    Belief, GuidanceParams, View,
+    target::{PoseWish, aimed},
+};
+use crate::{
+    board::Checkerboard,
+    geometry::{Camera, LENS_PARAMETERS, fit_pose},
+};
+
+/// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`.
+const PARAMETERS: usize = LENS_PARAMETERS - 1;
+
+type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
+
+/// Corner error assumed for candidates; views taken carry their own.
+const CORNER_SIGMA_PX: f64 = 0.1;
+/// Standard deviations of the weak priors, in the order of the parameters.
+const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.01, 0.6];
+
+/// The feasible pose that, with its reflected partner, minimises the expected variance of projection
+/// over the picture, `tr(M C Mᵀ)`; among directions that are independent of all accepted ones.
+pub(super) fn most_telling_pair(
+    accepted: &[View],
+    board: &Checkerboard,
+    belief: &Belief,
+    params: &GuidanceParams,
+) -> Option<(PoseWish, Isometry3<f64>)> {
+    let known = known_information(accepted, board, belief);
+    let weight = projection_weight(belief);
+    let mut best: Option<(f64, PoseWish, Isometry3<f64>)> = None;
+    for wish in candidates(accepted, belief, params) {
+        let Some(pose) = aimed(&wish, board, belief, params) else { continue };
+        let Some(pair) = pair_information(&pose, board, &belief.camera) else { continue };
+        let Some(covariance) = (known + pair).cholesky().map(|c| c.inverse()) else { continue };
+        let variance = (weight * covariance).trace();
+        if best.as_ref().is_none_or(|(least, ..)| variance < *least) {
+            best = Some((variance, wish, pose));
+        }
+    }
+    best.map(|(_, wish, pose)| (wish, pose))
+}
+
+/// Directions every 11.25°, three tilts, two sizes, centred and shifted along the principal line.
+fn candidates(accepted: &[View], belief: &Belief, params: &GuidanceParams) -> Vec<PoseWish> {
+    let reach_px = 0.14 * f64::from(belief.image_size.width_px);
+    // A person misses the asked direction by some degrees; leave room so that the view still counts.
+    let spare_rad = 0.1 * params.independent_rad;
+    let mut wishes = Vec::new();
+    for step in 0..32 {
+        let slot_rad = f64::from(step) * std::f64::consts::PI / 16.0;
+        let free = accepted.iter().all(|view| {
+            let off = (view.slot_rad() - slot_rad).sin().abs().asin();
+            off >= params.independent_rad + spare_rad
+        });
+        if !free {
+            continue;
+        }
+        for tilt_rad in [0.9, 1.0, 1.1].map(|share| share * params.target_tilt_rad) {
+            for fill in [0.9, 1.15].map(|share| share * params.target_fill) {
+                for along_px in [-reach_px, 0.0, reach_px] {
+                    wishes.push(PoseWish { slot_rad, tilt_rad, fill, along_px });
+                }
+            }
+        }
+    }
+    wishes
+}
+
+fn known_information(accepted: &[View], board: &Checkerboard, belief: &Belief) -> LensMatrix {
+    let points = board.corners_in_board_m();
+    let mut information =
+        LensMatrix::from_diagonal(&SVector::from(PRIOR_SIGMA.map(|sigma| 1.0 / (sigma * sigma))));
+    for view in accepted {
+        let Ok(pose) = fit_pose(&belief.camera, &points, &view.corners) else { continue };
+        information += view_information(&pose.cam_from_board, board, &belief.camera)
+            .unwrap_or_else(LensMatrix::zeros);
+    }
+    information
+}
+
+fn pair_information(
+    pose: &Isometry3<f64>,
+    board: &Checkerboard,
+    camera: &Camera,
+) -> Option<LensMatrix> {
+    Some(
+        view_information(pose, board, camera)? + view_information(&reflected(pose), board, camera)?,
+    )
+}
+
+/// `R' = ZRZ`, `t' = Zt`, `Z = diag(−1, −1, 1)`: half a turn about the optical axis, the board turned back.
+fn reflected(cam_from_board: &Isometry3<f64>) -> Isometry3<f64> {
+    let half_turn = nalgebra::UnitQuaternion::from_axis_angle(
+        &nalgebra::Vector3::z_axis(),
+        std::f64::consts::PI,
+    );
+    Isometry3::from_parts(
+        (half_turn * cam_from_board.translation.vector).into(),
+        half_turn * cam_from_board.rotation * half_turn,
+    )
+}
+
+/// Fisher information of one view about the lens, its pose eliminated:
+/// `A − B D⁻¹ Bᵀ` with `A = ΣJₗᵀJₗ/σ²`, `B = ΣJₗᵀJₚ/σ²`, `D = ΣJₚᵀJₚ/σ²`.
+fn view_information(
+    pose: &Isometry3<f64>,
+    board: &Checkerboard,
+    camera: &Camera,
+) -> Option<LensMatrix> {
+    let mut a = LensMatrix::zeros();
+    let mut b = SMatrix::<f64, PARAMETERS, 6>::zeros();
+    let mut d = SMatrix::<f64, 6, 6>::zeros();
+    for point in board.corners_in_board_m() {
+        let at = camera.project_board_point(pose, &point)?;
+        let by_lens = square_pixels(&at.by_lens);
+        a += by_lens.transpose() * by_lens;
+        b += by_lens.transpose() * at.by_pose;
+        d += at.by_pose.transpose() * at.by_pose;
+    }
+    let eliminated = b * d.cholesky()?.inverse() * b.transpose();
+    Some((a - eliminated) / (CORNER_SIGMA_PX * CORNER_SIGMA_PX))
+}
+
+/// Joins the columns of `fx` and `fy` to one of `f`.
+fn square_pixels(by_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, PARAMETERS> {
+    let mut joined = SMatrix::<f64, 2, PARAMETERS>::zeros();
+    joined.set_column(0, &(by_lens.column(0) + by_lens.column(1)));
+    joined.fixed_columns_mut::<{ PARAMETERS - 1 }>(1).copy_from(&by_lens.fixed_columns::<7>(2));
+    joined
+}
+
+/// `MᵀM` with `M` the change of the projection over a 12×8 grid of pixels with the lens parameters,
+/// after the rotation of the camera that compensates best.
+fn projection_weight(belief: &Belief) -> LensMatrix {
+    let mut a = LensMatrix::zeros();
+    let mut b = SMatrix::<f64, PARAMETERS, 3>::zeros();
+    let mut d = SMatrix::<f64, 3, 3>::zeros();
+    let (width, height) =
+        (f64::from(belief.image_size.width_px), f64::from(belief.image_size.height_px));
+    for row in 0..8 {
+        for column in 0..12 {
+            let px = nalgebra::Point2::new(
+                (f64::from(column) + 0.5) / 12.0 * width - 0.5,
+                (f64::from(row) + 0.5) / 8.0 * height - 0.5,
+            );
+            let Some(ideal) = belief.camera.ideal_from_px(&px) else { continue };
+            let Some(at) =
+                belief.camera.project_board_point(&Isometry3::translation(0.0, 0.0, 1.0), &ideal)
+            else {
+                continue;
+            };
+            let by_lens = square_pixels(&at.by_lens);
+            // A small turn ω of the camera moves the ray r by ω × r = −[r]× ω; at depth 1 the columns
+            // of τ are the change of the pixel with the ray.
+            let ray = nalgebra::Vector3::new(ideal.x, ideal.y, 1.0);
+            let by_turn = at.by_pose.fixed_columns::<3>(3) * -ray.cross_matrix();
+            a += by_lens.transpose() * by_lens;
+            b += by_lens.transpose() * by_turn;
+            d += by_turn.transpose() * by_turn;
+        }
+    }
+    match d.try_inverse() {
+        Some(inverse) => a - b * inverse * b.transpose(),
+        None => a,
+    }
+}

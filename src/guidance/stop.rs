@@ -1,0 +1,57 @@
+//! Are we done?
+
+use super::{GuidanceParams, Plan, View, independence::partner_of};
+
+/// What the solver says of the calibration so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precision {
+    /// Standard deviation of the principal point, worst axis.
+    pub pp_sigma_px: f64,
+    /// Mean standard deviation of projection over the picture.
+    pub projection_sigma_px: f64,
+    /// Whether every honesty check passed.
+    pub trusted: bool,
+}
+
+/// How far a session is.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[serde(rename_all = "snake_case", tag = "progress")]
+pub enum Progress {
+    /// More views are needed.
+    Collecting,
+    /// The plan is complete and its precision reached.
+    Complete,
+    /// No further view can be asked for, and the wanted precision is not reached.
+    Exhausted,
+}
+
+/// Whether to stop, METHOD section 3.5: enough views, every view has its partner, and for the adaptive
+/// plan the wanted precision with the honesty checks passed.
+pub fn progress(
+    accepted: &[View],
+    precision: Option<&Precision>,
+    params: &GuidanceParams,
+) -> Progress {
+    let views = accepted.len();
+    let paired = (0..views).all(|i| partner_of(i, accepted).is_some());
+    let wanted = match params.plan {
+        Plan::Quick => 4,
+        Plan::Full => 8,
+        Plan::Adaptive => params.min_views,
+    };
+    let precise = match params.plan {
+        Plan::Quick | Plan::Full => true,
+        Plan::Adaptive => precision.is_some_and(|p| {
+            p.trusted
+                && p.pp_sigma_px <= params.stop_pp_sigma_px
+                && p.projection_sigma_px <= params.stop_projection_sigma_px
+        }),
+    };
+    if views >= wanted && paired && precise {
+        Progress::Complete
+    } else if views >= params.max_views {
+        Progress::Exhausted
+    } else {
+        Progress::Collecting
+    }
+}

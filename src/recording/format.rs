@@ -1,0 +1,276 @@
+//! The journal's lines: mirrors of the session's types, so that the file format cannot freeze the core.
+
+use nalgebra::{Matrix2, Point2};
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+
+use crate::{
+    detection::{Detection, Miss, Quality, Side},
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+    geometry::Corner,
+    session::{Command, Input, Observation},
+};
+
+/// One line of the journal: the checksum is over the exact bytes of `body`.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Envelope {
+    pub(super) seq: u64,
+    pub(super) crc32: String,
+    pub(super) body: Box<RawValue>,
+}
+
+/// What a line says.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Line {
+    /// What happened.
+    pub input: InputLine,
+    /// What was decided, as the JSON text of the `Decision` of that time.
+    pub decision: Box<RawValue>,
+    /// The picture stored with it, if one was.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub stored: Option<Stored>,
+}
+
+/// A picture in `frames/`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stored {
+    /// Number of the frame.
+    pub frame: u64,
+    /// CRC-32 of the file, hexadecimal.
+    pub crc32: String,
+}
+
+/// Mirror of [`Input`].
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum InputLine {
+    /// See [`Input::Observed`].
+    Observed(ObservedLine),
+    /// See [`Input::Command`].
+    Command(CommandLine),
+    /// See [`Input::WorkerFailed`].
+    WorkerFailed {
+        /// Name of the worker.
+        worker: String,
+        /// What it said.
+        reason: String,
+    },
+    /// See [`Input::Resumed`].
+    Resumed,
+    /// See [`Input::SourceEnded`].
+    SourceEnded,
+    /// See [`Input::Stop`].
+    Stop,
+}
+
+/// Mirror of [`Observation`].
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObservedLine {
+    frame: u64,
+    nanos: u64,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    photograph: bool,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    name: String,
+    size: [u32; 2],
+    seen: SeenLine,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum SeenLine {
+    /// `[x, y, var x, cov xy, var y]` of every corner.
+    Board {
+        corners: Vec<[f64; 5]>,
+        blur_px: f64,
+        contrast: f64,
+        glare: f64,
+    },
+    NoBoard,
+    PartialBoard {
+        found: usize,
+        wanted: usize,
+        cut_off_by: Option<SideLine>,
+    },
+    OtherBoard {
+        columns: usize,
+        rows: usize,
+    },
+    TooSmall {
+        square_px: f64,
+        needed_px: f64,
+    },
+    Blurred {
+        blur_px: f64,
+        limit_px: f64,
+    },
+    LowContrast {
+        contrast: f64,
+        needed: f64,
+    },
+    OutOfTime,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum SideLine {
+    Left,
+    Right,
+    Top,
+    Bottom,
+}
+
+/// Mirror of [`Command`].
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum CommandLine {
+    /// See [`Command::ForceNext`].
+    ForceNext,
+    /// See [`Command::UndoLast`].
+    UndoLast,
+    /// See [`Command::Remove`].
+    Remove {
+        /// Number of the view.
+        view: u32,
+    },
+    /// See [`Command::Pause`].
+    Pause,
+    /// See [`Command::Resume`].
+    Resume,
+}
+
+impl From<&Input> for InputLine {
+    fn from(input: &Input) -> Self {
+        match input {
+            Input::Observed(observation) => Self::Observed(observation.into()),
+            Input::Command(command) => Self::Command(match *command {
+                Command::ForceNext => CommandLine::ForceNext,
+                Command::UndoLast => CommandLine::UndoLast,
+                Command::Remove { view } => CommandLine::Remove { view },
+                Command::Pause => CommandLine::Pause,
+                Command::Resume => CommandLine::Resume,
+            }),
+            Input::WorkerFailed { worker, reason } => {
+                Self::WorkerFailed { worker: worker.clone(), reason: reason.clone() }
+            }
+            Input::Resumed => Self::Resumed,
+            Input::SourceEnded => Self::SourceEnded,
+            Input::Stop => Self::Stop,
+        }
+    }
+}
+
+impl From<InputLine> for Input {
+    fn from(line: InputLine) -> Self {
+        match line {
+            InputLine::Observed(observed) => Self::Observed(observed.into()),
+            InputLine::Command(command) => Self::Command(match command {
+                CommandLine::ForceNext => Command::ForceNext,
+                CommandLine::UndoLast => Command::UndoLast,
+                CommandLine::Remove { view } => Command::Remove { view },
+                CommandLine::Pause => Command::Pause,
+                CommandLine::Resume => Command::Resume,
+            }),
+            InputLine::WorkerFailed { worker, reason } => Self::WorkerFailed { worker, reason },
+            InputLine::Resumed => Self::Resumed,
+            InputLine::SourceEnded => Self::SourceEnded,
+            InputLine::Stop => Self::Stop,
+        }
+    }
+}
+
+impl From<&Observation> for ObservedLine {
+    fn from(observation: &Observation) -> Self {
+        Self {
+            frame: observation.frame_id.0,
+            nanos: observation.captured_at.nanos,
+            photograph: observation.kind == FrameKind::Photograph,
+            name: observation.name.clone(),
+            size: [observation.image_size.width_px, observation.image_size.height_px],
+            seen: match &observation.seen {
+                Ok(detection) => SeenLine::Board {
+                    corners: detection.corners.iter().map(corner_to_line).collect(),
+                    blur_px: detection.quality.blur_px,
+                    contrast: detection.quality.contrast,
+                    glare: detection.quality.glare,
+                },
+                Err(miss) => miss_to_line(*miss),
+            },
+        }
+    }
+}
+
+impl From<ObservedLine> for Observation {
+    fn from(line: ObservedLine) -> Self {
+        let kind = if line.photograph { FrameKind::Photograph } else { FrameKind::Video };
+        Self {
+            frame_id: FrameId(line.frame),
+            captured_at: CaptureTime { nanos: line.nanos },
+            kind,
+            name: line.name,
+            image_size: ImageSize { width_px: line.size[0], height_px: line.size[1] },
+            seen: line.seen.into(),
+        }
+    }
+}
+
+impl From<SeenLine> for Result<Detection, Miss> {
+    fn from(line: SeenLine) -> Self {
+        Err(match line {
+            SeenLine::Board { corners, blur_px, contrast, glare } => {
+                return Ok(Detection {
+                    corners: corners.iter().map(corner_from_line).collect(),
+                    quality: Quality { blur_px, contrast, glare },
+                });
+            }
+            SeenLine::NoBoard => Miss::NoBoard,
+            SeenLine::PartialBoard { found, wanted, cut_off_by } => {
+                let cut_off_by = cut_off_by.map(|side| match side {
+                    SideLine::Left => Side::Left,
+                    SideLine::Right => Side::Right,
+                    SideLine::Top => Side::Top,
+                    SideLine::Bottom => Side::Bottom,
+                });
+                Miss::PartialBoard { found, wanted, cut_off_by }
+            }
+            SeenLine::OtherBoard { columns, rows } => Miss::OtherBoard { columns, rows },
+            SeenLine::TooSmall { square_px, needed_px } => Miss::TooSmall { square_px, needed_px },
+            SeenLine::Blurred { blur_px, limit_px } => Miss::Blurred { blur_px, limit_px },
+            SeenLine::LowContrast { contrast, needed } => Miss::LowContrast { contrast, needed },
+            SeenLine::OutOfTime => Miss::OutOfTime,
+        })
+    }
+}
+
+fn miss_to_line(miss: Miss) -> SeenLine {
+    match miss {
+        Miss::NoBoard => SeenLine::NoBoard,
+        Miss::PartialBoard { found, wanted, cut_off_by } => {
+            let cut_off_by = cut_off_by.map(|side| match side {
+                Side::Left => SideLine::Left,
+                Side::Right => SideLine::Right,
+                Side::Top => SideLine::Top,
+                Side::Bottom => SideLine::Bottom,
+            });
+            SeenLine::PartialBoard { found, wanted, cut_off_by }
+        }
+        Miss::OtherBoard { columns, rows } => SeenLine::OtherBoard { columns, rows },
+        Miss::TooSmall { square_px, needed_px } => SeenLine::TooSmall { square_px, needed_px },
+        Miss::Blurred { blur_px, limit_px } => SeenLine::Blurred { blur_px, limit_px },
+        Miss::LowContrast { contrast, needed } => SeenLine::LowContrast { contrast, needed },
+        Miss::OutOfTime => SeenLine::OutOfTime,
+    }
+}
+
+fn corner_to_line(corner: &Corner) -> [f64; 5] {
+    let c = &corner.covariance_px2;
+    [corner.px.x, corner.px.y, c[(0, 0)], c[(0, 1)], c[(1, 1)]]
+}
+
+fn corner_from_line(line: &[f64; 5]) -> Corner {
+    let [x, y, xx, xy, yy] = *line;
+    Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(xx, xy, xy, yy) }
+}

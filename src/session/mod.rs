@@ -1,0 +1,418 @@
+//! The ground state of one guided session, and the only code that changes it.
+//!
+//! The program is a fold: [`Session::handle`] applies one [`Input`] and says what it decided. It
+//! reads no clock, file, thread or random number, so that a recording of the inputs, handled again,
+//! gives the same decisions bit for bit.
+
+mod input;
+mod snapshot;
+
+pub use input::{Command, Input, Observation};
+pub use snapshot::{Snapshot, ViewSummary};
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::{
+    board::Checkerboard,
+    calibration::{Calibration, CalibrationParams, NotCalibrated, Verdict, calibrate},
+    detection::Detection,
+    frame::{CaptureTime, FrameId, ImageSize},
+    geometry::Corner,
+    guidance::{
+        Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, advise, gate,
+        measure, next_target, progress, role_of, stillness::still, stop::Precision,
+    },
+};
+
+/// What a session is about. Fixed from its first input to its last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionSetup {
+    /// The board.
+    pub board: Checkerboard,
+    /// Size of the pictures.
+    pub image_size: ImageSize,
+    /// Limits of the planner.
+    pub guidance: GuidanceParams,
+    /// Settings of the solver.
+    pub calibration: CalibrationParams,
+}
+
+/// An accepted view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AcceptedView {
+    /// Number in order of acceptance; never reused.
+    pub id: u32,
+    /// File name of the picture, or empty.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+    /// What was measured.
+    pub view: View,
+}
+
+/// What one input led to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Decision {
+    /// The frame judged; `None` if the input was no frame.
+    pub frame: Option<u64>,
+    /// See [`Outcome`].
+    pub outcome: Outcome,
+    /// What the person should do next.
+    pub advice: Advice,
+    /// How far the session is.
+    pub progress: Progress,
+    /// Number of accepted views.
+    pub accepted: usize,
+    /// Changes whenever another pose is asked for.
+    pub target_serial: u32,
+}
+
+/// What happened to the views.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "outcome")]
+pub enum Outcome {
+    /// The frame was not taken.
+    Refused {
+        /// Why.
+        refusal: Refusal,
+    },
+    /// A frame of the hold was taken: the sharpest, not necessarily the last.
+    Accepted {
+        /// Number of the new view.
+        view: u32,
+        /// The frame it comes from.
+        frame: u64,
+        /// What it is for.
+        role: Role,
+    },
+    /// A view was taken back.
+    Removed {
+        /// Its number.
+        view: u32,
+    },
+    /// Nothing changed for the views.
+    Noted,
+}
+
+/// A view worth taking and what for; or why not, with the view as far as it could be measured.
+type Judgement = Result<(View, Role), (Option<Box<View>>, Refusal)>;
+
+/// One calibration in progress.
+#[derive(Clone, Debug)]
+pub struct Session {
+    setup: SessionSetup,
+    accepted: Vec<AcceptedView>,
+    next_view: u32,
+    belief: Belief,
+    calibration: Option<Result<Arc<Calibration>, NotCalibrated>>,
+    target: Option<Target>,
+    target_serial: u32,
+    hold: Option<Hold>,
+    hold_name: String,
+    last_seen: Option<(CaptureTime, Vec<Corner>)>,
+    progress: Progress,
+    paused: bool,
+    force_next: bool,
+    failures: Vec<(String, String)>,
+}
+
+impl Session {
+    /// An empty session.
+    pub fn new(setup: SessionSetup) -> Self {
+        let belief = Belief::guess(setup.image_size);
+        let target = next_target(&[], &setup.board, &belief, &setup.guidance);
+        Self {
+            setup,
+            accepted: Vec::new(),
+            next_view: 0,
+            belief,
+            calibration: None,
+            target,
+            target_serial: 0,
+            hold: None,
+            hold_name: String::new(),
+            last_seen: None,
+            progress: Progress::Collecting,
+            paused: false,
+            force_next: false,
+            failures: Vec::new(),
+        }
+    }
+
+    /// Applies one input and says what it decided.
+    pub fn handle(&mut self, input: &Input) -> Decision {
+        let (frame, outcome, advice) = match input {
+            Input::Observed(observation) => {
+                let (outcome, advice) = self.observe(observation);
+                (Some(observation.frame_id.0), outcome, advice)
+            }
+            Input::Command(command) => (None, self.obey(*command), None),
+            Input::WorkerFailed { worker, reason } => {
+                self.failures.push((worker.clone(), reason.clone()));
+                (None, Outcome::Noted, None)
+            }
+            Input::Resumed => {
+                self.forget_motion();
+                (None, Outcome::Noted, None)
+            }
+            Input::SourceEnded | Input::Stop => (None, Outcome::Noted, None),
+        };
+        let advice = advice.unwrap_or_else(|| {
+            if self.target.is_some() { Advice::ShowBoard } else { Advice::Finished }
+        });
+        Decision {
+            frame,
+            outcome,
+            advice,
+            progress: self.progress,
+            accepted: self.accepted.len(),
+            target_serial: self.target_serial,
+        }
+    }
+
+    fn observe(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
+        let judged = self.judge(observation);
+        let (view, refusal) = match judged {
+            Ok((view, role)) => {
+                if let Some(accepted) = self.hold_on(observation, view.clone(), role) {
+                    return (accepted, None);
+                }
+                let progress = self.hold.as_ref().map_or(0.0, |hold| {
+                    hold.progress(observation.captured_at, &self.setup.guidance)
+                });
+                (Some(Box::new(view)), Refusal::Holding { progress })
+            }
+            Err((view, refusal)) => {
+                self.hold = None;
+                (view, refusal)
+            }
+        };
+        self.last_seen = observation
+            .seen
+            .as_ref()
+            .ok()
+            .map(|seen| (observation.captured_at, seen.corners.clone()));
+        let advice = advise(
+            view.as_deref(),
+            Some(&refusal),
+            self.hold.as_ref(),
+            self.target.as_ref(),
+            &self.setup.guidance,
+        );
+        (Outcome::Refused { refusal }, Some(advice))
+    }
+
+    /// Whether the frame is worth taking, and for what; with the view as far as it could be measured.
+    fn judge(&mut self, observation: &Observation) -> Judgement {
+        let setup = &self.setup;
+        if observation.image_size != setup.image_size {
+            let pair = |size: ImageSize| (size.width_px, size.height_px);
+            let (size_px, wanted_px) = (pair(observation.image_size), pair(setup.image_size));
+            return Err((None, Refusal::OtherSize { size_px, wanted_px }));
+        }
+        let seen: &Detection = observation.seen.as_ref().map_err(|_| (None, Refusal::NotFound))?;
+        let view = measure(
+            (observation.frame_id, observation.captured_at),
+            &seen.corners,
+            seen.quality.blur_px,
+            &setup.board,
+            &self.belief,
+        )
+        .map_err(|refusal| (None, refusal))?;
+        if self.force_next {
+            self.force_next = false;
+            return Ok((view, Role::Forced));
+        }
+        let refuse = |refusal| (Some(Box::new(view.clone())), refusal);
+        if self.paused || self.progress != Progress::Collecting {
+            return Err(refuse(Refusal::NotCollecting));
+        }
+        gate(&view, &setup.guidance).map_err(refuse)?;
+        let views: Vec<View> = self.accepted.iter().map(|accepted| accepted.view.clone()).collect();
+        let role = role_of(&view, &views, &self.belief, &setup.guidance).map_err(refuse)?;
+        let before = self.last_seen.as_ref().map(|(time, corners)| (*time, corners.as_slice()));
+        let now = (observation.captured_at, seen.corners.as_slice());
+        let width_px = f64::from(setup.image_size.width_px);
+        still(observation.kind, before, now, width_px, &setup.guidance).map_err(refuse)?;
+        Ok((view, role))
+    }
+
+    /// Adds a good view to the hold; takes the sharpest once the hold is complete.
+    fn hold_on(&mut self, observation: &Observation, view: View, role: Role) -> Option<Outcome> {
+        let width_px = f64::from(self.setup.image_size.width_px);
+        let now = observation.captured_at;
+        match &mut self.hold {
+            Some(hold) if hold.covers(&view.corners, width_px) => hold.add(view, role),
+            hold => {
+                *hold = Some(Hold::start(view, role));
+                self.hold_name.clone_from(&observation.name);
+            }
+        }
+        let hold = self.hold.as_ref()?;
+        let complete = observation.kind == crate::frame::FrameKind::Photograph
+            || role == Role::Forced
+            || hold.progress(now, &self.setup.guidance) >= 1.0;
+        if !complete {
+            return None;
+        }
+        let Hold { mut best, role, .. } = self.hold.take()?;
+        if let Role::Partner { of } = role {
+            best.opposes = self.accepted.get(of).map(|accepted| accepted.view.frame_id);
+        }
+        let (id, frame) = (self.next_view, best.frame_id.0);
+        self.next_view += 1;
+        let name = std::mem::take(&mut self.hold_name);
+        self.accepted.push(AcceptedView { id, name, role, view: best });
+        self.solve();
+        Some(Outcome::Accepted { view: id, frame, role })
+    }
+
+    fn obey(&mut self, command: Command) -> Outcome {
+        match command {
+            Command::ForceNext => {
+                self.force_next = true;
+                Outcome::Noted
+            }
+            Command::Pause => {
+                self.paused = true;
+                self.hold = None;
+                Outcome::Noted
+            }
+            Command::Resume => {
+                self.paused = false;
+                Outcome::Noted
+            }
+            Command::UndoLast => match self.accepted.last().map(|last| last.id) {
+                Some(view) => self.remove(view),
+                None => Outcome::Noted,
+            },
+            Command::Remove { view } => self.remove(view),
+        }
+    }
+
+    fn remove(&mut self, view: u32) -> Outcome {
+        let before = self.accepted.len();
+        self.accepted.retain(|accepted| accepted.id != view);
+        if self.accepted.len() == before {
+            return Outcome::Noted;
+        }
+        self.solve();
+        Outcome::Removed { view }
+    }
+
+    /// Recomputes everything that follows from the accepted views.
+    fn solve(&mut self) {
+        self.forget_motion();
+        let corners: Vec<Vec<Corner>> =
+            self.accepted.iter().map(|accepted| accepted.view.corners.clone()).collect();
+        let setup = &self.setup;
+        self.belief = Belief::guess(setup.image_size);
+        self.calibration = (!corners.is_empty()).then(|| {
+            calibrate(&corners, &setup.board, setup.image_size, &setup.calibration).map(Arc::new)
+        });
+        if let Some(Ok(calibration)) = &self.calibration
+            && corners.len() >= 2
+        {
+            self.belief.camera = calibration.camera;
+            self.belief.covariance = Some(calibration.covariance);
+        }
+        for accepted in &mut self.accepted {
+            let view = &accepted.view;
+            let frame = (view.frame_id, view.captured_at);
+            if let Ok(again) =
+                measure(frame, &view.corners, view.blur_px, &setup.board, &self.belief)
+            {
+                accepted.view = View { opposes: view.opposes, ..again };
+            }
+        }
+        let views: Vec<View> = self.accepted.iter().map(|accepted| accepted.view.clone()).collect();
+        self.progress = progress(&views, self.precision().as_ref(), &setup.guidance);
+        self.target = None;
+        if self.progress == Progress::Collecting {
+            self.target = next_target(&views, &setup.board, &self.belief, &setup.guidance);
+            if self.target.is_none() {
+                self.progress = Progress::Exhausted;
+            }
+        }
+        self.target_serial += 1;
+    }
+
+    fn precision(&self) -> Option<Precision> {
+        let calibration = self.calibration()?;
+        let pp = calibration.covariance.fixed_view::<2, 2>(2, 2);
+        Some(Precision {
+            pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
+            projection_sigma_px: calibration.projection_sd.mean_px,
+            trusted: calibration.verdict == Verdict::Good,
+        })
+    }
+
+    fn forget_motion(&mut self) {
+        self.hold = None;
+        self.last_seen = None;
+    }
+
+    /// See [`SessionSetup`].
+    pub fn setup(&self) -> &SessionSetup {
+        &self.setup
+    }
+
+    /// The accepted views, oldest first.
+    pub fn accepted(&self) -> &[AcceptedView] {
+        &self.accepted
+    }
+
+    /// The calibration from the accepted views, if there is one.
+    pub fn calibration(&self) -> Option<&Arc<Calibration>> {
+        self.calibration.as_ref().and_then(|result| result.as_ref().ok())
+    }
+
+    /// Why the accepted views give no calibration, if they do not.
+    pub fn not_calibrated(&self) -> Option<&NotCalibrated> {
+        self.calibration.as_ref().and_then(|result| result.as_ref().err())
+    }
+
+    /// The frame that would be taken if the hold were complete now. The recorder must keep its picture.
+    pub fn frame_in_hand(&self) -> Option<FrameId> {
+        self.hold.as_ref().map(|hold| hold.best.frame_id)
+    }
+
+    /// How far the session is.
+    pub fn progress(&self) -> Progress {
+        self.progress
+    }
+
+    /// Where the wanted pose stands on the screen, and why.
+    pub fn target(&self) -> Option<&Target> {
+        self.target.as_ref()
+    }
+
+    /// Workers that failed, with the reason.
+    pub fn failures(&self) -> &[(String, String)] {
+        &self.failures
+    }
+
+    /// What a window or a command line shows after `decision`.
+    pub fn snapshot(&self, decision: Decision) -> Snapshot {
+        Snapshot {
+            decision,
+            target: self.target.clone(),
+            pp_px: self.calibration().map_or(self.setup.image_size.centre_px(), |c| c.camera.pp_px),
+            calibration: self.calibration().cloned(),
+            views: self
+                .accepted
+                .iter()
+                .map(|accepted| ViewSummary {
+                    id: accepted.id,
+                    role: accepted.role,
+                    slot_rad: accepted.view.slot_rad(),
+                    tilt_rad: accepted.view.tilt_rad,
+                })
+                .collect(),
+            paused: self.paused,
+            failures: self.failures.clone(),
+        }
+    }
+}
