@@ -1,6 +1,7 @@
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SymmetricEigen, Vector2, Vector3};
 
 use super::bundle::{BundleState, InvalidCorners, Observations};
+use super::coverage::coverage;
 use super::finding::Verdict;
 use super::free_homography::{self, DistortionCentrePrior, FreeHomographies};
 use super::honesty::{self, Evidence};
@@ -12,7 +13,7 @@ use super::result::{
 };
 use super::skip;
 use super::start::{AsSeen, distinct_views, poses, start};
-use super::uncertainty::{GRID_COLUMNS, GRID_ROWS, cell_centre_px, projection_jacobian};
+use super::uncertainty::projection_jacobian;
 use super::zhang;
 use crate::board::Checkerboard;
 use crate::frame::ImageSize;
@@ -231,7 +232,7 @@ impl Inputs<'_> {
             .then(|| skip::leave_one_out(bundle, noise_factor.max(noise_floor)))
             .flatten()
             .map(|left_out| left_out.ratio);
-        let coverage = self.coverage();
+        let coverage = coverage(self.views, self.board_m, self.image_size);
         let mirrored: Vec<bool> = self
             .as_seen
             .image_from_board
@@ -365,35 +366,6 @@ impl Inputs<'_> {
             zhang,
         }
     }
-
-    /// Share of the grid's cells whose centre lies on a board in some view.
-    fn coverage(&self) -> f64 {
-        let outlines: Vec<[Point2<f64>; 4]> =
-            self.views.iter().filter_map(|corners| self.outline(corners)).collect();
-        let covered = (0..GRID_ROWS)
-            .flat_map(|row| (0..GRID_COLUMNS).map(move |column| (column, row)))
-            .map(|(column, row)| cell_centre_px(self.image_size, column, row))
-            .filter(|px| outlines.iter().any(|outline| is_inside(px, outline)))
-            .count();
-        covered as f64 / f64::from(GRID_COLUMNS * GRID_ROWS)
-    }
-
-    /// The board's outermost inner corners, in order around it.
-    fn outline(&self, corners: &[Corner]) -> Option<[Point2<f64>; 4]> {
-        let columns = 1 + self.board_m.iter().position(|p| p.x >= -self.board_m[0].x - 1e-12)?;
-        let last = corners.len().checked_sub(1)?;
-        let at = |index: usize| corners.get(index).map(|corner| corner.px);
-        Some([at(0)?, at(columns - 1)?, at(last)?, at(last + 1 - columns)?])
-    }
-}
-
-/// Whether `px` lies in the convex quadrilateral `outline`, either way round.
-fn is_inside(px: &Point2<f64>, outline: &[Point2<f64>; 4]) -> bool {
-    let sides = (0..4).map(|i| {
-        let (from, to) = (outline[i], outline[(i + 1) % 4]);
-        (to - from).perp(&(px - from))
-    });
-    sides.clone().all(|side| side >= 0.0) || sides.clone().all(|side| side <= 0.0)
 }
 
 /// Angle between board and image plane, and image direction in which the board recedes.

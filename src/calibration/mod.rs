@@ -15,6 +15,7 @@
 mod arrow;
 mod bundle;
 mod calibrate;
+mod coverage;
 pub mod export;
 mod finding;
 mod free_covariance;
