@@ -216,12 +216,12 @@ pub(super) struct Minimum<State, const S: usize, const L: usize> {
 
 /// Levenberg–Marquardt. Never ends higher than it started; deterministic; at most 100 steps.
 ///
-/// Converged means that the next step is below 1e-8 standard deviations.
+/// Converged means that the next step is below 1e-9 standard deviations.
 pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
 ) -> Option<Minimum<P::State, S, L>> {
-    const CONVERGED: f64 = 1e-16;
+    const CONVERGED: f64 = 1e-18;
     let (cost, arrow) = problem.linearise(&start)?;
     let mut at = Minimum { state: start, cost, arrow, converged: false };
     let mut damping = 1e-4;

@@ -156,7 +156,7 @@ pub struct Bundle {
     pub cost: f64,
     /// Coordinates seen less parameters estimated; at least 1.
     pub degrees_of_freedom: usize,
-    /// Whether the minimum was reached to 1e-8 standard deviations.
+    /// Whether the minimum was reached to 1e-9 standard deviations.
     pub converged: bool,
     /// Information of the corners about the free lens parameters, poses settled.
     information: LensMatrix,
@@ -170,9 +170,17 @@ struct BundleProblem<'a> {
     observations: &'a Observations,
     freedom: &'a LensFreedom,
     prior: Option<&'a LensPrior>,
+    /// Of the corners, as a multiple of what they claim.
+    noise_variance: f64,
 }
 
+/// Keeps a prior from vanishing beside exact corners.
+pub(super) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
+
 /// Minimises the reprojection error from `start`.
+///
+/// A prior is weighed against corners as noisy as they turn out to be, not as they claim: with one, a
+/// second pass follows the first.
 ///
 /// `None` if the start puts a corner behind the camera, or if the corners and the prior leave a lens
 /// parameter undetermined.
@@ -185,7 +193,16 @@ pub fn adjust(
     if observations.view_count() == 0 || start.cam_from_board.len() != observations.view_count() {
         return None;
     }
-    let minimum = minimise(&BundleProblem { observations, freedom, prior }, start)?;
+    let parameters = freedom.count() + 6 * observations.view_count();
+    let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
+    let mut problem = BundleProblem { observations, freedom, prior, noise_variance: 1.0 };
+    let mut minimum = minimise(&problem, start)?;
+    if prior.is_some() {
+        let BundleState { camera, cam_from_board } = &minimum.state;
+        let cost = observations.cost(camera, cam_from_board)?;
+        problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
+        minimum = minimise(&problem, minimum.state)?;
+    }
     let mut prior_information = LensVector::zeros();
     if let Some(prior) = prior {
         for i in (0..LENS_PARAMETERS).filter(|i| freedom.free[*i]) {
@@ -194,19 +211,19 @@ pub fn adjust(
     }
     let reduced = minimum.arrow.reduced()?;
     inverse(&reduced)?;
-    let mut information = reduced - LensMatrix::from_diagonal(&prior_information);
+    let mut information =
+        reduced - LensMatrix::from_diagonal(&prior_information) * problem.noise_variance;
     for i in (0..LENS_PARAMETERS).filter(|i| !freedom.free[*i]) {
         information[(i, i)] = 0.0;
     }
     let view_information =
         minimum.arrow.views.iter().map(ViewBlock::reduced).collect::<Option<Vec<_>>>()?;
-    let parameters = freedom.count() + 6 * observations.view_count();
     let state = minimum.state;
     Some(Bundle {
         cost: observations.cost(&state.camera, &state.cam_from_board)?,
         state,
         freedom: *freedom,
-        degrees_of_freedom: observations.coordinate_count().saturating_sub(parameters).max(1),
+        degrees_of_freedom,
         converged: minimum.converged,
         information,
         prior_information,
@@ -298,9 +315,10 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
                 arrow.shared[(i, i)] = 1.0;
             } else if let Some(prior) = self.prior {
                 let miss = prior.mean[i] - value;
-                arrow.shared[(i, i)] += prior.information[i];
-                arrow.gradient[i] += prior.information[i] * miss;
-                cost += prior.information[i] * miss * miss;
+                let information = prior.information[i] * self.noise_variance;
+                arrow.shared[(i, i)] += information;
+                arrow.gradient[i] += information * miss;
+                cost += information * miss * miss;
             }
         }
         cost.is_finite().then_some((cost, arrow))

@@ -1,6 +1,7 @@
-use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SymmetricEigen, Vector2, Vector3};
 
 use super::bundle::{BundleState, InvalidCorners, Observations};
+use super::coverage::coverage;
 use super::finding::Verdict;
 use super::free_homography::{self, DistortionCentrePrior, FreeHomographies};
 use super::honesty::{self, Evidence};
@@ -12,7 +13,7 @@ use super::result::{
 };
 use super::skip;
 use super::start::{AsSeen, distinct_views, poses, start};
-use super::uncertainty::{GRID_COLUMNS, GRID_ROWS, cell_centre_px, projection_jacobian};
+use super::uncertainty::projection_jacobian;
 use super::zhang;
 use crate::board::Checkerboard;
 use crate::frame::ImageSize;
@@ -27,6 +28,8 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 const NOISE_FLOOR_PX: f64 = 1e-3;
 /// Different views from which the lens stands without weak beliefs.
 const VIEWS_WITHOUT_PRIOR: usize = 4;
+/// A board seen thinner than this is seen from its edge.
+const THINNEST: f64 = 0.01;
 /// A focal length less certain than this share of itself needs a belief.
 const F_UNDETERMINED: f64 = 0.2;
 
@@ -45,6 +48,9 @@ pub fn calibrate(
     params: &CalibrationParams,
 ) -> Result<Calibration, NotCalibrated> {
     let ImageSize { width_px, height_px } = image_size;
+    if params.models.is_empty() {
+        return Err(NotCalibrated::NoModels);
+    }
     if views.is_empty() {
         return Err(NotCalibrated::NoViews);
     }
@@ -92,7 +98,11 @@ fn as_seen(
         .iter()
         .enumerate()
         .map(|(view, corners)| {
-            Homography::fit(board_m, corners).map_err(|_| NotCalibrated::NoHomography { view })
+            let missing = NotCalibrated::NoHomography { view };
+            if thinness(corners).is_nan() || thinness(corners) < THINNEST {
+                return Err(missing);
+            }
+            Homography::fit(board_m, corners).map_err(|_| missing)
         })
         .collect::<Result<_, _>>()?;
     let lines: Vec<Option<PrincipalLine>> = homographies
@@ -110,6 +120,17 @@ fn as_seen(
         ring: principal_line_and_ring(&usable).ok(),
         lines,
     })
+}
+
+/// Extent of the corners across their longest direction over the extent along it.
+fn thinness(corners: &[Corner]) -> f64 {
+    let mean = mean_px(corners);
+    let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
+        let off = corner.px - mean;
+        scatter + off * off.transpose()
+    });
+    let eigenvalues = SymmetricEigen::new(scatter).eigenvalues;
+    (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
 }
 
 fn mean_px(corners: &[Corner]) -> Point2<f64> {
@@ -137,17 +158,12 @@ impl Inputs<'_> {
             2 => LensModel::K1K2,
             _ => LensModel::K1K2P1P2K3,
         };
-        let simplest = self.params.models.iter().min().copied();
-        let mut models: Vec<LensModel> = self
-            .params
-            .models
-            .iter()
-            .copied()
-            .filter(|model| *model <= richest || Some(*model) == simplest)
-            .collect();
-        models.sort_unstable();
-        models.dedup();
-        models
+        // A lens that was asked for is never withheld.
+        let wanted = self.params.models.iter().min().copied();
+        LensModel::ALL
+            .into_iter()
+            .filter(|model| *model <= richest || Some(*model) <= wanted)
+            .collect()
     }
 
     /// Adjusts, first as asked, then with a belief about the focal length if the views leave it open.
@@ -156,15 +172,13 @@ impl Inputs<'_> {
         let start =
             start(&self.observations, &self.as_seen, self.image_size).ok_or(undetermined)?;
         let models = self.models();
-        if models.is_empty() {
-            return Err(NotCalibrated::NoModels);
-        }
         let weak = LensPrior::weak(self.image_size);
         let prior_used = self.params.weak_priors && self.distinct < VIEWS_WITHOUT_PRIOR;
         let search = |prior: Option<&LensPrior>| {
             let search = ModelSearch {
                 observations: &self.observations,
                 models: &models,
+                allowed: &self.params.models,
                 square_pixels: self.params.square_pixels,
                 prior,
                 noise_floor: self.noise_floor(),
@@ -218,7 +232,7 @@ impl Inputs<'_> {
             .then(|| skip::leave_one_out(bundle, noise_factor.max(noise_floor)))
             .flatten()
             .map(|left_out| left_out.ratio);
-        let coverage = self.coverage();
+        let coverage = coverage(self.views, self.board_m, self.image_size);
         let mirrored: Vec<bool> = self
             .as_seen
             .image_from_board
@@ -352,35 +366,6 @@ impl Inputs<'_> {
             zhang,
         }
     }
-
-    /// Share of the grid's cells whose centre lies on a board in some view.
-    fn coverage(&self) -> f64 {
-        let outlines: Vec<[Point2<f64>; 4]> =
-            self.views.iter().filter_map(|corners| self.outline(corners)).collect();
-        let covered = (0..GRID_ROWS)
-            .flat_map(|row| (0..GRID_COLUMNS).map(move |column| (column, row)))
-            .map(|(column, row)| cell_centre_px(self.image_size, column, row))
-            .filter(|px| outlines.iter().any(|outline| is_inside(px, outline)))
-            .count();
-        covered as f64 / f64::from(GRID_COLUMNS * GRID_ROWS)
-    }
-
-    /// The board's outermost inner corners, in order around it.
-    fn outline(&self, corners: &[Corner]) -> Option<[Point2<f64>; 4]> {
-        let columns = 1 + self.board_m.iter().position(|p| p.x >= -self.board_m[0].x - 1e-12)?;
-        let last = corners.len().checked_sub(1)?;
-        let at = |index: usize| corners.get(index).map(|corner| corner.px);
-        Some([at(0)?, at(columns - 1)?, at(last)?, at(last + 1 - columns)?])
-    }
-}
-
-/// Whether `px` lies in the convex quadrilateral `outline`, either way round.
-fn is_inside(px: &Point2<f64>, outline: &[Point2<f64>; 4]) -> bool {
-    let sides = (0..4).map(|i| {
-        let (from, to) = (outline[i], outline[(i + 1) % 4]);
-        (to - from).perp(&(px - from))
-    });
-    sides.clone().all(|side| side >= 0.0) || sides.clone().all(|side| side <= 0.0)
 }
 
 /// Angle between board and image plane, and image direction in which the board recedes.

@@ -221,10 +221,11 @@ fn focus(
     say: &mut impl FnMut(Option<Severity>, FindingCode),
 ) {
     let focal: Vec<(f64, f64)> = free
-        .focal
+        .lines
         .iter()
         .flatten()
-        .map(|(f_px, variance)| (*f_px, variance * noise_factor * noise_factor))
+        .filter_map(|line| line.focal_length(&free.pp_px, &free.pp_unit_covariance_px2).ok())
+        .map(|focal| (focal.f_px, (focal.sigma_px * noise_factor).powi(2)))
         .filter(|(f_px, variance)| *variance > 0.0 && variance.sqrt() < 0.1 * f_px)
         .collect();
     if focal.len() < 3 {

@@ -15,8 +15,10 @@
 mod arrow;
 mod bundle;
 mod calibrate;
+mod coverage;
 pub mod export;
 mod finding;
+mod free_covariance;
 pub mod free_homography;
 mod honesty;
 mod lens_model;

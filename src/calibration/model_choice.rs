@@ -6,6 +6,12 @@ use super::bundle::{Bundle, BundleState, Observations, adjust};
 use super::lens_model::{LensModel, LensPrior};
 use crate::geometry::{Camera, LENS_PARAMETERS};
 
+/// Cost of a parameter when models are weighed against each other, instead of BIC's ln n.
+///
+/// BIC holds that a coefficient could be anything up to √n times its error, far more than lenses have,
+/// and so calls a rich model improbable that is not. 4.5 stands for 10 times.
+const DOUBT_PER_PARAMETER: f64 = 4.5;
+
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// One lens model fitted.
@@ -19,7 +25,8 @@ pub struct ModelFit {
     pub cost: f64,
     /// `n ln(cost/n) + k ln n`; the smallest is chosen.
     pub bic: f64,
-    /// Probability of the model given the corners, `∝ exp(−BIC/2)`.
+    /// Probability of the model given the corners, `∝ exp(−(n ln(cost/n) + 4.5 k)/2)`;
+    /// zero for models that were only fitted as a check.
     pub weight: f64,
     /// `√(cost/dof)`.
     pub noise_factor: f64,
@@ -37,7 +44,10 @@ pub(super) struct ModelChoice {
 /// What [`fit_models`] needs beside the corners.
 pub(super) struct ModelSearch<'a> {
     pub(super) observations: &'a Observations,
+    /// All to fit, simplest first.
     pub(super) models: &'a [LensModel],
+    /// Those that may be chosen; the others only serve as a check.
+    pub(super) allowed: &'a [LensModel],
     pub(super) square_pixels: bool,
     pub(super) prior: Option<&'a LensPrior>,
     /// Corners are never believed to be better than this, as a multiple of what they claim.
@@ -46,7 +56,7 @@ pub(super) struct ModelSearch<'a> {
 
 /// Fits the models in order, each started from the one before, the first from `start`.
 ///
-/// `None` if not even the first can be fitted.
+/// `None` if none that may be chosen can be fitted.
 pub(super) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option<ModelChoice> {
     let mut state = start;
     let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
@@ -58,25 +68,34 @@ pub(super) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option
         fitted.push((*model, bundle));
     }
     let n = search.observations.coordinate_count() as f64;
-    let bic: Vec<f64> = fitted
+    let criterion = |bundle: &Bundle, per_parameter: f64| {
+        let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
+        n * cost.ln() + bundle.freedom.count() as f64 * per_parameter
+    };
+    let may = |model: &LensModel| search.allowed.contains(model);
+    let bic: Vec<f64> = fitted.iter().map(|(_, bundle)| criterion(bundle, n.ln())).collect();
+    let chosen = (0..fitted.len())
+        .filter(|i| may(&fitted[*i].0))
+        .min_by(|i, j| bic[*i].total_cmp(&bic[*j]))?;
+    let doubt = |bundle: &Bundle| criterion(bundle, DOUBT_PER_PARAMETER);
+    let chosen_doubt = doubt(&fitted[chosen].1);
+    let weights: Vec<f64> = fitted
         .iter()
-        .map(|(_, bundle)| {
-            let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
-            n * cost.ln() + bundle.freedom.count() as f64 * n.ln()
+        .map(|(model, bundle)| {
+            // Capped: a sum of weights must stay a number.
+            if may(model) { (-0.5 * (doubt(bundle) - chosen_doubt)).min(600.0).exp() } else { 0.0 }
         })
         .collect();
-    let best = bic.iter().copied().fold(f64::INFINITY, f64::min);
-    let chosen = bic.iter().position(|bic| *bic <= best)?;
-    let total: f64 = bic.iter().map(|bic| (-0.5 * (bic - best)).exp()).sum();
+    let total: f64 = weights.iter().sum();
     let fits = fitted
         .iter()
-        .zip(&bic)
-        .map(|((model, bundle), bic)| ModelFit {
+        .zip(bic.iter().zip(&weights))
+        .map(|((model, bundle), (bic, weight))| ModelFit {
             model: *model,
             camera: bundle.state.camera,
             cost: bundle.cost,
             bic: *bic,
-            weight: (-0.5 * (bic - best)).exp() / total,
+            weight: weight / total,
             noise_factor: bundle.noise_factor(),
         })
         .collect();
