@@ -1,5 +1,8 @@
 //! Frames in: every source of pictures behind one trait.
 
+pub mod synthetic;
+pub mod technician;
+
 use std::{sync::Arc, time::Duration};
 
 use crate::frame::{Frame, ImageSize};
