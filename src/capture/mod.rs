@@ -2,6 +2,8 @@
 
 mod image_folder;
 mod recorded;
+pub mod synthetic;
+pub mod technician;
 
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
 pub use recorded::Recorded;

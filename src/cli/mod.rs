@@ -3,11 +3,14 @@
 mod board_args;
 mod calibrate;
 mod corner_table;
+mod cue_link;
 mod detect;
 mod doctor;
 mod export;
+mod guide;
 mod json;
 mod outcome;
+mod source;
 
 use std::{io::Write, process::ExitCode};
 
@@ -34,6 +37,8 @@ Boards are named by their inner corners, columns x rows: a board of 10 by 7 squa
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Guide a person through the poses, take the views, calibrate.
+    Guide(guide::Arguments),
     /// Calibrate from pictures or a table of corners.
     Calibrate(calibrate::Arguments),
     /// Find the board's corners in pictures.
@@ -48,7 +53,8 @@ enum Command {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
-        None => Ok(Exit::Good),
+        None => guide::Arguments::default().run(),
+        Some(Command::Guide(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),

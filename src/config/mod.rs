@@ -1,5 +1,9 @@
 //! Configuration: TOML in, typed parameters out. The only place with millimetres and degrees.
 
+mod scene;
+
+pub use scene::SceneFile;
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};

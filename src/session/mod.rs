@@ -113,6 +113,7 @@ pub struct Session {
     hold_name: String,
     last_seen: Option<(CaptureTime, Vec<Corner>)>,
     progress: Progress,
+    source_ended: bool,
     paused: bool,
     force_next: bool,
     failures: Vec<(String, String)>,
@@ -135,6 +136,7 @@ impl Session {
             hold_name: String::new(),
             last_seen: None,
             progress: Progress::Collecting,
+            source_ended: false,
             paused: false,
             force_next: false,
             failures: Vec::new(),
@@ -154,10 +156,15 @@ impl Session {
                 (None, Outcome::Noted, None)
             }
             Input::Resumed => {
+                self.source_ended = false;
                 self.forget_motion();
                 (None, Outcome::Noted, None)
             }
-            Input::SourceEnded | Input::Stop => (None, Outcome::Noted, None),
+            Input::SourceEnded => {
+                self.source_ended = true;
+                (None, Outcome::Noted, None)
+            }
+            Input::Stop => (None, Outcome::Noted, None),
         };
         let advice = advice.unwrap_or_else(|| {
             if self.target.is_some() { Advice::ShowBoard } else { Advice::Finished }
@@ -411,6 +418,7 @@ impl Session {
                     tilt_rad: accepted.view.tilt_rad,
                 })
                 .collect(),
+            source_ended: self.source_ended,
             paused: self.paused,
             failures: self.failures.clone(),
         }

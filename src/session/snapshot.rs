@@ -21,6 +21,8 @@ pub struct Snapshot {
     pub calibration: Option<Arc<Calibration>>,
     /// The accepted views.
     pub views: Vec<ViewSummary>,
+    /// Whether the source has no more frames.
+    pub source_ended: bool,
     /// Whether the person paused.
     pub paused: bool,
     /// Workers that failed, with the reason.

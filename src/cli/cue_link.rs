@@ -1,0 +1,76 @@
+//! Carries the guidance to the simulated person.
+
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender, bounded};
+
+use crate::{
+    capture::{
+        synthetic::Cues,
+        technician::{Cue, CueKind},
+    },
+    frame::FrameId,
+    guidance::Progress,
+    pipeline::Judged,
+    session::Outcome,
+};
+
+/// Told of judged frames.
+pub(super) struct CueSender {
+    link: Sender<(FrameId, Vec<Cue>)>,
+    last_target: Option<u32>,
+}
+
+/// Read by the simulated person.
+pub(super) struct CueReceiver {
+    link: Receiver<(FrameId, Vec<Cue>)>,
+    unread: std::collections::VecDeque<Cue>,
+}
+
+/// A connected pair. One frame is under way at a time, so a little room is enough.
+pub(super) fn cue_link() -> (CueSender, CueReceiver) {
+    let (sender, receiver) = bounded(8);
+    let unread = std::collections::VecDeque::new();
+    (CueSender { link: sender, last_target: None }, CueReceiver { link: receiver, unread })
+}
+
+impl CueSender {
+    /// Passes on what a person would see and hear after this frame.
+    pub(super) fn tell(&mut self, judged: Judged<'_>) {
+        let decision = &judged.snapshot.decision;
+        let seen_at = judged.observation.captured_at;
+        let mut cues = Vec::new();
+        if matches!(decision.outcome, Outcome::Accepted { .. }) {
+            cues.push(Cue { seen_at, kind: CueKind::Taken });
+        }
+        if decision.progress != Progress::Collecting {
+            cues.push(Cue { seen_at, kind: CueKind::Finished });
+        } else if self.last_target != Some(decision.target_serial)
+            && let Some(target) = &judged.snapshot.target
+        {
+            self.last_target = Some(decision.target_serial);
+            let (ghost_px, target) = (target.ghost_px.clone(), u64::from(decision.target_serial));
+            cues.push(Cue { seen_at, kind: CueKind::Show { ghost_px, target } });
+        }
+        // Without a reader the camera has stopped, and nobody holds the board.
+        self.link.send((judged.source_frame, cues)).ok();
+    }
+}
+
+impl Cues for CueReceiver {
+    fn wait_judged(&mut self, published: Option<FrameId>, patience: Duration) -> bool {
+        let Some(published) = published else { return true };
+        let deadline = Instant::now() + patience;
+        while let Ok((frame, cues)) = self.link.recv_deadline(deadline) {
+            self.unread.extend(cues);
+            if frame >= published {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn next_cue(&mut self) -> Option<Cue> {
+        self.unread.pop_front()
+    }
+}

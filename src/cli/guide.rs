@@ -1,0 +1,288 @@
+//! `boresight guide`.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use anyhow::{Context, bail};
+use clap::Args;
+
+use super::{
+    Exit,
+    board_args::BoardArguments,
+    cue_link::cue_link,
+    json::{self, ViewName},
+    outcome::tell,
+    print, say,
+    source::{SourceName, open_folder, open_session},
+};
+use crate::{
+    capture::{
+        FrameSource,
+        synthetic::{Scene, SyntheticSource, TruthLog},
+    },
+    guidance::Progress,
+    pipeline::{Judged, Pipeline, Setup},
+    recording::{
+        Header, SessionFolder, replay,
+        save::{Overwrite, save},
+    },
+    session::{Input, Session, Snapshot},
+    text,
+};
+
+/// Guide a person through the poses, take the views by itself, and calibrate.
+///
+/// Example: boresight guide --headless --source sim --board 9x6 --square 25mm
+///
+/// A session ends by itself when the plan is complete, and at Ctrl-C; nothing that was shown as taken is
+/// ever lost, and `--session DIR` goes on where it stopped.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Where pictures come from: sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of
+    /// pictures; auto takes the simulated camera.
+    #[arg(long, default_value = "auto", value_name = "SOURCE")]
+    source: String,
+    /// Print the guidance instead of opening a window.
+    #[arg(long)]
+    headless: bool,
+    #[command(flatten)]
+    board: BoardArguments,
+    /// Go on with this session.
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    session: Option<PathBuf>,
+    /// Folder of the new session; by default a new one in ./sessions.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Store every picture, not only the accepted ones.
+    #[arg(long)]
+    record_stream: bool,
+    /// Stop after this many pictures.
+    #[arg(long, value_name = "N", default_value_t = 18_000)]
+    max_frames: u64,
+    /// Print the result as JSON, as the last line on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Default for Arguments {
+    fn default() -> Self {
+        #[derive(clap::Parser)]
+        struct Plain {
+            #[command(flatten)]
+            arguments: Arguments,
+        }
+        <Plain as clap::Parser>::parse_from(["guide"]).arguments
+    }
+}
+
+/// A session that can be run.
+pub(super) struct Run {
+    pub(super) folder: SessionFolder,
+    pub(super) session: Session,
+    pub(super) source: Box<dyn FrameSource>,
+    pub(super) judged: Box<dyn FnMut(Judged<'_>) + Send>,
+    pub(super) record_stream: bool,
+    pub(super) first_frame: u64,
+    pub(super) resumed: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let (config, resumed) = match &self.session {
+            Some(path) => {
+                let opened = SessionFolder::open(path)?;
+                (opened.1.config.clone(), Some(opened))
+            }
+            None => (self.board.config()?, None),
+        };
+        let name = match &resumed {
+            Some((_, header, _)) if self.source == "auto" => header.source.clone(),
+            _ => self.source.clone(),
+        };
+        let name = SourceName::parse(&name, &config)?;
+        if self.source == "auto" {
+            say("No camera is used: this is the simulated camera with a simulated technician.");
+        }
+        let (source, judged, _) = open(&name, self.max_frames)?;
+        let image_size =
+            source.identity().image_size.context("the source does not say its picture size")?;
+        let mut session = Session::new(config.session(image_size)?);
+        let mut first_frame = 0;
+        let is_resumed = resumed.is_some();
+        let folder = match resumed {
+            Some((folder, header, contents)) => {
+                if header.image_size() != image_size {
+                    bail!(
+                        "the session's pictures are {:?}, this source's {:?}: a calibration is for one size",
+                        header.image_size_px,
+                        [image_size.width_px, image_size.height_px]
+                    );
+                }
+                replay(&mut session, contents.lines, |_, decision| {
+                    first_frame = first_frame.max(decision.frame.map_or(0, |frame| frame + 1));
+                });
+                say(&format!("Going on with {} views.", session.accepted().len()));
+                folder
+            }
+            None => {
+                let path = self.out.clone().unwrap_or_else(new_session_path);
+                SessionFolder::create(
+                    &path,
+                    &Header::new(&spelled(&name, &self.source), image_size, config),
+                )?
+            }
+        };
+        let run = Run {
+            folder,
+            session,
+            source,
+            judged,
+            record_stream: self.record_stream,
+            first_frame,
+            resumed: is_resumed,
+        };
+        run.to_the_end(self.json)
+    }
+}
+
+/// What brings the same source back: the name as given.
+fn spelled(name: &SourceName, given: &str) -> String {
+    match name {
+        SourceName::Simulated(_) if given == "auto" => "sim".into(),
+        _ => given.into(),
+    }
+}
+
+/// A new folder name from the time.
+fn new_session_path() -> PathBuf {
+    let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
+    let plain = Path::new("sessions").join(&stamp);
+    (2..1000)
+        .map(|n| Path::new("sessions").join(format!("{stamp}-{n}")))
+        .fold(plain, |free, next| if free.exists() { next } else { free })
+}
+
+type Opened = (Box<dyn FrameSource>, Box<dyn FnMut(Judged<'_>) + Send>, Option<TruthLog>);
+
+/// Opens a source; the simulated one with the link that tells its technician what to do.
+pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened> {
+    Ok(match name {
+        SourceName::Simulated(scene) => {
+            let (source, judged, truth) = open_simulated(scene, max_frames);
+            (source, judged, Some(truth))
+        }
+        SourceName::Session(path) => (open_session(path)?, Box::new(|_: Judged<'_>| ()), None),
+        SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: Judged<'_>| ()), None),
+    })
+}
+
+fn open_simulated(
+    scene: &Scene,
+    max_frames: u64,
+) -> (Box<dyn FrameSource>, Box<dyn FnMut(Judged<'_>) + Send>, TruthLog) {
+    let (mut sender, receiver) = cue_link();
+    let source = SyntheticSource::new(scene.clone(), Box::new(receiver), Some(max_frames), 24);
+    let truth = source.truth();
+    (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), truth)
+}
+
+impl Run {
+    /// Runs until the plan is complete, the source ends, or Ctrl-C; then tells the result.
+    pub(super) fn to_the_end(self, json: bool) -> anyhow::Result<Exit> {
+        let stop = Arc::new(AtomicBool::new(false));
+        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+            signal_hook::flag::register(signal, Arc::clone(&stop))?;
+        }
+        let path = self.folder.path().to_path_buf();
+        say(&format!("Session: {}", path.display()));
+        let Self { mut folder, mut session, source, judged, record_stream, first_frame, resumed } =
+            self;
+        if resumed {
+            let decision = session.handle(&Input::Resumed);
+            folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
+        }
+        let image_size = session.setup().image_size;
+        let setup = Setup {
+            source,
+            session,
+            folder: Some(folder),
+            lossless: true,
+            record_stream,
+            first_frame,
+            judged: Box::new(told(judged)),
+        };
+        let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
+        // Ends when the session thread does, too: a full disk closes the link.
+        while let Some(snapshot) = snapshots.recv() {
+            if stop.load(Ordering::Relaxed) || ended(&snapshot) {
+                break;
+            }
+        }
+        let finished = pipeline.stop()?;
+        let session = finished.session;
+        say(text::progress(session.progress()));
+        let not_calibrated = crate::calibration::NotCalibrated::NoViews;
+        let result = match session.calibration() {
+            Some(calibration) => Ok(calibration.as_ref()),
+            None => Err(session.not_calibrated().unwrap_or(&not_calibrated)),
+        };
+        let exit = tell(result);
+        let names: Vec<ViewName> = session
+            .accepted()
+            .iter()
+            .map(|accepted| ViewName {
+                name: if accepted.name.is_empty() {
+                    format!("frames/{:08}.png", accepted.view.frame_id.0)
+                } else {
+                    accepted.name.clone()
+                },
+                reason: None,
+            })
+            .collect();
+        let report = json::calibration(result, image_size, &names);
+        let file = path.join("calibration.json");
+        // The session's own result; it follows from the journal and may be replaced.
+        save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
+        say(&format!("Result: {}", file.display()));
+        for (worker, reason) in session.failures() {
+            say(&format!("The {worker} failed: {reason}"));
+        }
+        if json {
+            print(&report.to_string())?;
+        }
+        if !session.failures().is_empty() && session.progress() == Progress::Collecting {
+            return Ok(Exit::Failed);
+        }
+        Ok(if session.progress() == Progress::Complete { exit } else { Exit::NotTrustworthy })
+    }
+}
+
+/// Prints each change of advice and every view taken, then passes the frame on.
+fn told(mut judged: Box<dyn FnMut(Judged<'_>) + Send>) -> impl FnMut(Judged<'_>) + Send {
+    let mut last = String::new();
+    move |frame| {
+        let snapshot = frame.snapshot;
+        if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
+            say(&outcome);
+        }
+        let advice = text::advice(&snapshot.decision.advice, Some(frame.observation));
+        // The same advice with another number is not news on a terminal.
+        let gist: String = advice.chars().filter(|c| !c.is_ascii_digit()).collect();
+        if gist != last {
+            say(&format!("  {advice}"));
+            last = gist;
+        }
+        judged(frame);
+    }
+}
+
+fn ended(snapshot: &Snapshot) -> bool {
+    snapshot.decision.progress != Progress::Collecting
+        || snapshot.source_ended
+        || !snapshot.failures.is_empty()
+}

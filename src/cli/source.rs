@@ -1,0 +1,101 @@
+//! Which source a name means.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+
+use crate::{
+    capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, synthetic::Scene},
+    config::{Config, SceneFile},
+    frame::{CaptureTime, Frame, FrameId, FrameKind},
+    recording::{SessionFolder, stored_frame},
+    session::Input,
+};
+
+/// A source by name, not yet opened.
+#[derive(Clone, Debug)]
+pub(super) enum SourceName {
+    /// The simulated camera.
+    Simulated(Box<Scene>),
+    /// A recorded session.
+    Session(PathBuf),
+    /// A folder of pictures.
+    Folder(PathBuf),
+}
+
+impl SourceName {
+    /// What `name` means: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a session folder, or a folder of
+    /// pictures. `auto` is the simulated camera while no other is supported.
+    pub(super) fn parse(name: &str, config: &Config) -> anyhow::Result<Self> {
+        if let Some(simulated) = name.strip_prefix("sim") {
+            let mut scene = match simulated.strip_prefix(':') {
+                None if simulated.is_empty() => Scene::default_720p(1),
+                Some(rest) => match rest.strip_prefix("random:") {
+                    Some(seed) => Scene::random(
+                        seed.parse()
+                            .with_context(|| format!("{seed:?} is no seed: a whole number"))?,
+                    ),
+                    None => SceneFile::load(Path::new(rest))?,
+                },
+                None => {
+                    bail!("no source {name:?}: try sim, a session folder, or a folder of pictures")
+                }
+            };
+            scene.board = config.board()?;
+            return Ok(Self::Simulated(Box::new(scene)));
+        }
+        if name == "auto" {
+            let mut scene = Scene::default_720p(1);
+            scene.board = config.board()?;
+            return Ok(Self::Simulated(Box::new(scene)));
+        }
+        let path = PathBuf::from(name);
+        if path.join("session.toml").is_file() {
+            return Ok(Self::Session(path));
+        }
+        if path.is_dir() {
+            return Ok(Self::Folder(path));
+        }
+        bail!("no source {name:?}: try sim, a session folder, or a folder of pictures")
+    }
+}
+
+/// Opens a folder of pictures.
+pub(super) fn open_folder(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
+    Ok(Box::new(ImageFolder::open(path)?))
+}
+
+/// Opens the stored pictures of a session as a source.
+pub(super) fn open_session(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
+    let header = SessionFolder::header(path)?;
+    let identity =
+        SourceIdentity { name: header.source.clone(), image_size: Some(header.image_size()) };
+    let session = path.to_path_buf();
+    let mut frames = Vec::new();
+    let mut times = std::collections::BTreeMap::new();
+    for line in SessionFolder::journal(path)?.lines {
+        if let Input::Observed(observation) = Input::from(line.input) {
+            times.insert(
+                observation.frame_id.0,
+                (observation.captured_at, observation.kind, observation.name),
+            );
+        }
+        frames.extend(line.stored);
+    }
+    if frames.is_empty() {
+        bail!("no pictures are stored in {path:?}");
+    }
+    let play = frames.into_iter().enumerate().map(move |(index, stored)| {
+        let image = stored_frame(&session, &stored).map_err(|err| CaptureError::Decode {
+            reason: err.to_string(),
+            path: session.clone(),
+        })?;
+        let (captured_at, kind, name) = times.get(&stored.frame).cloned().unwrap_or((
+            CaptureTime { nanos: 0 },
+            FrameKind::Photograph,
+            String::new(),
+        ));
+        Ok(Frame { id: FrameId(index as u64), captured_at, kind, name, image })
+    });
+    Ok(Box::new(Recorded::new(identity, play)))
+}
