@@ -23,7 +23,7 @@ use super::{
 use crate::{
     capture::{
         FrameSource,
-        synthetic::{Scene, SyntheticSource, TruthLog},
+        synthetic::{SyntheticSource, TruthLog},
     },
     guidance::Progress,
     pipeline::{Judged, Pipeline, Setup},
@@ -85,7 +85,7 @@ pub(super) struct Run {
     pub(super) folder: SessionFolder,
     pub(super) session: Session,
     pub(super) source: Box<dyn FrameSource>,
-    pub(super) judged: Box<dyn FnMut(Judged<'_>) + Send>,
+    pub(super) judged: Listener,
     pub(super) record_stream: bool,
     pub(super) first_frame: u64,
     pub(super) resumed: bool,
@@ -146,7 +146,7 @@ impl Arguments {
             first_frame,
             resumed: is_resumed,
         };
-        run.to_the_end(self.json)
+        run.finish(self.json)
     }
 }
 
@@ -158,6 +158,9 @@ fn spelled(name: &SourceName, given: &str) -> String {
     }
 }
 
+/// Frames that a simulated camera may have under way at once.
+const IN_FLIGHT: usize = 24;
+
 /// A new folder name from the time.
 fn new_session_path() -> PathBuf {
     let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
@@ -167,33 +170,34 @@ fn new_session_path() -> PathBuf {
         .fold(plain, |free, next| if free.exists() { next } else { free })
 }
 
-type Opened = (Box<dyn FrameSource>, Box<dyn FnMut(Judged<'_>) + Send>, Option<TruthLog>);
+/// Called with every frame's result; the simulated technician listens here.
+pub(super) type Listener = Box<dyn FnMut(Judged<'_>) + Send>;
+
+/// A source, who listens to what is made of its frames, and the truth if it knows it.
+pub(super) type Opened = (Box<dyn FrameSource>, Listener, Option<TruthLog>);
 
 /// Opens a source; the simulated one with the link that tells its technician what to do.
 pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened> {
     Ok(match name {
         SourceName::Simulated(scene) => {
-            let (source, judged, truth) = open_simulated(scene, max_frames);
-            (source, judged, Some(truth))
+            let (mut sender, receiver) = cue_link();
+            let source = SyntheticSource::new(
+                (**scene).clone(),
+                Box::new(receiver),
+                Some(max_frames),
+                IN_FLIGHT,
+            );
+            let truth = source.truth();
+            (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), Some(truth))
         }
         SourceName::Session(path) => (open_session(path)?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: Judged<'_>| ()), None),
     })
 }
 
-fn open_simulated(
-    scene: &Scene,
-    max_frames: u64,
-) -> (Box<dyn FrameSource>, Box<dyn FnMut(Judged<'_>) + Send>, TruthLog) {
-    let (mut sender, receiver) = cue_link();
-    let source = SyntheticSource::new(scene.clone(), Box::new(receiver), Some(max_frames), 24);
-    let truth = source.truth();
-    (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), truth)
-}
-
 impl Run {
     /// Runs until the plan is complete, the source ends, or Ctrl-C; then tells the result.
-    pub(super) fn to_the_end(self, json: bool) -> anyhow::Result<Exit> {
+    pub(super) fn finish(self, json: bool) -> anyhow::Result<Exit> {
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -263,7 +267,7 @@ impl Run {
 }
 
 /// Prints each change of advice and every view taken, then passes the frame on.
-fn told(mut judged: Box<dyn FnMut(Judged<'_>) + Send>) -> impl FnMut(Judged<'_>) + Send {
+fn told(mut judged: Listener) -> impl FnMut(Judged<'_>) + Send {
     let mut last = String::new();
     move |frame| {
         let snapshot = frame.snapshot;
