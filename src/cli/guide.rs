@@ -14,11 +14,11 @@ use clap::Args;
 use super::{
     Exit,
     board_args::BoardArguments,
+    conclusion::{Conclusion, conclude},
     cue_link::cue_link,
-    json::{self, ViewName},
-    outcome::tell,
     print, say,
     source::{SourceName, open_folder, open_session},
+    truth,
 };
 use crate::{
     capture::{
@@ -86,6 +86,7 @@ pub(super) struct Run {
     pub(super) session: Session,
     pub(super) source: Box<dyn FrameSource>,
     pub(super) judged: Listener,
+    pub(super) truth: Option<TruthLog>,
     pub(super) record_stream: bool,
     pub(super) first_frame: u64,
     pub(super) resumed: bool,
@@ -108,7 +109,7 @@ impl Arguments {
         if self.source == "auto" {
             say("No camera is used: this is the simulated camera with a simulated technician.");
         }
-        let (source, judged, _) = open(&name, self.max_frames)?;
+        let (source, judged, truth) = open(&name, self.max_frames)?;
         let image_size =
             source.identity().image_size.context("the source does not say its picture size")?;
         let mut session = Session::new(config.session(image_size)?);
@@ -142,6 +143,7 @@ impl Arguments {
             session,
             source,
             judged,
+            truth,
             record_stream: self.record_stream,
             first_frame,
             resumed: is_resumed,
@@ -204,13 +206,20 @@ impl Run {
         }
         let path = self.folder.path().to_path_buf();
         say(&format!("Session: {}", path.display()));
-        let Self { mut folder, mut session, source, judged, record_stream, first_frame, resumed } =
-            self;
+        let Self {
+            mut folder,
+            mut session,
+            source,
+            judged,
+            truth,
+            record_stream,
+            first_frame,
+            resumed,
+        } = self;
         if resumed {
             let decision = session.handle(&Input::Resumed);
             folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
         }
-        let image_size = session.setup().image_size;
         let setup = Setup {
             source,
             session,
@@ -229,40 +238,22 @@ impl Run {
         }
         let finished = pipeline.stop()?;
         let session = finished.session;
-        say(text::progress(session.progress()));
-        let not_calibrated = crate::calibration::NotCalibrated::NoViews;
-        let result = match session.calibration() {
-            Some(calibration) => Ok(calibration.as_ref()),
-            None => Err(session.not_calibrated().unwrap_or(&not_calibrated)),
-        };
-        let exit = tell(result);
-        let names: Vec<ViewName> = session
-            .accepted()
-            .iter()
-            .map(|accepted| ViewName {
-                name: if accepted.name.is_empty() {
-                    format!("frames/{:08}.png", accepted.view.frame_id.0)
-                } else {
-                    accepted.name.clone()
-                },
-                reason: None,
-            })
-            .collect();
-        let report = json::calibration(result, image_size, &names);
+        let Conclusion { exit, report } = conclude(&session);
+        if let Some(log) = truth {
+            let truth = log.snapshot();
+            if let Some(calibration) = session.calibration() {
+                truth::tell(&truth, calibration);
+            }
+            truth::write(&path, &truth, first_frame)?;
+        }
         let file = path.join("calibration.json");
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
-        for (worker, reason) in session.failures() {
-            say(&format!("The {worker} failed: {reason}"));
-        }
         if json {
             print(&report.to_string())?;
         }
-        if !session.failures().is_empty() && session.progress() == Progress::Collecting {
-            return Ok(Exit::Failed);
-        }
-        Ok(if session.progress() == Progress::Complete { exit } else { Exit::NotTrustworthy })
+        Ok(exit)
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod board_args;
 mod calibrate;
+mod conclusion;
 mod corner_table;
 mod cue_link;
 mod detect;
@@ -10,7 +11,10 @@ mod export;
 mod guide;
 mod json;
 mod outcome;
+mod replay;
+mod simulate;
 mod source;
+mod truth;
 
 use std::{io::Write, process::ExitCode};
 
@@ -39,10 +43,14 @@ Boards are named by their inner corners, columns x rows: a board of 10 by 7 squa
 enum Command {
     /// Guide a person through the poses, take the views, calibrate.
     Guide(guide::Arguments),
+    /// Run recorded sessions through the same decisions again, and ask "what if".
+    Replay(replay::Arguments),
     /// Calibrate from pictures or a table of corners.
     Calibrate(calibrate::Arguments),
     /// Find the board's corners in pictures.
     Detect(detect::Arguments),
+    /// Record a guided session of the simulated camera, with its truth.
+    Simulate(simulate::Arguments),
     /// Write a calibration for other programs.
     Export(export::Arguments),
     /// Verify a session folder, and recover what is whole.
@@ -55,8 +63,10 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         None => guide::Arguments::default().run(),
         Some(Command::Guide(arguments)) => arguments.run(),
+        Some(Command::Replay(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),
+        Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
     };

@@ -9,15 +9,15 @@ use crate::{
 
 use super::say;
 
-/// What the exit code says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What the exit code says, from good to bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// 0: done, and usable.
     Good,
-    /// 1: failed.
-    Failed,
     /// 3: finished, but the result should not be used.
     NotTrustworthy,
+    /// 1: failed.
+    Failed,
 }
 
 impl From<Exit> for ExitCode {

@@ -142,6 +142,28 @@ pub enum CommandLine {
     Resume,
 }
 
+impl InputLine {
+    /// The observation, if the input is one.
+    pub fn observed_mut(&mut self) -> Option<&mut ObservedLine> {
+        match self {
+            Self::Observed(observed) => Some(observed),
+            _ => None,
+        }
+    }
+}
+
+impl ObservedLine {
+    /// Number of the frame.
+    pub fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Puts `seen` in the place of what was seen.
+    pub fn see(&mut self, seen: &Result<Detection, Miss>) {
+        self.seen = seen.as_ref().into();
+    }
+}
+
 impl From<&Input> for InputLine {
     fn from(input: &Input) -> Self {
         match input {
@@ -190,15 +212,7 @@ impl From<&Observation> for ObservedLine {
             photograph: observation.kind == FrameKind::Photograph,
             name: observation.name.clone(),
             size: [observation.image_size.width_px, observation.image_size.height_px],
-            seen: match &observation.seen {
-                Ok(detection) => SeenLine::Board {
-                    corners: detection.corners.iter().map(corner_to_line).collect(),
-                    blur_px: detection.quality.blur_px,
-                    contrast: detection.quality.contrast,
-                    glare: detection.quality.glare,
-                },
-                Err(miss) => miss_to_line(*miss),
-            },
+            seen: observation.seen.as_ref().into(),
         }
     }
 }
@@ -213,6 +227,20 @@ impl From<ObservedLine> for Observation {
             name: line.name,
             image_size: ImageSize { width_px: line.size[0], height_px: line.size[1] },
             seen: line.seen.into(),
+        }
+    }
+}
+
+impl From<Result<&Detection, &Miss>> for SeenLine {
+    fn from(seen: Result<&Detection, &Miss>) -> Self {
+        match seen {
+            Ok(detection) => Self::Board {
+                corners: detection.corners.iter().map(corner_to_line).collect(),
+                blur_px: detection.quality.blur_px,
+                contrast: detection.quality.contrast,
+                glare: detection.quality.glare,
+            },
+            Err(miss) => miss_to_line(*miss),
         }
     }
 }

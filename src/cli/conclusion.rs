@@ -1,0 +1,55 @@
+//! What came of a session, for people and for machines.
+
+use serde_json::Value;
+
+use super::{
+    Exit,
+    json::{self, ViewName},
+    outcome::tell,
+    say,
+};
+use crate::{
+    calibration::NotCalibrated,
+    guidance::Progress,
+    session::{AcceptedView, Session},
+    text,
+};
+
+/// Result of a session.
+pub(super) struct Conclusion {
+    /// The exit code that it deserves: good only if the plan is complete, too.
+    pub(super) exit: Exit,
+    /// `boresight.calibration/1`.
+    pub(super) report: Value,
+}
+
+/// Tells the person what came of `session`.
+pub(super) fn conclude(session: &Session) -> Conclusion {
+    say(text::progress(session.progress()));
+    let no_views = NotCalibrated::NoViews;
+    let result = match session.calibration() {
+        Some(calibration) => Ok(calibration.as_ref()),
+        None => Err(session.not_calibrated().unwrap_or(&no_views)),
+    };
+    let exit = tell(result);
+    let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
+    let report = json::calibration(result, session.setup().image_size, &names);
+    for (worker, reason) in session.failures() {
+        say(&format!("The {worker} failed: {reason}"));
+    }
+    let exit = match session.progress() {
+        Progress::Complete => exit,
+        Progress::Collecting if !session.failures().is_empty() => Exit::Failed,
+        Progress::Collecting | Progress::Exhausted => Exit::NotTrustworthy,
+    };
+    Conclusion { exit, report }
+}
+
+fn name(accepted: &AcceptedView) -> ViewName {
+    let name = if accepted.name.is_empty() {
+        format!("frames/{:08}.png", accepted.view.frame_id.0)
+    } else {
+        accepted.name.clone()
+    };
+    ViewName { name, reason: None }
+}
