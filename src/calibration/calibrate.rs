@@ -1,7 +1,6 @@
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SymmetricEigen, Vector2, Vector3};
 
 use super::bundle::{BundleState, InvalidCorners, Observations};
-use super::coverage::coverage;
 use super::finding::Verdict;
 use super::free_homography::{self, DistortionCentrePrior, FreeHomographies};
 use super::honesty::{self, Evidence};
@@ -18,8 +17,8 @@ use super::zhang;
 use crate::board::Checkerboard;
 use crate::frame::ImageSize;
 use crate::geometry::{
-    Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine, intersect_unweighted,
-    intersect_weighted, principal_line_and_ring,
+    BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
+    coverage, intersect_unweighted, intersect_weighted, principal_line_and_ring,
 };
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
@@ -65,8 +64,16 @@ pub fn calibrate(
     })?;
     let as_seen = as_seen(views, &board_m, image_size)?;
     let distinct = distinct_views(views, image_size);
-    let problem =
-        Inputs { views, board_m: &board_m, image_size, params, observations, as_seen, distinct };
+    let problem = Inputs {
+        views,
+        board,
+        board_m: &board_m,
+        image_size,
+        params,
+        observations,
+        as_seen,
+        distinct,
+    };
     let undetermined = NotCalibrated::Undetermined { distinct };
     let solution = problem.solve()?;
     problem.report(&solution).ok_or(undetermined)
@@ -75,6 +82,7 @@ pub fn calibrate(
 /// The corners and what was derived from them before any adjustment.
 struct Inputs<'a> {
     views: &'a [Vec<Corner>],
+    board: &'a Checkerboard,
     board_m: &'a [Point2<f64>],
     image_size: ImageSize,
     params: &'a CalibrationParams,
@@ -232,7 +240,7 @@ impl Inputs<'_> {
             .then(|| skip::leave_one_out(bundle, noise_factor.max(noise_floor)))
             .flatten()
             .map(|left_out| left_out.ratio);
-        let coverage = coverage(self.views, self.board_m, self.image_size);
+        let coverage = coverage(&self.outlines(), self.image_size);
         let mirrored: Vec<bool> = self
             .as_seen
             .image_from_board
@@ -275,6 +283,14 @@ impl Inputs<'_> {
             verdict: Verdict::of(&findings),
             findings,
         })
+    }
+
+    fn outlines(&self) -> Vec<BoardOutline> {
+        let outline = |corners: &Vec<Corner>| {
+            let px: Vec<_> = corners.iter().map(|corner| corner.px).collect();
+            BoardOutline::of(&px, self.board.columns())
+        };
+        self.views.iter().filter_map(outline).collect()
     }
 
     fn view(

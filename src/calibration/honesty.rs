@@ -7,8 +7,9 @@ use super::finding::{Finding, FindingCode, Severity};
 use super::free_homography::FreeHomographies;
 use super::model_choice::ModelChoice;
 use super::result::ViewResult;
-use super::uncertainty::{GRID_COLUMNS, GRID_ROWS, ProjectionSd};
+use super::uncertainty::ProjectionSd;
 use crate::frame::ImageSize;
+use crate::geometry::{GRID_COLUMNS, GRID_ROWS};
 
 /// χ² with 2 degrees of freedom at 1 %.
 const HAUSMAN_CARE: f64 = 9.21;

@@ -15,7 +15,6 @@
 mod arrow;
 mod bundle;
 mod calibrate;
-mod coverage;
 pub mod export;
 mod finding;
 mod free_covariance;
@@ -39,6 +38,4 @@ pub use result::{
     Calibration, CalibrationParams, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
     ViewResult,
 };
-pub use uncertainty::{
-    GRID_COLUMNS, GRID_ROWS, GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian,
-};
+pub use uncertainty::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian};

@@ -4,12 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Point2, SMatrix, Vector3};
 
 use super::arrow::inverse;
 use crate::frame::ImageSize;
-use crate::geometry::{Camera, LENS_PARAMETERS};
-
-/// Columns of the grid on which projection uncertainty is evaluated.
-pub const GRID_COLUMNS: u32 = 12;
-/// Rows of that grid.
-pub const GRID_ROWS: u32 = 8;
+use crate::geometry::{Camera, GRID_COLUMNS, GRID_ROWS, LENS_PARAMETERS, cell_centre_px};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
@@ -84,17 +79,6 @@ pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<Pro
         *lens -= turn * explained;
     }
     Some(jacobian)
-}
-
-/// Pixel at the centre of a grid cell.
-pub(super) fn cell_centre_px(image_size: ImageSize, column: u32, row: u32) -> Point2<f64> {
-    let along = |cell: u32, cells: u32, size: u32| {
-        (f64::from(cell) + 0.5) / f64::from(cells) * f64::from(size) - 0.5
-    };
-    Point2::new(
-        along(column, GRID_COLUMNS, image_size.width_px),
-        along(row, GRID_ROWS, image_size.height_px),
-    )
 }
 
 impl ProjectionJacobian {

@@ -10,6 +10,7 @@
 
 mod camera;
 mod corner;
+mod coverage;
 mod homography;
 mod pose;
 mod principal_line;
@@ -18,6 +19,9 @@ mod ring;
 
 pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection};
 pub use corner::Corner;
+pub use coverage::{
+    BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, coverage,
+};
 pub use homography::{Homography, NoHomography};
 pub use pose::{NoPose, PoseFit, fit_pose, pose_from_homography};
 pub use principal_line::{FocalLength, NoFocalLength, NoPrincipalLine, PrincipalLine};

@@ -7,11 +7,11 @@ use nalgebra::{Isometry3, SMatrix, SVector};
 
 use super::{
     Belief, GuidanceParams, View,
-    target::{PoseWish, aimed},
+    target::{PoseWish, aimed, seen_px},
 };
 use crate::{
     board::Checkerboard,
-    geometry::{Camera, LENS_PARAMETERS, fit_pose},
+    geometry::{BoardOutline, Camera, LENS_PARAMETERS, cell_centres_px, coverage, fit_pose},
 };
 
 /// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`.
@@ -47,9 +47,46 @@ pub(super) fn most_telling_pair(
     best.map(|(_, wish, pose)| (wish, pose))
 }
 
-/// Directions every 11.25°, three tilts, two sizes, centred and shifted along the principal line.
+/// The feasible pose that, with its reflected partner, covers most of the picture's cells that no view
+/// has covered: where no corner was seen the lens is extrapolated. `None` if no pose covers more.
+pub(super) fn most_covering_pair(
+    accepted: &[View],
+    board: &Checkerboard,
+    belief: &Belief,
+    params: &GuidanceParams,
+) -> Option<(PoseWish, Isometry3<f64>)> {
+    let mut outlines: Vec<BoardOutline> = accepted
+        .iter()
+        .filter_map(|view| {
+            let corners: Vec<_> = view.corners.iter().map(|corner| corner.px).collect();
+            BoardOutline::of(&corners, board.columns())
+        })
+        .collect();
+    let taken = outlines.len();
+    let mut most = coverage(&outlines, belief.image_size);
+    let mut best = None;
+    for wish in candidates(accepted, belief, params) {
+        let Some(pose) = aimed(&wish, board, belief, params) else { continue };
+        let pair = [pose, reflected(&pose)];
+        outlines.truncate(taken);
+        outlines.extend(
+            pair.iter().filter_map(|pose| {
+                BoardOutline::of(&seen_px(pose, board, belief), board.columns())
+            }),
+        );
+        let share = coverage(&outlines, belief.image_size);
+        if share > most {
+            most = share;
+            best = Some((wish, pose));
+        }
+    }
+    best
+}
+
+/// Directions every 11.25°, three tilts, two sizes, centred and shifted along the principal
+/// line as far as the picture may allow.
 fn candidates(accepted: &[View], belief: &Belief, params: &GuidanceParams) -> Vec<PoseWish> {
-    let reach_px = 0.14 * f64::from(belief.image_size.width_px);
+    let reach_px = 0.2 * f64::from(belief.image_size.width_px);
     // A person misses the asked direction by some degrees; leave room so that the view still counts.
     let spare_rad = 0.1 * params.independent_rad;
     let mut wishes = Vec::new();
@@ -64,7 +101,7 @@ fn candidates(accepted: &[View], belief: &Belief, params: &GuidanceParams) -> Ve
         }
         for tilt_rad in [0.9, 1.0, 1.1].map(|share| share * params.target_tilt_rad) {
             for fill in [0.9, 1.15].map(|share| share * params.target_fill) {
-                for along_px in [-reach_px, 0.0, reach_px] {
+                for along_px in [-reach_px, -0.5 * reach_px, 0.0, 0.5 * reach_px, reach_px] {
                     wishes.push(PoseWish { slot_rad, tilt_rad, fill, along_px });
                 }
             }
@@ -136,35 +173,27 @@ fn square_pixels(by_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, 
     joined
 }
 
-/// `MᵀM` with `M` the change of the projection over a 12×8 grid of pixels with the lens parameters,
+/// `MᵀM` with `M` the change of the projection over a grid of pixels with the lens parameters,
 /// after the rotation of the camera that compensates best.
 fn projection_weight(belief: &Belief) -> LensMatrix {
     let mut a = LensMatrix::zeros();
     let mut b = SMatrix::<f64, PARAMETERS, 3>::zeros();
     let mut d = SMatrix::<f64, 3, 3>::zeros();
-    let (width, height) =
-        (f64::from(belief.image_size.width_px), f64::from(belief.image_size.height_px));
-    for row in 0..8 {
-        for column in 0..12 {
-            let px = nalgebra::Point2::new(
-                (f64::from(column) + 0.5) / 12.0 * width - 0.5,
-                (f64::from(row) + 0.5) / 8.0 * height - 0.5,
-            );
-            let Some(ideal) = belief.camera.ideal_from_px(&px) else { continue };
-            let Some(at) =
-                belief.camera.project_board_point(&Isometry3::translation(0.0, 0.0, 1.0), &ideal)
-            else {
-                continue;
-            };
-            let by_lens = square_pixels(&at.by_lens);
-            // A small turn ω of the camera moves the ray r by ω × r = −[r]× ω; at depth 1 the columns
-            // of τ are the change of the pixel with the ray.
-            let ray = nalgebra::Vector3::new(ideal.x, ideal.y, 1.0);
-            let by_turn = at.by_pose.fixed_columns::<3>(3) * -ray.cross_matrix();
-            a += by_lens.transpose() * by_lens;
-            b += by_lens.transpose() * by_turn;
-            d += by_turn.transpose() * by_turn;
-        }
+    for px in cell_centres_px(belief.image_size) {
+        let Some(ideal) = belief.camera.ideal_from_px(&px) else { continue };
+        let Some(at) =
+            belief.camera.project_board_point(&Isometry3::translation(0.0, 0.0, 1.0), &ideal)
+        else {
+            continue;
+        };
+        let by_lens = square_pixels(&at.by_lens);
+        // A small turn ω of the camera moves the ray r by ω × r = −[r]× ω; at depth 1 the columns
+        // of τ are the change of the pixel with the ray.
+        let ray = nalgebra::Vector3::new(ideal.x, ideal.y, 1.0);
+        let by_turn = at.by_pose.fixed_columns::<3>(3) * -ray.cross_matrix();
+        a += by_lens.transpose() * by_lens;
+        b += by_lens.transpose() * by_turn;
+        d += by_turn.transpose() * by_turn;
     }
     match d.try_inverse() {
         Some(inverse) => a - b * inverse * b.transpose(),

@@ -9,8 +9,18 @@ pub struct Precision {
     pub pp_sigma_px: f64,
     /// Mean standard deviation of projection over the picture.
     pub projection_sigma_px: f64,
-    /// Whether every honesty check passed.
+    /// Whether every honesty check passed, coverage of the picture aside.
     pub trusted: bool,
+    /// Whether the boards covered enough of the picture.
+    pub covered: bool,
+}
+
+impl Precision {
+    /// Whether the wanted standard deviations are reached.
+    pub fn is_reached(&self, params: &GuidanceParams) -> bool {
+        self.pp_sigma_px <= params.stop_pp_sigma_px
+            && self.projection_sigma_px <= params.stop_projection_sigma_px
+    }
 }
 
 /// How far a session is.
@@ -23,6 +33,16 @@ pub enum Progress {
     Complete,
     /// No further view can be asked for, and the wanted precision is not reached.
     Exhausted,
+}
+
+/// How a session ends for which no further pose can be asked for. Coverage that no hand can improve
+/// stays a finding of the calibration; it does not fail the session.
+pub fn progress_without_target(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
+    if precision.is_some_and(|precision| precision.trusted && precision.is_reached(params)) {
+        Progress::Complete
+    } else {
+        Progress::Exhausted
+    }
 }
 
 /// Whether to stop, METHOD section 3.5: enough views, every view has its partner, and for the adaptive
@@ -41,11 +61,7 @@ pub fn progress(
     };
     let precise = match params.plan {
         Plan::Quick | Plan::Full => true,
-        Plan::Adaptive => precision.is_some_and(|p| {
-            p.trusted
-                && p.pp_sigma_px <= params.stop_pp_sigma_px
-                && p.projection_sigma_px <= params.stop_projection_sigma_px
-        }),
+        Plan::Adaptive => precision.is_some_and(|p| p.trusted && p.covered && p.is_reached(params)),
     };
     if views >= wanted && paired && precise {
         Progress::Complete

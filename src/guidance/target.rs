@@ -5,8 +5,11 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Point2, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::{
-    Belief, BoardRoll, GuidanceParams, Plan, SLOTS_DEG, View, independence::partner_of,
-    information::most_telling_pair, view::bounds_px,
+    Belief, BoardRoll, GuidanceParams, Plan, SLOTS_DEG, View,
+    independence::partner_of,
+    information::{most_covering_pair, most_telling_pair},
+    stop::Precision,
+    view::bounds_px,
 };
 use crate::{board::Checkerboard, frame::ImageSize};
 
@@ -23,6 +26,8 @@ pub enum Purpose {
     Slot,
     /// Half of the reflected pair that tells most.
     MostTelling,
+    /// Half of the reflected pair that covers most of what no board has covered.
+    Coverage,
 }
 
 /// A pose to show.
@@ -50,11 +55,13 @@ pub(super) struct PoseWish {
 }
 
 /// The pose to ask for next, METHOD section 3.4: the partner of a view that has none, else the first
-/// empty slot, else half of the reflected pair that tells most. `None` if the plan has no further pose.
+/// empty slot, else half of the reflected pair that tells most; once nothing but coverage
+/// is wanting, of the pair that covers most of what no board has covered. `None` if the plan has no further pose.
 pub fn next_target(
     accepted: &[View],
     board: &Checkerboard,
     belief: &Belief,
+    precision: Option<&Precision>,
     params: &GuidanceParams,
 ) -> Option<Target> {
     let lonely = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
@@ -83,8 +90,15 @@ pub fn next_target(
     if params.plan != Plan::Adaptive {
         return None;
     }
-    let (wish, pose) = most_telling_pair(accepted, board, belief, params)?;
-    Some(target(Purpose::MostTelling, &wish, &pose, board, belief))
+    let only_coverage = precision.is_some_and(|precision| {
+        precision.trusted && !precision.covered && precision.is_reached(params)
+    });
+    let (purpose, (wish, pose)) = if only_coverage {
+        (Purpose::Coverage, most_covering_pair(accepted, board, belief, params)?)
+    } else {
+        (Purpose::MostTelling, most_telling_pair(accepted, board, belief, params)?)
+    };
+    Some(target(purpose, &wish, &pose, board, belief))
 }
 
 /// The direction nearest to a slot that is independent of all accepted principal lines, with room for
@@ -130,12 +144,21 @@ fn target(
     board: &Checkerboard,
     belief: &Belief,
 ) -> Target {
-    let ghost_px = board
+    let ghost_px = seen_px(cam_from_board, board, belief);
+    Target { purpose, slot_rad: wish.slot_rad, tilt_rad: wish.tilt_rad, ghost_px }
+}
+
+/// Where the inner corners would appear, in numbering order; those behind the camera are left out.
+pub(super) fn seen_px(
+    cam_from_board: &Isometry3<f64>,
+    board: &Checkerboard,
+    belief: &Belief,
+) -> Vec<Point2<f64>> {
+    board
         .corners_in_board_m()
         .iter()
         .filter_map(|corner| belief.camera.project(&(cam_from_board * lifted(corner))))
-        .collect();
-    Target { purpose, slot_rad: wish.slot_rad, tilt_rad: wish.tilt_rad, ghost_px }
+        .collect()
 }
 
 pub(super) fn lifted(point_in_board_m: &Point2<f64>) -> Point3<f64> {

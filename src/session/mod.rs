@@ -16,13 +16,14 @@ use serde::Serialize;
 
 use crate::{
     board::Checkerboard,
-    calibration::{Calibration, CalibrationParams, NotCalibrated, Verdict, calibrate},
+    calibration::{Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate},
     detection::Detection,
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::Corner,
     guidance::{
         Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, advise, gate,
-        measure, next_target, progress, role_of, stillness::still, stop::Precision,
+        measure, next_target, progress, progress_without_target, role_of, stillness::still,
+        stop::Precision,
     },
 };
 
@@ -123,7 +124,7 @@ impl Session {
     /// An empty session.
     pub fn new(setup: SessionSetup) -> Self {
         let belief = Belief::guess(setup.image_size);
-        let target = next_target(&[], &setup.board, &belief, &setup.guidance);
+        let target = next_target(&[], &setup.board, &belief, None, &setup.guidance);
         Self {
             setup,
             accepted: Vec::new(),
@@ -335,12 +336,19 @@ impl Session {
             }
         }
         let views: Vec<View> = self.accepted.iter().map(|accepted| accepted.view.clone()).collect();
-        self.progress = progress(&views, self.precision().as_ref(), &setup.guidance);
+        let precision = self.precision();
+        self.progress = progress(&views, precision.as_ref(), &setup.guidance);
         self.target = None;
         if self.progress == Progress::Collecting {
-            self.target = next_target(&views, &setup.board, &self.belief, &setup.guidance);
+            self.target = next_target(
+                &views,
+                &setup.board,
+                &self.belief,
+                precision.as_ref(),
+                &setup.guidance,
+            );
             if self.target.is_none() {
-                self.progress = Progress::Exhausted;
+                self.progress = progress_without_target(precision.as_ref(), &setup.guidance);
             }
         }
         self.target_serial += 1;
@@ -349,10 +357,13 @@ impl Session {
     fn precision(&self) -> Option<Precision> {
         let calibration = self.calibration()?;
         let pp = calibration.covariance.fixed_view::<2, 2>(2, 2);
+        let mut others = calibration.findings.clone();
+        others.retain(|finding| !matches!(finding.code, FindingCode::CoverageLow { .. }));
         Some(Precision {
             pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
             projection_sigma_px: calibration.projection_sd.mean_px,
-            trusted: calibration.verdict == Verdict::Good,
+            trusted: Verdict::of(&others) == Verdict::Good,
+            covered: others.len() == calibration.findings.len(),
         })
     }
 

@@ -1,0 +1,83 @@
+//! Which parts of the picture boards have covered, on a grid of cells.
+
+use nalgebra::Point2;
+
+use crate::frame::ImageSize;
+
+/// Columns of the grid over the picture, for coverage and for projection uncertainty.
+pub const GRID_COLUMNS: u32 = 12;
+/// Rows of that grid.
+pub const GRID_ROWS: u32 = 8;
+
+/// The board's outermost inner corners in a view, in order around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoardOutline {
+    corners_px: [Point2<f64>; 4],
+}
+
+impl BoardOutline {
+    /// From the pixels of all corners, numbered row by row with `columns` in a row.
+    ///
+    /// `None` unless the corners fill whole rows, at least one.
+    pub fn of(corners_px: &[Point2<f64>], columns: usize) -> Option<Self> {
+        let last = corners_px.len().checked_sub(1)?;
+        if columns == 0 || !corners_px.len().is_multiple_of(columns) {
+            return None;
+        }
+        let corners = [0, columns - 1, last, last + 1 - columns];
+        Some(Self { corners_px: corners.map(|index| corners_px[index]) })
+    }
+
+    /// Whether `px` lies in the outline, a convex quadrilateral numbered either way round.
+    pub fn covers(&self, px: &Point2<f64>) -> bool {
+        let sides = (0..4).map(|i| {
+            let (from, to) = (self.corners_px[i], self.corners_px[(i + 1) % 4]);
+            (to - from).perp(&(px - from))
+        });
+        sides.clone().all(|side| side >= 0.0) || sides.clone().all(|side| side <= 0.0)
+    }
+}
+
+/// Share of the grid's cells whose centre lies in one of `outlines`.
+pub fn coverage(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
+    let covered = cell_centres_px(image_size)
+        .filter(|px| outlines.iter().any(|outline| outline.covers(px)))
+        .count();
+    covered as f64 / f64::from(GRID_COLUMNS * GRID_ROWS)
+}
+
+/// Pixels at the centres of the grid's cells, row by row.
+pub fn cell_centres_px(image_size: ImageSize) -> impl Iterator<Item = Point2<f64>> {
+    (0..GRID_ROWS)
+        .flat_map(|row| (0..GRID_COLUMNS).map(move |column| (column, row)))
+        .map(move |(column, row)| cell_centre_px(image_size, column, row))
+}
+
+/// Pixel at the centre of a cell of the grid.
+pub fn cell_centre_px(image_size: ImageSize, column: u32, row: u32) -> Point2<f64> {
+    let along = |cell: u32, cells: u32, size: u32| {
+        (f64::from(cell) + 0.5) / f64::from(cells) * f64::from(size) - 0.5
+    };
+    Point2::new(
+        along(column, GRID_COLUMNS, image_size.width_px),
+        along(row, GRID_ROWS, image_size.height_px),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_over_the_left_half_covers_half() {
+        let view: Vec<Point2<f64>> = (0..9)
+            .map(|i| Point2::new(300.0 * f64::from(i % 3), 400.0 * f64::from(i / 3)))
+            .collect();
+        let size = ImageSize { width_px: 1200, height_px: 800 };
+        let outline = BoardOutline::of(&view, 3).expect("three rows of three");
+        assert!((coverage(&[outline], size) - 0.5).abs() < 1e-12);
+        assert!(coverage(&[], size).abs() < 1e-12);
+        assert_eq!(BoardOutline::of(&view, 4), None);
+        assert_eq!(BoardOutline::of(&[], 3), None);
+    }
+}
