@@ -1,6 +1,9 @@
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SymmetricEigen, Vector2, Vector3};
 
 use super::bundle::{BundleState, InvalidCorners, Observations};
+use super::excess::{excess_variance_px2, widened};
 use super::finding::Verdict;
 use super::free_homography::{self, DistortionCentrePrior, FreeHomographies};
 use super::honesty::{self, Evidence};
@@ -57,26 +60,47 @@ pub fn calibrate(
         return Err(NotCalibrated::NoPicture { width_px, height_px });
     }
     let board_m = board.corners_in_board_m();
-    let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
-    let observations = Observations::new(&board_m, &slices).map_err(|invalid| match invalid {
-        InvalidCorners::Count { view, got, want } => NotCalibrated::CornerCount { view, got, want },
-        InvalidCorners::Value { view, corner } => NotCalibrated::CornerValue { view, corner },
-    })?;
+    let mut observations = observations(views, &board_m)?;
     let as_seen = as_seen(views, &board_m, image_size)?;
     let distinct = distinct_views(views, image_size);
+    let prior = DistortionCentrePrior::of(image_size);
+    let fit_free = |observations: &Observations| {
+        free_homography::fit(observations, prior, &as_seen.image_from_board)
+    };
+    let mut free = fit_free(&observations);
+    let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
+    let mut views = Cow::Borrowed(views);
+    if rho > 0.0 {
+        views = Cow::Owned(widened(&views, rho));
+        observations = self::observations(&views, &board_m)?;
+        free = fit_free(&observations);
+    }
     let problem = Inputs {
-        views,
+        views: &views,
         board,
         board_m: &board_m,
         image_size,
         params,
         observations,
         as_seen,
+        free,
         distinct,
+        excess_px: rho.sqrt(),
     };
     let undetermined = NotCalibrated::Undetermined { distinct };
     let solution = problem.solve()?;
     problem.report(&solution).ok_or(undetermined)
+}
+
+fn observations(
+    views: &[Vec<Corner>],
+    board_m: &[Point2<f64>],
+) -> Result<Observations, NotCalibrated> {
+    let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
+    Observations::new(board_m, &slices).map_err(|invalid| match invalid {
+        InvalidCorners::Count { view, got, want } => NotCalibrated::CornerCount { view, got, want },
+        InvalidCorners::Value { view, corner } => NotCalibrated::CornerValue { view, corner },
+    })
 }
 
 /// The corners and what was derived from them before any adjustment.
@@ -88,7 +112,10 @@ struct Inputs<'a> {
     params: &'a CalibrationParams,
     observations: Observations,
     as_seen: AsSeen,
+    free: Option<FreeHomographies>,
     distinct: usize,
+    /// Root of the variance that was added to what the corners claim.
+    excess_px: f64,
 }
 
 struct Solution {
@@ -97,11 +124,14 @@ struct Solution {
     focal_prior_used: bool,
 }
 
+/// Homographies and principal lines of the corners as the paper takes them: all with the same weight,
+/// so that where the lens bends the picture no corner pulls harder than another.
 fn as_seen(
     views: &[Vec<Corner>],
     board_m: &[Point2<f64>],
     image_size: ImageSize,
 ) -> Result<AsSeen, NotCalibrated> {
+    let sigma_px = typical_sigma_px(views);
     let homographies: Vec<Homography> = views
         .iter()
         .enumerate()
@@ -110,7 +140,9 @@ fn as_seen(
             if thinness(corners).is_nan() || thinness(corners) < THINNEST {
                 return Err(missing);
             }
-            Homography::fit(board_m, corners).map_err(|_| missing)
+            let equal: Vec<Corner> =
+                corners.iter().map(|corner| Corner::isotropic(corner.px, sigma_px)).collect();
+            Homography::fit(board_m, &equal).map_err(|_| missing)
         })
         .collect::<Result<_, _>>()?;
     let lines: Vec<Option<PrincipalLine>> = homographies
@@ -130,6 +162,15 @@ fn as_seen(
     })
 }
 
+/// Typical claimed error of a corner coordinate: root mean square.
+fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
+    let (sum, count) = views
+        .iter()
+        .flatten()
+        .fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
+    (sum / count).sqrt()
+}
+
 /// Extent of the corners across their longest direction over the extent along it.
 fn thinness(corners: &[Corner]) -> f64 {
     let mean = mean_px(corners);
@@ -147,16 +188,8 @@ fn mean_px(corners: &[Corner]) -> Point2<f64> {
 }
 
 impl Inputs<'_> {
-    /// Typical claimed error of a corner coordinate.
-    fn sigma_px(&self) -> f64 {
-        let corners = self.views.iter().flatten();
-        let (sum, count) =
-            corners.fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
-        (sum / count).sqrt()
-    }
-
     fn noise_floor(&self) -> f64 {
-        NOISE_FLOOR_PX / self.sigma_px()
+        NOISE_FLOOR_PX / typical_sigma_px(self.views)
     }
 
     /// Lens models that this many different views may be asked about.
@@ -223,12 +256,11 @@ impl Inputs<'_> {
         let camera = bundle.state.camera;
         let noise_factor = bundle.noise_factor();
         let noise_floor = self.noise_floor();
-        let noise_px = noise_factor * self.sigma_px();
+        let noise_px = noise_factor * typical_sigma_px(self.views);
         let covariance_all = choice.averaged_covariance(noise_floor)?;
         let covariance = restricted(&covariance_all, model, self.params.square_pixels);
         let projection_sd = projection_jacobian(&camera, self.image_size)?.sd(&covariance_all);
-        let prior = DistortionCentrePrior::of(self.image_size);
-        let free = free_homography::fit(&self.observations, prior, &self.as_seen.image_from_board);
+        let free = self.free.as_ref();
         let residuals = self.observations.residual_rms_px(&camera, &bundle.state.cam_from_board);
         let pp_covariance_px2: Matrix2<f64> = covariance.fixed_view::<2, 2>(2, 2).into();
         let views: Vec<ViewResult> = (0..self.views.len())
@@ -250,7 +282,7 @@ impl Inputs<'_> {
         let findings = honesty::check(&Evidence {
             image_size: self.image_size,
             choice,
-            free: free.as_ref(),
+            free,
             views: &views,
             mirrored: &mirrored,
             projection_sd: &projection_sd,
@@ -274,8 +306,9 @@ impl Inputs<'_> {
             rms_px: (squares / residuals.len() as f64).sqrt(),
             noise_factor,
             noise_px,
+            excess_px: noise_factor * self.excess_px,
             candidates: choice.fits.clone(),
-            principal_point: self.principal_points(choice, free.as_ref(), &pp_covariance_px2),
+            principal_point: self.principal_points(choice, free, &pp_covariance_px2),
             views,
             projection_sd,
             skip_one_ratio,
@@ -316,6 +349,7 @@ impl Inputs<'_> {
             principal_line,
             pl_residual_px,
             focal: self.focal_length(view, &state.camera, pp_covariance_px2, noise_factor),
+            focal_as_seen: self.focal_length_as_seen(view),
         }
     }
 
@@ -340,6 +374,13 @@ impl Inputs<'_> {
         let line =
             PrincipalLine::of(&homography, self.image_size.centre_px(), mean_px(&corners)).ok()?;
         line.focal_length(&camera.pp_px, pp_covariance_px2).ok()
+    }
+
+    /// This view's own focal length as the paper has it: corners as seen, and the principal point where
+    /// their principal lines meet.
+    fn focal_length_as_seen(&self, view: usize) -> Option<FocalLength> {
+        let pp = self.as_seen.unweighted.as_ref()?;
+        self.as_seen.lines[view].as_ref()?.focal_length(&pp.px, &pp.covariance_px2).ok()
     }
 
     fn principal_points(

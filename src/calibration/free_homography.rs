@@ -60,6 +60,27 @@ impl FreeHomographies {
     pub fn noise_factor(&self) -> f64 {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
     }
+
+    /// Residual, px, and claimed covariance, px², of every corner, view by view.
+    pub(super) fn residuals_px(
+        &self,
+        observations: &Observations,
+    ) -> Vec<(Vector2<f64>, Matrix2<f64>)> {
+        let lens = Distortion { k1: self.k[0], k2: self.k[1], ..Distortion::default() };
+        let centre = self.distortion_centre_px;
+        self.image_from_board
+            .iter()
+            .enumerate()
+            .flat_map(|(view, h)| observations.view(view).iter().map(move |corner| (h, corner)))
+            .filter_map(|(h, corner)| {
+                let ideal_px = Point2::from_homogeneous(h * corner.board_m.to_homogeneous())?;
+                let g = Point2::from((ideal_px - centre) / SCALE_PX);
+                let predicted = centre + lens.apply(&g).coords * SCALE_PX;
+                let information = corner.whitener.transpose() * corner.whitener;
+                Some((corner.px - predicted, information.try_inverse()?))
+            })
+            .collect()
+    }
 }
 
 /// `h11 … h32` of a homography with `h33 = 1`.

@@ -15,6 +15,7 @@
 mod arrow;
 mod bundle;
 mod calibrate;
+mod excess;
 pub mod export;
 mod finding;
 mod free_covariance;

@@ -135,6 +135,8 @@ pub struct ViewResult {
     pub pl_residual_px: Option<f64>,
     /// From this view alone, corners undistorted, principal point given.
     pub focal: Option<FocalLength>,
+    /// The same from the corners as seen and `pl_unweighted`, as the source paper has it.
+    pub focal_as_seen: Option<FocalLength>,
 }
 
 /// A lens with stated and checked uncertainty.
@@ -157,6 +159,9 @@ pub struct Calibration {
     pub noise_factor: f64,
     /// Typical error of a corner coordinate: `noise_factor` times the root mean square of its claimed sd.
     pub noise_px: f64,
+    /// Error of the corners beyond what the detector claims, from the print, the board's flatness or the
+    /// finest shape of the lens; zero if nothing speaks for one.
+    pub excess_px: f64,
     /// All models tried, simplest first.
     pub candidates: Vec<ModelFit>,
     /// By every method.

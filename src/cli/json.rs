@@ -87,6 +87,7 @@ fn lens(calibration: &Calibration) -> Value {
         },
         "covariance": { "order": order, "matrix": matrix },
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
+        "excess_px": calibration.excess_px,
     })
 }
 
@@ -139,6 +140,7 @@ fn views(calibration: &Calibration, names: &[ViewName]) -> Vec<Value> {
                 "pl": line, "pl_residual_px": result.pl_residual_px,
                 "focal_px": result.focal.map(|focal| focal.f_px),
                 "focal_sigma_px": result.focal.map(|focal| focal.sigma_px),
+                "focal_as_seen_px": result.focal_as_seen.map(|focal| focal.f_px),
             })
         })
         .collect()
