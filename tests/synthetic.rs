@@ -114,7 +114,8 @@ fn pictures_agree_with_rays_traced_one_by_one() {
     check_against_tracing(
         &Scene { psf_sigma_px: 0.5, ..quiet(Scene::default_720p(1)) },
         &still,
-        1.7,
+        // The sharper the lens, the more the renderer's finite samples cost.
+        2.0,
     );
     check_against_tracing(&Scene { psf_sigma_px: 1.0, ..quiet(Scene::random(3)) }, &still, 1.5);
 }
