@@ -1,4 +1,49 @@
 //! Live pose guidance for camera calibration with principal lines.
+//!
+//! A person holds a checkerboard in front of a camera. boresight finds the board in every frame, computes
+//! the view's *principal line* (the board's axis of symmetry in the picture, which passes through the
+//! principal point), says which pose to show next, takes the views that add something, and ends with a
+//! calibration whose uncertainty is stated and checked.
+//!
+//! # The program is a fold
+//!
+//! [`session::Session::handle`] applies one input and says what it decided; everything else feeds it or
+//! shows its state. Live, replayed and tested sessions run the same loop over the same inputs and decide
+//! the same, bit for bit.
+//!
+//! ```text
+//!  capture ──latest frame──▶ detector ──observations──▶ session ──snapshots──▶ window, terminal
+//!  (camera, files,           (board → corners           (judge, hold,    │
+//!   simulation)               with covariance)           accept, solve)  └──▶ recorder: frame, then
+//!                                                                             journal line, synced
+//! ```
+//!
+//! # The house, bottom up
+//!
+//! | module | is | uses |
+//! |---|---|---|
+//! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | – |
+//! | [`geometry`] | homography, principal line, principal point, lens, pose: pure functions of numbers | frame |
+//! | [`detection`] | picture → corners, or the reason why not | geometry, board |
+//! | [`calibration`] | views → lens with covariance, models, honesty checks | geometry, board |
+//! | [`guidance`] | what is this view worth, what should come next, are we done | geometry, board |
+//! | [`capture`] | frames in: folders, recordings, the simulated camera and its technician | geometry, board |
+//! | [`session`] | the state of one session, and the only code that changes it | all of the above but capture |
+//! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
+//! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
+//! | [`pipeline`] | the threads | recording and below |
+//! | [`text`] | every sentence a person reads | all of the above |
+//! | [`cli`] | one subcommand a file | everything |
+//!
+//! # Invariants
+//!
+//! - Below `recording` nothing reads a clock, a file, chance or another thread. `tests/layering.rs`
+//!   holds that and the table above.
+//! - A view is shown as taken only after its picture and its journal line are on disk.
+//! - Frames are dropped in one place, the slot between capture and detector, and counted; sources that
+//!   can wait are never dropped from.
+//! - Pixel (0, 0) is the centre of the top-left pixel. Inside it is metres, radians and pixels, and names
+//!   say so.
 
 pub mod board;
 pub mod calibration;

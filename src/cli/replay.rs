@@ -83,7 +83,7 @@ impl Arguments {
         let crc32 = format!("{:08x}", checksum.finalize());
         say(&format!("{} of {count} decisions differ from the recording", differences.len()));
         for difference in differences.iter().take(TOLD) {
-            say(&format!("  line {}: {}", difference.line, changes(difference)));
+            say(&format!("  line {} of the journal: {}", difference.line, change(difference)));
         }
         if differences.len() > TOLD {
             say(&format!("  and {} more", differences.len() - TOLD));
@@ -128,21 +128,48 @@ fn redetect(
     Ok(())
 }
 
-/// What a decision says differently, field by field.
-fn changes(difference: &Difference) -> String {
+/// What a decision says differently, in the recording's own names: the outcome with the reason for a
+/// refusal, else the field that changed.
+fn change(difference: &Difference) -> String {
     let parsed = |text: &str| serde_json::from_str(text).unwrap_or(Value::Null);
     let (recorded, replayed): (Value, Value) =
         (parsed(&difference.recorded), parsed(&difference.replayed));
-    let (Some(recorded), Some(replayed)) = (recorded.as_object(), replayed.as_object()) else {
-        return format!("{} -> {}", difference.recorded, difference.replayed);
-    };
-    let changed: Vec<String> = replayed
-        .iter()
-        .filter(|(key, value)| recorded.get(*key) != Some(value))
-        .map(|(key, value)| {
-            let before = recorded.get(key).map_or_else(|| "nothing".into(), Value::to_string);
-            format!("{key} {before} -> {value}")
-        })
+    let (before, after) = (outcome(&recorded), outcome(&replayed));
+    if before != after {
+        return format!("{before} -> {after}");
+    }
+    let fields = replayed.as_object().map(|fields| fields.iter()).into_iter().flatten();
+    let changed: Vec<&str> = fields
+        .filter(|(name, value)| recorded.get(*name) != Some(value))
+        .map(|(name, _)| name.as_str())
         .collect();
-    changed.join(", ")
+    format!("{after}, other numbers in: {}", changed.join(", "))
+}
+
+fn outcome(decision: &Value) -> String {
+    let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);
+    match (word("/outcome/outcome"), word("/outcome/refusal/why")) {
+        (Some(outcome), Some(why)) => format!("{outcome} ({why})"),
+        (Some(outcome), None) => outcome.into(),
+        (None, _) => "unreadable".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_of_outcome_comes_before_a_change_of_numbers() {
+        let refused = r#"{"outcome":{"outcome":"refused","refusal":{"why":"too_far","fill":0.4}}}"#;
+        let nearer = r#"{"outcome":{"outcome":"refused","refusal":{"why":"too_far","fill":0.5}}}"#;
+        let accepted = r#"{"outcome":{"outcome":"accepted","view":0}}"#;
+        let change = |recorded: &str, replayed: &str| {
+            let (recorded, replayed) = (recorded.to_owned(), replayed.to_owned());
+            change(&Difference { line: 1, recorded, replayed })
+        };
+        assert_eq!(change(refused, accepted), "refused (too_far) -> accepted");
+        assert_eq!(change(refused, nearer), "refused (too_far), other numbers in: outcome");
+        assert_eq!(change("nonsense", accepted), "unreadable -> accepted");
+    }
 }

@@ -115,7 +115,13 @@ pub(super) fn fit(
     let floor = Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX);
     let corner = Corner {
         px: Point2::new(centre[0] + at[0], centre[1] + at[1]),
-        covariance_px2: covariance.fixed_view::<2, 2>(0, 0).into_owned() + floor,
+        // An inverse is symmetric but for rounding; a recording holds three numbers, not four.
+        covariance_px2: Matrix2::new(
+            covariance[(0, 0)],
+            covariance[(1, 0)],
+            covariance[(1, 0)],
+            covariance[(1, 1)],
+        ) + floor,
     };
     // erf(d/s) is a step blurred by a Gaussian of standard deviation s/√2.
     let blur_px = at[4].exp() / std::f64::consts::SQRT_2;
