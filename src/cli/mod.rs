@@ -41,19 +41,12 @@ Boards are named by their inner corners, columns x rows: a board of 10 by 7 squa
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Guide a person through the poses, take the views, calibrate.
     Guide(guide::Arguments),
-    /// Run recorded sessions through the same decisions again, and ask "what if".
     Replay(replay::Arguments),
-    /// Calibrate from pictures or a table of corners.
     Calibrate(calibrate::Arguments),
-    /// Find the board's corners in pictures.
     Detect(detect::Arguments),
-    /// Record a guided session of the simulated camera, with its truth.
     Simulate(simulate::Arguments),
-    /// Write a calibration for other programs.
     Export(export::Arguments),
-    /// Verify a session folder, and recover what is whole.
     Doctor(doctor::Arguments),
 }
 

@@ -6,7 +6,7 @@
 //! | stage | question | degenerate case |
 //! |---|---|---|
 //! | [`view`] | what does this picture of the board measure? | too frontal for a principal line: [`Refusal::NoLine`] |
-//! | [`gate`] | is it good enough to be used at all? | every answer carries what was measured and what is wanted |
+//! | [`mod@gate`] | is it good enough to be used at all? | every answer carries what was measured and what is wanted |
 //! | [`independence`] | does its principal line add anything? | an opposed pair is parallel by design and is one unit |
 //! | [`stillness`] | is the board held still? | photographs are still by definition |
 //! | [`target`] | which pose next, and where on the screen? | no belief yet: the picture's centre and a usual focal length |

@@ -1,0 +1,139 @@
+//! A simulated person and camera without pictures: corners are projected, truth is known.
+//!
+//! The person brings the board to the ghost with errors of 4° and 20 px, holds it, and tries again if the
+//! view is not taken.
+
+use boresight::{
+    board::Checkerboard,
+    calibration::CalibrationParams,
+    detection::{Detection, Miss, Quality},
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+    geometry::{Camera, Corner, Distortion, fit_pose},
+    guidance::{GuidanceParams, Progress},
+    session::{Decision, Input, Observation, Outcome, Session, SessionSetup},
+};
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal, UnitSphere};
+
+pub(crate) const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
+const NOISE_PX: f64 = 0.05;
+
+/// A camera, a board, and a person with unsteady hands.
+pub(crate) struct World {
+    pub(crate) camera: Camera,
+    pub(crate) board: Checkerboard,
+    rng: ChaCha8Rng,
+    time_nanos: u64,
+    frame: u64,
+}
+
+impl World {
+    pub(crate) fn new(seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let k1 = rng.random_range(-0.35..0.1);
+        let k2 = if k1 < 0.0 { -0.4 * k1 } else { 0.0 };
+        let f_px = rng.random_range(900.0..1400.0);
+        let (angle, radius): (f64, f64) =
+            (rng.random_range(0.0..std::f64::consts::TAU), rng.random_range(0.0..60.0));
+        let camera = Camera {
+            f_px: Vector2::new(f_px, f_px),
+            pp_px: SIZE.centre_px() + Vector2::new(angle.cos(), angle.sin()) * radius,
+            distortion: Distortion { k1, k2, ..Distortion::default() },
+        };
+        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        Self { camera, board, rng, time_nanos: 0, frame: 0 }
+    }
+
+    fn normal(&mut self, sigma: f64) -> f64 {
+        Normal::new(0.0, sigma).expect("valid").sample(&mut self.rng)
+    }
+
+    /// Brings the board to the ghost, with the errors of a hand; `care` shrinks them.
+    fn pose_for(&mut self, ghost_px: &[Point2<f64>], care: f64) -> Option<Isometry3<f64>> {
+        let corners: Vec<Corner> = ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
+        let pose =
+            fit_pose(&self.camera, &self.board.corners_in_board_m(), &corners).ok()?.cam_from_board;
+        let axis: [f64; 3] = UnitSphere.sample(&mut self.rng);
+        let turn = Vector3::from(axis) * self.normal(4_f64.to_radians() * care);
+        let depth = pose.translation.z;
+        let lateral = 20.0 * care / self.camera.f_px.x * depth;
+        let shift = Vector3::new(
+            self.normal(lateral),
+            self.normal(lateral),
+            self.normal(0.03 * depth * care),
+        );
+        Some(Isometry3::from_parts(
+            (pose.translation.vector + shift).into(),
+            UnitQuaternion::from_scaled_axis(turn) * pose.rotation,
+        ))
+    }
+
+    fn observe(&mut self, pose: &Isometry3<f64>) -> Observation {
+        self.frame += 1;
+        self.time_nanos += 33_000_000;
+        let corners: Option<Vec<Corner>> = self
+            .board
+            .corners_in_board_m()
+            .iter()
+            .map(|point| {
+                let px = self.camera.project(&(pose * Point3::new(point.x, point.y, 0.0)))?;
+                let noise = Vector2::new(self.normal(NOISE_PX), self.normal(NOISE_PX));
+                let px = px + noise;
+                let inside = px.x > 4.0 && px.y > 4.0 && px.x < 1275.0 && px.y < 715.0;
+                inside.then(|| Corner::isotropic(px, NOISE_PX))
+            })
+            .collect();
+        let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0 };
+        Observation {
+            frame_id: FrameId(self.frame),
+            captured_at: CaptureTime { nanos: self.time_nanos },
+            kind: FrameKind::Video,
+            name: String::new(),
+            image_size: SIZE,
+            seen: corners.map(|corners| Detection { corners, quality }).ok_or(Miss::NoBoard),
+        }
+    }
+}
+
+pub(crate) fn setup(board: Checkerboard) -> SessionSetup {
+    SessionSetup {
+        board,
+        image_size: SIZE,
+        guidance: GuidanceParams::default(),
+        calibration: CalibrationParams::default(),
+    }
+}
+
+/// Runs a session to its end and tells `seen` of every input. Also the number of attempts at a pose.
+pub(crate) fn guided(
+    seed: u64,
+    mut seen: impl FnMut(&Input, &Decision),
+) -> (World, Session, usize) {
+    let mut world = World::new(seed);
+    let mut session = Session::new(setup(world.board));
+    let mut attempts = 0;
+    while session.progress() == Progress::Collecting && attempts < 120 {
+        let target = session.target().expect("collecting").clone();
+        let accepted = session.accepted().len();
+        for try_number in 0..6 {
+            attempts += 1;
+            let Some(pose) = world.pose_for(&target.ghost_px, 0.7_f64.powi(try_number)) else {
+                continue;
+            };
+            for _ in 0..24 {
+                let input = Input::Observed(world.observe(&pose));
+                let decision = session.handle(&input);
+                seen(&input, &decision);
+                if matches!(decision.outcome, Outcome::Accepted { .. }) {
+                    break;
+                }
+            }
+            if session.accepted().len() > accepted {
+                break;
+            }
+        }
+    }
+    (world, session, attempts)
+}
