@@ -2,19 +2,17 @@
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod pictures;
+
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
 use assert_cmd::Command;
-use boresight::{
-    capture::synthetic::{Scene, render_view},
-    frame::ImageSize,
-    geometry::Camera,
-};
-use image::GrayImage;
-use nalgebra::{Isometry3, Point2, Vector3};
+use boresight::capture::synthetic::render_view;
+use nalgebra::Isometry3;
+use pictures::{PAIRS, picture, scene};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -39,24 +37,8 @@ fn boresight(folder: &Path, arguments: &[&str]) -> Ended {
     }
 }
 
-fn scene() -> Scene {
-    Scene {
-        image_size: ImageSize { width_px: 640, height_px: 480 },
-        camera: Camera::pinhole(560.0, Point2::new(322.0, 236.0)),
-        clutter: 0.2,
-        ..Scene::default_720p(5)
-    }
-}
-
-/// A view tipped by `tilt_deg` so that the board recedes towards `slot_deg`.
-fn picture(tilt_deg: f64, slot_deg: f64) -> GrayImage {
-    let (sin, cos) = slot_deg.to_radians().sin_cos();
-    let turn = Vector3::new(sin, -cos, 0.0) * tilt_deg.to_radians();
-    render_view(&scene(), &Isometry3::new(Vector3::new(0.002, -0.001, 0.34), turn))
-}
-
 /// A folder with the named views.
-fn views(views: &[(&str, f64, f64)]) -> TempDir {
+fn views(views: &[(String, f64, f64)]) -> TempDir {
     let folder = TempDir::new().expect("folder");
     for (name, tilt_deg, slot_deg) in views {
         picture(*tilt_deg, *slot_deg).save(folder.path().join(name)).expect("saved");
@@ -64,17 +46,16 @@ fn views(views: &[(&str, f64, f64)]) -> TempDir {
     folder
 }
 
-const GOOD: [(&str, f64, f64); 6] = [
-    ("a.png", 40.0, 0.0),
-    ("b.png", 40.0, 180.0),
-    ("c.png", 40.0, 90.0),
-    ("d.png", 40.0, 270.0),
-    ("e.png", 40.0, 45.0),
-    ("f.png", 40.0, 225.0),
-];
+/// The pairs by name.
+fn good() -> Vec<(String, f64, f64)> {
+    let named = |(i, (tilt_deg, slot_deg)): (usize, &(f64, f64))| {
+        (format!("{i}.png"), *tilt_deg, *slot_deg)
+    };
+    PAIRS.iter().enumerate().map(named).collect()
+}
 
-fn names(views: &[(&str, f64, f64)]) -> Vec<String> {
-    views.iter().map(|(name, ..)| (*name).to_owned()).collect()
+fn names(views: &[(String, f64, f64)]) -> Vec<String> {
+    views.iter().map(|(name, ..)| name.clone()).collect()
 }
 
 fn calibrate(folder: &Path, files: &[String], more: &[&str]) -> Ended {
@@ -111,8 +92,8 @@ fn says(ended: &Ended, code: i32, words: &[&str]) {
 
 #[test]
 fn pictures_become_a_calibration_near_the_truth() {
-    let folder = views(&GOOD);
-    let ended = calibrate(folder.path(), &names(&GOOD), &["--json", "--out", "result.json"]);
+    let folder = views(&good());
+    let ended = calibrate(folder.path(), &names(&good()), &["--json", "--out", "result.json"]);
     let report: Value = serde_json::from_str(&ended.stdout).expect("JSON on stdout");
     assert_eq!(report["schema"], "boresight.calibration/1");
     assert_eq!(report["image_size"], serde_json::json!([640, 480]));
@@ -128,18 +109,19 @@ fn pictures_become_a_calibration_near_the_truth() {
     assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), report);
     // Nothing is overwritten unasked.
     let before = contents(folder.path());
-    let again = calibrate(folder.path(), &names(&GOOD), &["--out", "result.json"]);
+    let again = calibrate(folder.path(), &names(&good()), &["--out", "result.json"]);
     says(&again, 1, &["already", "result.json", "--force"]);
     assert_eq!(contents(folder.path()), before);
-    let forced = calibrate(folder.path(), &names(&GOOD), &["--out", "result.json", "--force"]);
+    let forced = calibrate(folder.path(), &names(&good()), &["--out", "result.json", "--force"]);
     assert_ne!(forced.code, 1, "{}", forced.stderr);
 }
 
 #[test]
 fn corners_go_through_a_table_unchanged() {
-    let folder = views(&GOOD);
+    let folder = views(&good());
     let mut arguments = vec!["detect", "--board", "9x6"];
-    arguments.extend(GOOD.iter().map(|(name, ..)| *name));
+    let names = names(&good());
+    arguments.extend(names.iter().map(String::as_str));
     let detected = boresight(folder.path(), &arguments);
     says(&detected, 0, &[]);
     assert_eq!(detected.stdout.lines().filter(|line| !line.starts_with('#')).count(), 6 * 54);
@@ -162,8 +144,8 @@ fn corners_go_through_a_table_unchanged() {
 
 #[test]
 fn a_calibration_goes_to_other_programs() {
-    let folder = views(&GOOD);
-    calibrate(folder.path(), &names(&GOOD), &["--out", "result.json"]);
+    let folder = views(&good());
+    calibrate(folder.path(), &names(&good()), &["--out", "result.json"]);
     let export = |more: &[&str]| {
         let mut arguments = vec!["export", "result.json"];
         arguments.extend(more);
@@ -184,10 +166,10 @@ fn a_calibration_goes_to_other_programs() {
 
 #[test]
 fn files_that_are_no_pictures_are_named() {
-    let folder = views(&GOOD[..2]);
+    let folder = views(&good()[..2]);
     let at = |name: &str| folder.path().join(name);
     fs::write(at("empty.png"), b"").expect("written");
-    let whole = fs::read(at("a.png")).expect("readable");
+    let whole = fs::read(at("0.png")).expect("readable");
     fs::write(at("cut.png"), &whole[..whole.len() / 2]).expect("written");
     picture(40.0, 90.0).save(at("whole.jpg")).expect("saved");
     let jpeg = fs::read(at("whole.jpg")).expect("readable");
@@ -204,7 +186,7 @@ fn files_that_are_no_pictures_are_named() {
         ("text.png", "not a readable picture"),
         ("texts", "not a file"),
     ] {
-        let files = ["a.png".to_owned(), "b.png".to_owned(), wrong.to_owned()];
+        let files = ["0.png".to_owned(), "1.png".to_owned(), wrong.to_owned()];
         says(&calibrate(folder.path(), &files, &[]), 1, &[wrong, word]);
         says(&boresight(folder.path(), &["detect", "--board", "9x6", wrong]), 1, &[wrong, word]);
     }
@@ -215,25 +197,25 @@ fn files_that_are_no_pictures_are_named() {
 
 #[test]
 fn pictures_of_two_sizes_are_refused() {
-    let folder = views(&GOOD[..3]);
+    let folder = views(&good()[..3]);
     let small = image::imageops::thumbnail(&picture(40.0, 90.0), 320, 240);
     small.save(folder.path().join("small.png")).expect("saved");
-    let mut files = names(&GOOD[..3]);
+    let mut files = names(&good()[..3]);
     files.push("small.png".into());
     says(&calibrate(folder.path(), &files, &[]), 1, &["small.png", "320x240", "640x480"]);
 }
 
 #[test]
 fn another_board_is_recognised() {
-    let folder = views(&GOOD[..2]);
-    let ended = boresight(folder.path(), &["calibrate", "--board", "8x6", "a.png", "b.png"]);
+    let folder = views(&good()[..2]);
+    let ended = boresight(folder.path(), &["calibrate", "--board", "8x6", "0.png", "1.png"]);
     says(&ended, 3, &["--board 9x6", "No calibration"]);
 }
 
 #[test]
 fn too_little_to_calibrate_from_says_what_is_missing() {
-    let folder = views(&GOOD[..1]);
-    let one = calibrate(folder.path(), &["a.png".into()], &["--json"]);
+    let folder = views(&good()[..1]);
+    let one = calibrate(folder.path(), &["0.png".into()], &["--json"]);
     says(&one, 3, &["views"]);
     let report: Value = serde_json::from_str(&one.stdout).expect("JSON");
     assert_eq!(report["verdict"], "untrustworthy");
@@ -241,7 +223,7 @@ fn too_little_to_calibrate_from_says_what_is_missing() {
     let mut copies = Vec::new();
     for copy in 0..20 {
         let name = format!("copy{copy}.png");
-        fs::copy(folder.path().join("a.png"), folder.path().join(&name)).expect("copied");
+        fs::copy(folder.path().join("0.png"), folder.path().join(&name)).expect("copied");
         copies.push(name);
     }
     says(&calibrate(folder.path(), &copies, &[]), 3, &["copies of a view add nothing"]);
@@ -257,19 +239,19 @@ fn too_little_to_calibrate_from_says_what_is_missing() {
 
 #[test]
 fn wrong_words_are_usage_errors_that_teach() {
-    let folder = views(&GOOD[..1]);
+    let folder = views(&good()[..1]);
     for arguments in [
-        &["calibrate", "a.png", "--board", "9by6"][..],
-        &["calibrate", "a.png", "--square", "25"],
+        &["calibrate", "0.png", "--board", "9by6"][..],
+        &["calibrate", "0.png", "--square", "25"],
         &["calibrate"],
         &["guide", "--max-frames", "many"],
-        &["calibate", "a.png"],
+        &["calibate", "0.png"],
     ] {
         let ended = boresight(folder.path(), arguments);
         assert_eq!(ended.code, 2, "{arguments:?}: {}", ended.stderr);
         assert!(ended.stderr.contains("--help"), "{}", ended.stderr);
     }
-    let unknown = ["calibrate", "a.png", "--set", "guidance.min_tilt=3"];
+    let unknown = ["calibrate", "0.png", "--set", "guidance.min_tilt=3"];
     says(&boresight(folder.path(), &unknown), 1, &["min_tilt", "config/default.toml"]);
     let nowhere = ["guide", "--headless", "--source", "nowhere"];
     says(&boresight(folder.path(), &nowhere), 1, &["nowhere", "sim"]);
@@ -279,10 +261,10 @@ fn wrong_words_are_usage_errors_that_teach() {
 
 #[test]
 fn photographs_are_guided_replayed_and_verified() {
-    let folder = views(&GOOD);
+    let folder = views(&good());
     fs::create_dir(folder.path().join("pictures")).expect("made");
-    for (name, ..) in GOOD {
-        fs::rename(folder.path().join(name), folder.path().join("pictures").join(name))
+    for name in names(&good()) {
+        fs::rename(folder.path().join(&name), folder.path().join("pictures").join(&name))
             .expect("moved");
     }
     let guide = ["guide", "--headless", "--source", "pictures", "--out", "session", "--json"];
