@@ -121,6 +121,15 @@ pub enum FindingCode {
         /// Median residual of all views.
         typical_px: f64,
     },
+    /// One view's principal line does not pass where those of the other views meet.
+    PlOutlier {
+        /// The view.
+        view: usize,
+        /// Distance of its line from that point.
+        distance_px: f64,
+        /// The same in standard deviations.
+        sigmas: f64,
+    },
     /// The views' own focal lengths scatter: focus or zoom moved.
     FocusMoved {
         /// χ² of the scatter.
@@ -185,6 +194,7 @@ impl FindingCode {
             Self::CheckMissing => "CHECK-MISSING",
             Self::ViewsDisagree { .. } => "VIEWS-DISAGREE",
             Self::ViewOdd { .. } => "VIEW-ODD",
+            Self::PlOutlier { .. } => "PL-OUTLIER",
             Self::FocusMoved { .. } => "FOCUS-MOVED",
             Self::Mirrored { .. } => "VIEW-MIRRORED",
             Self::NoiseHigh { .. } => "NOISE-HIGH",

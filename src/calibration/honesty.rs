@@ -9,7 +9,7 @@ use super::model_choice::ModelChoice;
 use super::result::ViewResult;
 use super::uncertainty::ProjectionSd;
 use crate::frame::ImageSize;
-use crate::geometry::{GRID_COLUMNS, GRID_ROWS};
+use crate::geometry::{GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines};
 
 /// χ² with 2 degrees of freedom at 1 %.
 const HAUSMAN_CARE: f64 = 9.21;
@@ -196,6 +196,7 @@ fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Fin
         };
         say(above(sigmas, CHECK_CARE_SIGMAS, CHECK_BAD_SIGMAS), code);
         focus(free, noise_factor, say);
+        outliers(free, say);
     } else if evidence.distinct >= 3 {
         say(Some(Severity::Care), FindingCode::CheckMissing);
     }
@@ -212,6 +213,21 @@ fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Fin
             let rms_px = result.residual_rms_px;
             say(Some(Severity::Care), FindingCode::ViewOdd { view, rms_px, typical_px });
         }
+    }
+}
+
+/// Principal lines that do not pass where the others meet. Silent while there are too few to tell.
+fn outliers(free: &FreeHomographies, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let (views, lines): (Vec<usize>, Vec<PrincipalLine>) = free
+        .lines
+        .iter()
+        .enumerate()
+        .filter_map(|(view, line)| Some((view, line.clone()?)))
+        .unzip();
+    let Ok(consistent) = consistent_lines(&lines) else { return };
+    for OutlierLine { index, distance_px, sigmas } in consistent.outliers {
+        let code = FindingCode::PlOutlier { view: views[index], distance_px, sigmas };
+        say(Some(Severity::Care), code);
     }
 }
 

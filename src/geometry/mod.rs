@@ -12,6 +12,7 @@ mod camera;
 mod corner;
 mod coverage;
 mod homography;
+mod outlier;
 mod pose;
 mod principal_line;
 mod principal_point;
@@ -23,6 +24,9 @@ pub use coverage::{
     BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, coverage,
 };
 pub use homography::{Homography, NoHomography};
+pub use outlier::{
+    ConsistentLines, LINES_TO_TELL_OUTLIERS, OutlierLine, OutliersUnknown, consistent_lines,
+};
 pub use pose::{NoPose, PoseFit, fit_pose, pose_from_homography};
 pub use principal_line::{FocalLength, NoFocalLength, NoPrincipalLine, PrincipalLine};
 pub use principal_point::{

@@ -83,6 +83,14 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
             format!("View {} fits badly: {rms_px:.2} px, others {typical_px:.2} px", view + 1),
             "Remove it, or take it again.",
         ),
+        FindingCode::PlOutlier { view, distance_px, sigmas } => (
+            format!(
+                "The principal line of view {} misses the others' meeting point by {:.1} px ({sigmas:.1} sd)",
+                view + 1,
+                distance_px.abs()
+            ),
+            "Show that pose again and remove this view; check that the board is flat.",
+        ),
         FindingCode::FocusMoved { statistic, limit, relative_sd } => (
             format!(
                 "The views' focal lengths scatter by {:.1} % (χ² {statistic:.0}, limit {limit:.0}): focus or zoom moved, or the lens model is wrong",
