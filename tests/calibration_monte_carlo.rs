@@ -2,8 +2,6 @@
 
 #![allow(clippy::expect_used, reason = "a test helper fails its test")]
 
-use std::time::Instant;
-
 use boresight::board::Checkerboard;
 use boresight::calibration::{
     Calibration, CalibrationParams, LensModel, NotCalibrated, Severity, Verdict, calibrate,
@@ -65,10 +63,6 @@ fn views(
 
 fn run(views: &[Vec<Corner>], params: &CalibrationParams) -> Calibration {
     calibrate(views, &board(), SIZE, params).expect("calibrates")
-}
-
-fn codes(calibration: &Calibration) -> Vec<&'static str> {
-    calibration.findings.iter().map(|finding| finding.code.code()).collect()
 }
 
 struct Trials {
@@ -161,13 +155,11 @@ fn the_chosen_model_covers_the_truth() {
 }
 
 #[test]
-fn eight_views_are_quick() {
+fn eight_slots_give_a_good_result() {
     let truth = camera(Distortion { k1: -0.1, k2: -0.02, ..Distortion::default() });
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let seen = views(&truth, &eight_slots(), NOISE_PX, NOISE_PX, &mut rng);
-    let start = Instant::now();
     let found = run(&seen, &CalibrationParams::default());
-    println!("{:?}: {:?} {:?}", start.elapsed(), found.verdict, codes(&found));
     assert_eq!(found.verdict, Verdict::Good, "{:?}", found.findings);
     assert_eq!(found.model, LensModel::K1K2);
     assert!((found.noise_px - NOISE_PX).abs() < 0.03 && (found.noise_factor - 1.0).abs() < 0.1);

@@ -411,7 +411,7 @@ impl Inputs<'_> {
             pl_unweighted: self.as_seen.unweighted.as_ref().map(lines),
             pl_weighted: self.as_seen.weighted.as_ref().map(lines),
             pl_ring: self.as_seen.ring.as_ref().map(|ring| {
-                let covariance: Matrix2<f64> = ring.covariance.fixed_view::<2, 2>(0, 0).into();
+                let covariance: Matrix2<f64> = ring.covariance.fixed_view::<2, 2>(1, 1).into();
                 let f_px = Vector2::new(ring.f_px, ring.f_px);
                 estimate(ring.pp_px, Some(covariance * variance), Some(f_px))
             }),

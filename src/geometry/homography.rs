@@ -6,6 +6,9 @@ use super::Corner;
 type Nine = SVector<f64, 9>;
 type NineByNine = SMatrix<f64, 9, 9>;
 
+/// Points thinner than this share of their length lie on a line, but for rounding.
+const THINNEST: f64 = 1e-6;
+
 /// The plane-to-picture map of one view, with its uncertainty.
 ///
 /// Scaled so that `h33 = 1`: the board's origin is at its centre, so its depth is positive there.
@@ -131,11 +134,16 @@ impl Homography {
 fn normalisation(points: &[Point2<f64>]) -> Result<Matrix3<f64>, NoHomography> {
     let count = points.len() as f64;
     let centre = points.iter().fold(nalgebra::Vector2::zeros(), |sum, p| sum + p.coords) / count;
-    let spread = points.iter().map(|p| (p.coords - centre).norm_squared()).sum::<f64>() / count;
+    let scatter = points.iter().fold(Matrix2::zeros(), |sum, p| {
+        let off = p.coords - centre;
+        sum + off * off.transpose()
+    }) / count;
+    let spread = scatter.trace();
     if !spread.is_finite() {
         return Err(NoHomography::NotFinite);
     }
-    if spread <= 0.0 {
+    // The determinant over the squared trace is the square of how thin the points lie.
+    if !(scatter.determinant() > THINNEST * THINNEST * spread * spread) {
         return Err(NoHomography::Degenerate);
     }
     let scale = (2.0 / spread).sqrt();
