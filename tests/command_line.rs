@@ -255,8 +255,12 @@ fn wrong_words_are_usage_errors_that_teach() {
     says(&boresight(folder.path(), &unknown), 1, &["min_tilt", "config/default.toml"]);
     let nowhere = ["guide", "--headless", "--source", "nowhere"];
     says(&boresight(folder.path(), &nowhere), 1, &["nowhere", "sim"]);
-    let help = boresight(folder.path(), &["guide", "--help"]);
-    assert!(help.code == 0 && help.stdout.contains("Example:"), "{}", help.stdout);
+    for command in ["guide", "replay", "calibrate", "detect", "simulate", "export", "doctor"] {
+        let help = boresight(folder.path(), &[command, "--help"]);
+        assert!(help.code == 0 && help.stdout.contains("Example:"), "{}", help.stdout);
+    }
+    // Without a command, the options are those of `guide`.
+    says(&boresight(folder.path(), &["--headless", "--source", "nowhere"]), 1, &["nowhere"]);
 }
 
 #[test]

@@ -70,9 +70,10 @@ pub(super) fn read(path: &Path, corners_per_view: usize) -> anyhow::Result<Vec<T
     Ok(table)
 }
 
-/// The table's lines for one picture.
+/// The table's lines for one picture. Fields are separated by spaces, so those of a name become `_`.
 pub(super) fn lines(name: &str, found: Option<&Detection>) -> String {
     let mut lines = String::new();
+    let name = name.replace(char::is_whitespace, "_");
     match found {
         None => {
             let _ = writeln!(lines, "{name} - - -");

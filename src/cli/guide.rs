@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     /// pictures; auto takes the simulated camera.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
-    /// Print the guidance instead of opening a window.
+    /// Guide by words in the terminal.
     #[arg(long)]
     headless: bool,
     #[command(flatten)]
@@ -67,17 +67,6 @@ pub(super) struct Arguments {
     /// Print the result as JSON, as the last line on stdout.
     #[arg(long)]
     json: bool,
-}
-
-impl Default for Arguments {
-    fn default() -> Self {
-        #[derive(clap::Parser)]
-        struct Plain {
-            #[command(flatten)]
-            arguments: Arguments,
-        }
-        <Plain as clap::Parser>::parse_from(["guide"]).arguments
-    }
 }
 
 /// A session that can be run.

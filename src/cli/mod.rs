@@ -26,14 +26,24 @@ use crate::text;
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
-#[command(name = "boresight", version, propagate_version = true, after_help = AFTER_HELP)]
-struct Arguments {
+#[command(
+    name = "boresight",
+    version,
+    propagate_version = true,
+    args_conflicts_with_subcommands = true,
+    about = "Live pose guidance for camera calibration with principal lines",
+    long_about = None,
+    after_help = AFTER_HELP
+)]
+struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
+    #[command(flatten)]
+    guide: guide::Arguments,
 }
 
 const AFTER_HELP: &str = "\
-Without a command: a guided session, the same as `boresight guide`.
+Without a command: a guided session, the same as `boresight guide`, with the same options.
 
 Exit codes: 0 good · 1 failed · 2 wrong usage · 3 finished, but not trustworthy (it says why)
 
@@ -52,9 +62,9 @@ enum Command {
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = CommandLine::parse();
     let result = match arguments.command {
-        None => guide::Arguments::default().run(),
+        None => arguments.guide.run(),
         Some(Command::Guide(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
