@@ -240,7 +240,7 @@ pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
         }
         if let Some((state, cost, arrow, decrement)) = accepted {
             // Rounding keeps the last steps from shrinking further.
-            let stalled = at.cost - cost <= 1e-13 * at.cost && decrement <= 1e-9;
+            let stalled = at.cost - cost <= 1e-13 * at.cost && decrement <= 1e-15;
             at = Minimum { state, cost, arrow, converged: stalled };
             damping = if damping > 1e-10 { damping * 0.1 } else { 0.0 };
         } else if damping > 1e9 {
