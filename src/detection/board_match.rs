@@ -9,6 +9,9 @@ use super::{
 };
 use crate::board::Checkerboard;
 
+/// Corners beside a board that may be there by chance.
+const MOST_CHANCE_CORNERS: usize = 2;
+
 /// All corners of the board at search size, numbered.
 pub(super) type NumberedCorners = Vec<[f32; 2]>;
 
@@ -26,6 +29,7 @@ pub(super) fn match_board(
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     complete(image, &mut lattice, columns.max(rows));
     prune(&mut lattice);
+    trim(&mut lattice, (columns, rows));
     let Some((low, high)) = extent(&lattice) else {
         return Err(Miss::NoBoard);
     };
@@ -62,6 +66,30 @@ fn prune(lattice: &mut Lattice) {
         for node in loose {
             lattice.remove(&node);
         }
+    }
+}
+
+/// Drops an outer row or column of one or two corners while the grid is larger than the board: chance
+/// corners beside it. More are a larger board.
+fn trim(lattice: &mut Lattice, (columns, rows): (i32, i32)) {
+    while let Some((low, high)) = extent(lattice) {
+        let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
+        let larger = (width > columns || height > rows) && (width > rows || height > columns);
+        if !larger {
+            return;
+        }
+        let on_side = |side: usize, node: &Node| match side {
+            0 => node.0 == low.0,
+            1 => node.0 == high.0,
+            2 => node.1 == low.1,
+            _ => node.1 == high.1,
+        };
+        let count = |side: usize| lattice.keys().filter(|node| on_side(side, node)).count();
+        let Some(thinnest) = (0..4).min_by_key(|side| count(*side)) else { return };
+        if count(thinnest) > MOST_CHANCE_CORNERS {
+            return;
+        }
+        lattice.retain(|node, _| !on_side(thinnest, node));
     }
 }
 
@@ -160,7 +188,8 @@ struct ColourStep {
 /// Compares the four squares around a member.
 fn colour_step(image: &GrayImage, lattice: &Lattice, (i, j): Node) -> Option<ColourStep> {
     let here = *lattice.get(&(i, j))?;
-    let side = |di: i32, dj: i32| -> Option<[f32; 2]> {
+    let side_at = |(i, j): Node, di: i32, dj: i32| -> Option<[f32; 2]> {
+        let here = *lattice.get(&(i, j))?;
         let ahead = lattice.get(&(i + di, j + dj));
         let behind = lattice.get(&(i - di, j - dj));
         match (ahead, behind) {
@@ -169,6 +198,12 @@ fn colour_step(image: &GrayImage, lattice: &Lattice, (i, j): Node) -> Option<Col
             (None, Some(b)) => Some([here[0] - b[0], here[1] - b[1]]),
             (None, None) => None,
         }
+    };
+    // The first corner of a new row has no neighbour in it; the row before runs the same way.
+    let side = |di: i32, dj: i32| {
+        side_at((i, j), di, dj).or_else(|| {
+            side_at((i + dj, j + di), di, dj).or_else(|| side_at((i - dj, j - di), di, dj))
+        })
     };
     let (u, v) = (side(1, 0)?, side(0, 1)?);
     let mean = |su: f32, sv: f32| {

@@ -150,30 +150,32 @@ impl Detector {
         rough: &[[f64; 2]],
     ) -> Result<Detection, Miss> {
         let (columns, rows) = (board.columns(), board.rows());
-        let at = |column: usize, row: usize| rough[row * columns + column];
-        let mut fits: Vec<EdgeFit> = Vec::with_capacity(rough.len());
+        let limit = self.params.max_residual;
         let mut shortest_px = f64::MAX;
-        for row in 0..rows {
-            for column in 0..columns {
-                let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
-                let (above, below) = (row.saturating_sub(1), (row + 1).min(rows - 1));
-                let per_square = |from: [f64; 2], to: [f64; 2], steps: usize| {
-                    [(to[0] - from[0]) / steps as f64, (to[1] - from[1]) / steps as f64]
-                };
-                let u = per_square(at(left, row), at(right, row), right - left);
-                let v = per_square(at(column, above), at(column, below), below - above);
-                let (long, wide) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
-                // The disc must stay inside the four squares around the corner, sheared as they are.
-                let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
-                let side = long.min(wide).min(height);
-                shortest_px = shortest_px.min(side);
-                let radius_px = ((0.45 * side).round() as i32).clamp(3, RADIUS_LIMIT_PX);
-                let fit =
-                    edge_model::fit(image, at(column, row), [u, v], radius_px, &mut self.scratch)
-                        .filter(|fit| fit.residual <= self.params.max_residual);
-                fits.extend(fit);
+        let mut fits: Vec<Option<EdgeFit>> = Vec::with_capacity(rough.len());
+        for index in 0..rough.len() {
+            let window = Window::around(rough, columns, index);
+            shortest_px = shortest_px.min(window.side_px);
+            fits.push(window.fit(image, rough[index], limit, &mut self.scratch));
+        }
+        // Where blur hides a small square's edges from one fit, its neighbours tell where to look again.
+        for index in 0..rough.len() {
+            let Some(expected) = expected_px(&fits, columns, index) else { continue };
+            let window = Window::around(rough, columns, index);
+            let allowed_px = 0.08 * window.side_px + 0.3;
+            let off_px = |fit: &EdgeFit| {
+                (fit.corner.px.x - expected[0]).hypot(fit.corner.px.y - expected[1])
+            };
+            if fits[index].as_ref().is_none_or(|fit| off_px(fit) > allowed_px) {
+                let again = window
+                    .fit(image, expected, limit, &mut self.scratch)
+                    .filter(|fit| off_px(fit) <= allowed_px);
+                if again.is_some() {
+                    fits[index] = again;
+                }
             }
         }
+        let fits: Vec<EdgeFit> = fits.into_iter().flatten().collect();
         let needed_px = self.params.min_square_px;
         if shortest_px < needed_px {
             return Err(Miss::TooSmall { square_px: shortest_px, needed_px });
@@ -241,6 +243,94 @@ fn closeness(miss: &Miss) -> usize {
     }
 }
 
+/// Where and how large to fit.
+struct Window {
+    axes_px: [[f64; 2]; 2],
+    side_px: f64,
+}
+
+impl Window {
+    /// Local axes and the side of the squares around a corner of the rough grid.
+    fn around(rough: &[[f64; 2]], columns: usize, index: usize) -> Self {
+        let rows = rough.len() / columns;
+        let (column, row) = (index % columns, index / columns);
+        let at = |column: usize, row: usize| rough[row * columns + column];
+        let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
+        let (above, below) = (row.saturating_sub(1), (row + 1).min(rows - 1));
+        let per_square = |from: [f64; 2], to: [f64; 2], steps: usize| {
+            [(to[0] - from[0]) / steps as f64, (to[1] - from[1]) / steps as f64]
+        };
+        let u = per_square(at(left, row), at(right, row), right - left);
+        let v = per_square(at(column, above), at(column, below), below - above);
+        let (long, wide) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
+        // The disc must stay inside the four squares around the corner, sheared as they are.
+        let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
+        Self { axes_px: [u, v], side_px: long.min(wide).min(height) }
+    }
+
+    fn fit(
+        &self,
+        image: &GrayImage,
+        start: [f64; 2],
+        max_residual: f64,
+        scratch: &mut edge_model::Scratch,
+    ) -> Option<EdgeFit> {
+        let to_edge = |at: f64, size: u32| at.min(f64::from(size) - 1.0 - at);
+        let room_px = to_edge(start[0], image.width()).min(to_edge(start[1], image.height()));
+        let widest = RADIUS_LIMIT_PX.min((room_px - 1.0) as i32).max(3);
+        let radius_px = ((0.45 * self.side_px).round() as i32).clamp(3, widest);
+        edge_model::fit(image, start, self.axes_px, radius_px, scratch)
+            .filter(|fit| fit.residual <= max_residual)
+    }
+}
+
+/// Where the fitted neighbours in row and column put a corner; `None` without enough of them.
+fn expected_px(fits: &[Option<EdgeFit>], columns: usize, index: usize) -> Option<[f64; 2]> {
+    let rows = fits.len() / columns;
+    let (column, row) = ((index % columns) as isize, (index / columns) as isize);
+    let at = |dc: isize, dr: isize| {
+        let (column, row) = (column + dc, row + dr);
+        let inside = (0..columns as isize).contains(&column) && (0..rows as isize).contains(&row);
+        let fit = inside.then(|| fits[row as usize * columns + column as usize].as_ref())??;
+        Some([fit.corner.px.x, fit.corner.px.y])
+    };
+    // Cubic between neighbours, parabolic beyond them; straight where there are too few for that.
+    let along = |dc: isize, dr: isize| -> Option<([f64; 2], f64)> {
+        let near = |step: isize| at(step * dc, step * dr);
+        let mix = |terms: &[(f64, [f64; 2])]| {
+            terms.iter().fold([0.0, 0.0], |sum, (w, p)| [sum[0] + w * p[0], sum[1] + w * p[1]])
+        };
+        if let (Some(before), Some(after)) = (near(-1), near(1)) {
+            return Some(match (near(-2), near(2)) {
+                (Some(first), Some(last)) => (
+                    mix(&[
+                        (-1.0 / 6.0, first),
+                        (4.0 / 6.0, before),
+                        (4.0 / 6.0, after),
+                        (-1.0 / 6.0, last),
+                    ]),
+                    4.0,
+                ),
+                _ => (mix(&[(0.5, before), (0.5, after)]), 2.0),
+            });
+        }
+        [1, -1].into_iter().find_map(|way| {
+            let (one, two) = (near(way)?, near(2 * way)?);
+            Some(match near(3 * way) {
+                Some(three) => (mix(&[(3.0, one), (-3.0, two), (1.0, three)]), 1.0),
+                None => (mix(&[(2.0, one), (-1.0, two)]), 0.5),
+            })
+        })
+    };
+    let guesses = [along(1, 0), along(0, 1)];
+    let weight: f64 = guesses.iter().flatten().map(|(_, weight)| weight).sum();
+    (weight > 0.0).then(|| {
+        guesses.iter().flatten().fold([0.0, 0.0], |sum, (guess, w)| {
+            [sum[0] + guess[0] * w / weight, sum[1] + guess[1] * w / weight]
+        })
+    })
+}
+
 /// Whether every corner lies where its neighbours in row and column put it: within a tenth of a square
 /// of the curve through them. May only drop a board.
 fn smooth(fits: &[EdgeFit], columns: usize, rows: usize) -> bool {
@@ -250,7 +340,7 @@ fn smooth(fits: &[EdgeFit], columns: usize, rows: usize) -> bool {
             let step = (p[2] - p[1]).norm();
             // Third difference: zero for any parabola.
             let off = (p[3].coords - p[0].coords) - (p[2].coords - p[1].coords) * 3.0;
-            off.norm() < 0.2 * step + 0.5
+            off.norm() < 0.35 * step + 0.5
         })
     };
     (0..rows).all(|row| bends(&(0..columns).map(|column| at(column, row)).collect::<Vec<_>>()))
