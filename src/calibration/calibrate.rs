@@ -1,6 +1,6 @@
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SymmetricEigen, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3};
 
 use super::bundle::{BundleState, InvalidCorners, Observations};
 use super::excess::{excess_variance_px2, widened};
@@ -14,14 +14,13 @@ use super::result::{
     ViewResult,
 };
 use super::skip;
-use super::start::{AsSeen, distinct_views, poses, start};
+use super::start::{AsSeen, as_seen, distinct_views, mean_px, poses, start, typical_sigma_px};
 use super::uncertainty::projection_jacobian;
 use super::zhang;
 use crate::board::Checkerboard;
 use crate::frame::ImageSize;
 use crate::geometry::{
-    BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
-    coverage, intersect_unweighted, intersect_weighted, principal_line_and_ring,
+    BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine, coverage,
 };
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
@@ -30,8 +29,6 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 const NOISE_FLOOR_PX: f64 = 1e-3;
 /// Different views from which the lens stands without weak beliefs.
 const VIEWS_WITHOUT_PRIOR: usize = 4;
-/// A board seen thinner than this is seen from its edge.
-const THINNEST: f64 = 0.01;
 /// A focal length less certain than this share of itself needs a belief.
 const F_UNDETERMINED: f64 = 0.2;
 
@@ -122,69 +119,6 @@ struct Solution {
     choice: ModelChoice,
     prior_used: bool,
     focal_prior_used: bool,
-}
-
-/// Homographies and principal lines of the corners as the paper takes them: all with the same weight,
-/// so that where the lens bends the picture no corner pulls harder than another.
-fn as_seen(
-    views: &[Vec<Corner>],
-    board_m: &[Point2<f64>],
-    image_size: ImageSize,
-) -> Result<AsSeen, NotCalibrated> {
-    let sigma_px = typical_sigma_px(views);
-    let homographies: Vec<Homography> = views
-        .iter()
-        .enumerate()
-        .map(|(view, corners)| {
-            let missing = NotCalibrated::NoHomography { view };
-            if thinness(corners).is_nan() || thinness(corners) < THINNEST {
-                return Err(missing);
-            }
-            let equal: Vec<Corner> =
-                corners.iter().map(|corner| Corner::isotropic(corner.px, sigma_px)).collect();
-            Homography::fit(board_m, &equal).map_err(|_| missing)
-        })
-        .collect::<Result<_, _>>()?;
-    let lines: Vec<Option<PrincipalLine>> = homographies
-        .iter()
-        .zip(views)
-        .map(|(homography, corners)| {
-            PrincipalLine::of(homography, image_size.centre_px(), mean_px(corners)).ok()
-        })
-        .collect();
-    let usable: Vec<PrincipalLine> = lines.iter().flatten().cloned().collect();
-    Ok(AsSeen {
-        image_from_board: homographies.iter().map(|h| *h.image_from_board()).collect(),
-        unweighted: intersect_unweighted(&usable).ok(),
-        weighted: intersect_weighted(&usable).ok(),
-        ring: principal_line_and_ring(&usable).ok(),
-        lines,
-    })
-}
-
-/// Typical claimed error of a corner coordinate: root mean square.
-fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
-    let (sum, count) = views
-        .iter()
-        .flatten()
-        .fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
-    (sum / count).sqrt()
-}
-
-/// Extent of the corners across their longest direction over the extent along it.
-fn thinness(corners: &[Corner]) -> f64 {
-    let mean = mean_px(corners);
-    let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
-        let off = corner.px - mean;
-        scatter + off * off.transpose()
-    });
-    let eigenvalues = SymmetricEigen::new(scatter).eigenvalues;
-    (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
-}
-
-fn mean_px(corners: &[Corner]) -> Point2<f64> {
-    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
-    Point2::from(sum / corners.len().max(1) as f64)
 }
 
 impl Inputs<'_> {

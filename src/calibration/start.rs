@@ -1,16 +1,20 @@
 //! Where bundle adjustment starts: closed forms of the corners as seen.
 
-use nalgebra::{Isometry3, Matrix3, Point2};
+use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, SymmetricEigen, Vector2};
 
 use super::bundle::{BundleState, Observations};
+use super::result::NotCalibrated;
 use super::zhang;
 use crate::frame::ImageSize;
 use crate::geometry::{
-    Camera, Corner, PrincipalLine, PrincipalPoint, RingEstimate, pose_from_homography,
+    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, intersect_unweighted,
+    intersect_weighted, pose_from_homography, principal_line_and_ring,
 };
 
 /// Two views whose corners differ by less than this share of the picture's width are the same view.
 const ALIKE: f64 = 0.01;
+/// A board seen thinner than this is seen from its edge.
+const THINNEST: f64 = 0.01;
 
 /// Principal lines of the corners as seen, and what they meet in.
 pub(super) struct AsSeen {
@@ -19,6 +23,69 @@ pub(super) struct AsSeen {
     pub(super) unweighted: Option<PrincipalPoint>,
     pub(super) weighted: Option<PrincipalPoint>,
     pub(super) ring: Option<RingEstimate>,
+}
+
+/// Homographies and principal lines of the corners as the paper takes them: all with the same weight,
+/// so that where the lens bends the picture no corner pulls harder than another.
+pub(super) fn as_seen(
+    views: &[Vec<Corner>],
+    board_m: &[Point2<f64>],
+    image_size: ImageSize,
+) -> Result<AsSeen, NotCalibrated> {
+    let sigma_px = typical_sigma_px(views);
+    let homographies: Vec<Homography> = views
+        .iter()
+        .enumerate()
+        .map(|(view, corners)| {
+            let missing = NotCalibrated::NoHomography { view };
+            if thinness(corners).is_nan() || thinness(corners) < THINNEST {
+                return Err(missing);
+            }
+            let equal: Vec<Corner> =
+                corners.iter().map(|corner| Corner::isotropic(corner.px, sigma_px)).collect();
+            Homography::fit(board_m, &equal).map_err(|_| missing)
+        })
+        .collect::<Result<_, _>>()?;
+    let lines: Vec<Option<PrincipalLine>> = homographies
+        .iter()
+        .zip(views)
+        .map(|(homography, corners)| {
+            PrincipalLine::of(homography, image_size.centre_px(), mean_px(corners)).ok()
+        })
+        .collect();
+    let usable: Vec<PrincipalLine> = lines.iter().flatten().cloned().collect();
+    Ok(AsSeen {
+        image_from_board: homographies.iter().map(|h| *h.image_from_board()).collect(),
+        unweighted: intersect_unweighted(&usable).ok(),
+        weighted: intersect_weighted(&usable).ok(),
+        ring: principal_line_and_ring(&usable).ok(),
+        lines,
+    })
+}
+
+/// Extent of the corners across their longest direction over the extent along it.
+fn thinness(corners: &[Corner]) -> f64 {
+    let mean = mean_px(corners);
+    let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
+        let off = corner.px - mean;
+        scatter + off * off.transpose()
+    });
+    let eigenvalues = SymmetricEigen::new(scatter).eigenvalues;
+    (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
+}
+
+/// Typical claimed error of a corner coordinate: root mean square.
+pub(super) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
+    let (sum, count) = views
+        .iter()
+        .flatten()
+        .fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
+    (sum / count).sqrt()
+}
+
+pub(super) fn mean_px(corners: &[Corner]) -> Point2<f64> {
+    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
+    Point2::from(sum / corners.len().max(1) as f64)
 }
 
 /// The best of several starting cameras, with the poses it gives the views.
