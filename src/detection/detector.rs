@@ -156,8 +156,9 @@ impl Detector {
         for index in 0..rough.len() {
             let window = Window::around(rough, columns, index);
             shortest_px = shortest_px.min(window.side_px);
-            fits.push(window.fit(image, rough[index], limit, &mut self.scratch));
+            fits.push(window.fit(image, rough[index], limit, None, &mut self.scratch));
         }
+        let usual_blur_px = median(fits.iter().flatten().map(|fit| fit.blur_px));
         // Where blur hides a small square's edges from one fit, its neighbours tell where to look again.
         for index in 0..rough.len() {
             let Some(expected) = expected_px(&fits, columns, index) else { continue };
@@ -168,7 +169,7 @@ impl Detector {
             };
             if fits[index].as_ref().is_none_or(|fit| off_px(fit) > allowed_px) {
                 let again = window
-                    .fit(image, expected, limit, &mut self.scratch)
+                    .fit(image, expected, limit, usual_blur_px, &mut self.scratch)
                     .filter(|fit| off_px(fit) <= allowed_px);
                 if again.is_some() {
                     fits[index] = again;
@@ -184,11 +185,7 @@ impl Detector {
         if found < wanted {
             return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
         }
-        let middle = |value: fn(&EdgeFit) -> f64| {
-            let mut values: Vec<f64> = fits.iter().map(value).collect();
-            values.sort_by(f64::total_cmp);
-            values[values.len() / 2]
-        };
+        let middle = |value: fn(&EdgeFit) -> f64| median(fits.iter().map(value)).unwrap_or(0.0);
         let (blur_px, contrast) = (middle(|fit| fit.blur_px), middle(|fit| fit.contrast));
         if contrast < self.params.min_contrast {
             return Err(Miss::LowContrast { contrast, needed: self.params.min_contrast });
@@ -243,6 +240,12 @@ fn closeness(miss: &Miss) -> usize {
     }
 }
 
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
 /// Where and how large to fit.
 struct Window {
     axes_px: [[f64; 2]; 2],
@@ -273,13 +276,14 @@ impl Window {
         image: &GrayImage,
         start: [f64; 2],
         max_residual: f64,
+        known_blur_px: Option<f64>,
         scratch: &mut edge_model::Scratch,
     ) -> Option<EdgeFit> {
         let to_edge = |at: f64, size: u32| at.min(f64::from(size) - 1.0 - at);
         let room_px = to_edge(start[0], image.width()).min(to_edge(start[1], image.height()));
         let widest = RADIUS_LIMIT_PX.min((room_px - 1.0) as i32).max(3);
         let radius_px = ((0.45 * self.side_px).round() as i32).clamp(3, widest);
-        edge_model::fit(image, start, self.axes_px, radius_px, scratch)
+        edge_model::fit(image, start, self.axes_px, radius_px, known_blur_px, scratch)
             .filter(|fit| fit.residual <= max_residual)
     }
 }

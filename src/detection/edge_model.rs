@@ -57,12 +57,16 @@ pub(super) struct Scratch {
 /// First on a quarter of the disc's pixels, then on those that tell: the edges in full, the plain squares
 /// thinned out.
 ///
+/// With `known_blur_px` the blur is not estimated, nor the light's gradient: for squares hardly larger
+/// than the blur, whose own pixels do not tell them from the contrast.
+///
 /// `None` if the disc leaves the picture, or the fit runs away or stays poor.
 pub(super) fn fit(
     image: &GrayImage,
     start: [f64; 2],
     axes_px: [[f64; 2]; 2],
     radius_px: i32,
+    known_blur_px: Option<f64>,
     scratch: &mut Scratch,
 ) -> Option<EdgeFit> {
     let centre = [start[0].round(), start[1].round()];
@@ -80,10 +84,14 @@ pub(super) fn fit(
     coarse.gather(&disc, |dx, dy| dx % thin == 0 && dy % thin == 0);
     let [u, v] = axes_px;
     let begin = [start[0] - centre[0], start[1] - centre[1]];
-    let guess = first_guess(coarse, begin, u[1].atan2(u[0]), v[1].atan2(v[0]));
-    let (rough, _) = settle(coarse, guess, ROUNDS, ROUGH_PX)?;
+    let mut guess = first_guess(coarse, begin, u[1].atan2(u[0]), v[1].atan2(v[0]));
+    if let Some(blur_px) = known_blur_px {
+        guess[4] = (blur_px * std::f64::consts::SQRT_2).ln();
+    }
+    let held: &[usize] = if known_blur_px.is_some() { &[4, 7, 8] } else { &[] };
+    let (rough, _) = settle(coarse, guess, held, ROUNDS, ROUGH_PX)?;
     fine.gather_telling(&disc, &rough);
-    let (at, now) = settle(fine, rough, FINE_ROUNDS, SETTLED_PX)?;
+    let (at, now) = settle(fine, rough, held, FINE_ROUNDS, SETTLED_PX)?;
     let pixels = fine.count;
     let freedom = pixels as f64 - PARAMETERS as f64;
     let variance = now.cost / freedom;
@@ -145,16 +153,27 @@ fn first_guess(pixels: &Pixels, corner: [f64; 2], first_rad: f64, second_rad: f6
     ])
 }
 
-/// Levenberg–Marquardt until the corner moves by less than `settled_px`.
+/// Levenberg–Marquardt until the corner moves by less than `settled_px`; `held` parameters stay.
 fn settle(
     pixels: &Pixels,
     start: Vector,
+    held: &[usize],
     rounds: usize,
     settled_px: f64,
 ) -> Option<(Vector, Evaluated)> {
     let mut at = start;
     let mut damping = 1e-3;
-    let mut now = pixels.evaluate(&at);
+    let evaluate = |at: &Vector| {
+        let mut evaluated = pixels.evaluate(at);
+        for &i in held {
+            evaluated.normal_matrix.row_mut(i).fill(0.0);
+            evaluated.normal_matrix.column_mut(i).fill(0.0);
+            evaluated.normal_matrix[(i, i)] = 1.0;
+            evaluated.gradient[i] = 0.0;
+        }
+        evaluated
+    };
+    let mut now = evaluate(&at);
     for _ in 0..rounds {
         let mut damped = now.normal_matrix;
         for i in 0..PARAMETERS {
@@ -164,7 +183,7 @@ fn settle(
         let mut tried = at + step;
         // A blur of a quarter pixel is a step to a camera; one of eight is no corner any more.
         tried[4] = tried[4].clamp(-1.05, 2.08);
-        let next = pixels.evaluate(&tried);
+        let next = evaluate(&tried);
         let moved = step[0].abs().max(step[1].abs());
         // Sums are of single precision: at the minimum the cost no longer falls measurably.
         if next.cost <= now.cost * (1.0 + 1e-6) {
