@@ -168,9 +168,11 @@ impl Detector {
                 (fit.corner.px.x - expected[0]).hypot(fit.corner.px.y - expected[1])
             };
             if fits[index].as_ref().is_none_or(|fit| off_px(fit) > allowed_px) {
-                let again = window
-                    .fit(image, expected, limit, usual_blur_px, &mut self.scratch)
-                    .filter(|fit| off_px(fit) <= allowed_px);
+                let again = [None, usual_blur_px].into_iter().find_map(|known_blur_px| {
+                    window
+                        .fit(image, expected, limit, known_blur_px, &mut self.scratch)
+                        .filter(|fit| off_px(fit) <= allowed_px)
+                });
                 if again.is_some() {
                     fits[index] = again;
                 }
