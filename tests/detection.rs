@@ -2,12 +2,13 @@
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
-use std::convert::Infallible;
+use std::{cell::Cell, convert::Infallible};
 
 use boresight::{
     board::Checkerboard,
     capture::synthetic::{Scene, render_view},
-    detection::{Detection, DetectorParams, Miss, Side, detect},
+    detection::{Detection, Detector, DetectorParams, Miss, Search, Side, Track, detect},
+    frame::{CaptureTime, FrameKind},
     geometry::Camera,
     pipeline::detect_many,
 };
@@ -216,7 +217,7 @@ fn the_number_of_threads_changes_nothing() {
         .collect();
     let with = |threads: usize| {
         let load = |i: usize| Ok::<_, Infallible>(pictures[i].clone());
-        let found = detect_many(pictures.len(), threads, &scene.board, load, |_| ());
+        let found = detect_many(pictures.len(), threads, &scene.board, load, |_| None, |_| ());
         let found = found.expect("no thread failed");
         found.into_iter().map(|seen| seen.expect("loaded")).collect::<Vec<_>>()
     };
@@ -224,5 +225,154 @@ fn the_number_of_threads_changes_nothing() {
     assert!(one.iter().all(Result::is_ok));
     for threads in [2, 8] {
         assert_eq!(with(threads), one);
+    }
+}
+
+/// Views of a board that is carried around, 1/30 s apart, and when they are taken.
+fn carried(scene: &Scene, count: usize) -> Vec<(CaptureTime, GrayImage)> {
+    (0..count)
+        .map(|i| {
+            // Up to 30 px from picture to picture, turning and tilting on the way.
+            let t = i as f64 / 30.0;
+            let at_m = [0.05 * (3.1 * t).sin(), 0.04 * (2.3 * t).cos(), 0.45 + 0.05 * t.sin()];
+            let pose = pose(25.0 + 15.0 * (1.7 * t).sin(), 40.0 + 50.0 * t, 60.0 * t.sin(), at_m);
+            (CaptureTime { nanos: i as u64 * 33_333_333 }, render_view(scene, &pose))
+        })
+        .collect()
+}
+
+#[test]
+fn a_followed_board_is_the_board_that_is_found_anywhere() {
+    let scene = Scene::default_720p(10);
+    let mut detector = Detector::new(DetectorParams::default());
+    let mut track = Track::default();
+    let (mut followed, mut predicted) = (0, 0);
+    let pictures = carried(&scene, 60);
+    for (at, picture) in &pictures {
+        let anywhere = detector.detect(picture, &scene.board).expect("the whole board is there");
+        let near = track.predict(FrameKind::Video, *at);
+        if let Some(near) = &near {
+            predicted += 1;
+            // One question a row of corners is enough to follow the board, and not to search for it.
+            let left = Cell::new(scene.board.rows());
+            let keep_on = || left.replace(left.get().saturating_sub(1)) > 0;
+            let search = Search { near: Some(near), keep_on: &keep_on };
+            if let Ok(seen) = detector.search(picture, &scene.board, search) {
+                followed += 1;
+                for (one, other) in seen.corners.iter().zip(&anywhere.corners) {
+                    assert!((one.px - other.px).norm() < 0.01, "{} or {}", one.px, other.px);
+                }
+            }
+        }
+        let search = Search { near: near.as_ref(), ..Search::FULL };
+        let seen = detector.search(picture, &scene.board, search);
+        track.add(FrameKind::Video, *at, &seen);
+    }
+    println!("{followed} of {predicted} followed");
+    assert!(predicted >= 50, "{predicted} predictions");
+    assert!(followed * 100 >= 95 * predicted, "{followed} of {predicted}");
+}
+
+#[test]
+fn a_wrong_prediction_costs_nothing_but_time() {
+    let scene = Scene::default_720p(11);
+    let pictures = carried(&scene, 2);
+    let mut detector = Detector::new(DetectorParams::default());
+    let mut track = Track::default();
+    let first = detector.detect(&pictures[0].1, &scene.board);
+    track.add(FrameKind::Video, pictures[0].0, &first);
+    let near = track.predict(FrameKind::Video, pictures[1].0).expect("a prediction");
+    // Turned upside down, the board is elsewhere.
+    let turned = imageops::rotate180(&pictures[1].1);
+    let anywhere = detector.detect(&turned, &scene.board);
+    let search = Search { near: Some(&near), ..Search::FULL };
+    assert!(anywhere.is_ok());
+    assert_eq!(detector.search(&turned, &scene.board, search), anywhere);
+    // Photographs, long gaps and misses predict nothing.
+    assert!(track.predict(FrameKind::Photograph, pictures[1].0).is_none());
+    assert!(track.predict(FrameKind::Video, CaptureTime { nanos: 900_000_000 }).is_none());
+    track.add(FrameKind::Video, pictures[1].0, &Err(Miss::NoBoard));
+    assert!(track.predict(FrameKind::Video, CaptureTime { nanos: 66_000_000 }).is_none());
+}
+
+#[test]
+fn earlier_pictures_change_nothing() {
+    let scene = Scene::default_720p(12);
+    let mut detector = Detector::new(DetectorParams::default());
+    for (_, picture) in carried(&scene, 4) {
+        let small = imageops::thumbnail(&picture, 500, 300);
+        assert_eq!(detector.detect(&picture, &scene.board), look(&picture, &scene.board));
+        assert_eq!(detector.detect(&small, &scene.board), look(&small, &scene.board));
+    }
+}
+
+#[test]
+fn a_covered_corner_is_never_guessed() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(13) };
+    let pose = pose(20.0, 70.0, 8.0, [0.0, 0.0, 0.36]);
+    let picture = render_view(&scene, &pose);
+    assert!(look(&picture, &scene.board).is_ok());
+    let corners = truth_px(&scene, &pose);
+    let side_px = (corners[1] - corners[0]).norm();
+    for (index, level) in (0..corners.len()).zip([20_u8, 90, 140, 230].into_iter().cycle()) {
+        let mut covered = picture.clone();
+        for (x, y, pixel) in covered.enumerate_pixels_mut() {
+            let off = Point2::new(f64::from(x), f64::from(y)) - corners[index];
+            if off.norm() < 0.5 * side_px {
+                pixel.0 = [level];
+            }
+        }
+        let seen = look(&covered, &scene.board);
+        assert!(seen.is_err(), "corner {index} is under a disc of brightness {level}");
+    }
+}
+
+#[test]
+fn a_reflection_on_the_board_is_named() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(14) };
+    let pose = pose(20.0, 70.0, 0.0, [0.0, 0.0, 0.36]);
+    let corners = truth_px(&scene, &pose);
+    let middle = Point2::from((corners[22].coords + corners[31].coords) / 2.0);
+    let side_px = (corners[1] - corners[0]).norm();
+    let mut dazzled = render_view(&scene, &pose);
+    for (x, y, pixel) in dazzled.enumerate_pixels_mut() {
+        let off = (Point2::new(f64::from(x), f64::from(y)) - middle).norm() / (1.6 * side_px);
+        let glow = 600.0 * (-0.5 * off.powi(4)).exp();
+        pixel.0 = [(f64::from(pixel.0[0]) + glow).min(255.0) as u8];
+    }
+    match look(&dazzled, &scene.board) {
+        Err(Miss::Glare { found, wanted: 54 }) => assert!((12..54).contains(&found), "{found}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_search_that_may_not_go_on_ends() {
+    let scene = Scene::default_720p(15);
+    let picture = render_view(&scene, &pose(20.0, 70.0, 0.0, [0.0, 0.0, 0.36]));
+    let mut detector = Detector::new(DetectorParams::default());
+    let search = Search { near: None, keep_on: &|| false };
+    assert_eq!(detector.search(&picture, &scene.board, search), Err(Miss::OutOfTime));
+    assert!(detector.detect(&picture, &scene.board).is_ok());
+}
+
+#[test]
+fn motion_while_the_shutter_is_open_is_measured() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(16) };
+    let still = render_view(&scene, &pose(15.0, 0.0, 0.0, [0.0, 0.0, 0.36]));
+    let motion_px =
+        |picture: &GrayImage| look(picture, &scene.board).expect("found").quality.motion_px;
+    assert!(motion_px(&still) < 1.0, "{}", motion_px(&still));
+    // Moved along the rows of squares by so many pixels.
+    for moved in [3, 5, 7] {
+        let smeared = GrayImage::from_fn(still.width(), still.height(), |x, y| {
+            let sum: u32 = (0..moved)
+                .map(|k| u32::from(still.get_pixel((x + k).min(still.width() - 1), y).0[0]))
+                .sum();
+            image::Luma([((sum + moved / 2) / moved) as u8])
+        });
+        let seen_px = motion_px(&smeared);
+        let moved_px = f64::from(moved);
+        assert!((seen_px - moved_px).abs() < 0.25 * moved_px, "{seen_px} px for {moved_px} px");
     }
 }

@@ -185,9 +185,9 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
     let corner = (number(), number(), number(), number(), number()).prop_map(|(x, y, a, b, c)| {
         Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(a, b, b, c) }
     });
-    let detection = (prop::collection::vec(corner, 0..6), number(), number(), number()).prop_map(
-        |(corners, blur_px, contrast, glare)| {
-            Ok(Detection { corners, quality: Quality { blur_px, contrast, glare } })
+    let detection = (prop::collection::vec(corner, 0..6), [(); 4].map(|()| number())).prop_map(
+        |(corners, [blur_px, contrast, glare, motion_px])| {
+            Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
         },
     );
     let side = prop::option::of(prop::sample::select(vec![
@@ -211,6 +211,7 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
             .prop_map(|(contrast, needed)| Err(Miss::LowContrast { contrast, needed })),
         (3..99_usize, 3..99_usize)
             .prop_map(|(columns, rows)| Err(Miss::OtherBoard { columns, rows })),
+        (0..99_usize, 1..99_usize).prop_map(|(found, wanted)| Err(Miss::Glare { found, wanted })),
     ]
 }
 

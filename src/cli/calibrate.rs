@@ -129,7 +129,7 @@ fn from_pictures(inputs: &[PathBuf], board: &Checkerboard) -> anyhow::Result<Vie
         }
         Ok(image)
     };
-    let found = detect_many(inputs.len(), threads, board, load, |_| bar.inc(1))?;
+    let found = detect_many(inputs.len(), threads, board, load, |_| None, |_| bar.inc(1))?;
     bar.finish_and_clear();
     let sizes = sizes.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let mut views: Option<Views> = None;

@@ -16,9 +16,10 @@ use super::{
 };
 use crate::{
     board::Checkerboard,
+    detection::{Prediction, Track},
     pipeline::detect_many,
     recording::{Difference, Line, SessionFolder, Stored, replay, stored_frame},
-    session::Session,
+    session::{Input, Observation, Session},
 };
 
 /// Run recorded sessions through the same decisions again, from the corners that were recorded.
@@ -111,7 +112,9 @@ fn redetect(
     let stored: Vec<Stored> = lines.iter().filter_map(|line| line.stored.clone()).collect();
     let bar = indicatif::ProgressBar::new(stored.len() as u64).with_message("finding the board");
     let load = |index: usize| stored_frame(path, &stored[index]);
-    let found = detect_many(stored.len(), threads, board, load, |_| bar.inc(1))?;
+    let predictions = predictions(lines);
+    let near = |index: usize| predictions.get(&stored[index].frame).cloned();
+    let found = detect_many(stored.len(), threads, board, load, near, |_| bar.inc(1))?;
     bar.finish_and_clear();
     let mut seen = BTreeMap::new();
     for (stored, found) in stored.iter().zip(found) {
@@ -126,6 +129,24 @@ fn redetect(
     }
     say(&format!("Looked again at {} of {observed} frames", stored.len()));
     Ok(())
+}
+
+/// Where the board was looked for first in each frame, as it was when the session was recorded: a function
+/// of what had been seen before it.
+fn predictions(lines: &[Line]) -> BTreeMap<u64, Prediction> {
+    let mut track = Track::default();
+    let mut predictions = BTreeMap::new();
+    for line in lines {
+        match Input::from(line.input.clone()) {
+            Input::Observed(Observation { frame_id, kind, captured_at, seen, .. }) => {
+                predictions.extend(track.predict(kind, captured_at).map(|near| (frame_id.0, near)));
+                track.add(kind, captured_at, &seen);
+            }
+            Input::Resumed => track = Track::default(),
+            _ => {}
+        }
+    }
+    predictions
 }
 
 /// What a decision says differently, in the recording's own names: the outcome with the reason for a

@@ -4,67 +4,100 @@ use image::GrayImage;
 
 use super::{
     Miss, Side,
-    lattice::{Lattice, Node, predict},
+    lattice::{BESIDE, Lattice, Node},
     reduce::sample,
 };
 use crate::board::Checkerboard;
 
 /// Corners beside a board that may be there by chance.
 const MOST_CHANCE_CORNERS: usize = 2;
+/// A grid with a smaller share of the board's corners is not worth completing.
+const LEAST_SHARE: usize = 4;
+/// Steps that a grid may go beyond the board's longest side, to see that it is another board.
+pub(super) const LARGEST_OVER: i32 = 6;
+/// Least colour step of a corner that is filled in, as a share of its neighbours', and in grey levels.
+const LEAST_OF_NEXT: f32 = 0.35;
+const LEAST_STEP: f32 = 3.0;
+/// One in so many corners may be missing in the end, to be found by its fit.
+const GUESSED_SHARE: usize = 18;
+/// Light squares from here on are taken for overexposed.
+const GLARING: f32 = 248.0;
 
-/// All corners of the board at search size, numbered.
-pub(super) type NumberedCorners = Vec<[f32; 2]>;
-
-/// Completes `lattice` to the board and numbers its corners row by row.
+/// Completes `lattice` to the board and numbers its corners row by row, in `into`.
 ///
 /// # Errors
 ///
-/// [`Miss::OtherBoard`] if the grid is larger than the board, [`Miss::PartialBoard`] if corners are missing.
+/// [`Miss::OtherBoard`] if the grid is larger than the board, [`Miss::PartialBoard`] if corners are missing,
+/// [`Miss::Glare`] if they are missing where the picture is overexposed.
 pub(super) fn match_board(
     image: &GrayImage,
-    mut lattice: Lattice,
+    lattice: &mut Lattice,
     board: &Checkerboard,
-) -> Result<NumberedCorners, Miss> {
-    prune(&mut lattice);
+    into: &mut Vec<[f32; 2]>,
+) -> Result<(), Miss> {
+    let wanted = board.corner_count();
+    prune(lattice);
+    if lattice.len() * LEAST_SHARE < wanted {
+        return Err(Miss::PartialBoard { found: lattice.len(), wanted, cut_off_by: None });
+    }
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
-    complete(image, &mut lattice, columns.max(rows));
-    prune(&mut lattice);
-    trim(&mut lattice, (columns, rows));
-    let Some((low, high)) = extent(&lattice) else {
+    complete(image, lattice, columns.max(rows));
+    prune(lattice);
+    trim(lattice, (columns, rows));
+    let Some((low, high)) = lattice.extent() else {
         return Err(Miss::NoBoard);
     };
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
     let fits = (width, height) == (columns, rows) || (width, height) == (rows, columns);
+    if fits {
+        guess_last(lattice, (low, high), wanted / GUESSED_SHARE);
+    }
     let whole = lattice.len() as i32 == width * height;
     if !fits && whole && width.min(height) >= 3 && width * height > columns * rows {
         let (columns, rows) = (width.max(height) as usize, width.min(height) as usize);
         return Err(Miss::OtherBoard { columns, rows });
     }
     if !(fits && whole) {
-        let (found, wanted) = (lattice.len(), board.corner_count());
-        return Err(Miss::PartialBoard { found, wanted, cut_off_by: cut_off_by(image, &lattice) });
+        let found = lattice.len();
+        let cut_off_by = cut_off_by(image, lattice);
+        if cut_off_by.is_none() && glaring(image, lattice) {
+            return Err(Miss::Glare { found, wanted });
+        }
+        return Err(Miss::PartialBoard { found, wanted, cut_off_by });
     }
-    number(image, &lattice, low, (columns, rows), (width, height)).ok_or(Miss::NoBoard)
+    number(image, lattice, low, (columns, rows), (width, height), into)
+        .then_some(())
+        .ok_or(Miss::NoBoard)
+}
+
+/// Puts the last corners of an otherwise whole board, `most` of them, where the others predict them. Blur and
+/// noise can hide them from everything but a fit, and a fit will be made of each.
+fn guess_last(lattice: &mut Lattice, (low, high): (Node, Node), most: usize) {
+    let places = ((high.0 - low.0 + 1) * (high.1 - low.1 + 1)) as usize;
+    if lattice.len() == places || lattice.len() + most < places {
+        return;
+    }
+    for i in low.0..=high.0 {
+        for j in low.1..=high.1 {
+            if !lattice.contains((i, j))
+                && let Some((guess, _)) = lattice.predict((i, j))
+            {
+                lattice.insert((i, j), guess);
+            }
+        }
+    }
 }
 
 /// Drops members that hang on by a single neighbour.
 fn prune(lattice: &mut Lattice) {
     loop {
-        let loose: Vec<Node> = lattice
-            .keys()
-            .filter(|(i, j)| {
-                let has = |di: i32, dj: i32| lattice.contains_key(&(i + di, j + dj));
-                let across = has(1, 0) || has(-1, 0);
-                let down = has(0, 1) || has(0, -1);
-                !(across && down)
-            })
-            .copied()
-            .collect();
-        if loose.is_empty() {
+        let before = lattice.len();
+        lattice.retain(|lattice, (i, j)| {
+            let has = |di: i32, dj: i32| lattice.contains((i + di, j + dj));
+            (has(1, 0) || has(-1, 0)) && (has(0, 1) || has(0, -1))
+        });
+        if lattice.len() == before {
             return;
-        }
-        for node in loose {
-            lattice.remove(&node);
         }
     }
 }
@@ -72,97 +105,107 @@ fn prune(lattice: &mut Lattice) {
 /// Drops an outer row or column of one or two corners while the grid is larger than the board: chance
 /// corners beside it. More are a larger board.
 fn trim(lattice: &mut Lattice, (columns, rows): (i32, i32)) {
-    while let Some((low, high)) = extent(lattice) {
+    while let Some((low, high)) = lattice.extent() {
         let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
         let larger = (width > columns || height > rows) && (width > rows || height > columns);
         if !larger {
             return;
         }
-        let on_side = |side: usize, node: &Node| match side {
+        let on_side = |side: usize, node: Node| match side {
             0 => node.0 == low.0,
             1 => node.0 == high.0,
             2 => node.1 == low.1,
             _ => node.1 == high.1,
         };
-        let count = |side: usize| lattice.keys().filter(|node| on_side(side, node)).count();
+        let count =
+            |side: usize| lattice.nodes().iter().filter(|node| on_side(side, **node)).count();
         let Some(thinnest) = (0..4).min_by_key(|side| count(*side)) else { return };
         if count(thinnest) > MOST_CHANCE_CORNERS {
             return;
         }
-        lattice.retain(|node, _| !on_side(thinnest, node));
+        lattice.retain(|_, node| !on_side(thinnest, node));
     }
-}
-
-fn extent(lattice: &Lattice) -> Option<(Node, Node)> {
-    let first = *lattice.keys().next()?;
-    Some(lattice.keys().fold((first, first), |(low, high), &(i, j)| {
-        ((low.0.min(i), low.1.min(j)), (high.0.max(i), high.1.max(j)))
-    }))
 }
 
 /// Adds places inside the grid and one row around it where the picture shows the right colours, while
 /// the grid stays within `longest` corners a side.
 fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
-    let at = |point: [f32; 2]| point;
     let Some(typical) = colours(image, lattice) else { return };
-    for _ in 0..12 {
-        let Some((low, high)) = extent(lattice) else { return };
-        let mut added = Vec::new();
+    for _ in 0..2 * longest {
+        let Some((low, high)) = lattice.extent() else { return };
+        let before = lattice.len();
         for i in low.0 - 1..=high.0 + 1 {
             for j in low.1 - 1..=high.1 + 1 {
                 let node = (i, j);
+                let (low, high) = lattice.extent().unwrap_or((low, high));
                 let too_long = high.0.max(i) - low.0.min(i) >= longest
                     || high.1.max(j) - low.1.min(j) >= longest;
-                let neighbours = [(1, 0), (-1, 0), (0, 1), (0, -1)]
-                    .iter()
-                    .filter(|(di, dj)| lattice.contains_key(&(i + di, j + dj)))
-                    .count();
-                if lattice.contains_key(&node) || too_long || neighbours == 0 {
+                let beside = || BESIDE.iter().any(|(di, dj)| lattice.contains((i + di, j + dj)));
+                if too_long || lattice.contains(node) || !beside() {
                     continue;
                 }
-                let Some((guess, side)) = predict(lattice, node, &at) else { continue };
+                let Some((guess, side)) = lattice.predict(node) else { continue };
+                let side = axes(lattice, node, guess).map_or(side, |axes| side.min(height(axes)));
                 let centred = settle(image, guess, side);
                 let moved = (centred[0] - guess[0]).hypot(centred[1] - guess[1]);
-                if moved > 0.25 * side {
+                if moved > 0.25 * side || !lattice.insert(node, centred) {
                     continue;
                 }
-                let mut with = lattice.clone();
-                with.insert(node, centred);
-                let expected = if (i + j) % 2 == 0 { typical } else { -typical };
-                let seen = colour_step(image, &with, node);
-                let strong = |step: ColourStep| {
-                    step.clean && step.value * expected.signum() > 0.35 * expected.abs()
-                };
-                if seen.is_some_and(strong) {
-                    added.push((node, centred));
+                // Light falls unevenly: neighbours tell better than the whole board what to expect.
+                let beside = BESIDE.iter().filter_map(|(di, dj)| {
+                    Some(colour_step(image, lattice, (i + di, j + dj))?.value.abs())
+                });
+                let near = beside.fold(typical.abs(), f32::min);
+                let sign = if (i + j) % 2 == 0 { typical.signum() } else { -typical.signum() };
+                let seen = colour_step(image, lattice, node).is_some_and(|step| {
+                    step.clean && step.value * sign > (LEAST_OF_NEXT * near).max(LEAST_STEP)
+                });
+                if !seen {
+                    lattice.take_back();
                 }
             }
         }
-        if added.is_empty() {
+        if lattice.len() == before {
             return;
         }
-        lattice.extend(added);
     }
 }
 
 /// The saddle of brightness nearest to `guess`, by gradients: at a corner every gradient is perpendicular
 /// to the way there (Förstner & Gülch 1987).
-fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] {
-    let reach = (0.3 * side).clamp(2.0, 8.0) as i32;
+pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] {
+    let reach = (0.3 * side).clamp(2.0, 8.0) as isize;
+    let (width, height) = (image.width() as isize, image.height() as isize);
+    let raw = image.as_raw();
     let mut at = guess;
     for _ in 0..6 {
+        let (column, row) = (at[0].round() as isize, at[1].round() as isize);
+        // Near the edge of the picture the window is cut.
+        let (left, right) = ((column - reach).max(1), (column + reach).min(width - 2));
+        let (top, bottom) = ((row - reach).max(1), (row + reach).min(height - 2));
+        if left + 2 > right || top + 2 > bottom {
+            return at;
+        }
+        let across = (right - left + 1) as usize;
         let (mut a, mut b, mut c, mut u, mut v) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-        for dy in -reach..=reach {
-            for dx in -reach..=reach {
-                let (px, py) = (dx as f32, dy as f32);
-                let (x, y) = (at[0] + px, at[1] + py);
-                let gx = sample(image, x + 1.0, y) - sample(image, x - 1.0, y);
-                let gy = sample(image, x, y + 1.0) - sample(image, x, y - 1.0);
+        for y in top..=bottom {
+            let start = (y * width + left) as usize;
+            let line = &raw[start - 1..start + across + 1];
+            let above = &raw[start - width as usize..][..across];
+            let below = &raw[start + width as usize..][..across];
+            let py = y as f32 - at[1];
+            for (k, (pair, (above, below))) in
+                line.windows(3).zip(above.iter().zip(below)).enumerate()
+            {
+                let px = left as f32 + k as f32 - at[0];
+                let gx = f32::from(pair[2]) - f32::from(pair[0]);
+                let gy = f32::from(*below) - f32::from(*above);
                 a += gx * gx;
                 b += gx * gy;
                 c += gy * gy;
-                u += gx * gx * px + gx * gy * py;
-                v += gx * gy * px + gy * gy * py;
+                let along = gx * px + gy * py;
+                u += gx * along;
+                v += gy * along;
             }
         }
         let determinant = a * c - b * b;
@@ -178,6 +221,35 @@ fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] {
     at
 }
 
+/// Steps to the next places along both axes at a place, wherever its neighbours tell; `here` is where its
+/// corner is or should be.
+fn axes(lattice: &Lattice, (i, j): Node, here: [f32; 2]) -> Option<([f32; 2], [f32; 2])> {
+    let step = |(i, j): Node, here: Option<[f32; 2]>, di: i32, dj: i32| {
+        let ahead = lattice.get((i + di, j + dj));
+        let behind = lattice.get((i - di, j - dj));
+        match (ahead, here, behind) {
+            (Some(a), _, Some(b)) => Some([0.5 * (a[0] - b[0]), 0.5 * (a[1] - b[1])]),
+            (Some(a), Some(here), None) => Some([a[0] - here[0], a[1] - here[1]]),
+            (None, Some(here), Some(b)) => Some([here[0] - b[0], here[1] - b[1]]),
+            _ => None,
+        }
+    };
+    // The first corner of a new row has no neighbour in it; the row before runs the same way.
+    let side = |di: i32, dj: i32| {
+        let next = |(i, j): Node| step((i, j), lattice.get((i, j)), di, dj);
+        step((i, j), Some(here), di, dj)
+            .or_else(|| next((i + dj, j + di)))
+            .or_else(|| next((i - dj, j - di)))
+    };
+    Some((side(1, 0)?, side(0, 1)?))
+}
+
+/// Least width of the squares, sheared as they are.
+fn height((u, v): ([f32; 2], [f32; 2])) -> f32 {
+    let longest = u[0].hypot(u[1]).max(v[0].hypot(v[1]));
+    (u[0] * v[1] - u[1] * v[0]).abs() / longest.max(1e-6)
+}
+
 struct ColourStep {
     /// Half the difference between the squares on the one and on the other diagonal.
     value: f32,
@@ -187,25 +259,8 @@ struct ColourStep {
 
 /// Compares the four squares around a member.
 fn colour_step(image: &GrayImage, lattice: &Lattice, (i, j): Node) -> Option<ColourStep> {
-    let here = *lattice.get(&(i, j))?;
-    let side_at = |(i, j): Node, di: i32, dj: i32| -> Option<[f32; 2]> {
-        let here = *lattice.get(&(i, j))?;
-        let ahead = lattice.get(&(i + di, j + dj));
-        let behind = lattice.get(&(i - di, j - dj));
-        match (ahead, behind) {
-            (Some(a), Some(b)) => Some([0.5 * (a[0] - b[0]), 0.5 * (a[1] - b[1])]),
-            (Some(a), None) => Some([a[0] - here[0], a[1] - here[1]]),
-            (None, Some(b)) => Some([here[0] - b[0], here[1] - b[1]]),
-            (None, None) => None,
-        }
-    };
-    // The first corner of a new row has no neighbour in it; the row before runs the same way.
-    let side = |di: i32, dj: i32| {
-        side_at((i, j), di, dj).or_else(|| {
-            side_at((i + dj, j + di), di, dj).or_else(|| side_at((i - dj, j - di), di, dj))
-        })
-    };
-    let (u, v) = (side(1, 0)?, side(0, 1)?);
+    let here = lattice.get((i, j))?;
+    let (u, v) = axes(lattice, (i, j), here)?;
     let mean = |su: f32, sv: f32| {
         [(0.3, 0.3), (0.2, 0.36), (0.36, 0.2)]
             .iter()
@@ -223,36 +278,62 @@ fn colour_step(image: &GrayImage, lattice: &Lattice, (i, j): Node) -> Option<Col
     Some(ColourStep { value, clean })
 }
 
-/// Typical colour step of the members at even places, with its sign; `None` if the colours do not
+/// Mean colour step of the members at even places, with its sign; `None` if the colours do not
 /// alternate.
 fn colours(image: &GrayImage, lattice: &Lattice) -> Option<f32> {
-    let mut steps: Vec<f32> = lattice
-        .keys()
-        .filter_map(|&(i, j)| {
+    let steps = || {
+        lattice.nodes().iter().filter_map(|&(i, j)| {
             let step = colour_step(image, lattice, (i, j))?.value;
             Some(if (i + j) % 2 == 0 { step } else { -step })
         })
-        .collect();
-    if steps.len() < 4 {
+    };
+    let count = steps().count();
+    let light = steps().filter(|step| *step > 0.0).count();
+    let sign = if 2 * light > count { 1.0 } else { -1.0 };
+    let agree = light.max(count - light);
+    if count < 4 || agree * 10 < count * 8 {
         return None;
     }
-    steps.sort_by(f32::total_cmp);
-    let typical = steps[steps.len() / 2];
-    let agree = steps.iter().filter(|step| **step * typical > 0.0).count();
-    (typical.abs() > 3.0 && agree * 10 >= steps.len() * 8).then_some(typical)
+    let typical = steps().map(|step| (step * sign).max(0.0)).sum::<f32>() / agree as f32;
+    (typical > 3.0).then_some(sign * typical)
+}
+
+/// Whether the squares around every corner of a whole board, numbered from `(0, 0)`, alternate as the
+/// board's do.
+pub(super) fn all_colours_alternate(
+    image: &GrayImage,
+    lattice: &Lattice,
+    board: &Checkerboard,
+) -> bool {
+    let Some(typical) = colours(image, lattice) else { return false };
+    let (Some(first), Some(along), Some(down)) =
+        (lattice.get((0, 0)), lattice.get((1, 0)), lattice.get((0, 1)))
+    else {
+        return false;
+    };
+    let (u, v) =
+        ([along[0] - first[0], along[1] - first[1]], [down[0] - first[0], down[1] - first[1]]);
+    let upright = u[0] * v[1] - u[1] * v[0] > 0.0;
+    let same_parity = board.columns() % 2 == board.rows() % 2;
+    upright
+        && (same_parity || typical < 0.0)
+        && lattice.nodes().iter().all(|&(i, j)| {
+            let expected = if (i + j) % 2 == 0 { typical } else { -typical };
+            colour_step(image, lattice, (i, j))
+                .is_some_and(|step| step.clean && step.value * expected > 0.0)
+        })
 }
 
 /// Which edge of the picture the grid runs into, if one: the next corner would lie outside.
 fn cut_off_by(image: &GrayImage, lattice: &Lattice) -> Option<Side> {
     let (width, height) = (image.width() as f32, image.height() as f32);
-    let at = |point: [f32; 2]| point;
     let mut outside = [(Side::Left, 0), (Side::Right, 0), (Side::Top, 0), (Side::Bottom, 0)];
-    for &(i, j) in lattice.keys() {
-        for node in [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)] {
-            if lattice.contains_key(&node) {
+    for (i, j) in lattice.nodes() {
+        for node in BESIDE.map(|(di, dj)| (i + di, j + dj)) {
+            if lattice.contains(node) {
                 continue;
             }
-            let Some((guess, _)) = predict(lattice, node, &at) else { continue };
+            let Some((guess, _)) = lattice.predict(node) else { continue };
             let margin = 6.0;
             outside[0].1 += usize::from(guess[0] < margin);
             outside[1].1 += usize::from(guess[0] > width - margin);
@@ -262,6 +343,35 @@ fn cut_off_by(image: &GrayImage, lattice: &Lattice) -> Option<Side> {
     }
     let (side, count) = outside.into_iter().max_by_key(|(_, count)| *count)?;
     (count >= 2).then_some(side)
+}
+
+/// Whether the grid ends where the picture is overexposed: of the three next places on every line that ends,
+/// one in eight.
+fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
+    let (mut missing, mut bright) = (0, 0);
+    for &(i, j) in lattice.nodes() {
+        let Some((here, (u, v))) =
+            lattice.get((i, j)).and_then(|here| Some((here, axes(lattice, (i, j), here)?)))
+        else {
+            continue;
+        };
+        for (di, dj) in BESIDE {
+            if lattice.contains((i + di, j + dj)) {
+                continue;
+            }
+            let step: [f32; 2] = std::array::from_fn(|k| u[k] * di as f32 + v[k] * dj as f32);
+            let reach = 0.3 * height((u, v));
+            for ahead in [1.0, 2.0, 3.0] {
+                let at = [here[0] + ahead * step[0], here[1] + ahead * step[1]];
+                missing += 1;
+                let glares = |dx: f32, dy: f32| sample(image, at[0] + dx, at[1] + dy) >= GLARING;
+                let across = [-reach, 0.0, reach];
+                bright +=
+                    usize::from(across.iter().all(|dx| across.iter().all(|dy| glares(*dx, *dy))));
+            }
+        }
+    }
+    bright >= 3 && 8 * bright >= missing
 }
 
 /// Maps column and row of the board, and width and height of the grid, to a place of the grid.
@@ -276,7 +386,8 @@ fn number(
     low: Node,
     (columns, rows): (i32, i32),
     (width, height): (i32, i32),
-) -> Option<NumberedCorners> {
+    into: &mut Vec<[f32; 2]>,
+) -> bool {
     // Each turn maps (column, row) of the board to a place of the grid.
     let turns: [(bool, Turn); 4] = [
         (true, |c, r, _, _| (c, r)),
@@ -284,31 +395,33 @@ fn number(
         (false, |c, r, w, _| (w - 1 - r, c)),
         (false, |c, r, _, h| (r, h - 1 - c)),
     ];
-    let mut choices = Vec::new();
-    for (upright, turn) in turns {
-        if ((width, height) == (columns, rows)) != upright && width != height {
-            continue;
-        }
-        let node = |column: i32, row: i32| {
-            let (i, j) = turn(column, row, width, height);
-            (i + low.0, j + low.1)
-        };
-        let corners: Option<NumberedCorners> = (0..rows)
-            .flat_map(|row| (0..columns).map(move |column| (column, row)))
-            .map(|(column, row)| lattice.get(&node(column, row)).copied())
-            .collect();
-        let corners = corners?;
-        let dark_outside = colour_step(image, lattice, node(0, 0)).is_some_and(|step| {
-            // `value` compares the diagonal through (+u, +v) of the grid; a quarter turn exchanges it.
-            if upright { step.value < 0.0 } else { step.value > 0.0 }
-        });
-        let from_top_left = corners[0][0] + corners[0][1];
-        choices.push((dark_outside, from_top_left, corners));
-    }
+    let place = |turn: Turn, column: i32, row: i32| {
+        let (i, j) = turn(column, row, width, height);
+        (i + low.0, j + low.1)
+    };
     let same_parity = columns % 2 == rows % 2;
-    choices
+    let best = turns
         .into_iter()
-        .filter(|(dark_outside, ..)| same_parity || *dark_outside)
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(.., corners)| corners)
+        .filter(|(upright, _)| ((width, height) == (columns, rows)) == *upright || width == height)
+        .filter(|(upright, turn)| {
+            let dark_outside =
+                colour_step(image, lattice, place(*turn, 0, 0)).is_some_and(|step| {
+                    // `value` compares the diagonal through (+u, +v) of the grid; a quarter turn exchanges it.
+                    if *upright { step.value < 0.0 } else { step.value > 0.0 }
+                });
+            same_parity || dark_outside
+        })
+        .filter_map(|(_, turn)| {
+            let [x, y] = lattice.get(place(turn, 0, 0))?;
+            Some((x + y, turn))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, turn)) = best else { return false };
+    into.clear();
+    into.extend(
+        (0..rows)
+            .flat_map(|row| (0..columns).map(move |column| (column, row)))
+            .filter_map(|(column, row)| lattice.get(place(turn, column, row))),
+    );
+    true
 }

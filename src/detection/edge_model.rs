@@ -12,21 +12,24 @@
 
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, SMatrix, SVector};
-use wide::f32x8;
 
+use super::simd;
 use crate::geometry::Corner;
 
 const PARAMETERS: usize = 9;
 /// Rounds on the thinned disc, and on the pixels that tell.
 const ROUNDS: usize = 15;
 const FINE_ROUNDS: usize = 6;
+/// Rounds that tell the blur of the one edge from that of the other.
+const SPLIT_ROUNDS: usize = 4;
 /// A corner that moves less is settled, on the thinned disc and in the end.
 const ROUGH_PX: f64 = 0.02;
 const SETTLED_PX: f64 = 3e-4;
 /// Widest disc.
 pub(super) const RADIUS_LIMIT_PX: i32 = 20;
 /// No corner is known better than this: pixels are not points, nor printed squares perfect.
-const SIGMA_FLOOR_PX: f64 = 0.008;
+const SIGMA_FLOOR_PX: f64 = 0.006;
+const CORRELATION_POWER: f64 = 0.5;
 
 type Vector = SVector<f64, PARAMETERS>;
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -39,10 +42,46 @@ pub(super) struct EdgeFit {
     pub(super) blur_px: f64,
     /// Half the brightness step.
     pub(super) contrast: f64,
+    /// The same with a sign: positive if the squares between the two axes are light.
+    pub(super) step: f64,
     /// Brightness of the light squares.
     pub(super) light: f64,
     /// Root mean square residual over the contrast.
     pub(super) residual: f64,
+    /// The nine parameters, and the disc that they were fitted to.
+    at: Vector,
+    centre_px: (i32, i32),
+    radius_px: i32,
+}
+
+/// Variances of the Gaussians that blur the first and the second edge, each by itself.
+pub(super) fn edge_variances_px2(
+    image: &GrayImage,
+    fit: &EdgeFit,
+    scratch: &mut Scratch,
+) -> [f64; 2] {
+    let pixels = &mut scratch.fine;
+    let disc = Disc { image, centre_px: fit.centre_px, radius_px: fit.radius_px };
+    pixels.gather_telling(&disc, &fit.at);
+    let mut log_s = [fit.at[4]; 2];
+    for _ in 0..SPLIT_ROUNDS {
+        let step = simd::widest(Splitting { pixels, at: &fit.at, log_s });
+        for k in 0..2 {
+            log_s[k] = (log_s[k] + step[k].clamp(-0.5, 0.5)).clamp(-1.6, 2.5);
+        }
+    }
+    log_s.map(|log_s| 0.5 * (2.0 * log_s).exp())
+}
+
+/// What the rest of the board tells of a corner whose squares are hardly larger than the blur, so that
+/// their own pixels do not tell blur, contrast and directions from each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Known {
+    Nothing,
+    /// Standard deviation of the Gaussian blur in pixels.
+    Blur(f64),
+    /// And the edges have the directions of the board's axes.
+    BlurAndEdges(f64),
 }
 
 /// Buffers of the fit, kept between corners and frames.
@@ -57,8 +96,7 @@ pub(super) struct Scratch {
 /// First on a quarter of the disc's pixels, then on those that tell: the edges in full, the plain squares
 /// thinned out.
 ///
-/// With `known_blur_px` the blur is not estimated, nor the light's gradient: for squares hardly larger
-/// than the blur, whose own pixels do not tell them from the contrast.
+/// What [`Known`] gives is not estimated, nor is the light's gradient then.
 ///
 /// `None` if the disc leaves the picture, or the fit runs away or stays poor.
 pub(super) fn fit(
@@ -66,7 +104,7 @@ pub(super) fn fit(
     start: [f64; 2],
     axes_px: [[f64; 2]; 2],
     radius_px: i32,
-    known_blur_px: Option<f64>,
+    known: Known,
     scratch: &mut Scratch,
 ) -> Option<EdgeFit> {
     let centre = [start[0].round(), start[1].round()];
@@ -85,16 +123,20 @@ pub(super) fn fit(
     let [u, v] = axes_px;
     let begin = [start[0] - centre[0], start[1] - centre[1]];
     let mut guess = first_guess(coarse, begin, u[1].atan2(u[0]), v[1].atan2(v[0]));
+    let (known_blur_px, held): (_, &[usize]) = match known {
+        Known::Nothing => (None, &[]),
+        Known::Blur(blur_px) => (Some(blur_px), &[4, 7, 8]),
+        Known::BlurAndEdges(blur_px) => (Some(blur_px), &[2, 3, 4, 7, 8]),
+    };
     if let Some(blur_px) = known_blur_px {
         guess[4] = (blur_px * std::f64::consts::SQRT_2).ln();
     }
-    let held: &[usize] = if known_blur_px.is_some() { &[4, 7, 8] } else { &[] };
     let (rough, _) = settle(coarse, guess, held, ROUNDS, ROUGH_PX)?;
     fine.gather_telling(&disc, &rough);
     let (at, now) = settle(fine, rough, held, FINE_ROUNDS, SETTLED_PX)?;
     let pixels = fine.count;
     let freedom = pixels as f64 - PARAMETERS as f64;
-    let variance = now.cost / freedom;
+    let variance = now.cost / freedom * correlation_excess(now.next_products / now.cost);
     let covariance = now.normal_matrix.cholesky()?.inverse() * variance;
     let moved = (at[0] - begin[0]).hypot(at[1] - begin[1]);
     let contrast = at[5].abs();
@@ -115,18 +157,33 @@ pub(super) fn fit(
     };
     // erf(d/s) is a step blurred by a Gaussian of standard deviation s/√2.
     let blur_px = at[4].exp() / std::f64::consts::SQRT_2;
-    Some(EdgeFit { corner, blur_px, contrast, light: at[6] + contrast, residual })
+    let light = at[6] + contrast;
+    let centre_px = (cx, cy);
+    Some(EdgeFit {
+        corner,
+        blur_px,
+        contrast,
+        step: at[5],
+        light,
+        residual,
+        at,
+        centre_px,
+        radius_px,
+    })
+}
+
+/// By how much neighbouring residuals that are alike, as those of clutter and shadows are and those of
+/// noise are not, make a fit worse than as many independent ones: `((1+ρ)/(1−ρ))²` for a correlation `ρ` of
+/// next pixels that falls off exponentially in both directions.
+fn correlation_excess(correlation: f64) -> f64 {
+    let rho = correlation.clamp(0.0, 0.9);
+    ((1.0 + rho) / (1.0 - rho)).powf(CORRELATION_POWER)
 }
 
 fn first_guess(pixels: &Pixels, corner: [f64; 2], first_rad: f64, second_rad: f64) -> Vector {
     let each = || {
-        pixels.groups.iter().flat_map(|[x, y, value, weight]| {
-            let (x, y, value, weight) =
-                (x.to_array(), y.to_array(), value.to_array(), weight.to_array());
-            (0..8)
-                .filter(move |lane| weight[*lane] > 0.0)
-                .map(move |lane| [f64::from(x[lane]), f64::from(y[lane]), f64::from(value[lane])])
-        })
+        let places = pixels.x.iter().zip(&pixels.y).zip(&pixels.value).take(pixels.count);
+        places.map(|((x, y), value)| [f64::from(*x), f64::from(*y), f64::from(*value)])
     };
     let count = pixels.count as f64;
     let mean = each().map(|[_, _, value]| value).sum::<f64>() / count;
@@ -183,8 +240,8 @@ fn settle(
         let mut tried = at + step;
         // A blur of a quarter pixel is a step to a camera; one of eight is no corner any more.
         tried[4] = tried[4].clamp(-1.05, 2.08);
-        let next = evaluate(&tried);
         let moved = step[0].abs().max(step[1].abs());
+        let next = evaluate(&tried);
         // Sums are of single precision: at the minimum the cost no longer falls measurably.
         if next.cost <= now.cost * (1.0 + 1e-6) {
             (at, now) = (tried, next);
@@ -209,23 +266,28 @@ struct Disc<'a> {
     radius_px: i32,
 }
 
-/// Pixels of a disc, eight at a time; places left over have no weight.
+/// Pixels of a disc, filled up to whole groups of lanes with some that have no weight.
 #[derive(Clone, Debug, Default)]
 struct Pixels {
     /// Offset from the disc's centre, brightness, weight.
-    groups: Vec<[f32x8; 4]>,
+    x: Vec<f32>,
+    y: Vec<f32>,
+    value: Vec<f32>,
+    weight: Vec<f32>,
     count: usize,
-    lane: [[f32; 8]; 3],
 }
 
-/// Groups that are worked on together, so that their derivatives stay in the nearest cache.
-const CHUNK: usize = 16;
+/// Sums run in so many lanes on every processor, so that all get the same bits.
+const LANES: usize = 8;
+/// Pixels that are worked on together, so that their derivatives stay in the nearest cache.
+const CHUNK: usize = 16 * LANES;
 const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
 
 impl Pixels {
     fn gather(&mut self, disc: &Disc<'_>, wanted: impl Fn(i32, i32) -> bool) {
-        self.groups.clear();
-        self.count = 0;
+        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
+            row.clear();
+        }
         let radius_px = disc.radius_px;
         let (cx, cy) = disc.centre_px;
         let width = disc.image.width() as usize;
@@ -235,12 +297,18 @@ impl Pixels {
             let row = (cy + dy) as usize * width;
             for dx in -reach..=reach {
                 if wanted(dx, dy) {
-                    let value = raw[row + (cx + dx) as usize];
-                    self.push(dx as f32, dy as f32, f32::from(value));
+                    self.x.push(dx as f32);
+                    self.y.push(dy as f32);
+                    self.value.push(f32::from(raw[row + (cx + dx) as usize]));
                 }
             }
         }
-        self.flush();
+        self.count = self.x.len();
+        let filled = self.count.next_multiple_of(LANES);
+        self.weight.resize(self.count, 1.0);
+        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
+            row.resize(filled, 0.0);
+        }
     }
 
     /// The pixels that tell where the edges are, and a quarter of the others.
@@ -257,80 +325,115 @@ impl Pixels {
         });
     }
 
-    fn push(&mut self, dx: f32, dy: f32, value: f32) {
-        let lane = self.count % 8;
-        (self.lane[0][lane], self.lane[1][lane], self.lane[2][lane]) = (dx, dy, value);
-        self.count += 1;
-        if lane == 7 {
-            self.groups.push([
-                self.lane[0].into(),
-                self.lane[1].into(),
-                self.lane[2].into(),
-                f32x8::ONE,
-            ]);
-        }
-    }
-
-    fn flush(&mut self) {
-        let left = self.count % 8;
-        if left > 0 {
-            let weight = std::array::from_fn(|lane| if lane < left { 1.0 } else { 0.0 });
-            let [x, y, value] = self.lane.map(f32x8::from);
-            self.groups.push([x, y, value, f32x8::from(weight)]);
-        }
-    }
-
     /// Normal matrix, gradient and cost at `at`.
     ///
     /// Single precision, summed in a fixed order: the same bits on every machine.
     fn evaluate(&self, at: &Vector) -> Evaluated {
-        let splat = |value: f64| f32x8::splat(value as f32);
-        let (s1, c1) = (splat(at[2].sin()), splat(at[2].cos()));
-        let (s2, c2) = (splat(at[3].sin()), splat(at[3].cos()));
-        let (x0, y0) = (splat(at[0]), splat(at[1]));
-        let inverse_s = splat((-at[4]).exp());
-        let slope = inverse_s * f32x8::splat(std::f32::consts::FRAC_2_SQRT_PI);
-        let (a, b, gx, gy) = (splat(at[5]), splat(at[6]), splat(at[7]), splat(at[8]));
-        let mut sums = [f32x8::ZERO; SUMS];
-        for chunk in self.groups.chunks(CHUNK) {
-            let mut rows = [[f32x8::ZERO; CHUNK]; PARAMETERS + 1];
-            for (k, [x, y, value, weight]) in chunk.iter().enumerate() {
-                let (dx, dy) = (*x - x0, *y - y0);
+        simd::widest(Evaluation { pixels: self, at })
+    }
+
+    /// Gauss–Newton step of the logarithms of the blur of the two edges, all else held.
+    #[inline(always)]
+    fn split_step(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
+        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let inverse_s = log_s.map(|log_s| (-log_s).exp() as f32);
+        let mut sums = [[0.0_f32; LANES]; 5];
+        for start in (0..self.x.len()).step_by(LANES) {
+            for lane in 0..LANES {
+                let k = start + lane;
+                let weight = self.weight[k];
+                let (dx, dy) = (self.x[k] - x0, self.y[k] - y0);
+                let d1 = (dy * c1 - dx * s1) * inverse_s[0];
+                let d2 = (dy * c2 - dx * s2) * inverse_s[1];
+                let (e1, bell1) = erf(d1);
+                let (e2, bell2) = erf(d2);
+                let light = (1.0 + gx * dx + gy * dy) * weight;
+                let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
+                let (j1, j2) = (scaled * bell1 * e2 * d1, scaled * e1 * bell2 * d2);
+                let off = self.value[k] * weight - (b + a * e1 * e2) * light;
+                let terms = [j1 * j1, j1 * j2, j2 * j2, j1 * off, j2 * off];
+                for (sum, term) in sums.iter_mut().zip(terms) {
+                    sum[lane] += term;
+                }
+            }
+        }
+        let [n11, n12, n22, g1, g2] =
+            sums.map(|sum| sum.iter().fold(0.0, |total, lane| total + f64::from(*lane)));
+        let determinant = (n11 * n22 - n12 * n12).max(1e-9);
+        [(n22 * g1 - n12 * g2) / determinant, (n11 * g2 - n12 * g1) / determinant]
+    }
+
+    #[inline(always)]
+    fn evaluate_here(&self, at: &Vector) -> Evaluated {
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
+        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let inverse_s = (-at[4]).exp() as f32;
+        let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
+        let mut sums = [[0.0_f32; LANES]; SUMS];
+        let mut next = [0.0_f32; LANES];
+        let mut rows = [[0.0_f32; CHUNK]; PARAMETERS + 1];
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(self.x.len());
+            let (x, y) = (&self.x[start..end], &self.y[start..end]);
+            let (value, weight) = (&self.value[start..end], &self.weight[start..end]);
+            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9] = &mut rows;
+            let places = x.iter().zip(y).zip(value.iter().zip(weight));
+            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut());
+            let second = r5.iter_mut().zip(r6).zip(r7.iter_mut().zip(r8)).zip(r9.iter_mut());
+            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
+                let (((r0, r1), (r2, r3)), r4) = first;
+                let (((r5, r6), (r7, r8)), r9) = second;
+                let (dx, dy) = (x - x0, y - y0);
                 let d1 = dy * c1 - dx * s1;
                 let d2 = dy * c2 - dx * s2;
                 let (e1, bell1) = erf(d1 * inverse_s);
                 let (e2, bell2) = erf(d2 * inverse_s);
                 let (g1, g2) = (slope * bell1, slope * bell2);
-                let light = (f32x8::ONE + gx * dx + gy * dy) * *weight;
+                let light = (1.0 + gx * dx + gy * dy) * weight;
                 let product = e1 * e2;
-                let pattern = (b + a * product) * *weight;
+                let pattern = (b + a * product) * weight;
                 let scaled = light * a;
                 let (across1, across2) = (scaled * g1 * e2, scaled * e1 * g2);
-                rows[0][k] = across1 * s1 + across2 * s2 - pattern * gx;
-                rows[1][k] = -(across1 * c1 + across2 * c2) - pattern * gy;
-                rows[2][k] = -across1 * (dx * c1 + dy * s1);
-                rows[3][k] = -across2 * (dx * c2 + dy * s2);
-                rows[4][k] = -(across1 * d1 + across2 * d2);
-                rows[5][k] = light * product;
-                rows[6][k] = light;
-                rows[7][k] = pattern * dx;
-                rows[8][k] = pattern * dy;
-                rows[9][k] = *value * *weight - (b + a * product) * light;
+                *r0 = across1 * s1 + across2 * s2 - pattern * gx;
+                *r1 = -(across1 * c1 + across2 * c2) - pattern * gy;
+                *r2 = -across1 * (dx * c1 + dy * s1);
+                *r3 = -across2 * (dx * c2 + dy * s2);
+                *r4 = -(across1 * d1 + across2 * d2);
+                *r5 = light * product;
+                *r6 = light;
+                *r7 = pattern * dx;
+                *r8 = pattern * dy;
+                *r9 = value * weight - (b + a * product) * light;
+            }
+            let off = &rows[PARAMETERS][..end - start];
+            for (one, two) in off.chunks_exact(LANES).zip(off[1..].chunks_exact(LANES)) {
+                for lane in 0..LANES {
+                    next[lane] += one[lane] * two[lane];
+                }
             }
             let mut sum = sums.iter_mut();
             for i in 0..=PARAMETERS {
                 for j in 0..=i {
-                    let products = rows[i].iter().zip(&rows[j]);
-                    let products = products.fold(f32x8::ZERO, |sum, (a, b)| sum + *a * *b);
-                    if let Some(sum) = sum.next() {
-                        *sum += products;
+                    let Some(sum) = sum.next() else { break };
+                    let one = rows[i][..end - start].chunks_exact(LANES);
+                    let two = rows[j][..end - start].chunks_exact(LANES);
+                    let mut total = *sum;
+                    for (one, two) in one.zip(two) {
+                        for lane in 0..LANES {
+                            total[lane] += one[lane] * two[lane];
+                        }
                     }
+                    *sum = total;
                 }
             }
         }
-        let mut totals = sums
-            .iter()
-            .map(|sum| sum.to_array().iter().fold(0.0, |total, lane| total + f64::from(*lane)));
+        let total =
+            |lanes: &[f32; LANES]| lanes.iter().fold(0.0, |total, lane| total + f64::from(*lane));
+        let next_products = total(&next);
+        let mut totals = sums.iter().map(total);
         let mut next = || totals.next().unwrap_or(0.0);
         let mut normal_matrix = Matrix::zeros();
         for i in 0..PARAMETERS {
@@ -340,25 +443,79 @@ impl Pixels {
             }
         }
         let gradient = Vector::from_fn(|_, _| next());
-        Evaluated { normal_matrix, gradient, cost: next() }
+        Evaluated { normal_matrix, gradient, cost: next(), next_products }
+    }
+}
+
+struct Evaluation<'a> {
+    pixels: &'a Pixels,
+    at: &'a Vector,
+}
+
+impl simd::Loop for Evaluation<'_> {
+    type Output = Evaluated;
+
+    #[inline(always)]
+    fn run(self) -> Evaluated {
+        self.pixels.evaluate_here(self.at)
+    }
+}
+
+struct Splitting<'a> {
+    pixels: &'a Pixels,
+    at: &'a Vector,
+    log_s: [f64; 2],
+}
+
+impl simd::Loop for Splitting<'_> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run(self) -> [f64; 2] {
+        self.pixels.split_step(self.at, self.log_s)
     }
 }
 
 struct Evaluated {
     normal_matrix: Matrix,
     gradient: Vector,
+    /// Sum of the squared residuals.
     cost: f64,
+    /// Sum of the products of each residual and the next one in the row.
+    next_products: f64,
 }
 
 /// `erf(x)` to 3e-7 and `exp(−x²)`. Abramowitz & Stegun 7.1.26.
-fn erf(x: f32x8) -> (f32x8, f32x8) {
+#[inline(always)]
+fn erf(x: f32) -> (f32, f32) {
     let size = x.abs();
-    let bell = (-(size * size)).exp();
-    let splat = f32x8::splat;
-    let t = f32x8::ONE / (f32x8::ONE + splat(0.327_591_1) * size);
+    let bell = exp_negative(-(size * size));
+    let t = 1.0 / (1.0 + 0.327_591_1 * size);
     let series = t
-        * (splat(0.254_829_6)
-            + t * (splat(-0.284_496_74)
-                + t * (splat(1.421_413_7) + t * (splat(-1.453_152) + t * splat(1.061_405_4)))));
-    ((f32x8::ONE - series * bell).copysign(x), bell)
+        * (0.254_829_6
+            + t * (-0.284_496_74 + t * (1.421_413_7 + t * (-1.453_152 + t * 1.061_405_4))));
+    ((1.0 - series * bell).copysign(x), bell)
+}
+
+/// `exp(x)` for `x <= 0`, to 2e-7 of its value; in plain operations, which vectorise.
+#[inline(always)]
+fn exp_negative(x: f32) -> f32 {
+    // Adding 1.5·2²³ rounds to a whole number, and leaves it in the lowest bits.
+    const ROUND: f32 = 12_582_912.0;
+    let x = x.max(-80.0);
+    let shifted = x * std::f32::consts::LOG2_E + ROUND;
+    let whole = shifted - ROUND;
+    // ln 2 in two parts, so that the rest is exact.
+    let rest = (x - whole * 0.693_359_4) + whole * 2.121_944_4e-4;
+    let series = 1.0
+        + rest
+            * (1.0
+                + rest
+                    * (0.5
+                        + rest
+                            * (0.166_666_55
+                                + rest
+                                    * (0.041_665_795
+                                        + rest * (0.008_333_452 + rest * 0.001_398_2)))));
+    f32::from_bits((shifted.to_bits() << 23).wrapping_add(series.to_bits()))
 }

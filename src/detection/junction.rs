@@ -1,8 +1,10 @@
 //! What a corner looks like: two edges and the colours between them.
 
+use std::sync::LazyLock;
+
 use image::GrayImage;
 
-use super::{reduce::sample, response::Peak};
+use super::{reduce::sample_inside, response::Peak};
 
 /// A corner candidate with its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,13 +21,17 @@ pub(super) struct Junction {
 const SAMPLES: usize = 32;
 const RADIUS_PX: f32 = 4.5;
 
+/// The samples, from the corner.
+static RING: LazyLock<[[f32; 2]; SAMPLES]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let (sin, cos) = angle_rad(k as f32).sin_cos();
+        [RADIUS_PX * cos, RADIUS_PX * sin]
+    })
+});
+
 /// Reads the ring around a peak: exactly four changes of colour, opposite ones in line within 25°.
 pub(super) fn read(image: &GrayImage, peak: &Peak) -> Option<Junction> {
-    let mut ring = [0.0_f32; SAMPLES];
-    for (k, value) in ring.iter_mut().enumerate() {
-        let (sin, cos) = angle_rad(k as f32).sin_cos();
-        *value = sample(image, peak.x + RADIUS_PX * cos, peak.y + RADIUS_PX * sin);
-    }
+    let ring = RING.each_ref().map(|[dx, dy]| sample_inside(image, peak.x + dx, peak.y + dy));
     let low = ring.iter().copied().fold(f32::MAX, f32::min);
     let high = ring.iter().copied().fold(f32::MIN, f32::max);
     let middle = 0.5 * (low + high);

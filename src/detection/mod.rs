@@ -1,26 +1,37 @@
-//! Finds the board in a picture: image → [`Detection`] or [`Miss`]. No state between frames.
+//! Finds the board in a picture: image → [`Detection`] or [`Miss`]. No state between frames but what is
+//! handed in as a [`Prediction`].
 //!
-//! | stage | does | fails when |
-//! |---|---|---|
-//! | `reduce` | halves the picture until corners have the size of the search ring | squares under ~10 px at the search level |
-//! | `response` | corner response on a ring, its local maxima | edges cross below ~40°, contrast below ~8 levels |
-//! | `junction` | sub-pixel place, the two edge directions, the colours between them | a neighbour's edge enters the ring |
-//! | `lattice` | grows grids of junctions with alternating colours | several neighbouring corners missing |
-//! | `board_match` | fits a grid to the known board, fills gaps it can verify, numbers the corners | cut or covered boards: a reason |
-//! | `edge_model` | fits blurred edges to the full-size picture: position and covariance | windows cut by the picture's edge |
+//! | stage | does | fails when | parameters |
+//! |---|---|---|---|
+//! | `track` | looks where the board should be by now | sudden moves: then everywhere | every tenth frame everywhere |
+//! | `reduce` | halves the picture until corners have the size of the search ring | squares under ~6 px at the search level | 1000 px wide, then half of that, then twice |
+//! | `response` | corner response on a ring, its local maxima | edges cross below ~35°, contrast below ~8 levels | `min_response`, `max_candidates` |
+//! | `junction` | the two edge directions and the colours between them | a neighbour's edge enters the ring | edges in line within 27°, crossing above 30° |
+//! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners missing | `max_seeds` |
+//! | `board_match` | fits a grid to the known board, fills gaps it can verify, numbers the corners | cut, covered or dazzled boards: a reason | a third of the neighbours' contrast |
+//! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops what contradicts its neighbours | a corner is covered, or softer than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
+//! | `motion` | how far the board moved while the shutter was open | motion along a diagonal of the squares | – |
 //!
-//! Missing corners cost a second, wrong ones a calibration: every stage may drop, none may guess.
-//! Work is bounded by counts ([`DetectorParams`]), not by a clock, so that equal pictures give equal results.
+//! Missing corners cost a second, wrong ones a calibration: every stage may drop, and what is guessed (one
+//! corner in eighteen at most) must be confirmed by its own fit.
+//! Work is bounded by counts ([`DetectorParams`]), so that equal pictures give equal results; whoever has no
+//! time can end it ([`Search::keep_on`]). Results are the same bits for every vector width (`simd`).
 
 mod board_match;
 mod detector;
 mod edge_model;
+mod grow;
 mod junction;
 mod lattice;
+mod motion;
 mod reduce;
+mod refine;
 mod response;
+mod simd;
+mod track;
 
-pub use detector::{Detector, DetectorParams, detect};
+pub use detector::{Detector, DetectorParams, Search, detect};
+pub use track::{Prediction, Track};
 
 use crate::geometry::Corner;
 
@@ -42,6 +53,9 @@ pub struct Quality {
     pub contrast: f64,
     /// Share of the corners whose light squares are clipped, 0 to 1.
     pub glare: f64,
+    /// How far the board moved while the shutter was open, from edges across the motion being softer than
+    /// edges along it; 0 if they are equally sharp.
+    pub motion_px: f64,
 }
 
 /// A side of the picture.
@@ -70,6 +84,13 @@ pub enum Miss {
         wanted: usize,
         /// The side of the picture that cuts it off, if one does.
         cut_off_by: Option<Side>,
+    },
+    /// Corners are missing where light reflected by the board, or the lamp itself, saturates the picture.
+    Glare {
+        /// Corners found.
+        found: usize,
+        /// Corners of the whole board.
+        wanted: usize,
     },
     /// A complete board of another size.
     OtherBoard {

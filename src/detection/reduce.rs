@@ -2,23 +2,103 @@
 
 use image::GrayImage;
 
+use super::simd;
+
 /// Means of 2×2 pixels. Pixel `p` of the result lies at `2p + 0.5` of the source.
 pub(super) fn halve(source: &GrayImage, into: &mut GrayImage) {
-    let (width, height) = (source.width() / 2, source.height() / 2);
+    let (width, height) = source.dimensions();
+    halve_part(source, &Part { left: 0, top: 0, width, height }, into);
+}
+
+/// A rectangle of a picture's pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    pub(super) left: u32,
+    pub(super) top: u32,
+    pub(super) width: u32,
+    pub(super) height: u32,
+}
+
+impl Part {
+    /// The part of `image` that holds `points` and `margin_px` around them, in steps of `step` pixels;
+    /// `None` if nothing of it lies in the picture.
+    pub(super) fn around(
+        points: &[[f64; 2]],
+        margin_px: f64,
+        step: u32,
+        image: &GrayImage,
+    ) -> Option<Self> {
+        let bounds = |axis: usize, size: u32| {
+            let (low, high) = points.iter().fold((f64::MAX, f64::MIN), |(low, high), point| {
+                (low.min(point[axis]), high.max(point[axis]))
+            });
+            let size = f64::from(size);
+            let low = ((low - margin_px).clamp(0.0, size) as u32) / step * step;
+            let high = ((high + margin_px).clamp(0.0, size) as u32) / step * step;
+            (high >= low + 8 * step).then_some((low, high - low))
+        };
+        let (left, width) = bounds(0, image.width())?;
+        let (top, height) = bounds(1, image.height())?;
+        Some(Self { left, top, width, height })
+    }
+}
+
+/// [`halve`] for a part of a picture, which must lie in it.
+pub(super) fn halve_part(source: &GrayImage, part: &Part, into: &mut GrayImage) {
+    let (width, height) = (part.width / 2, part.height / 2);
     let row_bytes = source.width() as usize;
     let mut pixels = std::mem::take(into).into_raw();
     pixels.resize(width as usize * height as usize, 0);
     let raw = source.as_raw();
-    for (y, row) in pixels.chunks_exact_mut((width as usize).max(1)).enumerate() {
-        let upper = &raw[2 * y * row_bytes..][..2 * width as usize];
-        let lower = &raw[(2 * y + 1) * row_bytes..][..2 * width as usize];
-        for ((out, a), b) in row.iter_mut().zip(upper.chunks_exact(2)).zip(lower.chunks_exact(2)) {
-            let sum = u16::from(a[0]) + u16::from(a[1]) + u16::from(b[0]) + u16::from(b[1]);
-            *out = ((sum + 2) >> 2) as u8;
-        }
+    if pixels.is_empty() {
+        *into = GrayImage::new(width, height);
+        return;
     }
+    let first = part.top as usize * row_bytes + part.left as usize;
+    simd::widest(Halving {
+        raw: &raw[first..],
+        row_bytes,
+        width: width as usize,
+        into: &mut pixels,
+    });
     // The buffer has exactly this size.
     *into = GrayImage::from_raw(width, height, pixels).unwrap_or_default();
+}
+
+struct Halving<'a> {
+    /// From the part's first pixel on.
+    raw: &'a [u8],
+    row_bytes: usize,
+    width: usize,
+    into: &'a mut [u8],
+}
+
+impl simd::Loop for Halving<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (y, row) in self.into.chunks_exact_mut(self.width.max(1)).enumerate() {
+            let upper = &self.raw[2 * y * self.row_bytes..][..2 * self.width];
+            let lower = &self.raw[(2 * y + 1) * self.row_bytes..][..2 * self.width];
+            let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
+            for (out, (a, b)) in row.iter_mut().zip(pairs) {
+                let sum = u16::from(a[0]) + u16::from(a[1]) + u16::from(b[0]) + u16::from(b[1]);
+                *out = ((sum + 2) >> 2) as u8;
+            }
+        }
+    }
+}
+
+/// As [`sample`], for places well inside the picture.
+pub(super) fn sample_inside(image: &GrayImage, x: f32, y: f32) -> f32 {
+    let width = image.width() as usize;
+    let (column, row) = (x as usize, y as usize);
+    let (fx, fy) = (x - column as f32, y - row as f32);
+    let upper = &image.as_raw()[row * width + column..][..width + 2];
+    let line = |a: u8, b: u8| f32::from(a) + fx * (f32::from(b) - f32::from(a));
+    let (top, bottom) = (line(upper[0], upper[1]), line(upper[width], upper[width + 1]));
+    top + fy * (bottom - top)
 }
 
 /// Brightness at `(x, y)`, bilinear; the border is continued outwards.

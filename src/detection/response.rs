@@ -6,6 +6,8 @@
 
 use image::GrayImage;
 
+use super::simd;
+
 /// Half the width of the ring: no response closer to the picture's edge.
 pub(super) const RING_RADIUS_PX: usize = 5;
 
@@ -36,21 +38,39 @@ pub(super) struct Peak {
     pub(super) strength: i16,
 }
 
-/// Response of every pixel, zero within the ring's radius of the picture's edge.
+/// Response of every pixel; within the ring's radius of the picture's edge there is none, and what stands
+/// there is left over from another picture.
 pub(super) fn respond(image: &GrayImage, into: &mut Vec<i16>) {
     let (width, height) = (image.width() as usize, image.height() as usize);
-    into.clear();
     into.resize(width * height, 0);
     if width <= 2 * RING_RADIUS_PX || height <= 2 * RING_RADIUS_PX {
         return;
     }
-    for y in RING_RADIUS_PX..height - RING_RADIUS_PX {
-        let row = &mut into[y * width + RING_RADIUS_PX..(y + 1) * width - RING_RADIUS_PX];
-        respond_row(image.as_raw(), width, y, row);
+    simd::widest(Responding { raw: image.as_raw(), width, height, into });
+}
+
+struct Responding<'a> {
+    raw: &'a [u8],
+    width: usize,
+    height: usize,
+    into: &'a mut [i16],
+}
+
+impl simd::Loop for Responding<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let width = self.width;
+        for y in RING_RADIUS_PX..self.height - RING_RADIUS_PX {
+            let row = &mut self.into[y * width + RING_RADIUS_PX..(y + 1) * width - RING_RADIUS_PX];
+            respond_row(self.raw, width, y, row);
+        }
     }
 }
 
 /// One row; plain slices of one length, so that the compiler vectorises it.
+#[inline(always)]
 fn respond_row(raw: &[u8], width: usize, y: usize, out: &mut [i16]) {
     let count = out.len();
     let shifted = |dx: isize, dy: isize| -> &[u8] {
@@ -74,9 +94,12 @@ fn respond_row(raw: &[u8], width: usize, y: usize, out: &mut [i16]) {
         let cross: i16 = middle.iter().map(|row| i16::from(row[x])).sum();
         // 16/5 of the five middle samples.
         let mean = cross * 3 + ((i32::from(cross) * 13108) >> 16) as i16;
-        *out = quarter_turn - half_turn - (sum - mean).abs();
+        *out = quarter_turn - half_turn - ((sum - mean).abs() >> 1);
     }
 }
+
+/// Pixels that are passed over at once where none of them responds.
+const STRIDE_PX: usize = 32;
 
 /// Maxima of 5×5 pixels above `threshold`, strongest first, at most `limit`.
 pub(super) fn peaks(
@@ -92,40 +115,68 @@ pub(super) fn peaks(
     if width <= 2 * border || height <= 2 * border {
         return;
     }
-    for y in border..height - border {
-        let row = &response[y * width..(y + 1) * width];
-        for x in border..width - border {
-            let strength = row[x];
-            if strength > threshold && is_peak(response, width, x, y) {
-                let at = |dx: isize, dy: isize| {
-                    f32::from(
-                        response[(y.wrapping_add_signed(dy)) * width + x.wrapping_add_signed(dx)],
-                    )
-                };
-                let offset = |before: f32, here: f32, after: f32| {
-                    let bend = before - 2.0 * here + after;
-                    if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
-                };
-                into.push(Peak {
-                    x: x as f32 + offset(at(-1, 0), at(0, 0), at(1, 0)),
-                    y: y as f32 + offset(at(0, -1), at(0, 0), at(0, 1)),
-                    strength,
-                });
+    simd::widest(Scanning { response, width, height, border, threshold, into });
+    // Equal strengths stay in picture order.
+    into.sort_unstable_by(|a, b| {
+        b.strength.cmp(&a.strength).then(a.y.total_cmp(&b.y)).then(a.x.total_cmp(&b.x))
+    });
+    into.truncate(limit);
+}
+
+struct Scanning<'a> {
+    response: &'a [i16],
+    width: usize,
+    height: usize,
+    border: usize,
+    threshold: i16,
+    into: &'a mut Vec<Peak>,
+}
+
+impl simd::Loop for Scanning<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { response, width, height, border, threshold, into } = self;
+        for y in border..height - border {
+            let row = &response[y * width..(y + 1) * width];
+            for start in (border..width - border).step_by(STRIDE_PX) {
+                let end = (start + STRIDE_PX).min(width - border);
+                let highest = row[start..end].iter().fold(i16::MIN, |high, &r| high.max(r));
+                if highest <= threshold {
+                    continue;
+                }
+                for (x, &here) in (start..end).zip(&row[start..end]) {
+                    if here > threshold && is_peak(response, width, x, y) {
+                        into.push(peak(response, width, x, y));
+                    }
+                }
             }
         }
     }
-    // A stable sort: equal strengths stay in picture order.
-    into.sort_by_key(|peak| std::cmp::Reverse(peak.strength));
-    into.truncate(limit);
+}
+
+/// The maximum at a pixel, to a part of it by the parabola through its neighbours.
+fn peak(response: &[i16], width: usize, x: usize, y: usize) -> Peak {
+    let at = |x: usize, y: usize| f32::from(response[y * width + x]);
+    let here = at(x, y);
+    let offset = |before: f32, after: f32| {
+        let bend = before - 2.0 * here + after;
+        if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+    };
+    Peak {
+        x: x as f32 + offset(at(x - 1, y), at(x + 1, y)),
+        y: y as f32 + offset(at(x, y - 1), at(x, y + 1)),
+        strength: response[y * width + x],
+    }
 }
 
 fn is_peak(response: &[i16], width: usize, x: usize, y: usize) -> bool {
     let strength = response[y * width + x];
     (y - 2..=y + 2).all(|row| {
-        (x - 2..=x + 2).all(|column| {
-            let other = response[row * width + column];
+        response[row * width + x - 2..=row * width + x + 2].iter().zip(x - 2..).all(
             // Of equal neighbours the first in picture order is the peak.
-            other < strength || (other == strength && (row, column) >= (y, x))
-        })
+            |(&other, column)| other < strength || (other == strength && (row, column) >= (y, x)),
+        )
     })
 }

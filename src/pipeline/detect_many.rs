@@ -7,7 +7,7 @@ use std::{
 
 use crate::{
     board::Checkerboard,
-    detection::{Detection, Detector, DetectorParams, Miss},
+    detection::{Detection, Detector, DetectorParams, Miss, Prediction, Search},
 };
 use image::GrayImage;
 
@@ -16,7 +16,8 @@ use super::PipelineError;
 /// What was seen in a picture, or why it could not be loaded.
 pub type Seen<E> = Result<Result<Detection, Miss>, E>;
 
-/// Detects the board in `count` pictures that `load` provides, on `threads` threads.
+/// Detects the board in `count` pictures that `load` provides, on `threads` threads; `near` says where to
+/// look first.
 ///
 /// Every picture is looked at for itself, so that the result does not depend on the number of threads.
 /// `done` is told the index of each finished picture, from the thread that finished it.
@@ -29,6 +30,7 @@ pub fn detect_many<E: Send>(
     threads: usize,
     board: &Checkerboard,
     load: impl Fn(usize) -> Result<GrayImage, E> + Sync,
+    near: impl Fn(usize) -> Option<Prediction> + Sync,
     done: impl Fn(usize) + Sync,
 ) -> Result<Vec<Seen<E>>, PipelineError> {
     let next = AtomicUsize::new(0);
@@ -40,7 +42,9 @@ pub fn detect_many<E: Send>(
             if index >= count {
                 return found;
             }
-            found.push((index, load(index).map(|image| detector.detect(&image, board))));
+            let near = near(index);
+            let search = Search { near: near.as_ref(), ..Search::FULL };
+            found.push((index, load(index).map(|image| detector.search(&image, board, search))));
             done(index);
         }
     };

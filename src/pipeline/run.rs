@@ -4,7 +4,7 @@ use std::{
         Arc, Condvar, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
@@ -14,8 +14,9 @@ use super::{
     worker::Worker,
 };
 use crate::{
+    board::Checkerboard,
     capture::{Arrival, FrameSource},
-    detection::{Detector, DetectorParams},
+    detection::{Detector, DetectorParams, Search, Track},
     frame::{Frame, FrameId, ImageSize},
     recording::{RecordingError, SessionFolder},
     session::{Command, Decision, Input, Observation, Outcome, Session, Snapshot},
@@ -23,6 +24,9 @@ use crate::{
 
 /// Longest a source may wait before it looks at the stop flag again.
 pub const SOURCE_PATIENCE: Duration = Duration::from_millis(100);
+/// Longest look at one frame of a live stream. Far more than any picture needs on an idle machine; on a
+/// busy one the next frame is worth more.
+const LONGEST_LOOK: Duration = Duration::from_millis(250);
 /// Small, so that a slow session holds back the detector and old frames are replaced upstream.
 const INBOX_CAPACITY: usize = 4;
 /// Pictures kept while one of them may still be accepted: longer than the longest chain from the
@@ -140,13 +144,22 @@ impl Pipeline {
             }
         })?;
         let board = session.setup().board;
+        // A source that waits is also one whose results must not depend on the machine's speed.
+        let longest_look = (!lossless).then_some(LONGEST_LOOK);
         let detector = Worker::spawn("detector", inbox.clone(), {
             let (inbox, replaced) = (inbox.clone(), Arc::clone(&replaced));
             move || {
                 let mut detector = Detector::new(DetectorParams::default());
+                let mut track = Track::default();
                 while let Some(frame) = frames_out.recv() {
                     replaced.store(frames_out.replaced(), Ordering::Relaxed);
-                    let observation = observe(&mut detector, &board, &frame, first_frame);
+                    let observation = observe(
+                        &mut detector,
+                        &mut track,
+                        &board,
+                        &frame,
+                        (first_frame, longest_look),
+                    );
                     if pictures.send(frame).is_err()
                         || inbox.send(Input::Observed(observation)).is_err()
                     {
@@ -258,18 +271,25 @@ fn with_causes(err: &dyn std::error::Error) -> String {
 
 fn observe(
     detector: &mut Detector,
-    board: &crate::board::Checkerboard,
+    track: &mut Track,
+    board: &Checkerboard,
     frame: &Frame,
-    first_frame: u64,
+    (first_frame, longest_look): (u64, Option<Duration>),
 ) -> Observation {
-    Observation {
+    let started = Instant::now();
+    let near = track.predict(frame.kind, frame.captured_at);
+    let keep_on = || longest_look.is_none_or(|limit| started.elapsed() < limit);
+    let search = Search { near: near.as_ref(), keep_on: &keep_on };
+    let observation = Observation {
         frame_id: FrameId(frame.id.0 + first_frame),
         captured_at: frame.captured_at,
         kind: frame.kind,
         name: frame.name.clone(),
         image_size: ImageSize::of(&frame.image),
-        seen: detector.detect(&frame.image, board),
-    }
+        seen: detector.search(&frame.image, board, search),
+    };
+    track.add(frame.kind, frame.captured_at, &observation.seen);
+    observation
 }
 
 /// The session thread: handle, record, and only then show.

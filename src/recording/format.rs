@@ -20,7 +20,7 @@ pub(super) struct Envelope {
 }
 
 /// What a line says.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Line {
     /// What happened.
@@ -43,7 +43,7 @@ pub struct Stored {
 }
 
 /// Mirror of [`Input`].
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum InputLine {
     /// See [`Input::Observed`].
@@ -66,7 +66,7 @@ pub enum InputLine {
 }
 
 /// Mirror of [`Observation`].
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedLine {
     frame: u64,
@@ -79,7 +79,7 @@ pub struct ObservedLine {
     seen: SeenLine,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum SeenLine {
     /// `[x, y, var x, cov xy, var y]` of every corner.
@@ -88,12 +88,17 @@ enum SeenLine {
         blur_px: f64,
         contrast: f64,
         glare: f64,
+        motion_px: f64,
     },
     NoBoard,
     PartialBoard {
         found: usize,
         wanted: usize,
         cut_off_by: Option<SideLine>,
+    },
+    Glare {
+        found: usize,
+        wanted: usize,
     },
     OtherBoard {
         columns: usize,
@@ -239,6 +244,7 @@ impl From<Result<&Detection, &Miss>> for SeenLine {
                 blur_px: detection.quality.blur_px,
                 contrast: detection.quality.contrast,
                 glare: detection.quality.glare,
+                motion_px: detection.quality.motion_px,
             },
             Err(miss) => miss_to_line(*miss),
         }
@@ -248,10 +254,10 @@ impl From<Result<&Detection, &Miss>> for SeenLine {
 impl From<SeenLine> for Result<Detection, Miss> {
     fn from(line: SeenLine) -> Self {
         Err(match line {
-            SeenLine::Board { corners, blur_px, contrast, glare } => {
+            SeenLine::Board { corners, blur_px, contrast, glare, motion_px } => {
                 return Ok(Detection {
                     corners: corners.iter().map(corner_from_line).collect(),
-                    quality: Quality { blur_px, contrast, glare },
+                    quality: Quality { blur_px, contrast, glare, motion_px },
                 });
             }
             SeenLine::NoBoard => Miss::NoBoard,
@@ -264,6 +270,7 @@ impl From<SeenLine> for Result<Detection, Miss> {
                 });
                 Miss::PartialBoard { found, wanted, cut_off_by }
             }
+            SeenLine::Glare { found, wanted } => Miss::Glare { found, wanted },
             SeenLine::OtherBoard { columns, rows } => Miss::OtherBoard { columns, rows },
             SeenLine::TooSmall { square_px, needed_px } => Miss::TooSmall { square_px, needed_px },
             SeenLine::Blurred { blur_px, limit_px } => Miss::Blurred { blur_px, limit_px },
@@ -285,6 +292,7 @@ fn miss_to_line(miss: Miss) -> SeenLine {
             });
             SeenLine::PartialBoard { found, wanted, cut_off_by }
         }
+        Miss::Glare { found, wanted } => SeenLine::Glare { found, wanted },
         Miss::OtherBoard { columns, rows } => SeenLine::OtherBoard { columns, rows },
         Miss::TooSmall { square_px, needed_px } => SeenLine::TooSmall { square_px, needed_px },
         Miss::Blurred { blur_px, limit_px } => SeenLine::Blurred { blur_px, limit_px },

@@ -129,6 +129,9 @@ pub fn miss(miss: &Miss) -> String {
         Miss::PartialBoard { found, wanted, cut_off_by: None } => {
             format!("Some corners are hidden: {found} of {wanted} found")
         }
+        Miss::Glare { found, wanted } => format!(
+            "Light blinds the camera on the board: {found} of {wanted} corners; turn it out of the reflection"
+        ),
         Miss::OtherBoard { columns, rows } => format!(
             "I see a board of {columns}x{rows} inner corners, not the one you named: try --board {columns}x{rows}"
         ),

@@ -9,7 +9,7 @@ use boresight::{
     calibration::{BundleState, CalibrationParams, LensModel, Observations, adjust, calibrate},
     capture::synthetic::{Scene, render_view},
     config::Config,
-    detection::{Detection, Detector, DetectorParams, Miss, Quality},
+    detection::{Detection, Detector, DetectorParams, Miss, Prediction, Quality, Search},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::{Camera, Corner, Distortion, Homography, PrincipalLine},
     session::{Input, Observation, Session},
@@ -93,7 +93,7 @@ fn observation(seen: Result<Detection, Miss>, frame: u64) -> Input {
 fn session(c: &mut Criterion) {
     let config = Config::load(None, &[]).expect("defaults");
     let mut session = Session::new(config.session(SIZE).expect("board"));
-    let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0 };
+    let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
     // Too flat: judged in full, refused, nothing to solve.
     let seen = |tilt_deg| Ok(Detection { corners: corners(tilt_deg, 30.0), quality });
     let inputs: Vec<Input> = (0..64).map(|i| observation(seen(18.0), i)).collect();
@@ -131,12 +131,20 @@ fn calibration(c: &mut Criterion) {
 
 fn detection(c: &mut Criterion) {
     let mut detector = Detector::new(DetectorParams::default());
-    for (width_px, height_px) in [(640, 480), (1280, 720), (1920, 1080)] {
+    for (width_px, height_px) in [(640, 480), (1280, 720), (1920, 1080), (3840, 2160)] {
         let scale = f64::from(width_px) / 1280.0;
         let mut scene = Scene::default_720p(1);
         scene.image_size = ImageSize { width_px, height_px };
         scene.camera = Camera::pinhole(980.0 * scale, scene.image_size.centre_px());
         let with_board = render_view(&scene, &pose(35.0, 30.0));
+        let seen = detector.detect(&with_board, &scene.board).expect("found");
+        // As far off as a guess of constant speed is.
+        let corners_px = seen.corners.iter().map(|corner| [corner.px.x + 1.5, corner.px.y - 1.0]);
+        let near = Prediction { corners_px: corners_px.collect() };
+        c.bench_function(&format!("follow in {width_px}x{height_px}"), |b| {
+            let search = Search { near: Some(&near), keep_on: &|| true };
+            b.iter(|| detector.search(black_box(&with_board), &scene.board, search));
+        });
         let away = Isometry3::translation(9.0, 0.0, 0.4);
         let without = render_view(&scene, &away);
         for (name, picture) in [("a board", &with_board), ("no board", &without)] {

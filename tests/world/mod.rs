@@ -85,7 +85,7 @@ impl World {
                 inside.then(|| Corner::isotropic(px, NOISE_PX))
             })
             .collect();
-        let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0 };
+        let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
         Observation {
             frame_id: FrameId(self.frame),
             captured_at: CaptureTime { nanos: self.time_nanos },

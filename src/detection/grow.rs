@@ -1,0 +1,234 @@
+//! Grows grids of junctions whose colours alternate.
+
+use super::{
+    junction::{Junction, apart},
+    lattice::{BESIDE, Lattice, Node},
+};
+
+/// Side of the cells that junctions are sorted into, for finding the nearest one.
+const CELL_PX: f32 = 24.0;
+/// Longest side of a square that is looked for, in pixels of the search level.
+const REACH_PX: f32 = 240.0;
+
+/// Grows grids from the junctions of one picture, strongest first. Keeps its buffers between pictures.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Grower {
+    columns: usize,
+    rows: usize,
+    /// Junctions cell by cell, and where each cell begins.
+    sorted: Vec<u32>,
+    begins: Vec<u32>,
+    /// For each junction: whether a grid has it, and the last attempt that used it.
+    taken: Vec<bool>,
+    used_by: Vec<u32>,
+    attempts: u32,
+    next_seed: usize,
+    members: Vec<u32>,
+    frontier: Vec<Node>,
+    added: Vec<(Node, u32)>,
+}
+
+impl Grower {
+    /// Starts anew with the junctions of a picture.
+    pub(super) fn start(&mut self, junctions: &[Junction], width: u32, height: u32) {
+        self.columns = (width as f32 / CELL_PX) as usize + 1;
+        self.rows = (height as f32 / CELL_PX) as usize + 1;
+        self.begins.clear();
+        self.begins.resize(self.columns * self.rows + 1, 0);
+        let cell = |junction: &Junction| {
+            let (column, row) = ((junction.x / CELL_PX) as usize, (junction.y / CELL_PX) as usize);
+            row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
+        };
+        for junction in junctions {
+            self.begins[cell(junction) + 1] += 1;
+        }
+        for k in 1..self.begins.len() {
+            self.begins[k] += self.begins[k - 1];
+        }
+        self.sorted.clear();
+        self.sorted.resize(junctions.len(), 0);
+        // Backwards, each cell fills up from its end, which is where the next one begins.
+        for (index, junction) in junctions.iter().enumerate().rev() {
+            let end = &mut self.begins[cell(junction) + 1];
+            *end -= 1;
+            self.sorted[*end as usize] = index as u32;
+        }
+        self.begins.rotate_left(1);
+        if let Some(last) = self.begins.last_mut() {
+            *last = junctions.len() as u32;
+        }
+        self.taken.clear();
+        self.taken.resize(junctions.len(), false);
+        self.used_by.clear();
+        self.used_by.resize(junctions.len(), 0);
+        (self.attempts, self.next_seed) = (0, 0);
+    }
+
+    /// The next grid, from the strongest junction that is in no earlier one; `None` after `seeds` attempts.
+    pub(super) fn next_grid(
+        &mut self,
+        junctions: &[Junction],
+        seeds: usize,
+        (longest, largest): (usize, usize),
+        into: &mut Lattice,
+    ) -> Option<()> {
+        while self.next_seed < junctions.len() && (self.attempts as usize) < seeds {
+            let seed = self.next_seed;
+            self.next_seed += 1;
+            if self.taken[seed] {
+                continue;
+            }
+            self.attempts += 1;
+            into.clear(longest);
+            if self.grow(junctions, seed, largest, into) {
+                for &index in &self.members {
+                    self.taken[index as usize] = true;
+                }
+                return Some(());
+            }
+        }
+        None
+    }
+
+    /// Junctions within `radius_px` of a place.
+    fn near<'a>(
+        &'a self,
+        junctions: &'a [Junction],
+        at: [f32; 2],
+        radius_px: f32,
+    ) -> impl Iterator<Item = (usize, f32)> + 'a {
+        let cell = |value: f32, count: usize| ((value / CELL_PX).max(0.0) as usize).min(count - 1);
+        let first = cell(at[0] - radius_px, self.columns);
+        let last = cell(at[0] + radius_px, self.columns);
+        let rows = cell(at[1] - radius_px, self.rows)..=cell(at[1] + radius_px, self.rows);
+        rows.flat_map(move |row| {
+            let row = row * self.columns;
+            // Cells of a row follow each other.
+            let (begin, end) = (self.begins[row + first], self.begins[row + last + 1]);
+            &self.sorted[begin as usize..end as usize]
+        })
+        .filter_map(move |&index| {
+            let junction = &junctions[index as usize];
+            let (dx, dy) = (junction.x - at[0], junction.y - at[1]);
+            let distance = (dx * dx + dy * dy).sqrt();
+            (distance <= radius_px).then_some((index as usize, distance))
+        })
+    }
+
+    /// The nearest junction to `at` that could be a neighbour with the given edges.
+    fn snap(
+        &self,
+        junctions: &[Junction],
+        at: [f32; 2],
+        radius_px: f32,
+        edges_rad: [f32; 2],
+    ) -> Option<usize> {
+        self.near(junctions, at, radius_px)
+            .filter(|(index, _)| fits(&junctions[*index], edges_rad))
+            .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
+            .map(|(index, _)| index)
+    }
+
+    /// The neighbour of `from` in direction `(cos, sin)`: the nearest one within 20° of it.
+    fn step(&self, junctions: &[Junction], from: usize, towards: [f32; 2]) -> Option<usize> {
+        let junction = &junctions[from];
+        let [a, b] = junction.edges_rad;
+        let mut radius_px = 32.0_f32;
+        // Widening rings, so that the search stays short for small squares.
+        while radius_px <= REACH_PX {
+            let found = self
+                .near(junctions, [junction.x, junction.y], radius_px)
+                .filter(|&(index, distance)| {
+                    let other = &junctions[index];
+                    let (dx, dy) = (other.x - junction.x, other.y - junction.y);
+                    index != from
+                        && distance > 4.0
+                        && dx * towards[0] + dy * towards[1] > 0.94 * distance
+                        && fits(other, [b, a])
+                        && other.contrast > 0.4 * junction.contrast
+                })
+                .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+            if let Some((index, _)) = found {
+                return Some(index);
+            }
+            radius_px *= 2.0;
+        }
+        None
+    }
+
+    /// Grows a grid from a square of four junctions around `seed`; its junctions are then in `members`.
+    fn grow(
+        &mut self,
+        junctions: &[Junction],
+        seed: usize,
+        largest: usize,
+        into: &mut Lattice,
+    ) -> bool {
+        let at = |index: usize| [junctions[index].x, junctions[index].y];
+        let [a, b] = junctions[seed].edges_rad;
+        let first = [a.cos(), a.sin()];
+        let mut second = [b.cos(), b.sin()];
+        if first[0] * second[1] - first[1] * second[0] < 0.0 {
+            second = [-second[0], -second[1]];
+        }
+        let square = [(1, 1), (1, -1), (-1, 1), (-1, -1)].into_iter().find_map(|(i, j)| {
+            let along = self.step(junctions, seed, first.map(|v| v * i as f32))?;
+            let across = self.step(junctions, seed, second.map(|v| v * j as f32))?;
+            let (p, q, r) = (at(seed), at(along), at(across));
+            let far = [q[0] + r[0] - p[0], q[1] + r[1] - p[1]];
+            let side = (q[0] - p[0]).hypot(q[1] - p[1]).min((r[0] - p[0]).hypot(r[1] - p[1]));
+            let opposite = self.snap(junctions, far, 0.4 * side, [a, b])?;
+            Some([((0, 0), seed), ((i, 0), along), ((0, j), across), ((i, j), opposite)])
+        });
+        let Some(square) = square else { return false };
+        self.members.clear();
+        self.added.clear();
+        self.added.extend(square.map(|(node, index)| (node, index as u32)));
+        loop {
+            for &(node, index) in &self.added {
+                if into.insert(node, at(index as usize)) {
+                    self.members.push(index);
+                    self.used_by[index as usize] = self.attempts;
+                }
+            }
+            if self.added.is_empty() || into.len() > largest {
+                return true;
+            }
+            self.added.clear();
+            // Free places next to members, in order.
+            self.frontier.clear();
+            for (i, j) in into.nodes() {
+                let beside = BESIDE.map(|(di, dj)| (i + di, j + dj));
+                self.frontier.extend(beside.iter().filter(|node| !into.contains(**node)));
+            }
+            self.frontier.sort_unstable();
+            self.frontier.dedup();
+            for &node in &self.frontier {
+                let Some((guess, side)) = into.predict(node) else { continue };
+                let Some(edges) = self.expected_edges(junctions, into, node) else { continue };
+                let Some(index) = self.snap(junctions, guess, 0.33 * side, edges) else { continue };
+                if self.used_by[index] != self.attempts {
+                    self.used_by[index] = self.attempts;
+                    self.added.push((node, index as u32));
+                }
+            }
+        }
+    }
+
+    /// Edges expected at `node`: those of a neighbour, exchanged as the colours are.
+    fn expected_edges(
+        &self,
+        junctions: &[Junction],
+        lattice: &Lattice,
+        (i, j): Node,
+    ) -> Option<[f32; 2]> {
+        let order = BESIDE.iter().find_map(|(di, dj)| lattice.order((i + di, j + dj)))?;
+        let [a, b] = junctions[*self.members.get(order)? as usize].edges_rad;
+        Some([b, a])
+    }
+}
+
+fn fits(junction: &Junction, edges_rad: [f32; 2]) -> bool {
+    apart(junction.edges_rad[0], edges_rad[0]) < 0.5
+        && apart(junction.edges_rad[1], edges_rad[1]) < 0.5
+}

@@ -1,0 +1,163 @@
+//! Follows a board from picture to picture.
+//!
+//! Hands move boards by many pixels between pictures but change their speed slowly: each corner is looked
+//! for where constant speed puts it (standing still as a guess fails on every frame of a moving board).
+//! The saddle nearest to the guess must lie within half a square of it, and the colours of all squares
+//! must alternate as on the board. Fails on sudden moves, and then the whole picture is searched.
+
+use image::GrayImage;
+
+use super::{
+    Detection, Miss,
+    board_match::{all_colours_alternate, settle},
+    lattice::Lattice,
+    reduce::{Part, halve, halve_part},
+};
+use crate::{
+    board::Checkerboard,
+    frame::{CaptureTime, FrameKind},
+};
+
+/// Squares of about this size are enough to follow a corner.
+const FOLLOWED_SQUARE_PX: f32 = 12.0;
+/// Pictures after which the whole picture is searched again, whatever was followed until then.
+const FULL_SEARCH_EVERY: u32 = 10;
+/// Longer gaps say nothing about where the board is now.
+const LONGEST_GAP_SECS: f64 = 0.25;
+
+/// Where the board's corners should be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// Every inner corner in the board's numbering order, in pixels.
+    pub corners_px: Vec<[f64; 2]>,
+}
+
+/// What has been seen of a board so far, for [`Prediction`]s: a pure function of the detections.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    /// Newest detection and the one before it; both are cleared by a miss.
+    newest: Option<(CaptureTime, Vec<[f64; 2]>)>,
+    before: Option<(CaptureTime, Vec<[f64; 2]>)>,
+    followed: u32,
+}
+
+impl Track {
+    /// Takes note of what was seen in the next picture. Photographs do not follow each other.
+    pub fn add(&mut self, kind: FrameKind, at: CaptureTime, seen: &Result<Detection, Miss>) {
+        match seen {
+            Ok(detection) if kind == FrameKind::Video => {
+                self.followed += 1;
+                let mut oldest = self.before.take();
+                std::mem::swap(&mut self.before, &mut self.newest);
+                let mut corners = oldest.take().map_or_else(Vec::new, |(_, corners)| corners);
+                corners.clear();
+                corners.extend(detection.corners.iter().map(|corner| [corner.px.x, corner.px.y]));
+                self.newest = Some((at, corners));
+            }
+            _ => *self = Self::default(),
+        }
+    }
+
+    /// Where the board should be at `now`; `None` if it is time to search the whole picture.
+    pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
+        let (then, newest) = self.newest.as_ref().filter(|_| kind == FrameKind::Video)?;
+        let ahead_secs = now.secs_since(*then);
+        if self.followed.is_multiple_of(FULL_SEARCH_EVERY)
+            || !(0.0..LONGEST_GAP_SECS).contains(&ahead_secs)
+        {
+            return None;
+        }
+        let steps = self.before.as_ref().and_then(|(earlier, before)| {
+            let passed_secs = then.secs_since(*earlier);
+            let near = passed_secs > 0.0 && passed_secs < LONGEST_GAP_SECS;
+            (near && before.len() == newest.len()).then(|| (before, ahead_secs / passed_secs))
+        });
+        let corners_px = match steps {
+            Some((before, steps)) => newest
+                .iter()
+                .zip(before)
+                .map(|(new, old)| std::array::from_fn(|k| new[k] + steps * (new[k] - old[k])))
+                .collect(),
+            None => newest.clone(),
+        };
+        Some(Prediction { corners_px })
+    }
+}
+
+/// Finds the corners near a [`Prediction`]. Keeps its buffers between pictures.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tracker {
+    levels: Vec<GrayImage>,
+    lattice: Lattice,
+}
+
+impl Tracker {
+    /// Puts the followed corners in `into`, to about half a pixel; `false` if the board is not there.
+    pub(super) fn follow(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        near: &Prediction,
+        into: &mut Vec<[f64; 2]>,
+    ) -> bool {
+        let corners = &near.corners_px;
+        let (columns, rows) = (board.columns(), board.rows());
+        if corners.len() != columns * rows {
+            return false;
+        }
+        let Some(side_px) = shortest_side_px(corners, columns) else { return false };
+        let mut level = 0;
+        while side_px / f64::from(2_u32 << level) >= f64::from(FOLLOWED_SQUARE_PX) {
+            level += 1;
+        }
+        let scale = 1_u32 << level;
+        let Some(part) = Part::around(corners, side_px, scale, image) else { return false };
+        self.levels.resize_with(level.max(self.levels.len()), GrayImage::default);
+        for k in 0..level {
+            let (finer, coarser) = self.levels.split_at_mut(k);
+            match finer.last() {
+                None => halve_part(image, &part, &mut coarser[0]),
+                Some(finer) => halve(finer, &mut coarser[0]),
+            }
+        }
+        let (picture, left, top) = match level {
+            0 => (image, 0.0, 0.0),
+            _ => (&self.levels[level - 1], f64::from(part.left), f64::from(part.top)),
+        };
+        let scale = f64::from(scale);
+        let side = (side_px / scale) as f32;
+        self.lattice.clear(columns.max(rows));
+        for (index, corner) in corners.iter().enumerate() {
+            let guess = [(corner[0] - left, 0), (corner[1] - top, 1)]
+                .map(|(px, _)| (((px + 0.5) / scale) - 0.5) as f32);
+            let found = settle(picture, guess, 1.4 * side);
+            let moved = (found[0] - guess[0]).hypot(found[1] - guess[1]);
+            let node = ((index % columns) as i32, (index / columns) as i32);
+            if !(moved < 0.5 * side) || !self.lattice.insert(node, found) {
+                return false;
+            }
+        }
+        if !all_colours_alternate(picture, &self.lattice, board) {
+            return false;
+        }
+        into.clear();
+        into.extend(self.lattice.nodes().iter().filter_map(|node| self.lattice.get(*node)).map(
+            |[x, y]| {
+                [
+                    (f64::from(x) + 0.5) * scale - 0.5 + left,
+                    (f64::from(y) + 0.5) * scale - 0.5 + top,
+                ]
+            },
+        ));
+        into.len() == corners.len()
+    }
+}
+
+/// Shortest side of a square among neighbours in rows and columns; `None` unless it is a length.
+fn shortest_side_px(corners: &[[f64; 2]], columns: usize) -> Option<f64> {
+    let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let along = corners.chunks(columns).flat_map(|row| row.windows(2).map(|p| apart(p[0], p[1])));
+    let down = corners.iter().zip(corners.iter().skip(columns)).map(|(a, b)| apart(*a, *b));
+    let shortest = along.chain(down).fold(f64::MAX, f64::min);
+    (4.0..1e4).contains(&shortest).then_some(shortest)
+}
