@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::{
     calibration::{Calibration, NotCalibrated, PrincipalPointEstimate},
-    detection::{Detection, Miss},
+    detection::{Detection, Miss, Quality},
     geometry::LENS_PARAMETERS,
     text,
 };
@@ -164,8 +164,13 @@ pub(super) fn detection(
             })
             .collect()
     });
+    let quality = seen.as_ref().ok().map(|detection| {
+        let Quality { blur_px, contrast, glare, motion_px } = detection.quality;
+        json!({ "blur_px": blur_px, "contrast": contrast, "glare": glare, "motion_px": motion_px })
+    });
     json!({
         "file": file, "found": seen.is_ok(), "reason": seen.as_ref().err().map(text::miss),
-        "board": [board.columns(), board.rows()], "corners": corners, "millis": millis,
+        "board": [board.columns(), board.rows()], "corners": corners, "quality": quality,
+        "millis": millis,
     })
 }

@@ -3,8 +3,9 @@
 use image::GrayImage;
 
 use super::{
-    Miss, Side,
+    Miss,
     lattice::{BESIDE, Lattice, Node},
+    missing::{cut_off_by, glaring},
     reduce::sample,
 };
 use crate::board::Checkerboard;
@@ -20,8 +21,6 @@ const LEAST_OF_NEXT: f32 = 0.35;
 const LEAST_STEP: f32 = 3.0;
 /// One in so many corners may be missing in the end, to be found by its fit.
 const GUESSED_SHARE: usize = 18;
-/// Light squares from here on are taken for overexposed.
-const GLARING: f32 = 248.0;
 
 /// Completes `lattice` to the board and numbers its corners row by row, in `into`.
 ///
@@ -223,7 +222,11 @@ pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] 
 
 /// Steps to the next places along both axes at a place, wherever its neighbours tell; `here` is where its
 /// corner is or should be.
-fn axes(lattice: &Lattice, (i, j): Node, here: [f32; 2]) -> Option<([f32; 2], [f32; 2])> {
+pub(super) fn axes(
+    lattice: &Lattice,
+    (i, j): Node,
+    here: [f32; 2],
+) -> Option<([f32; 2], [f32; 2])> {
     let step = |(i, j): Node, here: Option<[f32; 2]>, di: i32, dj: i32| {
         let ahead = lattice.get((i + di, j + dj));
         let behind = lattice.get((i - di, j - dj));
@@ -245,7 +248,7 @@ fn axes(lattice: &Lattice, (i, j): Node, here: [f32; 2]) -> Option<([f32; 2], [f
 }
 
 /// Least width of the squares, sheared as they are.
-fn height((u, v): ([f32; 2], [f32; 2])) -> f32 {
+pub(super) fn height((u, v): ([f32; 2], [f32; 2])) -> f32 {
     let longest = u[0].hypot(u[1]).max(v[0].hypot(v[1]));
     (u[0] * v[1] - u[1] * v[0]).abs() / longest.max(1e-6)
 }
@@ -322,56 +325,6 @@ pub(super) fn all_colours_alternate(
             colour_step(image, lattice, (i, j))
                 .is_some_and(|step| step.clean && step.value * expected > 0.0)
         })
-}
-
-/// Which edge of the picture the grid runs into, if one: the next corner would lie outside.
-fn cut_off_by(image: &GrayImage, lattice: &Lattice) -> Option<Side> {
-    let (width, height) = (image.width() as f32, image.height() as f32);
-    let mut outside = [(Side::Left, 0), (Side::Right, 0), (Side::Top, 0), (Side::Bottom, 0)];
-    for (i, j) in lattice.nodes() {
-        for node in BESIDE.map(|(di, dj)| (i + di, j + dj)) {
-            if lattice.contains(node) {
-                continue;
-            }
-            let Some((guess, _)) = lattice.predict(node) else { continue };
-            let margin = 6.0;
-            outside[0].1 += usize::from(guess[0] < margin);
-            outside[1].1 += usize::from(guess[0] > width - margin);
-            outside[2].1 += usize::from(guess[1] < margin);
-            outside[3].1 += usize::from(guess[1] > height - margin);
-        }
-    }
-    let (side, count) = outside.into_iter().max_by_key(|(_, count)| *count)?;
-    (count >= 2).then_some(side)
-}
-
-/// Whether the grid ends where the picture is overexposed: of the three next places on every line that ends,
-/// one in eight.
-fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
-    let (mut missing, mut bright) = (0, 0);
-    for &(i, j) in lattice.nodes() {
-        let Some((here, (u, v))) =
-            lattice.get((i, j)).and_then(|here| Some((here, axes(lattice, (i, j), here)?)))
-        else {
-            continue;
-        };
-        for (di, dj) in BESIDE {
-            if lattice.contains((i + di, j + dj)) {
-                continue;
-            }
-            let step: [f32; 2] = std::array::from_fn(|k| u[k] * di as f32 + v[k] * dj as f32);
-            let reach = 0.3 * height((u, v));
-            for ahead in [1.0, 2.0, 3.0] {
-                let at = [here[0] + ahead * step[0], here[1] + ahead * step[1]];
-                missing += 1;
-                let glares = |dx: f32, dy: f32| sample(image, at[0] + dx, at[1] + dy) >= GLARING;
-                let across = [-reach, 0.0, reach];
-                bright +=
-                    usize::from(across.iter().all(|dx| across.iter().all(|dy| glares(*dx, *dy))));
-            }
-        }
-    }
-    bright >= 3 && 8 * bright >= missing
 }
 
 /// Maps column and row of the board, and width and height of the grid, to a place of the grid.

@@ -13,10 +13,10 @@
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, SMatrix, SVector};
 
-use super::simd;
+use super::edge_pixels::{Disc, Evaluated, Pixels};
 use crate::geometry::Corner;
 
-const PARAMETERS: usize = 9;
+pub(super) const PARAMETERS: usize = 9;
 /// Rounds on the thinned disc, and on the pixels that tell.
 const ROUNDS: usize = 15;
 const FINE_ROUNDS: usize = 6;
@@ -31,8 +31,8 @@ pub(super) const RADIUS_LIMIT_PX: i32 = 20;
 const SIGMA_FLOOR_PX: f64 = 0.006;
 const CORRELATION_POWER: f64 = 0.5;
 
-type Vector = SVector<f64, PARAMETERS>;
-type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
+pub(super) type Vector = SVector<f64, PARAMETERS>;
+pub(super) type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// What the fit says of a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +65,7 @@ pub(super) fn edge_variances_px2(
     pixels.gather_telling(&disc, &fit.at);
     let mut log_s = [fit.at[4]; 2];
     for _ in 0..SPLIT_ROUNDS {
-        let step = simd::widest(Splitting { pixels, at: &fit.at, log_s });
+        let step = pixels.split_step(&fit.at, log_s);
         for k in 0..2 {
             log_s[k] = (log_s[k] + step[k].clamp(-0.5, 0.5)).clamp(-1.6, 2.5);
         }
@@ -256,266 +256,4 @@ fn settle(
         }
     }
     Some((at, now))
-}
-
-/// A disc of the picture around a corner.
-struct Disc<'a> {
-    image: &'a GrayImage,
-    /// Pixel in its middle; the disc lies wholly in the picture.
-    centre_px: (i32, i32),
-    radius_px: i32,
-}
-
-/// Pixels of a disc, filled up to whole groups of lanes with some that have no weight.
-#[derive(Clone, Debug, Default)]
-struct Pixels {
-    /// Offset from the disc's centre, brightness, weight.
-    x: Vec<f32>,
-    y: Vec<f32>,
-    value: Vec<f32>,
-    weight: Vec<f32>,
-    count: usize,
-}
-
-/// Sums run in so many lanes on every processor, so that all get the same bits.
-const LANES: usize = 8;
-/// Pixels that are worked on together, so that their derivatives stay in the nearest cache.
-const CHUNK: usize = 16 * LANES;
-const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
-
-impl Pixels {
-    fn gather(&mut self, disc: &Disc<'_>, wanted: impl Fn(i32, i32) -> bool) {
-        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
-            row.clear();
-        }
-        let radius_px = disc.radius_px;
-        let (cx, cy) = disc.centre_px;
-        let width = disc.image.width() as usize;
-        let raw = disc.image.as_raw();
-        for dy in -radius_px..=radius_px {
-            let reach = ((radius_px * radius_px - dy * dy) as f32).sqrt() as i32;
-            let row = (cy + dy) as usize * width;
-            for dx in -reach..=reach {
-                if wanted(dx, dy) {
-                    self.x.push(dx as f32);
-                    self.y.push(dy as f32);
-                    self.value.push(f32::from(raw[row + (cx + dx) as usize]));
-                }
-            }
-        }
-        self.count = self.x.len();
-        let filled = self.count.next_multiple_of(LANES);
-        self.weight.resize(self.count, 1.0);
-        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
-            row.resize(filled, 0.0);
-        }
-    }
-
-    /// The pixels that tell where the edges are, and a quarter of the others.
-    fn gather_telling(&mut self, disc: &Disc<'_>, rough: &Vector) {
-        let (s1, c1) = (rough[2].sin() as f32, rough[2].cos() as f32);
-        let (s2, c2) = (rough[3].sin() as f32, rough[3].cos() as f32);
-        let (x, y) = (rough[0] as f32, rough[1] as f32);
-        let band_px = 2.5 * rough[4].exp() as f32 + 1.0;
-        self.gather(disc, |dx, dy| {
-            let (fx, fy) = (dx as f32 - x, dy as f32 - y);
-            (fy * c1 - fx * s1).abs() < band_px
-                || (fy * c2 - fx * s2).abs() < band_px
-                || (dx % 2 == 0 && dy % 2 == 0)
-        });
-    }
-
-    /// Normal matrix, gradient and cost at `at`.
-    ///
-    /// Single precision, summed in a fixed order: the same bits on every machine.
-    fn evaluate(&self, at: &Vector) -> Evaluated {
-        simd::widest(Evaluation { pixels: self, at })
-    }
-
-    /// Gauss–Newton step of the logarithms of the blur of the two edges, all else held.
-    #[inline(always)]
-    fn split_step(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
-        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
-        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
-        let inverse_s = log_s.map(|log_s| (-log_s).exp() as f32);
-        let mut sums = [[0.0_f32; LANES]; 5];
-        for start in (0..self.x.len()).step_by(LANES) {
-            for lane in 0..LANES {
-                let k = start + lane;
-                let weight = self.weight[k];
-                let (dx, dy) = (self.x[k] - x0, self.y[k] - y0);
-                let d1 = (dy * c1 - dx * s1) * inverse_s[0];
-                let d2 = (dy * c2 - dx * s2) * inverse_s[1];
-                let (e1, bell1) = erf(d1);
-                let (e2, bell2) = erf(d2);
-                let light = (1.0 + gx * dx + gy * dy) * weight;
-                let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
-                let (j1, j2) = (scaled * bell1 * e2 * d1, scaled * e1 * bell2 * d2);
-                let off = self.value[k] * weight - (b + a * e1 * e2) * light;
-                let terms = [j1 * j1, j1 * j2, j2 * j2, j1 * off, j2 * off];
-                for (sum, term) in sums.iter_mut().zip(terms) {
-                    sum[lane] += term;
-                }
-            }
-        }
-        let [n11, n12, n22, g1, g2] =
-            sums.map(|sum| sum.iter().fold(0.0, |total, lane| total + f64::from(*lane)));
-        let determinant = (n11 * n22 - n12 * n12).max(1e-9);
-        [(n22 * g1 - n12 * g2) / determinant, (n11 * g2 - n12 * g1) / determinant]
-    }
-
-    #[inline(always)]
-    fn evaluate_here(&self, at: &Vector) -> Evaluated {
-        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
-        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
-        let inverse_s = (-at[4]).exp() as f32;
-        let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
-        let mut sums = [[0.0_f32; LANES]; SUMS];
-        let mut next = [0.0_f32; LANES];
-        let mut rows = [[0.0_f32; CHUNK]; PARAMETERS + 1];
-        for start in (0..self.x.len()).step_by(CHUNK) {
-            let end = (start + CHUNK).min(self.x.len());
-            let (x, y) = (&self.x[start..end], &self.y[start..end]);
-            let (value, weight) = (&self.value[start..end], &self.weight[start..end]);
-            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9] = &mut rows;
-            let places = x.iter().zip(y).zip(value.iter().zip(weight));
-            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut());
-            let second = r5.iter_mut().zip(r6).zip(r7.iter_mut().zip(r8)).zip(r9.iter_mut());
-            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
-                let (((r0, r1), (r2, r3)), r4) = first;
-                let (((r5, r6), (r7, r8)), r9) = second;
-                let (dx, dy) = (x - x0, y - y0);
-                let d1 = dy * c1 - dx * s1;
-                let d2 = dy * c2 - dx * s2;
-                let (e1, bell1) = erf(d1 * inverse_s);
-                let (e2, bell2) = erf(d2 * inverse_s);
-                let (g1, g2) = (slope * bell1, slope * bell2);
-                let light = (1.0 + gx * dx + gy * dy) * weight;
-                let product = e1 * e2;
-                let pattern = (b + a * product) * weight;
-                let scaled = light * a;
-                let (across1, across2) = (scaled * g1 * e2, scaled * e1 * g2);
-                *r0 = across1 * s1 + across2 * s2 - pattern * gx;
-                *r1 = -(across1 * c1 + across2 * c2) - pattern * gy;
-                *r2 = -across1 * (dx * c1 + dy * s1);
-                *r3 = -across2 * (dx * c2 + dy * s2);
-                *r4 = -(across1 * d1 + across2 * d2);
-                *r5 = light * product;
-                *r6 = light;
-                *r7 = pattern * dx;
-                *r8 = pattern * dy;
-                *r9 = value * weight - (b + a * product) * light;
-            }
-            let off = &rows[PARAMETERS][..end - start];
-            for (one, two) in off.chunks_exact(LANES).zip(off[1..].chunks_exact(LANES)) {
-                for lane in 0..LANES {
-                    next[lane] += one[lane] * two[lane];
-                }
-            }
-            let mut sum = sums.iter_mut();
-            for i in 0..=PARAMETERS {
-                for j in 0..=i {
-                    let Some(sum) = sum.next() else { break };
-                    let one = rows[i][..end - start].chunks_exact(LANES);
-                    let two = rows[j][..end - start].chunks_exact(LANES);
-                    let mut total = *sum;
-                    for (one, two) in one.zip(two) {
-                        for lane in 0..LANES {
-                            total[lane] += one[lane] * two[lane];
-                        }
-                    }
-                    *sum = total;
-                }
-            }
-        }
-        let total =
-            |lanes: &[f32; LANES]| lanes.iter().fold(0.0, |total, lane| total + f64::from(*lane));
-        let next_products = total(&next);
-        let mut totals = sums.iter().map(total);
-        let mut next = || totals.next().unwrap_or(0.0);
-        let mut normal_matrix = Matrix::zeros();
-        for i in 0..PARAMETERS {
-            for j in 0..=i {
-                let value = next();
-                (normal_matrix[(i, j)], normal_matrix[(j, i)]) = (value, value);
-            }
-        }
-        let gradient = Vector::from_fn(|_, _| next());
-        Evaluated { normal_matrix, gradient, cost: next(), next_products }
-    }
-}
-
-struct Evaluation<'a> {
-    pixels: &'a Pixels,
-    at: &'a Vector,
-}
-
-impl simd::Loop for Evaluation<'_> {
-    type Output = Evaluated;
-
-    #[inline(always)]
-    fn run(self) -> Evaluated {
-        self.pixels.evaluate_here(self.at)
-    }
-}
-
-struct Splitting<'a> {
-    pixels: &'a Pixels,
-    at: &'a Vector,
-    log_s: [f64; 2],
-}
-
-impl simd::Loop for Splitting<'_> {
-    type Output = [f64; 2];
-
-    #[inline(always)]
-    fn run(self) -> [f64; 2] {
-        self.pixels.split_step(self.at, self.log_s)
-    }
-}
-
-struct Evaluated {
-    normal_matrix: Matrix,
-    gradient: Vector,
-    /// Sum of the squared residuals.
-    cost: f64,
-    /// Sum of the products of each residual and the next one in the row.
-    next_products: f64,
-}
-
-/// `erf(x)` to 3e-7 and `exp(−x²)`. Abramowitz & Stegun 7.1.26.
-#[inline(always)]
-fn erf(x: f32) -> (f32, f32) {
-    let size = x.abs();
-    let bell = exp_negative(-(size * size));
-    let t = 1.0 / (1.0 + 0.327_591_1 * size);
-    let series = t
-        * (0.254_829_6
-            + t * (-0.284_496_74 + t * (1.421_413_7 + t * (-1.453_152 + t * 1.061_405_4))));
-    ((1.0 - series * bell).copysign(x), bell)
-}
-
-/// `exp(x)` for `x <= 0`, to 2e-7 of its value; in plain operations, which vectorise.
-#[inline(always)]
-fn exp_negative(x: f32) -> f32 {
-    // Adding 1.5·2²³ rounds to a whole number, and leaves it in the lowest bits.
-    const ROUND: f32 = 12_582_912.0;
-    let x = x.max(-80.0);
-    let shifted = x * std::f32::consts::LOG2_E + ROUND;
-    let whole = shifted - ROUND;
-    // ln 2 in two parts, so that the rest is exact.
-    let rest = (x - whole * 0.693_359_4) + whole * 2.121_944_4e-4;
-    let series = 1.0
-        + rest
-            * (1.0
-                + rest
-                    * (0.5
-                        + rest
-                            * (0.166_666_55
-                                + rest
-                                    * (0.041_665_795
-                                        + rest * (0.008_333_452 + rest * 0.001_398_2)))));
-    f32::from_bits((shifted.to_bits() << 23).wrapping_add(series.to_bits()))
 }

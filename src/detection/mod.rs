@@ -8,7 +8,7 @@
 //! | `response` | corner response on a ring, its local maxima | edges cross below ~35°, contrast below ~8 levels | `min_response`, `max_candidates` |
 //! | `junction` | the two edge directions and the colours between them | a neighbour's edge enters the ring | edges in line within 27°, crossing above 30° |
 //! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners missing | `max_seeds` |
-//! | `board_match` | fits a grid to the known board, fills gaps it can verify, numbers the corners | cut, covered or dazzled boards: a reason | a third of the neighbours' contrast |
+//! | `board_match` | fits a grid to the known board, fills gaps it can verify, numbers the corners | cut, covered or dazzled boards: a reason (`missing`) | a third of the neighbours' contrast |
 //! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops what contradicts its neighbours | a corner is covered, or softer than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
 //! | `motion` | how far the board moved while the shutter was open | motion along a diagonal of the squares | – |
 //!
@@ -20,9 +20,11 @@
 mod board_match;
 mod detector;
 mod edge_model;
+mod edge_pixels;
 mod grow;
 mod junction;
 mod lattice;
+mod missing;
 mod motion;
 mod reduce;
 mod refine;

@@ -180,3 +180,26 @@ fn is_peak(response: &[i16], width: usize, x: usize, y: usize) -> bool {
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_vector_width_gives_the_same_bits() {
+        let picture = GrayImage::from_fn(203, 97, |x, y| {
+            let noise = (x * 7919 + y * 104_729) % 61;
+            image::Luma([(noise + if (x / 13 + y / 11) % 2 == 0 { 30 } else { 190 }) as u8])
+        });
+        let (mut widest, mut least) = (Vec::new(), vec![0; 203 * 97]);
+        respond(&picture, &mut widest);
+        simd::Loop::run(Responding {
+            raw: picture.as_raw(),
+            width: 203,
+            height: 97,
+            into: &mut least,
+        });
+        assert_eq!(widest, least);
+        assert!(widest.iter().any(|response| *response > 500));
+    }
+}
