@@ -21,12 +21,12 @@ pub(super) const PARAMETERS: usize = 9;
 const ROUNDS: usize = 15;
 const FINE_ROUNDS: usize = 6;
 /// Rounds that tell the blur of the one edge from that of the other.
-const SPLIT_ROUNDS: usize = 4;
+const SPLIT_ROUNDS: usize = 3;
 /// A corner that moves less is settled, on the thinned disc and in the end.
 const ROUGH_PX: f64 = 0.02;
 const SETTLED_PX: f64 = 3e-4;
 /// Widest disc.
-pub(super) const RADIUS_LIMIT_PX: i32 = 20;
+pub(super) const RADIUS_LIMIT_PX: i32 = 28;
 /// No corner is known better than this: pixels are not points, nor printed squares perfect.
 const SIGMA_FLOOR_PX: f64 = 0.006;
 const CORRELATION_POWER: f64 = 0.5;
@@ -241,14 +241,15 @@ fn settle(
         // A blur of a quarter pixel is a step to a camera; one of eight is no corner any more.
         tried[4] = tried[4].clamp(-1.05, 2.08);
         let moved = step[0].abs().max(step[1].abs());
+        if moved < settled_px {
+            at = tried;
+            break;
+        }
         let next = evaluate(&tried);
         // Sums are of single precision: at the minimum the cost no longer falls measurably.
         if next.cost <= now.cost * (1.0 + 1e-6) {
             (at, now) = (tried, next);
             damping *= 0.1;
-            if moved < settled_px {
-                break;
-            }
         } else if damping > 1e4 {
             break;
         } else {

@@ -65,7 +65,7 @@ impl Pixels {
         let (s1, c1) = (rough[2].sin() as f32, rough[2].cos() as f32);
         let (s2, c2) = (rough[3].sin() as f32, rough[3].cos() as f32);
         let (x, y) = (rough[0] as f32, rough[1] as f32);
-        let band_px = 2.5 * rough[4].exp() as f32 + 1.0;
+        let band_px = 2.2 * rough[4].exp() as f32 + 0.6;
         self.gather(disc, |dx, dy| {
             let (fx, fy) = (dx as f32 - x, dy as f32 - y);
             (fy * c1 - fx * s1).abs() < band_px
@@ -93,23 +93,27 @@ impl Pixels {
         let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
         let inverse_s = log_s.map(|log_s| (-log_s).exp() as f32);
         let mut sums = [[0.0_f32; LANES]; 5];
-        for start in (0..self.x.len()).step_by(LANES) {
-            for lane in 0..LANES {
-                let k = start + lane;
-                let weight = self.weight[k];
-                let (dx, dy) = (self.x[k] - x0, self.y[k] - y0);
+        let mut rows = [[0.0_f32; CHUNK]; 3];
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(self.x.len());
+            let [r1, r2, r3] = &mut rows;
+            let places = self.x[start..end].iter().zip(&self.y[start..end]);
+            let seen = self.value[start..end].iter().zip(&self.weight[start..end]);
+            let out = r1.iter_mut().zip(r2).zip(r3.iter_mut());
+            for (((x, y), (value, weight)), ((r1, r2), r3)) in places.zip(seen).zip(out) {
+                let (dx, dy) = (x - x0, y - y0);
                 let d1 = (dy * c1 - dx * s1) * inverse_s[0];
                 let d2 = (dy * c2 - dx * s2) * inverse_s[1];
                 let (e1, bell1) = erf(d1);
                 let (e2, bell2) = erf(d2);
                 let light = (1.0 + gx * dx + gy * dy) * weight;
                 let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
-                let (j1, j2) = (scaled * bell1 * e2 * d1, scaled * e1 * bell2 * d2);
-                let off = self.value[k] * weight - (b + a * e1 * e2) * light;
-                let terms = [j1 * j1, j1 * j2, j2 * j2, j1 * off, j2 * off];
-                for (sum, term) in sums.iter_mut().zip(terms) {
-                    sum[lane] += term;
-                }
+                *r1 = scaled * bell1 * e2 * d1;
+                *r2 = scaled * e1 * bell2 * d2;
+                *r3 = value * weight - (b + a * e1 * e2) * light;
+            }
+            for (sum, (i, j)) in sums.iter_mut().zip([(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)]) {
+                add_products(&rows[i][..end - start], &rows[j][..end - start], sum);
             }
         }
         let [n11, n12, n22, g1, g2] =
@@ -162,24 +166,12 @@ impl Pixels {
                 *r9 = value * weight - (b + a * product) * light;
             }
             let off = &rows[PARAMETERS][..end - start];
-            for (one, two) in off.chunks_exact(LANES).zip(off[1..].chunks_exact(LANES)) {
-                for lane in 0..LANES {
-                    next[lane] += one[lane] * two[lane];
-                }
-            }
+            add_products(off, &off[1..], &mut next);
             let mut sum = sums.iter_mut();
             for i in 0..=PARAMETERS {
                 for j in 0..=i {
                     let Some(sum) = sum.next() else { break };
-                    let one = rows[i][..end - start].chunks_exact(LANES);
-                    let two = rows[j][..end - start].chunks_exact(LANES);
-                    let mut total = *sum;
-                    for (one, two) in one.zip(two) {
-                        for lane in 0..LANES {
-                            total[lane] += one[lane] * two[lane];
-                        }
-                    }
-                    *sum = total;
+                    add_products(&rows[i][..end - start], &rows[j][..end - start], sum);
                 }
             }
         }
@@ -236,6 +228,18 @@ pub(super) struct Evaluated {
     pub(super) cost: f64,
     /// Sum of the products of each residual and the next one in the row.
     pub(super) next_products: f64,
+}
+
+/// Adds the products of two rows, lane by lane.
+#[inline(always)]
+fn add_products(one: &[f32], two: &[f32], sum: &mut [f32; LANES]) {
+    let mut total = *sum;
+    for (one, two) in one.chunks_exact(LANES).zip(two.chunks_exact(LANES)) {
+        for lane in 0..LANES {
+            total[lane] += one[lane] * two[lane];
+        }
+    }
+    *sum = total;
 }
 
 /// `erf(x)` to 3e-7 and `exp(−x²)`. Abramowitz & Stegun 7.1.26.

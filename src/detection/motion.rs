@@ -9,7 +9,7 @@ use image::GrayImage;
 use super::edge_model::{EdgeFit, Scratch, edge_variances_px2};
 
 /// Corners that are enough to tell.
-const LOOKED_AT: usize = 12;
+const LOOKED_AT: usize = 10;
 /// Differences below so many of their standard errors are none.
 const SIGNIFICANT: f64 = 3.0;
 

@@ -185,7 +185,7 @@ impl Window {
         let to_edge = |at: f64, size: u32| at.min(f64::from(size) - 1.0 - at);
         let room_px = to_edge(start[0], image.width()).min(to_edge(start[1], image.height()));
         let widest = RADIUS_LIMIT_PX.min((room_px - 1.0) as i32).max(3);
-        let radius_px = ((0.45 * self.side_px).round() as i32).clamp(3, widest);
+        let radius_px = ((0.47 * self.side_px).round() as i32).clamp(3, widest);
         edge_model::fit(image, start, self.axes_px, radius_px, known, scratch)
     }
 }
