@@ -49,7 +49,7 @@ pub(super) fn match_board(
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
     let fits = (width, height) == (columns, rows) || (width, height) == (rows, columns);
     if fits {
-        guess_last(lattice, (low, high), wanted / GUESSED_SHARE);
+        guess_last(image, lattice, (low, high), wanted / GUESSED_SHARE);
     }
     let whole = lattice.len() as i32 == width * height;
     if !fits && whole && width.min(height) >= 3 && width * height > columns * rows {
@@ -71,7 +71,7 @@ pub(super) fn match_board(
 
 /// Puts the last corners of an otherwise whole board, `most` of them, where the others predict them. Blur and
 /// noise can hide them from everything but a fit, and a fit will be made of each.
-fn guess_last(lattice: &mut Lattice, (low, high): (Node, Node), most: usize) {
+fn guess_last(image: &GrayImage, lattice: &mut Lattice, (low, high): (Node, Node), most: usize) {
     let places = ((high.0 - low.0 + 1) * (high.1 - low.1 + 1)) as usize;
     if lattice.len() == places || lattice.len() + most < places {
         return;
@@ -79,12 +79,18 @@ fn guess_last(lattice: &mut Lattice, (low, high): (Node, Node), most: usize) {
     for i in low.0..=high.0 {
         for j in low.1..=high.1 {
             if !lattice.contains((i, j))
-                && let Some((guess, _)) = lattice.predict((i, j))
+                && let Some((guess, side)) = lattice.predict((i, j))
+                && inside(image, guess, 0.2 * side)
             {
                 lattice.insert((i, j), guess);
             }
         }
     }
+}
+
+fn inside(image: &GrayImage, [x, y]: [f32; 2], margin_px: f32) -> bool {
+    let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
+    x.min(right - x).min(y).min(bottom - y) >= margin_px
 }
 
 /// Drops members that hang on by a single neighbour.

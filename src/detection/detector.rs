@@ -54,7 +54,7 @@ const SEARCH_WIDTH_PX: u32 = 1000;
 const GRIDS_KEPT: usize = 4;
 const LEAST_GRID: usize = 6;
 /// Grids with most of the board that are tried at one level; a wall of squares has no end of them.
-const LARGE_GRIDS: usize = 6;
+const LARGE_GRIDS: usize = 4;
 
 /// A search may stop at a predicted place, or at a budget.
 #[derive(Clone, Copy)]
@@ -202,7 +202,7 @@ impl Detector {
         junctions.extend(peaks.iter().filter_map(|peak| junction::read(picture, peak)));
         grower.start(junctions, width, height);
         let wanted = board.corner_count();
-        let limits = (board.columns().max(board.rows()), 4 * wanted + 200);
+        let limits = (board.columns().max(board.rows()), 3 * wanted + 100);
         kept.resize_with(GRIDS_KEPT, Lattice::default);
         kept.iter_mut().for_each(|lattice| lattice.clear(limits.0));
         let mut large = 0;

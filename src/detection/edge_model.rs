@@ -5,31 +5,39 @@
 //! ```
 //! `d1`, `d2`: signed distances from the two edge lines through the corner; nine parameters: corner,
 //! two directions, log of the blur `s`, contrast `a`, mean `b`, gradient of the light. Levenberg–Marquardt
-//! over a disc of up to 20 px or 0.42 of the square. The covariance of the corner is
+//! over a patch that reaches almost halfway into the squares around the corner, sheared as they are. The covariance of the corner is
 //! `σ² (JᵀJ)⁻¹` with `σ²` from the residuals, so that clutter and noise both count.
 //!
-//! Assumes edges blurred by a Gaussian and straight within the disc.
+//! Assumes edges blurred by a Gaussian and straight within the patch.
 
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, SMatrix, SVector};
 
-use super::edge_pixels::{Disc, Evaluated, Pixels};
+use super::edge_pixels::{Evaluated, Patch, Pixels};
 use crate::geometry::Corner;
 
 pub(super) const PARAMETERS: usize = 9;
-/// Rounds on the thinned disc, and on the pixels that tell.
+/// Rounds on the thinned patch, and on the pixels that tell.
 const ROUNDS: usize = 15;
 const FINE_ROUNDS: usize = 6;
 /// Rounds that tell the blur of the one edge from that of the other.
 const SPLIT_ROUNDS: usize = 3;
-/// A corner that moves less is settled, on the thinned disc and in the end.
+/// A corner that moves less is settled, on the thinned patch and in the end.
 const ROUGH_PX: f64 = 0.02;
 const SETTLED_PX: f64 = 3e-4;
-/// Widest disc.
-pub(super) const RADIUS_LIMIT_PX: i32 = 28;
+/// The patch: squares to each side of the corner, at least so many pixels, at most so many.
+const REACH_SQUARES: f64 = 0.48;
+const LEAST_REACH_PX: f64 = 3.0;
+const RADIUS_LIMIT_PX: i32 = 24;
+/// Least share of the patch that must lie in the picture.
+const LEAST_VISIBLE: f64 = 0.5;
+/// What lies nearer to the edge of the picture is not seen from all sides.
+const MARGIN_PX: f64 = 2.0;
+/// Fewer pixels say too little about nine parameters.
+const LEAST_PIXELS: usize = 24;
 /// No corner is known better than this: pixels are not points, nor printed squares perfect.
-const SIGMA_FLOOR_PX: f64 = 0.006;
-const CORRELATION_POWER: f64 = 0.5;
+const SIGMA_FLOOR_PX: f64 = 0.0055;
+const CORRELATION_POWER: f64 = 0.4;
 
 pub(super) type Vector = SVector<f64, PARAMETERS>;
 pub(super) type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -48,10 +56,9 @@ pub(super) struct EdgeFit {
     pub(super) light: f64,
     /// Root mean square residual over the contrast.
     pub(super) residual: f64,
-    /// The nine parameters, and the disc that they were fitted to.
+    /// The nine parameters, and the patch that they were fitted to.
     at: Vector,
-    centre_px: (i32, i32),
-    radius_px: i32,
+    patch: Patch,
 }
 
 /// Variances of the Gaussians that blur the first and the second edge, each by itself.
@@ -61,8 +68,7 @@ pub(super) fn edge_variances_px2(
     scratch: &mut Scratch,
 ) -> [f64; 2] {
     let pixels = &mut scratch.fine;
-    let disc = Disc { image, centre_px: fit.centre_px, radius_px: fit.radius_px };
-    pixels.gather_telling(&disc, &fit.at);
+    pixels.gather_telling(image, &fit.patch, &fit.at);
     let mut log_s = [fit.at[4]; 2];
     for _ in 0..SPLIT_ROUNDS {
         let step = pixels.split_step(&fit.at, log_s);
@@ -93,33 +99,29 @@ pub(super) struct Scratch {
 
 /// Fits around `start`, with the board's axes `u` and `v` in pixels per square there.
 ///
-/// First on a quarter of the disc's pixels, then on those that tell: the edges in full, the plain squares
+/// First on a quarter of the patch's pixels, then on those that tell: the edges in full, the plain squares
 /// thinned out.
 ///
 /// What [`Known`] gives is not estimated, nor is the light's gradient then.
 ///
-/// `None` if the disc leaves the picture, or the fit runs away or stays poor.
+/// `None` if the corner or most of the patch lies outside the picture, or the fit runs away or stays poor.
 pub(super) fn fit(
     image: &GrayImage,
     start: [f64; 2],
     axes_px: [[f64; 2]; 2],
-    radius_px: i32,
     known: Known,
     scratch: &mut Scratch,
 ) -> Option<EdgeFit> {
-    let centre = [start[0].round(), start[1].round()];
-    let (cx, cy) = (centre[0] as i32, centre[1] as i32);
-    let inside = cx >= radius_px
-        && cy >= radius_px
-        && cx + radius_px < image.width() as i32
-        && cy + radius_px < image.height() as i32;
-    if !inside {
+    let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
+    let patch = Patch::around(start, axes_px, limits)?;
+    let centre = [f64::from(patch.centre_px.0), f64::from(patch.centre_px.1)];
+    let Scratch { coarse, fine } = scratch;
+    let thin = if patch.half_px > 6.5 { 2 } else { 1 };
+    coarse.gather(image, &patch, |dx, dy| dx % thin == 0 && dy % thin == 0);
+    let whole = patch.area_px() / f64::from(thin * thin);
+    if coarse.count < LEAST_PIXELS || (coarse.count as f64) < LEAST_VISIBLE * whole {
         return None;
     }
-    let disc = Disc { image, centre_px: (cx, cy), radius_px };
-    let Scratch { coarse, fine } = scratch;
-    let thin = if radius_px > 6 { 2 } else { 1 };
-    coarse.gather(&disc, |dx, dy| dx % thin == 0 && dy % thin == 0);
     let [u, v] = axes_px;
     let begin = [start[0] - centre[0], start[1] - centre[1]];
     let mut guess = first_guess(coarse, begin, u[1].atan2(u[0]), v[1].atan2(v[0]));
@@ -132,16 +134,20 @@ pub(super) fn fit(
         guess[4] = (blur_px * std::f64::consts::SQRT_2).ln();
     }
     let (rough, _) = settle(coarse, guess, held, ROUNDS, ROUGH_PX)?;
-    fine.gather_telling(&disc, &rough);
+    fine.gather_telling(image, &patch, &rough);
     let (at, now) = settle(fine, rough, held, FINE_ROUNDS, SETTLED_PX)?;
     let pixels = fine.count;
-    let freedom = pixels as f64 - PARAMETERS as f64;
+    let freedom = (pixels as f64 - PARAMETERS as f64).max(1.0);
     let variance = now.cost / freedom * correlation_excess(now.next_products / now.cost);
     let covariance = now.normal_matrix.cholesky()?.inverse() * variance;
     let moved = (at[0] - begin[0]).hypot(at[1] - begin[1]);
     let contrast = at[5].abs();
     let residual = (now.cost / pixels as f64).sqrt() / contrast;
-    if !(moved < 0.5 * f64::from(radius_px) && residual.is_finite() && contrast > 1.0) {
+    if !(moved < 0.5 * patch.half_px && residual.is_finite() && contrast > 1.0) {
+        return None;
+    }
+    let inside = |at: f64, size: u32| at >= MARGIN_PX && at <= f64::from(size) - 1.0 - MARGIN_PX;
+    if !(inside(centre[0] + at[0], image.width()) && inside(centre[1] + at[1], image.height())) {
         return None;
     }
     let floor = Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX);
@@ -158,23 +164,13 @@ pub(super) fn fit(
     // erf(d/s) is a step blurred by a Gaussian of standard deviation s/√2.
     let blur_px = at[4].exp() / std::f64::consts::SQRT_2;
     let light = at[6] + contrast;
-    let centre_px = (cx, cy);
-    Some(EdgeFit {
-        corner,
-        blur_px,
-        contrast,
-        step: at[5],
-        light,
-        residual,
-        at,
-        centre_px,
-        radius_px,
-    })
+    Some(EdgeFit { corner, blur_px, contrast, step: at[5], light, residual, at, patch })
 }
 
 /// By how much neighbouring residuals that are alike, as those of clutter and shadows are and those of
-/// noise are not, make a fit worse than as many independent ones: `((1+ρ)/(1−ρ))²` for a correlation `ρ` of
-/// next pixels that falls off exponentially in both directions.
+/// noise are not, make a fit worse than as many independent ones: `((1+ρ)/(1−ρ))^0.4` for a correlation `ρ` of
+/// next pixels: between none and what a falling correlation along a line costs, as measured on rendered
+/// pictures; residuals that are alike on both sides of an edge do not move the corner.
 fn correlation_excess(correlation: f64) -> f64 {
     let rho = correlation.clamp(0.0, 0.9);
     ((1.0 + rho) / (1.0 - rho)).powf(CORRELATION_POWER)

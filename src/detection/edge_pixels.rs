@@ -7,18 +7,75 @@ use super::{
     simd,
 };
 
-/// A disc of the picture around a corner.
-pub(super) struct Disc<'a> {
-    pub(super) image: &'a GrayImage,
-    /// Pixel in its middle; the disc lies wholly in the picture.
+/// A part of the picture around a corner: a parallelogram along the board's axes, within a circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Patch {
+    /// Pixel in its middle.
     pub(super) centre_px: (i32, i32),
-    pub(super) radius_px: i32,
+    radius_px: i32,
+    /// Squares along both axes per pixel of offset.
+    board_from_px: [[f32; 2]; 2],
+    /// Half its extent in squares.
+    reach_squares: f32,
+    /// Half its width across the narrower axis.
+    pub(super) half_px: f64,
 }
 
-/// Pixels of a disc, filled up to whole groups of lanes with some that have no weight.
+impl Patch {
+    /// The pixels within `reach_squares` of `start` along the axes, in pixels per square, and within
+    /// `radius_px`; at least ±`least_px`. `None` if the axes are no axes.
+    pub(super) fn around(
+        start: [f64; 2],
+        [u, v]: [[f64; 2]; 2],
+        (reach_squares, least_px, radius_px): (f64, f64, i32),
+    ) -> Option<Self> {
+        let area_px2 = u[0] * v[1] - u[1] * v[0];
+        let height_px = area_px2.abs() / u[0].hypot(u[1]).max(v[0].hypot(v[1]));
+        // Also refuses NaN.
+        if !(height_px > 1.0) {
+            return None;
+        }
+        let reach_squares = reach_squares.max(least_px / height_px);
+        let inverse = [[v[1], -v[0]], [-u[1], u[0]]];
+        Some(Self {
+            centre_px: (start[0].round() as i32, start[1].round() as i32),
+            radius_px,
+            board_from_px: inverse.map(|row| row.map(|value| (value / area_px2) as f32)),
+            reach_squares: reach_squares as f32,
+            half_px: reach_squares * height_px,
+        })
+    }
+
+    /// Pixels of the whole patch, wherever the picture ends.
+    pub(super) fn area_px(&self) -> f64 {
+        let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
+        let parallelogram = (2.0 * f64::from(self.reach_squares)).powi(2) / (a * d - b * c).abs();
+        parallelogram.min(std::f64::consts::PI * f64::from(self.radius_px).powi(2))
+    }
+
+    /// First and last offset of a row's pixels; empty if the last is smaller.
+    fn row(&self, image: &GrayImage, dy: i32) -> (i32, i32) {
+        let (cx, radius_px) = (self.centre_px.0, self.radius_px);
+        let round = ((radius_px * radius_px - dy * dy) as f32).sqrt();
+        let (mut low, mut high) = (-round, round);
+        for [p, q] in self.board_from_px {
+            let middle = -q * dy as f32 / p;
+            let half = (self.reach_squares / p).abs();
+            if half.is_finite() {
+                (low, high) = (low.max(middle - half), high.min(middle + half));
+            } else if (q * dy as f32).abs() > self.reach_squares {
+                return (0, -1);
+            }
+        }
+        let (low, high) = (low.ceil() as i32, high.floor() as i32);
+        (low.max(-cx), high.min(image.width() as i32 - 1 - cx))
+    }
+}
+
+/// Pixels of a patch, filled up to whole groups of lanes with some that have no weight.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pixels {
-    /// Offset from the disc's centre, brightness, weight.
+    /// Offset from the patch's centre, brightness, weight.
     pub(super) x: Vec<f32>,
     pub(super) y: Vec<f32>,
     pub(super) value: Vec<f32>,
@@ -33,22 +90,28 @@ const CHUNK: usize = 16 * LANES;
 const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
 
 impl Pixels {
-    pub(super) fn gather(&mut self, disc: &Disc<'_>, wanted: impl Fn(i32, i32) -> bool) {
+    pub(super) fn gather(
+        &mut self,
+        image: &GrayImage,
+        patch: &Patch,
+        wanted: impl Fn(i32, i32) -> bool,
+    ) {
         for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
             row.clear();
         }
-        let radius_px = disc.radius_px;
-        let (cx, cy) = disc.centre_px;
-        let width = disc.image.width() as usize;
-        let raw = disc.image.as_raw();
-        for dy in -radius_px..=radius_px {
-            let reach = ((radius_px * radius_px - dy * dy) as f32).sqrt() as i32;
-            let row = (cy + dy) as usize * width;
-            for dx in -reach..=reach {
+        let (cx, cy) = patch.centre_px;
+        let (width, height) = image.dimensions();
+        let top = (-patch.radius_px).max(-cy);
+        let bottom = patch.radius_px.min(height as i32 - 1 - cy);
+        for dy in top..=bottom {
+            let (first, last) = patch.row(image, dy);
+            let row = (cy + dy) as usize * width as usize;
+            let raw = &image.as_raw()[row..row + width as usize];
+            for dx in first..=last {
                 if wanted(dx, dy) {
                     self.x.push(dx as f32);
                     self.y.push(dy as f32);
-                    self.value.push(f32::from(raw[row + (cx + dx) as usize]));
+                    self.value.push(f32::from(raw[(cx + dx) as usize]));
                 }
             }
         }
@@ -61,12 +124,12 @@ impl Pixels {
     }
 
     /// The pixels that tell where the edges are, and a quarter of the others.
-    pub(super) fn gather_telling(&mut self, disc: &Disc<'_>, rough: &Vector) {
+    pub(super) fn gather_telling(&mut self, image: &GrayImage, patch: &Patch, rough: &Vector) {
         let (s1, c1) = (rough[2].sin() as f32, rough[2].cos() as f32);
         let (s2, c2) = (rough[3].sin() as f32, rough[3].cos() as f32);
         let (x, y) = (rough[0] as f32, rough[1] as f32);
         let band_px = 2.2 * rough[4].exp() as f32 + 0.6;
-        self.gather(disc, |dx, dy| {
+        self.gather(image, patch, |dx, dy| {
             let (fx, fy) = (dx as f32 - x, dy as f32 - y);
             (fy * c1 - fx * s1).abs() < band_px
                 || (fy * c2 - fx * s2).abs() < band_px
@@ -290,7 +353,9 @@ mod tests {
             image::Luma([(120.0 + 80.0 * step + noise) as u8])
         });
         let mut pixels = Pixels::default();
-        pixels.gather(&Disc { image: &image, centre_px: (20, 20), radius_px: 17 }, |_, _| true);
+        let axes = [[40.0, 3.0], [-2.0, 40.0]];
+        let patch = Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20)).expect("axes");
+        pixels.gather(&image, &patch, |_, _| true);
         let at = Vector::from([0.2, -0.5, 0.1, 1.4, 0.4, 75.0, 121.0, 1e-3, -2e-3]);
         (pixels, at)
     }

@@ -5,7 +5,7 @@ use nalgebra::Point2;
 
 use super::{
     Detection, DetectorParams, Miss, Quality,
-    edge_model::{self, EdgeFit, Known, RADIUS_LIMIT_PX},
+    edge_model::{self, EdgeFit, Known},
     motion::motion_px,
 };
 use crate::board::Checkerboard;
@@ -170,7 +170,6 @@ impl Window {
         let u = per_square(at(left, row), at(right, row), right - left);
         let v = per_square(at(column, above), at(column, below), below - above);
         let (long, wide) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
-        // The disc must stay inside the four squares around the corner, sheared as they are.
         let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
         Self { axes_px: [u, v], side_px: long.min(wide).min(height) }
     }
@@ -182,11 +181,7 @@ impl Window {
         known: Known,
         scratch: &mut edge_model::Scratch,
     ) -> Option<EdgeFit> {
-        let to_edge = |at: f64, size: u32| at.min(f64::from(size) - 1.0 - at);
-        let room_px = to_edge(start[0], image.width()).min(to_edge(start[1], image.height()));
-        let widest = RADIUS_LIMIT_PX.min((room_px - 1.0) as i32).max(3);
-        let radius_px = ((0.47 * self.side_px).round() as i32).clamp(3, widest);
-        edge_model::fit(image, start, self.axes_px, radius_px, known, scratch)
+        edge_model::fit(image, start, self.axes_px, known, scratch)
     }
 }
 
