@@ -57,4 +57,5 @@ pub mod guidance;
 pub mod pipeline;
 pub mod recording;
 pub mod session;
+pub mod study;
 pub mod text;

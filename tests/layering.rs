@@ -17,6 +17,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("config", &["board", "frame", "geometry", "calibration", "guidance", "capture", "session"]),
     ("recording", &["board", "frame", "geometry", "detection", "session", "config"]),
     ("pipeline", &["board", "frame", "detection", "capture", "session", "recording"]),
+    ("study", &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture"]),
     (
         "text",
         &[
@@ -47,6 +48,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "config",
             "recording",
             "pipeline",
+            "study",
             "text",
         ],
     ),
@@ -56,7 +58,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 const ONLY_IN: &[(&str, &[&str])] = &[
     // Decisions are a pure fold: no threads, channels, files, clocks, chance or logging below.
     ("std::thread", &["pipeline", "cli"]),
-    ("thread::", &["pipeline", "cli"]),
+    ("thread::", &["pipeline", "study", "cli"]),
     ("crossbeam_channel", &["pipeline", "cli"]),
     ("std::fs", &["capture", "config", "recording", "cli"]),
     ("fs::", &["capture", "config", "recording", "cli"]),
@@ -64,17 +66,17 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("Instant", &["pipeline", "cli"]),
     ("SystemTime", &[]),
     ("jiff", &["recording", "cli"]),
-    ("rand", &["capture"]),
+    ("rand", &["capture", "study"]),
     ("println!", &[]),
     ("eprintln!", &[]),
-    ("toml::", &["config", "recording"]),
+    ("toml::", &["config", "recording", "cli"]),
     ("clap", &["cli"]),
     ("anyhow", &["cli", "text"]),
     ("unsafe ", &[]),
     ("egui", &[]),
     // People's units stop at the edge.
     ("_mm", &["config", "cli"]),
-    ("to_degrees", &["text", "cli"]),
+    ("to_degrees", &["text", "study", "cli"]),
 ];
 
 struct Source {

@@ -14,6 +14,7 @@ mod outcome;
 mod replay;
 mod simulate;
 mod source;
+mod study;
 mod truth;
 
 use std::{io::Write, process::ExitCode};
@@ -58,6 +59,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Export(export::Arguments),
     Doctor(doctor::Arguments),
+    Study(study::Arguments),
 }
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
@@ -72,6 +74,7 @@ pub fn main() -> ExitCode {
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
+        Some(Command::Study(arguments)) => arguments.run(),
     };
     match result {
         Ok(exit) => exit.into(),

@@ -15,9 +15,10 @@ use crate::{
 };
 
 /// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`.
-const PARAMETERS: usize = LENS_PARAMETERS - 1;
+pub const PARAMETERS: usize = LENS_PARAMETERS - 1;
 
-type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
+/// Information or covariance of the lens parameters.
+pub type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// Corner error assumed for candidates; views taken carry their own.
 const CORNER_SIGMA_PX: f64 = 0.1;
@@ -116,8 +117,9 @@ fn known_information(accepted: &[View], board: &Checkerboard, belief: &Belief) -
         LensMatrix::from_diagonal(&SVector::from(PRIOR_SIGMA.map(|sigma| 1.0 / (sigma * sigma))));
     for view in accepted {
         let Ok(pose) = fit_pose(&belief.camera, &points, &view.corners) else { continue };
-        information += view_information(&pose.cam_from_board, board, &belief.camera)
-            .unwrap_or_else(LensMatrix::zeros);
+        information +=
+            view_information(&pose.cam_from_board, board, &belief.camera, CORNER_SIGMA_PX)
+                .unwrap_or_else(LensMatrix::zeros);
     }
     information
 }
@@ -128,7 +130,8 @@ fn pair_information(
     camera: &Camera,
 ) -> Option<LensMatrix> {
     Some(
-        view_information(pose, board, camera)? + view_information(&reflected(pose), board, camera)?,
+        view_information(pose, board, camera, CORNER_SIGMA_PX)?
+            + view_information(&reflected(pose), board, camera, CORNER_SIGMA_PX)?,
     )
 }
 
@@ -146,10 +149,13 @@ fn reflected(cam_from_board: &Isometry3<f64>) -> Isometry3<f64> {
 
 /// Fisher information of one view about the lens, its pose eliminated:
 /// `A − B D⁻¹ Bᵀ` with `A = ΣJₗᵀJₗ/σ²`, `B = ΣJₗᵀJₚ/σ²`, `D = ΣJₚᵀJₚ/σ²`.
-fn view_information(
+///
+/// `None` if a corner cannot be seen.
+pub fn view_information(
     pose: &Isometry3<f64>,
     board: &Checkerboard,
     camera: &Camera,
+    sigma_px: f64,
 ) -> Option<LensMatrix> {
     let mut a = LensMatrix::zeros();
     let mut b = SMatrix::<f64, PARAMETERS, 6>::zeros();
@@ -162,7 +168,7 @@ fn view_information(
         d += at.by_pose.transpose() * at.by_pose;
     }
     let eliminated = b * d.cholesky()?.inverse() * b.transpose();
-    Some((a - eliminated) / (CORNER_SIGMA_PX * CORNER_SIGMA_PX))
+    Some((a - eliminated) / (sigma_px * sigma_px))
 }
 
 /// Joins the columns of `fx` and `fy` to one of `f`.

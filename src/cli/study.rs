@@ -1,0 +1,246 @@
+//! `boresight study`.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::{Serialize, de::DeserializeOwned};
+
+use super::{Exit, print, say};
+use crate::study::{EXPERIMENTS, Outcome, Params, guidance, page};
+
+/// Repeat the source paper's experiments against known truth, and compare ways of guiding a person.
+///
+/// Example: boresight study --out study
+///
+/// Example: boresight study skip table1 --seed 2 --out skip2
+///
+/// Writes one CSV file a table, one SVG file a figure, and index.html with the words: claim, measured,
+/// verdict. Equal parameters and seed give equal files. A study that was interrupted goes on where it stopped
+/// if it is started again with the same --out. Exit code 3 says that a known number was not reproduced.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Experiments to run; all of them by default.
+    #[arg(value_name = "EXPERIMENT")]
+    experiments: Vec<Name>,
+    /// Folder for the results.
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    out: PathBuf,
+    /// Parameters as TOML; what it leaves out has the paper's value. --print-params shows them all.
+    #[arg(long, value_name = "FILE")]
+    params: Option<PathBuf>,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Find the corners in rendered pictures instead of computing them (directionality, monotonicity, pairs).
+    #[arg(long)]
+    rendered: bool,
+    /// Print the parameters as TOML and do nothing.
+    #[arg(long)]
+    print_params: bool,
+    /// Print one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Name {
+    /// In which direction of shift does a principal line leave the principal point? (Fig. 2)
+    Directionality,
+    /// How does that grow with the shift? (Fig. 3)
+    Monotonicity,
+    /// Does the opposed pose cancel it? (Figs 4 and 5)
+    Pairs,
+    /// What happens when slots are left out, beside Zhang's method? (Fig. 6)
+    Skip,
+    /// Can the scatter of estimates tell which method is right? (Table 1)
+    Table1,
+    /// Which tilt is best?
+    Tilt,
+    /// What if the focal length changes between views?
+    VaryingFocal,
+    /// What is each way of guiding worth?
+    Guidance,
+}
+
+/// Finished parts, so that an interrupted study can go on.
+const PARTS: &str = "parts";
+const PARAMS: &str = "parameters.toml";
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let params = self.parameters()?;
+        let text =
+            toml::to_string(&params).context("the parameters could not be written as TOML")?;
+        if self.print_params {
+            print(text.trim_end())?;
+            return Ok(Exit::Good);
+        }
+        self.prepare(&text)?;
+        let wanted = |name: &str| {
+            let is = |n: &Name| n.to_possible_value().is_some_and(|value| value.get_name() == name);
+            self.experiments.is_empty() || self.experiments.iter().any(is)
+        };
+        let mut outcomes = Vec::new();
+        // What an earlier call put into this folder stays on its page.
+        let shown = |name: &str| wanted(name) || self.is_done(name);
+        for (name, experiment) in EXPERIMENTS.into_iter().filter(|(name, _)| shown(name)) {
+            let bar = ProgressBar::new_spinner().with_message(format!("{name} …"));
+            bar.enable_steady_tick(Duration::from_millis(200));
+            let outcome = self.part(name, || Some(experiment(&params)))?;
+            bar.finish_and_clear();
+            say(&summary(&outcome));
+            outcomes.push(outcome);
+        }
+        let raced = || guidance::parts().into_iter().all(|part| self.is_done(&part_name(part)));
+        if wanted("guidance") || raced() {
+            let outcome = self.guidance(&params)?;
+            say(&summary(&outcome));
+            outcomes.push(outcome);
+        }
+        for outcome in &outcomes {
+            for table in &outcome.tables {
+                self.write(&format!("{}.csv", table.name), table.csv().as_bytes())?;
+            }
+            for figure in &outcome.figures {
+                self.write(&format!("{}.svg", figure.name), figure.svg.as_bytes())?;
+            }
+        }
+        self.write("index.html", page::page(&outcomes, params.seed).as_bytes())?;
+        let (passed, total) = page::tally(&outcomes);
+        let index = self.out.join("index.html");
+        say(&format!("{passed} of {total} known numbers reproduced"));
+        say(&format!("Result: {}", index.display()));
+        if self.json {
+            let report = serde_json::json!({
+                "schema": "boresight.study/1", "page": index.display().to_string(), "seed": params.seed,
+                "reproduced": passed, "known": total,
+                "experiments": outcomes.iter().map(report).collect::<Vec<_>>(),
+            });
+            print(&report.to_string())?;
+        }
+        Ok(if passed == total { Exit::Good } else { Exit::NotTrustworthy })
+    }
+
+    fn parameters(&self) -> anyhow::Result<Params> {
+        let mut params = match &self.params {
+            None => Params::default(),
+            Some(path) => {
+                let text = fs::read_to_string(path)
+                    .with_context(|| format!("could not read {}", path.display()))?;
+                toml::from_str(&text).with_context(|| {
+                    format!("{} is no parameter file; --print-params shows one", path.display())
+                })?
+            }
+        };
+        params.seed = self.seed.unwrap_or(params.seed);
+        params.rendered |= self.rendered;
+        if let Some(problem) = params.problem() {
+            bail!("{problem}");
+        }
+        Ok(params)
+    }
+
+    /// Makes the folder, or makes sure that it is of the same parameters.
+    fn prepare(&self, params: &str) -> anyhow::Result<()> {
+        let file = self.out.join(PARAMS);
+        match fs::read_to_string(&file) {
+            Ok(before) if before == params => return Ok(()),
+            Ok(_) => bail!(
+                "{} holds a study with other parameters: choose another --out",
+                self.out.display()
+            ),
+            Err(_) => {}
+        }
+        let used = fs::read_dir(&self.out).is_ok_and(|mut entries| entries.next().is_some());
+        if used {
+            bail!("{} is not empty and holds no study: choose another --out", self.out.display());
+        }
+        fs::create_dir_all(self.out.join(PARTS))
+            .with_context(|| format!("could not make {}", self.out.display()))?;
+        self.write(PARAMS, params.as_bytes())
+    }
+
+    fn is_done(&self, name: &str) -> bool {
+        self.out.join(format!("{PARTS}/{name}.json")).exists()
+    }
+
+    /// A part as it was finished before, or finished now.
+    fn part<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        work: impl FnOnce() -> Option<T>,
+    ) -> anyhow::Result<T> {
+        let file = format!("{PARTS}/{name}.json");
+        let before = fs::read(self.out.join(&file)).ok();
+        if let Some(part) = before.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+            return Ok(part);
+        }
+        let part = work().with_context(|| format!("{name} has no result"))?;
+        self.write(&file, &serde_json::to_vec(&part)?)?;
+        Ok(part)
+    }
+
+    fn guidance(&self, params: &Params) -> anyhow::Result<Outcome> {
+        let parts = guidance::parts();
+        let bar = ProgressBar::new((parts.len() * params.guidance_runs) as u64);
+        let style = ProgressStyle::with_template("guidance {bar:30} {pos}/{len} runs, {eta} left");
+        if let Ok(style) = style {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(500));
+        let mut runs = Vec::with_capacity(parts.len());
+        for part in parts {
+            let done: guidance::Runs =
+                self.part(&part_name(part), || guidance::runs(params, part, &|| bar.inc(1)))?;
+            runs.push(done);
+            bar.set_position((runs.len() * params.guidance_runs) as u64);
+        }
+        bar.finish_and_clear();
+        Ok(guidance::outcome(params, &runs))
+    }
+
+    /// Writes beside the target and renames, so that a part is whole or absent.
+    fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        let path = self.out.join(name);
+        write_whole(&path, bytes).with_context(|| format!("could not write {}", path.display()))
+    }
+}
+
+fn part_name((strategy, course): (usize, usize)) -> String {
+    format!("guidance-{strategy}-{course}")
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    std::io::Write::write_all(&mut file, bytes)?;
+    file.persist(path).map_err(|err| err.error)?;
+    Ok(())
+}
+
+fn summary(outcome: &Outcome) -> String {
+    let mut text = outcome.title.clone();
+    for claim in &outcome.claims {
+        text += &format!("\n  {} — {}.\n    {}", claim.claim, claim.verdict.word(), claim.measured);
+    }
+    for check in outcome.checks.iter().filter(|check| !check.passes()) {
+        text += &format!("\n  differs: {}: {} for {}", check.what, check.measured, check.reference);
+    }
+    text
+}
+
+fn report(outcome: &Outcome) -> serde_json::Value {
+    serde_json::json!({
+        "name": outcome.name, "claims": outcome.claims,
+        "checks": outcome.checks.iter().map(|check| serde_json::json!({
+            "what": check.what, "reference": check.reference, "measured": check.measured,
+            "reproduced": check.passes(),
+        })).collect::<Vec<_>>(),
+    })
+}

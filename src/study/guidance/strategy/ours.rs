@@ -1,0 +1,18 @@
+//! Ours: the opposed partner of the view taken, the next slot, then reflected pairs that tell most.
+
+use nalgebra::Isometry3;
+use rand_chacha::ChaCha8Rng;
+
+use super::Situation;
+use crate::{
+    geometry::{Corner, fit_pose},
+    guidance::next_target,
+};
+
+/// The pose whose ghost our planner draws.
+pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
+    let Situation { belief, views, board, params, .. } = *situation;
+    let target = next_target(views, board, belief, None, params)?;
+    let ghost: Vec<Corner> = target.ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
+    Some(fit_pose(&belief.camera, &board.corners_in_board_m(), &ghost).ok()?.cam_from_board)
+}

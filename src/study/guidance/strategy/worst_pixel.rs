@@ -1,0 +1,35 @@
+//! The next best pose by the most uncertain pixel.
+//!
+//! Source: Richardson, Strom & Olson, "AprilCal: Assisted and repeatable camera calibration", IROS 2013: the
+//! largest expected reprojection error over the picture; here over its grid of cells.
+
+use nalgebra::{Isometry3, SMatrix};
+use rand_chacha::ChaCha8Rng;
+
+use super::{
+    Situation,
+    information::{Information, best},
+};
+use crate::{calibration::projection_jacobian, guidance::information::PARAMETERS};
+
+/// Of the candidates the one after which the worst pixel is best.
+pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
+    let jacobian = projection_jacobian(&situation.belief.camera, situation.belief.image_size)?;
+    // fx and fy are one parameter here.
+    let joined: Vec<SMatrix<f64, 2, PARAMETERS>> = jacobian
+        .by_lens
+        .iter()
+        .map(|by_lens| {
+            let mut joined = SMatrix::<f64, 2, PARAMETERS>::zeros();
+            joined.set_column(0, &(by_lens.column(0) + by_lens.column(1)));
+            for i in 1..PARAMETERS {
+                joined.set_column(i, &by_lens.column(i + 1));
+            }
+            joined
+        })
+        .collect();
+    best(situation, rng, |covariance: &Information| {
+        let variance = |m: &SMatrix<f64, 2, PARAMETERS>| (m * covariance * m.transpose()).trace();
+        joined.iter().map(variance).fold(0.0, f64::max)
+    })
+}

@@ -1,0 +1,186 @@
+//! The paper's synthetic camera and board.
+
+use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+
+use super::params::SetupParams;
+use crate::{
+    board::Checkerboard,
+    capture::synthetic::{Scene, render_view},
+    detection::{DetectorParams, detect},
+    frame::ImageSize,
+    geometry::{Camera, Distortion},
+};
+
+/// Number of slots, 45° apart.
+pub const SLOTS: usize = 8;
+
+/// A camera of known truth and a board that turns in front of it.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The truth.
+    pub camera: Camera,
+    /// Size of the picture; corners outside it are kept, as in the paper.
+    pub image_size: ImageSize,
+    /// Inner corners in a row.
+    pub columns: u16,
+    /// Corners on the board, origin at their centre.
+    pub board_m: Vec<Point2<f64>>,
+    /// Side of a square.
+    pub square_m: f64,
+    /// Distance of the centre of rotation along the optical axis.
+    pub distance_m: f64,
+    /// Angle between the board and the image plane.
+    pub tilt_rad: f64,
+    /// Whether corners are found by the detector in rendered pictures.
+    pub rendered: bool,
+}
+
+/// What happens to exact corners before an estimate sees them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Corners {
+    /// As computed.
+    Exact,
+    /// With independent normal errors of this standard deviation.
+    Noisy {
+        /// Per axis.
+        sigma_px: f64,
+    },
+    /// Rounded to whole pixels.
+    Digitised,
+}
+
+impl Setup {
+    /// The camera and the board of [`SetupParams`], with squares of `square_m`.
+    pub fn new(params: &SetupParams, square_m: f64) -> Self {
+        let [k1, k2] = params.distortion;
+        let distortion = Distortion { k1, k2, ..Distortion::default() };
+        let [width_px, height_px] = params.image_size_px;
+        Self {
+            camera: Camera { distortion, ..Camera::pinhole(params.f_px, params.pp_px.into()) },
+            image_size: ImageSize { width_px, height_px },
+            columns: params.board[0],
+            board_m: grid(params.board[0], params.board[1], square_m),
+            square_m,
+            distance_m: params.distance_m,
+            tilt_rad: params.tilt_rad,
+            rendered: false,
+        }
+    }
+
+    /// The board tilted, shifted by `shift_m` (x across its principal line, y along), and then all of it
+    /// turned by `slot_rad` about an axis parallel to the optical one through `centre_m`.
+    pub fn pose(
+        &self,
+        slot_rad: f64,
+        shift_m: &Vector2<f64>,
+        centre_m: &Vector2<f64>,
+    ) -> Isometry3<f64> {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), slot_rad);
+        let tilt = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), self.tilt_rad);
+        Translation3::new(centre_m.x, centre_m.y, self.distance_m)
+            * turn
+            * Translation3::new(shift_m.x, shift_m.y, 0.0)
+            * tilt
+    }
+
+    /// Poses of all slots, same shift and centre of rotation.
+    pub fn slot_poses(
+        &self,
+        shift_m: &Vector2<f64>,
+        centre_m: &Vector2<f64>,
+    ) -> Vec<Isometry3<f64>> {
+        (0..SLOTS).map(|slot| self.pose(slot_rad(slot), shift_m, centre_m)).collect()
+    }
+
+    /// Pixels of the board's corners: computed, or found in a rendered picture. `None` if one is behind the
+    /// camera, or if the board is not found.
+    pub fn corners_px(&self, cam_from_board: &Isometry3<f64>) -> Option<Vec<Point2<f64>>> {
+        let exact: Option<Vec<Point2<f64>>> = self
+            .board_m
+            .iter()
+            .map(|point| {
+                self.camera.project(&(cam_from_board * Point3::new(point.x, point.y, 0.0)))
+            })
+            .collect();
+        if self.rendered { self.found_px(cam_from_board, &exact?) } else { exact }
+    }
+
+    /// As the detector finds them, in the order of `exact`: a board looks the same from both ends.
+    fn found_px(
+        &self,
+        cam_from_board: &Isometry3<f64>,
+        exact: &[Point2<f64>],
+    ) -> Option<Vec<Point2<f64>>> {
+        let rows = u16::try_from(self.board_m.len() / usize::from(self.columns)).ok()?;
+        let board = Checkerboard::new(self.columns, rows, self.square_m).ok()?;
+        let scene = Scene {
+            image_size: self.image_size,
+            camera: self.camera.clone(),
+            board,
+            clutter: 0.0,
+            ..Scene::default_720p(1)
+        };
+        let picture = render_view(&scene, cam_from_board);
+        let seen = detect(&picture, &board, DetectorParams::default()).ok()?;
+        let mut found: Vec<Point2<f64>> = seen.corners.iter().map(|corner| corner.px).collect();
+        let first_off = |found: &[Point2<f64>]| {
+            found.first().zip(exact.first()).map_or(f64::MAX, |(a, b)| (a - b).norm())
+        };
+        let forwards = first_off(&found);
+        found.reverse();
+        if first_off(&found) > forwards {
+            found.reverse();
+        }
+        Some(found)
+    }
+}
+
+impl Corners {
+    /// `exact_px` as an estimate sees them.
+    pub fn seen(self, exact_px: &[Point2<f64>], rng: &mut ChaCha8Rng) -> Vec<Point2<f64>> {
+        let noise = match self {
+            Self::Exact => return exact_px.to_vec(),
+            Self::Digitised => {
+                return exact_px.iter().map(|px| px.map(f64::round)).collect();
+            }
+            Self::Noisy { sigma_px } => Normal::new(0.0, sigma_px),
+        };
+        let Ok(noise) = noise else { return exact_px.to_vec() };
+        exact_px.iter().map(|px| px.map(|value| value + noise.sample(rng))).collect()
+    }
+
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Noisy { .. } => "noisy",
+            Self::Digitised => "digitised",
+        }
+    }
+}
+
+/// Direction of a slot.
+pub fn slot_rad(slot: usize) -> f64 {
+    std::f64::consts::TAU * slot as f64 / SLOTS as f64
+}
+
+/// `columns` × `rows` corners, row by row, origin at their centre.
+pub fn grid(columns: u16, rows: u16, square_m: f64) -> Vec<Point2<f64>> {
+    let (half_width, half_height) = (f64::from(columns - 1) / 2.0, f64::from(rows - 1) / 2.0);
+    (0..rows)
+        .flat_map(|row| (0..columns).map(move |column| (column, row)))
+        .map(|(column, row)| {
+            Point2::new(f64::from(column) - half_width, f64::from(row) - half_height) * square_m
+        })
+        .collect()
+}
+
+/// Random numbers of one trial, independent of every other trial's.
+pub fn chance(seed: u64, trial: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(trial);
+    rng
+}
