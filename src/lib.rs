@@ -32,7 +32,8 @@
 //! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
 //! | [`pipeline`] | the threads | recording and below |
-//! | [`text`] | every sentence a person reads | all of the above |
+//! | [`text`] | every sentence a person reads in a session | all of the above |
+//! | [`study`] | the paper's experiments, and strategies of guidance compared | capture, guidance and below |
 //! | [`cli`] | one subcommand a file | everything |
 //!
 //! # Invariants

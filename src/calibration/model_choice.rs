@@ -115,7 +115,8 @@ impl ModelChoice {
     /// Covariance of the chosen lens with the doubt about the model in it:
     /// `Σ w_m (C_m + (θ_m − θ̂)(θ_m − θ̂)ᵀ)` over all models at least as rich as the chosen one.
     ///
-    /// Simpler models could only lower it; they are left out.
+    /// Simpler models could only lower it; they are left out. Errors that all views share are added, see
+    /// [`SHARED_PP_SD_PX`].
     pub(super) fn averaged_covariance(&self, noise_floor: f64) -> Option<LensMatrix> {
         let centre = self.fit().camera.lens_parameters();
         let mut sum = LensMatrix::zeros();
@@ -129,7 +130,22 @@ impl ModelChoice {
             sum += (covariance + off * off.transpose()) * fit.weight;
             total += fit.weight;
         }
-        let averaged = sum / total;
+        let averaged = sum / total + shared_error(self.fit().camera.f_px.x);
         averaged.iter().all(|x| x.is_finite()).then_some(averaged)
     }
+}
+
+/// Edges that the lens bends, pixels that are not points: such errors of corners are alike in all views and
+/// do not average out. Rendered sessions with known truth show about these, as standard deviations of the
+/// principal point and, as a share, of the focal length.
+const SHARED_PP_SD_PX: f64 = 0.006;
+const SHARED_F_SD: f64 = 1.5e-5;
+
+fn shared_error(f_px: f64) -> LensMatrix {
+    let mut variance = LensMatrix::zeros();
+    // Both axes alike.
+    variance.fixed_view_mut::<2, 2>(0, 0).fill((SHARED_F_SD * f_px).powi(2));
+    variance[(2, 2)] = SHARED_PP_SD_PX * SHARED_PP_SD_PX;
+    variance[(3, 3)] = variance[(2, 2)];
+    variance
 }

@@ -5,7 +5,9 @@ use nalgebra::{Matrix3, Point2};
 use crate::{
     calibration::{LensModel, Observations, zhang},
     frame::ImageSize,
-    geometry::{Camera, Corner, Homography, PrincipalLine, intersect_unweighted, pose_from_homography},
+    geometry::{
+        Camera, Corner, Homography, PrincipalLine, intersect_unweighted, pose_from_homography,
+    },
 };
 
 /// One view as every estimate uses it.

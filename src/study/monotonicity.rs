@@ -92,8 +92,7 @@ pub fn outcome(params: &Params) -> Outcome {
         claims: vec![Claim {
             claim: "The deflection grows with the shift.".into(),
             measured: format!(
-                "Yes, and practically in proportion: {:.1} to {:.1} px per metre across the line.",
-                least, most
+                "Yes, and practically in proportion: {least:.1} to {most:.1} px per metre across the line."
             ),
             verdict: Verdict::of(grows),
         }],

@@ -9,8 +9,8 @@ const STYLE: &str = "body{font:15px/1.45 sans-serif;max-width:60rem;margin:2rem 
 h1{font-size:1.6rem}h2{margin-top:2.2rem;border-top:1px solid #ccc;padding-top:1rem}
 table{border-collapse:collapse;margin:.8rem 0;width:100%}td,th{border:1px solid #ccc;padding:.3rem .5rem;text-align:left;vertical-align:top}
 td.n{text-align:right;font-variant-numeric:tabular-nums}.v{white-space:nowrap;font-weight:bold}
-figure{display:inline-block;width:27rem;max-width:100%;margin:.5rem .8rem .5rem 0;vertical-align:top}figcaption{font-size:.85rem;color:#444}
-details{margin:.6rem 0}summary{cursor:pointer}.off{background:#fdecea}
+figure{display:inline-block;width:28rem;max-width:100%;margin:.5rem .8rem .5rem 0;vertical-align:top}figcaption{font-size:.85rem;color:#444}
+details{margin:.6rem 0}summary{cursor:pointer}.off{background:#fdecea}.w{overflow-x:auto}.w table{font-size:.85rem}
 @media print{body{max-width:none;margin:0}h2{break-after:avoid}figure,tr{break-inside:avoid}}";
 
 /// A self-contained HTML page.
@@ -71,7 +71,7 @@ fn section(outcome: &Outcome) -> String {
     }
     for table in outcome.tables.iter().filter(|table| table.rows.len() <= 40) {
         html += &format!(
-            "<details{}><summary>{}.csv</summary><table><thead><tr>",
+            "<details{}><summary>{}.csv</summary><div class=\"w\"><table><thead><tr>",
             if table.name == "guidance" { " open" } else { "" },
             escaped(&table.name)
         );
@@ -89,7 +89,7 @@ fn section(outcome: &Outcome) -> String {
             }
             html += "</tr>\n";
         }
-        html += "</tbody></table></details>\n";
+        html += "</tbody></table></div></details>\n";
     }
     if !outcome.checks.is_empty() {
         let passed = outcome.checks.iter().filter(|check| check.passes()).count();

@@ -12,7 +12,7 @@ use std::{
 ///
 /// The result does not depend on the number of cores. Panics of `work` go on in the caller.
 pub(super) fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let cores = thread::available_parallelism().map_or(1, |cores| cores.get()).min(count.max(1));
+    let cores = thread::available_parallelism().map_or(1, std::num::NonZero::get).min(count.max(1));
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::with_capacity(count));
     thread::scope(|scope| {

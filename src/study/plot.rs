@@ -10,6 +10,8 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 46.0;
+/// Most names that stand among the curves.
+const NAMES_INSIDE: usize = 5;
 
 /// A curve or a cloud.
 #[derive(Clone, Debug)]
@@ -46,10 +48,11 @@ impl Plot {
         Self { title: title.into(), x: x.into(), y: y.into(), series, picture: false, log_y: false }
     }
 
-    /// The drawing, 420 × 320 units.
+    /// The drawing, 420 × 320 units; wider if there are too many names to stand among the curves.
     pub(super) fn svg(&self) -> String {
-        let (width, height) = (420.0, 320.0);
-        let (inner_width, inner_height) = (width - LEFT - RIGHT, height - TOP - BOTTOM);
+        let (inner_width, inner_height) = (420.0 - LEFT - RIGHT, 320.0 - TOP - BOTTOM);
+        let beside = self.series.len() > NAMES_INSIDE;
+        let (width, height) = (if beside { 540.0 } else { 420.0 }, 320.0);
         let value = |y: f64| if self.log_y { y.max(1e-9).log10() } else { y };
         let points = || self.series.iter().flat_map(|series| &series.points);
         let range = |values: Vec<f64>| {
@@ -91,7 +94,9 @@ impl Plot {
                 ),
             );
         }
-        for y in ticks(y_low.min(y_high), y_low.max(y_high)) {
+        let (y_least, y_most) = (y_low.min(y_high), y_low.max(y_high));
+        let y_ticks = if self.log_y { log_ticks(y_least, y_most) } else { ticks(y_least, y_most) };
+        for y in y_ticks {
             let at = up(y);
             let label = if self.log_y { short(10_f64.powf(y)) } else { short(y) };
             push(
@@ -139,7 +144,8 @@ impl Plot {
                 push(&mut svg, format_args!("{}\n", mark(k, *x, *y, colour)));
             }
             if !series.label.is_empty() {
-                let (x, y) = (LEFT + 8.0, TOP + 14.0 + 14.0 * k as f64);
+                let x = if beside { LEFT + inner_width + 12.0 } else { LEFT + 8.0 };
+                let y = TOP + 14.0 + 14.0 * k as f64;
                 push(
                     &mut svg,
                     format_args!(
@@ -187,6 +193,18 @@ fn ticks(low: f64, high: f64) -> Vec<f64> {
         [1.0, 2.0, 5.0, 10.0].into_iter().find(|s| s * power >= rough).unwrap_or(10.0) * power;
     let first = (low / step).ceil() as i64;
     (first..=(high / step).floor() as i64).map(|k| k as f64 * step).collect()
+}
+
+/// Logarithms of 1, 2 and 5 times powers of ten between two logarithms.
+fn log_ticks(low: f64, high: f64) -> Vec<f64> {
+    if !((high - low) < 12.0) {
+        return Vec::new();
+    }
+    let digits: &[f64] = if high - low > 2.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    (low.floor() as i32..=high.ceil() as i32)
+        .flat_map(|power| digits.iter().map(move |digit| digit.log10() + f64::from(power)))
+        .filter(|tick| (low..=high).contains(tick))
+        .collect()
 }
 
 fn short(value: f64) -> String {

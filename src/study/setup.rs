@@ -118,7 +118,7 @@ impl Setup {
         let board = Checkerboard::new(self.columns, rows, self.square_m).ok()?;
         let scene = Scene {
             image_size: self.image_size,
-            camera: self.camera.clone(),
+            camera: self.camera,
             board,
             clutter: 0.0,
             ..Scene::default_720p(1)

@@ -146,7 +146,7 @@ fn bundle(setup: &Setup, views: &[View]) -> Option<Camera> {
     let observations = Observations::new(&setup.board_m, &corners).ok()?;
     let start = |h: &Matrix3<f64>| pose_from_homography(h, &setup.camera);
     let poses: Option<Vec<_>> = views.iter().map(|view| start(&view.image_from_board)).collect();
-    let start = BundleState { camera: setup.camera.clone(), cam_from_board: poses? };
+    let start = BundleState { camera: setup.camera, cam_from_board: poses? };
     let bundle = adjust(&observations, &LensModel::K1K2.freedom(true), None, start)?;
     bundle.converged.then_some(bundle.state.camera)
 }

@@ -60,7 +60,15 @@ pub fn outcome(params: &Params) -> Outcome {
             let (low, high) = parallel::median_interval(values).unwrap_or((f64::NAN, f64::NAN));
             let mean = values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64;
             let rms = mean.sqrt();
-            table.push(&[&(100.0 * share), &draws.len(), &QUANTITIES[k], &rms, &median, &low, &high]);
+            table.push(&[
+                &(100.0 * share),
+                &draws.len(),
+                &QUANTITIES[k],
+                &rms,
+                &median,
+                &low,
+                &high,
+            ]);
             curves[k].push((100.0 * share, rms));
         }
     }
@@ -170,7 +178,7 @@ fn draw(params: &Params, share: f64, which: usize, trial: usize) -> Option<Draw>
         .iter()
         .map(|view| pose_from_homography(&view.image_from_board, &setup.camera))
         .collect();
-    let start = BundleState { camera: setup.camera.clone(), cam_from_board: poses? };
+    let start = BundleState { camera: setup.camera, cam_from_board: poses? };
     let bundle = |model: LensModel| {
         let bundle = adjust(&observations, &model.freedom(true), None, start.clone())?;
         Some(bundle.state.camera.pp_px)

@@ -129,7 +129,7 @@ pub fn run(course: &Course, strategy: &Strategy, params: &Params, index: u64) ->
         let Some((bundle, mark)) = estimate(course, &views, &belief, params, hand.secs) else {
             continue;
         };
-        belief.camera = bundle.state.camera.clone();
+        belief.camera = bundle.state.camera;
         belief.covariance = bundle.covariance(1.0);
         poses = bundle.state.cam_from_board;
         marks.push(mark);
@@ -215,7 +215,7 @@ fn estimate(
         .collect();
     let f_px = Belief::guess(IMAGE_SIZE).camera.f_px.x;
     let prior = LensPrior::weak(IMAGE_SIZE).with_focal_length(f_px, 0.5 * f_px);
-    let start = BundleState { camera: belief.camera.clone(), cam_from_board: poses? };
+    let start = BundleState { camera: belief.camera, cam_from_board: poses? };
     let bundle = adjust(&observations, &course.model.freedom(true), Some(&prior), start)?;
     // The corners' noise is known; a misfit of the lens must not hide behind it.
     let covariance = bundle.covariance(1.0)?;

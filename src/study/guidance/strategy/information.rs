@@ -23,7 +23,7 @@ const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.0
 
 /// Of the candidates the one that leaves the least trace.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
-    best(situation, rng, |covariance| covariance.trace())
+    best(situation, rng, nalgebra::Matrix::trace)
 }
 
 /// Of the candidates the one with the least `cost` of the covariance that it leaves.
