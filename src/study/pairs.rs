@@ -159,7 +159,7 @@ pub fn outcome(params: &Params) -> Outcome {
             Claim {
                 claim: "Two independent pairs are as good as four.".into(),
                 measured: format!(
-                    "About the optical axis both meet in the PP ({:.1e} and {:.1e} px off). About an axis {:.0} mm beside it they meet in *that* axis: {:.2} and {:.2} px off. The bias is the same; the noise of two pairs is √2 larger.",
+                    "About the optical axis both meet in the PP ({:.1e} and {:.1e} px off). About an axis {:.0} mm beside it they meet in that axis: {:.2} and {:.2} px off. The bias is the same; the noise of two pairs is √2 larger.",
                     error(&centred, 0), error(&centred, 1), 1e3 * params.shift_m, error(&beside, 0), error(&beside, 1)
                 ),
                 verdict: Verdict::Partly,

@@ -200,7 +200,11 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
     if !((high - low) < 12.0) {
         return Vec::new();
     }
-    let digits: &[f64] = if high - low > 2.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    let digits: &[f64] = match high - low {
+        span if span > 2.0 => &[1.0],
+        span if span > 0.8 => &[1.0, 2.0, 5.0],
+        _ => &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
+    };
     (low.floor() as i32..=high.ceil() as i32)
         .flat_map(|power| digits.iter().map(move |digit| digit.log10() + f64::from(power)))
         .filter(|tick| (low..=high).contains(tick))

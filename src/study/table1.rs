@@ -169,7 +169,7 @@ pub fn outcome(params: &Params) -> Outcome {
     ];
     let plot = Plot {
         picture: true,
-        ..Plot::new("Centroids of nine test sets", "x (px)", "y (px)", clouds)
+        ..Plot::new("Centroids of the test sets", "x (px)", "y (px)", clouds)
     };
     Outcome {
         name: "table1".into(),
@@ -190,7 +190,7 @@ pub fn outcome(params: &Params) -> Outcome {
             Claim {
                 claim: "The spread over n measures accuracy.".into(),
                 measured: format!(
-                    "Eight lines at exact 45° steps with *random* offsets of 100 px have centroids equal to the full estimate to {garbage:.0e} px for every n: the statistic cannot see a bias, whatever the lines are."
+                    "Eight lines at exact 45° steps with random offsets of 100 px have centroids equal to the full estimate to {garbage:.0e} px for every n: the statistic cannot see a bias, whatever the lines are."
                 ),
                 verdict: Verdict::Fails,
             },
