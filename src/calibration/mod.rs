@@ -21,6 +21,7 @@ mod finding;
 mod free_covariance;
 pub mod free_homography;
 mod honesty;
+pub mod import;
 mod lens_model;
 mod model_choice;
 mod result;

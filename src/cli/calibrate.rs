@@ -91,7 +91,7 @@ impl Arguments {
         };
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
         let exit = tell(result.as_ref());
-        let report = json::calibration(result.as_ref(), views.image_size, &views.names);
+        let report = json::calibration(result.as_ref(), views.image_size, &board, &views.names);
         if let Some(path) = &self.out {
             let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
             save(path, serde_json::to_string_pretty(&report)?.as_bytes(), overwrite)?;

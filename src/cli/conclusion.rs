@@ -33,7 +33,8 @@ pub(super) fn conclude(session: &Session) -> Conclusion {
     };
     let exit = tell(result);
     let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
-    let report = json::calibration(result, session.setup().image_size, &names);
+    let report =
+        json::calibration(result, session.setup().image_size, &session.setup().board, &names);
     for (worker, reason) in session.failures() {
         say(&format!("The {worker} failed: {reason}"));
     }
@@ -46,10 +47,5 @@ pub(super) fn conclude(session: &Session) -> Conclusion {
 }
 
 fn name(accepted: &AcceptedView) -> ViewName {
-    let name = if accepted.name.is_empty() {
-        format!("frames/{:08}.png", accepted.view.frame_id.0)
-    } else {
-        accepted.name.clone()
-    };
-    ViewName { name, reason: None }
+    ViewName { name: accepted.picture_name(), reason: None }
 }

@@ -8,15 +8,26 @@ use serde_json::Value;
 
 use super::{Exit, print, say};
 use crate::{
-    calibration::export::opencv_yaml,
-    frame::ImageSize,
-    geometry::{Camera, LENS_PARAMETERS},
-    recording::save::{Overwrite, save},
+    calibration::{
+        export::{
+            ExportedCamera, ViewRow, colmap_cameras, corner_table, kalibr_camchain, matlab_script,
+            mrcal_cameramodel, opencv_yaml, ros_camera_info, views_csv,
+        },
+        import::own_json,
+    },
+    geometry::Corner,
+    recording::{
+        SessionFolder, replay,
+        save::{Overwrite, save},
+    },
+    session::Session,
 };
 
 /// Write a calibration for other programs.
 ///
 /// Example: boresight export sessions/2026-11-21T08-00-00Z --format opencv-yaml --out camera.yaml
+///
+/// Numbers have 17 significant digits; a format that cannot hold the lens is refused.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A session folder, or its calibration.json.
@@ -25,6 +36,9 @@ pub(super) struct Arguments {
     /// What to write.
     #[arg(long, value_enum, default_value = "opencv-yaml")]
     format: Format,
+    /// What the file calls the camera; by default the session's or file's name.
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
     /// Where to write it; without it, stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -42,10 +56,29 @@ enum Format {
     Json,
     /// OpenCV's FileStorage.
     OpencvYaml,
+    /// ROS camera_info.
+    RosYaml,
+    /// Kalibr camchain; holds no k3.
+    Kalibr,
+    /// COLMAP cameras.txt.
+    Colmap,
+    /// mrcal .cameramodel.
+    Mrcal,
+    /// Script for MATLAB and Octave.
+    Matlab,
+    /// What became of each view, as comma-separated values.
+    ViewsCsv,
+    /// The corners of the accepted views, `filename x y level`; needs the session folder.
+    Vnl,
 }
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let format = if self.json { Format::Json } else { self.format };
+        if format == Format::Vnl {
+            self.write(&self.corners()?)?;
+            return Ok(Exit::Good);
+        }
         let path = if self.input.is_dir() {
             self.input.join("calibration.json")
         } else {
@@ -55,58 +88,78 @@ impl Arguments {
             std::fs::read_to_string(&path).with_context(|| format!("could not read {path:?}"))?;
         let report: Value =
             serde_json::from_str(&text).with_context(|| format!("not a calibration: {path:?}"))?;
-        if report["schema"] != "boresight.calibration/1" {
-            bail!(
-                "its schema is {}, this version reads boresight.calibration/1: {path:?}",
-                report["schema"]
-            );
-        }
-        let out =
-            if self.json || self.format == Format::Json { text } else { yaml(&report, &path)? };
-        match &self.out {
-            Some(out_path) => {
-                let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
-                save(out_path, out.as_bytes(), overwrite)?;
-                say(&format!("Written: {}", out_path.display()));
-            }
-            None => print(out.trim_end())?,
-        }
+        let out = match format {
+            Format::Json => text,
+            Format::ViewsCsv => views_csv(&rows(&report)),
+            _ => self.camera(format, &text, &path)?,
+        };
+        self.write(&out)?;
         if report["verdict"] == "untrustworthy" {
             say("This calibration is NOT TRUSTWORTHY; its findings say why.");
             return Ok(Exit::NotTrustworthy);
         }
         Ok(Exit::Good)
     }
+
+    fn write(&self, text: &str) -> anyhow::Result<()> {
+        let Some(path) = &self.out else {
+            return print(text.trim_end());
+        };
+        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
+        save(path, text.as_bytes(), overwrite)?;
+        say(&format!("Written: {}", path.display()));
+        Ok(())
+    }
+
+    fn camera(&self, format: Format, text: &str, path: &Path) -> anyhow::Result<String> {
+        let old = own_json(text).with_context(|| format!("could not use {path:?}"))?;
+        let stem = self.input.file_stem().unwrap_or_default().to_string_lossy();
+        let exported = ExportedCamera {
+            name: self.name.as_deref().unwrap_or(&stem),
+            camera: old.camera,
+            image_size: old.image_size,
+            rms_px: old.rms_px.unwrap_or(0.0),
+        };
+        Ok(match format {
+            Format::OpencvYaml => opencv_yaml(&exported),
+            Format::RosYaml => ros_camera_info(&exported),
+            Format::Kalibr => kalibr_camchain(&exported).context("Kalibr cannot hold this lens")?,
+            Format::Colmap => colmap_cameras(&exported),
+            Format::Mrcal => mrcal_cameramodel(&exported),
+            Format::Matlab => matlab_script(&exported),
+            Format::Json | Format::ViewsCsv | Format::Vnl => bail!("no camera in this format"),
+        })
+    }
+
+    /// The corners of the accepted views, from the session's journal.
+    fn corners(&self) -> anyhow::Result<String> {
+        let header = SessionFolder::header(&self.input)
+            .context("a corner table is written from a session folder")?;
+        let mut session = Session::new(header.config.session(header.image_size())?);
+        replay(&mut session, SessionFolder::journal(&self.input)?.lines, |_, _| ());
+        let views: Vec<(String, &[Corner])> = session
+            .accepted()
+            .iter()
+            .map(|view| (view.picture_name(), view.view.corners.as_slice()))
+            .collect();
+        Ok(corner_table(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners)))))
+    }
 }
 
-fn yaml(report: &Value, path: &Path) -> anyhow::Result<String> {
-    let number = |pointer: &str| {
-        report
-            .pointer(pointer)
-            .and_then(Value::as_f64)
-            .with_context(|| format!("it holds no result ({pointer}): {path:?}"))
+fn rows(report: &Value) -> Vec<ViewRow> {
+    let row = |view: &Value| {
+        let number = |name: &str| view[name].as_f64();
+        ViewRow {
+            name: view["name"].as_str().unwrap_or_default().into(),
+            used: view["used"] == true,
+            reason: view["reason"].as_str().map(Into::into),
+            tilt_deg: number("tilt_deg"),
+            slot_deg: number("slot_deg"),
+            rms_px: number("rms_px"),
+            pl_residual_px: number("pl_residual_px"),
+            focal_px: number("focal_px"),
+            focal_sigma_px: number("focal_sigma_px"),
+        }
     };
-    let mut parameters = [0.0; LENS_PARAMETERS];
-    for (parameter, pointer) in parameters.iter_mut().zip([
-        "/result/f_px/0",
-        "/result/f_px/1",
-        "/result/pp_px/0",
-        "/result/pp_px/1",
-        "/result/distortion/k1",
-        "/result/distortion/k2",
-        "/result/distortion/p1",
-        "/result/distortion/p2",
-        "/result/distortion/k3",
-    ]) {
-        *parameter = number(pointer)?;
-    }
-    let size =
-        |pointer: &str| -> anyhow::Result<u32> { Ok(u32::try_from(number(pointer)? as u64)?) };
-    let image_size =
-        ImageSize { width_px: size("/image_size/0")?, height_px: size("/image_size/1")? };
-    Ok(opencv_yaml(
-        &Camera::from_lens_parameters(&parameters),
-        image_size,
-        number("/result/rms_px")?,
-    ))
+    report["views"].as_array().into_iter().flatten().map(row).collect()
 }

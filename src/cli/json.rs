@@ -3,9 +3,11 @@
 use serde_json::{Value, json};
 
 use crate::{
-    calibration::{Calibration, NotCalibrated, PrincipalPointEstimate},
+    board::Checkerboard,
+    calibration::{Calibration, NotCalibrated, PrincipalPointEstimate, ViewResult},
     detection::{Detection, Miss, Quality},
-    geometry::LENS_PARAMETERS,
+    frame::ImageSize,
+    geometry::{BoardOutline, LENS_PARAMETERS},
     text,
 };
 
@@ -19,10 +21,14 @@ pub(super) struct ViewName {
 /// `boresight.calibration/1`.
 pub(super) fn calibration(
     result: Result<&Calibration, &NotCalibrated>,
-    image_size: crate::frame::ImageSize,
+    image_size: ImageSize,
+    board: &Checkerboard,
     names: &[ViewName],
 ) -> Value {
     let image_size = json!([image_size.width_px, image_size.height_px]);
+    let shown = json!({
+        "columns": board.columns(), "rows": board.rows(), "square_mm": 1000.0 * board.square_m(),
+    });
     let calibration = match result {
         Ok(calibration) => calibration,
         Err(reason) => {
@@ -32,7 +38,7 @@ pub(super) fn calibration(
                 .map(|view| json!({ "name": view.name, "used": false, "reason": view.reason }))
                 .collect();
             return json!({
-                "schema": "boresight.calibration/1", "image_size": image_size,
+                "schema": "boresight.calibration/1", "image_size": image_size, "board": shown,
                 "verdict": "untrustworthy",
                 "findings": [{ "code": reason.code(), "severity": "bad", "message": message, "action": action }],
                 "result": null, "principal_point": null, "views": unused,
@@ -50,16 +56,23 @@ pub(super) fn calibration(
             })
         })
         .collect();
+    let grid: Vec<[f64; 3]> = calibration
+        .projection_sd
+        .grid
+        .iter()
+        .map(|point| [point.px.x, point.px.y, point.sd_px])
+        .collect();
     json!({
         "schema": "boresight.calibration/1",
         "image_size": image_size,
+        "board": shown,
         "verdict": calibration.verdict.code(),
         "findings": findings,
         "result": lens(calibration),
         "principal_point": principal_points(calibration),
-        "projection_sd_px": { "mean": calibration.projection_sd.mean_px, "max": calibration.projection_sd.max_px },
+        "projection_sd_px": { "mean": calibration.projection_sd.mean_px, "max": calibration.projection_sd.max_px, "grid": grid },
         "coverage": calibration.coverage,
-        "views": views(calibration, names),
+        "views": views(calibration, board, names),
     })
 }
 
@@ -116,7 +129,7 @@ fn principal_points(calibration: &Calibration) -> Value {
 }
 
 /// One object per picture: those used carry their numbers, in the order of the solver's views.
-fn views(calibration: &Calibration, names: &[ViewName]) -> Vec<Value> {
+fn views(calibration: &Calibration, board: &Checkerboard, names: &[ViewName]) -> Vec<Value> {
     let mut results = calibration.views.iter();
     names
         .iter()
@@ -133,8 +146,14 @@ fn views(calibration: &Calibration, names: &[ViewName]) -> Vec<Value> {
                     "x0_px": [line.origin_px.x, line.origin_px.y], "foot_px": [foot.x, foot.y],
                 })
             });
+            let t = &result.cam_from_board.translation.vector;
+            let q = result.cam_from_board.rotation.quaternion();
             json!({
                 "name": view.name, "used": true, "reason": null,
+                "cam_from_board": {
+                    "rotation_wxyz": [q.w, q.i, q.j, q.k], "translation_m": [t.x, t.y, t.z],
+                },
+                "outline_px": outline_px(calibration, board, result),
                 "tilt_deg": result.tilt_rad.to_degrees(), "slot_deg": result.slot_rad.to_degrees(),
                 "rms_px": result.residual_rms_px,
                 "pl": line, "pl_residual_px": result.pl_residual_px,
@@ -146,10 +165,24 @@ fn views(calibration: &Calibration, names: &[ViewName]) -> Vec<Value> {
         .collect()
 }
 
+/// Where the board's outermost inner corners are, in order around it.
+fn outline_px(
+    calibration: &Calibration,
+    board: &Checkerboard,
+    view: &ViewResult,
+) -> Option<[[f64; 2]; 4]> {
+    let seen = |point_m| {
+        calibration.camera.project_board_point(&view.cam_from_board, point_m).map(|seen| seen.px)
+    };
+    let px: Vec<_> = board.corners_in_board_m().iter().map(seen).collect::<Option<_>>()?;
+    let outline = BoardOutline::of(&px, board.columns())?;
+    Some(outline.corners_px().map(|px| [px.x, px.y]))
+}
+
 /// One line of `detect --json`.
 pub(super) fn detection(
     file: &str,
-    board: &crate::board::Checkerboard,
+    board: &Checkerboard,
     seen: &Result<Detection, Miss>,
     millis: f64,
 ) -> Value {

@@ -28,6 +28,19 @@ impl BoardOutline {
         Some(Self { corners_px: corners.map(|index| corners_px[index]) })
     }
 
+    /// From the corners themselves, in order around the board. `None` unless all are numbers.
+    pub fn around(corners_px: [Point2<f64>; 4]) -> Option<Self> {
+        corners_px
+            .iter()
+            .all(|px| px.x.is_finite() && px.y.is_finite())
+            .then_some(Self { corners_px })
+    }
+
+    /// The corners, in order around the board.
+    pub fn corners_px(&self) -> &[Point2<f64>; 4] {
+        &self.corners_px
+    }
+
     /// Whether `px` lies in the outline, a convex quadrilateral numbered either way round.
     pub fn covers(&self, px: &Point2<f64>) -> bool {
         let sides = (0..4).map(|i| {

@@ -1,5 +1,104 @@
-//! A calibration as text for other programs. Numbers are written so that they read back bit for bit.
+//! A calibration as text for other programs.
+//!
+//! | format | read by | holds the lens |
+//! |---|---|---|
+//! | [`opencv_yaml`] | OpenCV's `FileStorage` | whole |
+//! | [`ros_camera_info`] | ROS `camera_info_manager`, `image_proc` | whole, as `plumb_bob` |
+//! | [`kalibr_camchain`] | Kalibr and what reads its camchain | without k3, as `radtan` |
+//! | [`colmap_cameras`] | COLMAP | whole; pixels counted from the picture's corner |
+//! | [`mrcal_cameramodel`] | mrcal | whole, as `LENSMODEL_OPENCV5` |
+//! | [`matlab_script`] | MATLAB, Octave | whole; pixels counted from 1 |
+//! | [`views_csv`] | spreadsheets | what became of each view |
+//! | [`corner_table`] | mrcal, mrgingham, this program | the corners themselves |
+//!
+//! Numbers have 17 significant digits and a decimal point whatever the system's language, so that they
+//! read back bit for bit. What a format cannot hold is refused, never dropped.
 
+mod colmap;
+mod csv;
+mod kalibr;
+mod matlab;
+mod mrcal;
+mod number;
 mod opencv;
+mod ros;
+mod vnl;
 
+pub use colmap::colmap_cameras;
+pub use csv::{ViewRow, views_csv};
+pub use kalibr::kalibr_camchain;
+pub use matlab::matlab_script;
+pub use mrcal::mrcal_cameramodel;
 pub use opencv::opencv_yaml;
+pub use ros::ros_camera_info;
+pub use vnl::corner_table;
+
+use crate::{frame::ImageSize, geometry::Camera};
+
+/// What every format holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExportedCamera<'a> {
+    /// What to call the camera.
+    pub name: &'a str,
+    /// The lens.
+    pub camera: Camera,
+    /// The picture that it holds for.
+    pub image_size: ImageSize,
+    /// Root mean square reprojection residual per coordinate.
+    pub rms_px: f64,
+}
+
+/// Why a format cannot hold a calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NotExpressible {
+    /// The format has no place for a coefficient that is not zero.
+    #[error("the format has no {coefficient}, which this lens model needs")]
+    Coefficient {
+        /// Name of the coefficient.
+        coefficient: &'static str,
+    },
+}
+
+impl ExportedCamera<'_> {
+    /// The name in letters, digits, `_`, `-` and `.`, so that no format needs quotes around it.
+    fn plain_name(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || "_-.".contains(c) { c } else { '_' };
+        let name: String = self.name.chars().map(plain).collect();
+        // A name that starts with a letter is a word to every reader and never a number.
+        if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            name
+        } else {
+            format!("camera{name}")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point2, Vector2};
+
+    use super::*;
+    use crate::geometry::Distortion;
+
+    pub(super) fn exported(k3: f64) -> ExportedCamera<'static> {
+        ExportedCamera {
+            name: "front camera",
+            camera: Camera {
+                f_px: Vector2::new(1000.0 / 3.0, 1000.0 / 3.0),
+                pp_px: Point2::new(652.25, 351.5),
+                distortion: Distortion { k1: -0.3, k2: 0.125, p1: 0.0, p2: -7e-4, k3 },
+            },
+            image_size: ImageSize { width_px: 1280, height_px: 720 },
+            rms_px: 0.25,
+        }
+    }
+
+    #[test]
+    fn names_are_words_to_every_reader() {
+        let name = |name| ExportedCamera { name, ..exported(0.0) }.plain_name();
+        assert_eq!(name("front camera"), "front_camera");
+        assert_eq!(name("2026-11-21"), "camera2026-11-21");
+        assert_eq!(name("a: b\n# c"), "a__b___c");
+        assert_eq!(name(""), "camera");
+    }
+}

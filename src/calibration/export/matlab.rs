@@ -1,0 +1,46 @@
+use std::fmt::Write;
+
+use super::{ExportedCamera, number::number, number::numbers};
+
+/// The calibration as a script that MATLAB and Octave run: plain variables, and MATLAB's
+/// `cameraIntrinsics` where its Computer Vision Toolbox is there.
+///
+/// MATLAB counts pixels from 1 at the centre of the top-left one, so its principal point is one pixel
+/// larger; its picture sizes are rows, then columns.
+pub fn matlab_script(exported: &ExportedCamera<'_>) -> String {
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = exported.camera.lens_parameters();
+    let size = exported.image_size;
+    let mut script = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(script, "% Camera {}. Pixels are counted from 1.", exported.plain_name());
+    let _ = writeln!(script, "focal_length = [{}];", numbers(&[fx, fy]));
+    let _ = writeln!(script, "principal_point = [{}];", numbers(&[cx + 1.0, cy + 1.0]));
+    let _ = writeln!(script, "image_size = [{}, {}];", size.height_px, size.width_px);
+    let _ = writeln!(script, "radial_distortion = [{}];", numbers(&[k1, k2, k3]));
+    let _ = writeln!(script, "tangential_distortion = [{}];", numbers(&[p1, p2]));
+    let _ = writeln!(script, "mean_reprojection_error = {};", number(exported.rms_px));
+    script.push_str(
+        "intrinsic_matrix = [focal_length(1), 0, principal_point(1); 0, focal_length(2), principal_point(2); 0, 0, 1];\n\
+         if exist('cameraIntrinsics', 'class')\n\
+         \x20 intrinsics = cameraIntrinsics(focal_length, principal_point, image_size, ...\n\
+         \x20   'RadialDistortion', radial_distortion, 'TangentialDistortion', tangential_distortion);\n\
+         end\n",
+    );
+    script
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::tests::exported, *};
+
+    #[test]
+    fn pixels_are_counted_from_one_and_sizes_are_rows_first() {
+        let script = matlab_script(&exported(-0.02));
+        let pp = format!("principal_point = [{}];\n", numbers(&[653.25, 352.5]));
+        assert!(script.contains(&pp), "{script}");
+        assert!(script.contains("image_size = [720, 1280];\n"));
+        let radial = format!("radial_distortion = [{}];\n", numbers(&[-0.3, 0.125, -0.02]));
+        assert!(script.contains(&radial));
+        assert!(script.is_ascii());
+    }
+}

@@ -1,0 +1,45 @@
+use std::fmt::Write;
+
+use super::{ExportedCamera, number::numbers};
+
+/// The calibration as an mrcal `.cameramodel`: `LENSMODEL_OPENCV5`, or `LENSMODEL_PINHOLE` without
+/// distortion, at the origin of the reference frame.
+///
+/// mrcal counts pixels from the centre of the top-left one, as we do.
+pub fn mrcal_cameramodel(exported: &ExportedCamera<'_>) -> String {
+    let lens = exported.camera.lens_parameters();
+    let (model, intrinsics) = if exported.camera.distortion.is_none() {
+        ("LENSMODEL_PINHOLE", &lens[..4])
+    } else {
+        ("LENSMODEL_OPENCV5", &lens[..])
+    };
+    let size = exported.image_size;
+    let mut text = String::from("{\n");
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "    'lensmodel':  '{model}',\n");
+    let _ = writeln!(text, "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....");
+    let _ = writeln!(text, "    'intrinsics': [ {},],\n", numbers(intrinsics));
+    let _ = writeln!(text, "    # extrinsics are rt_fromref");
+    let _ = writeln!(text, "    'extrinsics': [ {},],\n", numbers(&[0.0; 6]));
+    let _ = writeln!(text, "    'imagersize': [ {}, {},],", size.width_px, size.height_px);
+    text.push_str("}\n");
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::tests::exported, *};
+    use crate::geometry::Distortion;
+
+    #[test]
+    fn the_model_names_its_numbers() {
+        let text = mrcal_cameramodel(&exported(-0.02));
+        assert!(text.contains("'lensmodel':  'LENSMODEL_OPENCV5'"));
+        assert!(text.contains("'imagersize': [ 1280, 720,]"));
+        let intrinsics = text.lines().find(|line| line.contains("'intrinsics'")).expect("a line");
+        assert_eq!(intrinsics.matches(", ").count(), 8, "{intrinsics}");
+        let mut pinhole = exported(0.0);
+        pinhole.camera.distortion = Distortion::default();
+        assert!(mrcal_cameramodel(&pinhole).contains("LENSMODEL_PINHOLE"));
+    }
+}
