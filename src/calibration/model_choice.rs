@@ -138,7 +138,7 @@ impl ModelChoice {
 /// Edges that the lens bends, pixels that are not points: such errors of corners are alike in all views and
 /// do not average out. Rendered sessions with known truth show about these, as standard deviations of the
 /// principal point and, as a share, of the focal length.
-const SHARED_PP_SD_PX: f64 = 0.006;
+const SHARED_PP_SD_PX: f64 = 0.009;
 const SHARED_F_SD: f64 = 1.5e-5;
 
 fn shared_error(f_px: f64) -> LensMatrix {
