@@ -178,6 +178,15 @@ impl SmallDisk {
     }
 }
 
+impl SmallDisk {
+    /// As if somebody had freed some space.
+    fn enlarge(&self, kib: u32) {
+        let size = format!("remount,size={kib}k");
+        let status = Command::new("mount").args(["-o", &size]).arg(self.place.path()).status();
+        assert!(status.is_ok_and(|status| status.success()));
+    }
+}
+
 impl Drop for SmallDisk {
     fn drop(&mut self) {
         // Left mounted it is only in the way.
@@ -188,8 +197,8 @@ impl Drop for SmallDisk {
 #[test]
 fn a_full_disk_is_said_and_costs_no_view() {
     let place = place();
-    let mut full = 0;
-    for kib in [4, 16, 64, 128, 192, 256, 384, 512] {
+    let (mut full, mut gone_on) = (0, 0);
+    for kib in [4, 16, 64, 128, 192, 256, 384, 512, 4096] {
         let Some(disk) = SmallDisk::mount(kib) else {
             println!("SKIPPED: mounting a small file system needs root");
             return;
@@ -206,8 +215,49 @@ fn a_full_disk_is_said_and_costs_no_view() {
             assert_eq!(status.code(), Some(1), "{told:?}");
             assert!(told.iter().any(|line| line.contains("The disk is full")), "{told:?}");
             assert!(!told.iter().any(|line| line.contains("panicked")), "{told:?}");
+            let before = held(&path);
+            disk.enlarge(16 * 1024);
+            // Space is freed: the session goes on, or, where there was none yet, begins.
+            let mut child = match before {
+                Some(_) => guide(place.path(), &["--session", &name, "--max-frames", "1000"]),
+                None => fresh(place.path(), &name),
+            }
+            .spawn()
+            .expect("started");
+            let again = lines(&mut child);
+            child.wait().expect("ended");
+            assert!(again.iter().any(|line| line.starts_with("Result: ")), "{again:?}");
+            let after = held(&path).expect("a session");
+            let kept = before.map_or(Vec::new(), |before| before.frames);
+            assert_eq!(after.frames[..kept.len()], kept, "nothing lost, nothing doubled");
+            assert!(after.views >= 4, "{again:?}");
+            gone_on += 1;
         }
         println!("{kib} KiB: {} views told, {views} there, {status}", taken(&told));
+        assert!(kib < 4096 || status.code() != Some(1), "this disk is large enough: {told:?}");
     }
     assert!(full >= 4, "the disks were too large to fill: {full}");
+    println!("{full} disks were filled; with space freed, {gone_on} sessions went on");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_session_that_is_interrupted_ends_in_order() {
+    for signal in ["-INT", "-TERM"] {
+        let place = place();
+        let mut child = fresh(place.path(), "session").spawn().expect("started");
+        let mut stderr = BufReader::new(child.stderr.take().expect("piped")).lines();
+        let mut told = Vec::new();
+        while taken(&told) == 0 {
+            told.push(stderr.next().expect("a view is taken").expect("text"));
+        }
+        let sent = Command::new("kill").arg(signal).arg(child.id().to_string()).status();
+        assert!(sent.expect("kill is there").success());
+        told.extend(stderr.map_while(Result::ok));
+        let status = child.wait().expect("ended");
+        assert!(matches!(status.code(), Some(0 | 3)), "{signal}: {status}: {told:?}");
+        assert!(told.iter().any(|line| line.starts_with("Result: ")), "{told:?}");
+        let held = held(&place.path().join("session")).expect("a session");
+        assert_eq!(held.views, taken(&told));
+    }
 }

@@ -125,7 +125,7 @@ fn a_session_is_open_once_and_never_made_twice() {
     drop(folder);
     let before = fs::read(path.join("session.toml")).expect("readable");
     let again = SessionFolder::create(&path, &header());
-    assert!(matches!(again, Err(RecordingError::Exists { .. })));
+    assert!(matches!(again, Err(RecordingError::NotNew { .. })));
     assert_eq!(fs::read(path.join("session.toml")).expect("readable"), before);
     assert!(SessionFolder::open(&path).is_ok());
 }

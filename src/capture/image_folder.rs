@@ -97,9 +97,33 @@ pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     reader.decode().map(image::DynamicImage::into_luma8).map_err(|err| decode(err.to_string()))
 }
 
-/// Whether a JPEG file has its end-of-image marker; decoders fill what is missing with grey.
+/// Whether a JPEG file goes on to its end-of-image marker; decoders fill what is missing with grey.
+///
+/// Segments are stepped over by their lengths: the thumbnail in one of them has an end of its own. Some
+/// cameras append data after the marker.
 fn whole_jpeg(path: &Path) -> std::io::Result<bool> {
-    let bytes = std::fs::read(path)?;
-    // Some cameras append data of their own after the marker.
-    Ok(bytes.windows(2).rev().take(1 << 20).any(|pair| pair == [0xFF, 0xD9]))
+    Ok(ends(&std::fs::read(path)?))
+}
+
+fn ends(bytes: &[u8]) -> bool {
+    const START_OF_SCAN: u8 = 0xDA;
+    const END_OF_IMAGE: u8 = 0xD9;
+    let mut at = 2;
+    let mut in_scan = false;
+    while let Some(&byte) = bytes.get(at) {
+        let Some(&marker) = bytes.get(at + 1) else { return false };
+        match (byte, marker) {
+            (0xFF, END_OF_IMAGE) => return true,
+            // A stuffed byte, a fill byte, a restart: the scan goes on.
+            (0xFF, 0x00 | 0xFF | 0xD0..=0xD7) => at += if marker == 0xFF { 1 } else { 2 },
+            (0xFF, _) => {
+                let Some(&[high, low]) = bytes.get(at + 2..at + 4) else { return false };
+                at += 2 + usize::from(u16::from_be_bytes([high, low]));
+                in_scan = marker == START_OF_SCAN;
+            }
+            _ if in_scan => at += 1,
+            _ => return false,
+        }
+    }
+    false
 }

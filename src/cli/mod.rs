@@ -19,6 +19,7 @@ mod truth;
 
 use std::{io::Write, process::ExitCode};
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 
 pub use outcome::Exit;
@@ -78,7 +79,6 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(exit) => exit.into(),
-        Err(err) if is_closed_pipe(&err) => ExitCode::SUCCESS,
         Err(err) => {
             let hint = text::explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
             // If stderr is closed there is nobody left to tell.
@@ -88,15 +88,13 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Whether the reader of stdout has gone, as `head` does: no failure of ours.
-fn is_closed_pipe(err: &anyhow::Error) -> bool {
-    err.downcast_ref::<std::io::Error>()
-        .is_some_and(|err| err.kind() == std::io::ErrorKind::BrokenPipe)
-}
-
-/// Writes a line to stdout.
+/// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
+/// out still decides its exit code.
 fn print(line: &str) -> anyhow::Result<()> {
-    Ok(writeln!(std::io::stdout(), "{line}")?)
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(err) if err.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("could not write to stdout"),
+    }
 }
 
 /// Writes a line to stderr; without a reader the work goes on.

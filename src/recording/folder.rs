@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     Journal, JournalContents, RecordingError, Stored,
     journal::checksum,
-    save::{Overwrite, save},
+    save::{Overwrite, UNFINISHED, save},
 };
 use crate::{
     config::Config,
@@ -59,6 +59,27 @@ impl Header {
     }
 }
 
+/// Whether nothing stands at `path` but what a crash between the first two writes leaves behind.
+fn is_new(path: &Path) -> std::io::Result<bool> {
+    let entries = match fs::read_dir(path) {
+        Ok(entries) => entries,
+        Err(err) if err.kind() == std::io::ErrorKind::NotFound => return Ok(true),
+        Err(err) => return Err(err),
+    };
+    for entry in entries {
+        let entry = entry?;
+        let unfinished = entry.file_name().to_string_lossy().starts_with(UNFINISHED);
+        let no_pictures = || {
+            entry.file_name() == "frames"
+                && fs::read_dir(entry.path()).is_ok_and(|mut f| f.next().is_none())
+        };
+        if !(unfinished || no_pictures()) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
 /// An open session folder. One process at a time: the journal is locked while it is open.
 #[derive(Debug)]
 pub struct SessionFolder {
@@ -72,9 +93,12 @@ impl SessionFolder {
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Exists`] if there is a session already, or [`RecordingError::Write`].
+    /// [`RecordingError::NotNew`] if there is something in the folder already, or [`RecordingError::Write`].
     pub fn create(path: &Path, header: &Header) -> Result<Self, RecordingError> {
         let failed = |source| RecordingError::Write { source, path: path.to_path_buf() };
+        if !is_new(path).map_err(failed)? {
+            return Err(RecordingError::NotNew { path: path.to_path_buf() });
+        }
         fs::create_dir_all(path.join("frames")).map_err(failed)?;
         let text = toml::to_string(header)
             .map_err(|err| failed(std::io::Error::other(err.to_string())))?;

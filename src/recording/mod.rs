@@ -48,6 +48,12 @@ pub enum RecordingError {
         /// The file.
         path: std::path::PathBuf,
     },
+    /// There is something in the folder that is to become a session.
+    #[error("there is something in this folder already: {path:?}")]
+    NotNew {
+        /// The folder.
+        path: std::path::PathBuf,
+    },
     /// `session.toml` is not one that this version reads.
     #[error("not a session this version can read ({reason}): {path:?}")]
     Header {

@@ -4,6 +4,9 @@ use std::{fs::File, io::Write, path::Path};
 
 use super::RecordingError;
 
+/// How the names of files begin that are not written to the end yet.
+pub(super) const UNFINISHED: &str = ".boresight-";
+
 /// Whether an existing file may be replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overwrite {
@@ -25,7 +28,7 @@ pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Recor
         _ => Path::new("."),
     };
     let mut beside =
-        tempfile::Builder::new().prefix(".boresight-").tempfile_in(folder).map_err(failed)?;
+        tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder).map_err(failed)?;
     beside.write_all(bytes).map_err(failed)?;
     beside.as_file().sync_all().map_err(failed)?;
     match overwrite {

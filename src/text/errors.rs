@@ -45,6 +45,11 @@ fn recording(err: &RecordingError) -> Option<String> {
         RecordingError::Exists { .. } => {
             Some("Give another name, or --force to replace the file.".into())
         }
+        RecordingError::NotNew { path } => Some(if path.join("session.toml").exists() {
+            format!("To go on with the session in it: boresight guide --session {}. For another one: name a new folder.", path.display())
+        } else {
+            "Name a new folder; nothing in this one is touched.".into()
+        }),
         RecordingError::Damaged { .. } => Some(
             "What is whole can be copied into a new session: boresight doctor SESSION --recover NEW".into(),
         ),
