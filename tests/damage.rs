@@ -122,6 +122,151 @@ fn a_folder_with_something_in_it_is_not_made_a_session() {
     assert!(ended.stderr.contains("Result: "), "{}", ended.stderr);
 }
 
+/// A folder in which nobody may write, not even root.
+struct ReadOnly {
+    place: TempDir,
+    mounted: bool,
+}
+
+impl ReadOnly {
+    fn new() -> Self {
+        let place = place();
+        let mounted = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", "ro,size=64k", "tmpfs"])
+            .arg(place.path())
+            .stderr(Stdio::null())
+            .status()
+            .is_ok_and(|status| status.success());
+        if !mounted {
+            let mut mode = fs::metadata(place.path()).expect("there").permissions();
+            mode.set_readonly(true);
+            fs::set_permissions(place.path(), mode).expect("changed");
+        }
+        Self { place, mounted }
+    }
+}
+
+impl Drop for ReadOnly {
+    fn drop(&mut self) {
+        // Left mounted it is only in the way.
+        if self.mounted {
+            let _ = Command::new("umount").arg(self.place.path()).status();
+        }
+    }
+}
+
+#[test]
+fn a_read_only_folder_is_named() {
+    let read_only = ReadOnly::new();
+    if fs::write(read_only.place.path().join("probe"), b"").is_ok() {
+        println!("SKIPPED: no folder can be made read-only here");
+        return;
+    }
+    let place = place();
+    pair_pictures(place.path(), "pictures", 2);
+    let at = |name: &str| read_only.place.path().join(name).display().to_string();
+    let session = at("session");
+    let ended = boresight(place.path(), &guide("pictures", &session));
+    says(&ended, 1, &[&session, "may be written"]);
+    let result = at("result.json");
+    let files = ["calibrate", "--board", "9x6", "pictures/0.png", "pictures/1.png"];
+    let ended = boresight(place.path(), &[&files[..], &["--out", &result]].concat());
+    says(&ended, 1, &[&result, "may be written"]);
+    drop(empty_session(&place.path().join("good")));
+    let saved = at("saved");
+    let ended = boresight(place.path(), &["doctor", "good", "--recover", &saved]);
+    says(&ended, 1, &[&saved, "may be written"]);
+}
+
+#[test]
+fn a_session_open_elsewhere_or_of_a_newer_version_is_refused() {
+    let place = place();
+    pair_pictures(place.path(), "pictures", 2);
+    let path = place.path().join("session");
+    let held = empty_session(&path);
+    let before = contents(&path);
+    let go_on = ["guide", "--headless", "--source", "pictures", "--session", "session"];
+    says(&boresight(place.path(), &go_on), 1, &["another boresight", "session", "Close"]);
+    assert_eq!(contents(&path), before, "nothing is touched");
+    drop(held);
+
+    let header = fs::read_to_string(path.join("session.toml")).expect("readable");
+    fs::write(path.join("session.toml"), header.replace("session/1", "session/2"))
+        .expect("written");
+    let before = contents(&path);
+    for command in [&go_on[..], &["doctor", "session"], &["replay", "session"]] {
+        let ended = boresight(place.path(), command);
+        says(&ended, 1, &["boresight.session/2", "session.toml", "newer"]);
+    }
+    assert_eq!(contents(&path), before, "nothing is touched");
+    fs::write(path.join("session.toml"), header).expect("written");
+    let settings = [&go_on[..], &["--set", "guidance.min_fill=0.7"]].concat();
+    says(&boresight(place.path(), &settings), 2, &["--set", "--session"]);
+}
+
+#[test]
+fn doctor_names_the_damage_and_the_next_step() {
+    let place = place();
+    pair_pictures(place.path(), "pictures", 4);
+    let ended = boresight(place.path(), &guide("pictures", "session"));
+    assert!(ended.stderr.contains("Taken: view"), "{}", ended.stderr);
+    let journal = place.path().join("session/journal.jsonl");
+    let whole = fs::read(&journal).expect("readable");
+    let third = whole.iter().enumerate().filter(|(_, b)| **b == b'\n').nth(1).expect("lines").0 + 1;
+    let mut damaged = whole.clone();
+    damaged[third + 40] ^= 0x02;
+    fs::write(&journal, damaged).expect("written");
+    let before = contents(place.path());
+    let ended = boresight(place.path(), &["doctor", "session"]);
+    says(&ended, 1, &["line 3", "journal.jsonl", "--recover"]);
+    for command in [&["replay", "session"][..], &["guide", "--headless", "--session", "session"]] {
+        says(&boresight(place.path(), command), 1, &["line 3", "journal.jsonl", "doctor"]);
+    }
+    assert_eq!(contents(place.path()), before, "nothing is touched");
+    fs::create_dir(place.path().join("taken")).expect("made");
+    let onto = boresight(place.path(), &["doctor", "session", "--recover", "taken"]);
+    says(&onto, 1, &["taken", "new folder"]);
+    says(
+        &boresight(place.path(), &["doctor", "session", "--recover", "saved"]),
+        1,
+        &["Recovered 2"],
+    );
+    says(&boresight(place.path(), &["doctor", "saved"]), 0, &["2 journal lines", "Whole"]);
+
+    // A journal that is gone altogether is no whole session.
+    fs::remove_file(&journal).expect("removed");
+    says(&boresight(place.path(), &["doctor", "session"]), 1, &["journal.jsonl"]);
+}
+
+#[test]
+fn a_session_goes_on_after_its_source_failed() {
+    let place = place();
+    pair_pictures(place.path(), "pictures", 6);
+    let third = place.path().join("pictures/2.png");
+    let whole = fs::read(&third).expect("readable");
+    fs::write(&third, &whole[..whole.len() / 2]).expect("written");
+    let ended = boresight(place.path(), &guide("pictures", "session"));
+    says(&ended, 1, &["2.png", "guide --session session"]);
+    assert_eq!(ended.stderr.matches("Taken: view").count(), 2, "{}", ended.stderr);
+    // The file is mended, and the session goes on where it stopped.
+    fs::write(&third, whole).expect("written");
+    let ended = boresight(place.path(), &["guide", "--headless", "--session", "session"]);
+    says(&ended, ended.code, &["Going on with 2 views", "Taken: view"]);
+    assert_ne!(ended.code, 1, "the old failure is over: {}", ended.stderr);
+    assert!(!ended.stderr.contains("The capture failed"), "{}", ended.stderr);
+}
+
+#[test]
+fn pictures_of_another_size_are_told_and_left_out() {
+    let place = place();
+    pair_pictures(place.path(), "pictures", 2);
+    let small = image::imageops::thumbnail(&picture(40.0, 90.0), 320, 240);
+    small.save(place.path().join("pictures/0b.png")).expect("saved");
+    let ended = boresight(place.path(), &guide("pictures", "session"));
+    says(&ended, 3, &["320", "640"]);
+    assert_eq!(ended.stderr.matches("Taken: view").count(), 2, "{}", ended.stderr);
+}
+
 /// A JPEG with a thumbnail in its EXIF segment, as cameras write it.
 fn with_thumbnail(image: &GrayImage) -> Vec<u8> {
     let encoded = |image: &GrayImage| {
@@ -188,4 +333,20 @@ fn a_reader_that_has_gone_changes_no_exit_code() {
     let stderr = String::from_utf8(output.stderr).expect("text");
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.contains("stdout"), "{stderr}");
+}
+
+#[test]
+fn words_that_cannot_be_parsed_are_usage_errors() {
+    let place = place();
+    for (arguments, word) in [
+        (["--board", "0x"], "columns x rows"),
+        (["--square", "wide"], "25mm"),
+        (["--set", "guidance.min_fill"], "KEY=VALUE"),
+        (["--set", "=3"], "KEY=VALUE"),
+        (["--set", "guidance..min_fill=3"], "KEY=VALUE"),
+    ] {
+        let ended = boresight(place.path(), &[&guide("sim", "out")[..], &arguments].concat());
+        says(&ended, 2, &[word, "--help"]);
+    }
+    assert_eq!(contents(place.path()), []);
 }

@@ -19,8 +19,18 @@ pub(super) struct BoardArguments {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Change one setting, for example guidance.min_tilt_deg=25. May be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
+}
+
+/// Whether a setting has the form KEY=VALUE; what the key is, the configuration knows.
+pub(super) fn setting(text: &str) -> Result<String, String> {
+    let key = text.split_once('=').map(|(key, _)| key.trim());
+    let is_key = |key: &str| key.split('.').all(|part| !part.trim().is_empty());
+    match key {
+        Some(key) if is_key(key) => Ok(text.to_owned()),
+        _ => Err("wants KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
+    }
 }
 
 /// Inner corners.

@@ -33,6 +33,9 @@ impl Arguments {
         let header = SessionFolder::header(&self.session)?;
         let mut problems: Vec<String> = Vec::new();
         let journal = self.session.join("journal.jsonl");
+        if !journal.exists() {
+            problems.push(format!("the journal is gone: {journal:?}"));
+        }
         let contents = match SessionFolder::journal(&self.session) {
             Ok(contents) => contents,
             Err(err @ RecordingError::Damaged { .. }) => {
@@ -83,6 +86,12 @@ impl Arguments {
             }).to_string())?;
         }
         if !problems.is_empty() {
+            if self.recover.is_none() {
+                say(&format!(
+                    "What is whole can be copied into a new session: boresight doctor {} --recover NEW",
+                    self.session.display()
+                ));
+            }
             bail!("{} problems in {:?}", problems.len(), self.session);
         }
         say("Whole.");
@@ -95,17 +104,18 @@ fn recover(from: &Path, to: &Path, lines: &[crate::recording::Line]) -> anyhow::
     if to.exists() {
         bail!("there is already something at {to:?}: name a new folder");
     }
-    std::fs::create_dir_all(to.join("frames"))?;
-    std::fs::copy(from.join("session.toml"), to.join("session.toml"))?;
+    let failed = |source| RecordingError::Write { source, path: to.to_path_buf() };
+    std::fs::create_dir_all(to.join("frames")).map_err(failed)?;
+    std::fs::copy(from.join("session.toml"), to.join("session.toml")).map_err(failed)?;
     for stored in lines.iter().filter_map(|line| line.stored.as_ref()) {
         let name = format!("frames/{:08}.png", stored.frame);
         if from.join(&name).exists() {
-            std::fs::copy(from.join(&name), to.join(&name))?;
+            std::fs::copy(from.join(&name), to.join(&name)).map_err(failed)?;
         }
     }
     let bytes = std::fs::read(from.join("journal.jsonl"))?;
     let whole: Vec<u8> =
         bytes.split_inclusive(|byte| *byte == b'\n').take(lines.len()).flatten().copied().collect();
-    std::fs::write(to.join("journal.jsonl"), whole)?;
+    std::fs::write(to.join("journal.jsonl"), whole).map_err(failed)?;
     Ok(())
 }

@@ -25,13 +25,13 @@ use crate::{
         FrameSource,
         synthetic::{SyntheticSource, TruthLog},
     },
-    guidance::Progress,
+    guidance::{Progress, Refusal},
     pipeline::{Judged, Pipeline, Setup},
     recording::{
         Header, SessionFolder, replay,
         save::{Overwrite, save},
     },
-    session::{Input, Session, Snapshot},
+    session::{Input, Outcome, Session, Snapshot},
     text,
 };
 
@@ -52,8 +52,8 @@ pub(super) struct Arguments {
     headless: bool,
     #[command(flatten)]
     board: BoardArguments,
-    /// Go on with this session.
-    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    /// Go on with this session, with the settings that it began with.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config"])]
     session: Option<PathBuf>,
     /// Folder of the new session; by default a new one in ./sessions.
     #[arg(long, value_name = "DIR")]
@@ -228,6 +228,12 @@ impl Run {
         let finished = pipeline.stop()?;
         let session = finished.session;
         let Conclusion { exit, report } = conclude(&session);
+        if !session.failures().is_empty() {
+            say(&format!(
+                "Every view that was shown as taken is safe; go on with: boresight guide --session {}",
+                path.display()
+            ));
+        }
         if let Some(log) = truth {
             let truth = log.snapshot();
             if let Some(calibration) = session.calibration() {
@@ -253,6 +259,12 @@ fn told(mut judged: Listener) -> impl FnMut(Judged<'_>) + Send {
         let snapshot = frame.snapshot;
         if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
             say(&outcome);
+        }
+        // Nothing that the person does with the board would change this.
+        if let Outcome::Refused { refusal: refusal @ Refusal::OtherSize { .. } } =
+            &snapshot.decision.outcome
+        {
+            say(&format!("  Left out: {}", text::refusal(refusal)));
         }
         let advice = text::advice(&snapshot.decision.advice, Some(frame.observation));
         // The same advice with another number is not news on a terminal.

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::{
     Exit,
+    board_args::setting,
     conclusion::{Conclusion, conclude},
     print, say,
 };
@@ -40,7 +41,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", requires = "redetect")]
     threads: Option<usize>,
     /// Ask "what if": change one setting, for example guidance.min_tilt_deg=25. May be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
     /// Print one JSON object per session on stdout.
     #[arg(long)]

@@ -24,6 +24,7 @@ use crate::{
 
 /// Version of everything in the folder. A newer one is refused, never rewritten.
 const SCHEMA: &str = "boresight.session/1";
+const SCHEMA_NAME: &str = "boresight.session/";
 
 /// What `session.toml` says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -137,7 +138,13 @@ impl SessionFolder {
         let table: toml::Table = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
         let schema = table.get("schema").and_then(toml::Value::as_str).unwrap_or("none");
         if schema != SCHEMA {
-            return Err(bad(format!("its schema is {schema:?}, this version reads {SCHEMA:?}")));
+            let newer = match schema.strip_prefix(SCHEMA_NAME) {
+                Some(_) => "; a newer boresight made it",
+                None => "",
+            };
+            return Err(bad(format!(
+                "its schema is {schema:?}, this version reads {SCHEMA:?}{newer}"
+            )));
         }
         toml::from_str(&text).map_err(|err| bad(err.message().into()))
     }

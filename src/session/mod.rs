@@ -124,6 +124,8 @@ impl Session {
             }
             Input::Resumed => {
                 self.source_ended = false;
+                // What failed then is over; who fails now says so.
+                self.failures.clear();
                 self.forget_motion();
                 (None, Outcome::Noted, None)
             }
