@@ -23,7 +23,7 @@ const IMAGE_SIZE: ImageSize = ImageSize { width_px: 1920, height_px: 1080 };
 /// How long a view is held until it is taken.
 const HOLD_SECS: f64 = 1.0;
 /// Attempts at one pose before the person gives up on it.
-const ATTEMPTS: u32 = 6;
+const ATTEMPTS: i32 = 6;
 
 /// A camera whose truth is known, and what it is fitted with.
 #[derive(Clone, Debug)]
@@ -91,12 +91,14 @@ pub fn run(course: &Course, strategy: &Strategy, params: &Params, index: u64) ->
     let guidance = GuidanceParams { plan: strategy.plan, ..GuidanceParams::default() };
     let mut belief = Belief::guess(IMAGE_SIZE);
     let mut hand = Hand { at: Isometry3::translation(0.0, 0.0, 0.8), secs: 0.0 };
-    let (mut views, mut poses, mut marks) = (Vec::<View>::new(), Vec::new(), Vec::new());
+    let (mut views, mut shown, mut poses, mut marks) =
+        (Vec::<View>::new(), Vec::<Vec<Corner>>::new(), Vec::new(), Vec::new());
     let mut asked = 0;
-    while views.len() < params.guidance_views && asked < 3 * params.guidance_views {
+    while shown.len() < params.guidance_views && asked < 3 * params.guidance_views {
         let situation = Situation {
             belief: &belief,
             views: &views,
+            shown: &shown,
             poses: &poses,
             board: &course.board,
             params: &guidance,
@@ -106,12 +108,12 @@ pub fn run(course: &Course, strategy: &Strategy, params: &Params, index: u64) ->
         };
         let Some(wish) = (strategy.wish)(&situation, &mut chance_of_strategy) else { break };
         asked += 1;
-        let shown = (0..ATTEMPTS).find_map(|attempt| {
-            let care = 0.6_f64.powi(attempt as i32);
+        let taken = (0..ATTEMPTS).find_map(|attempt| {
+            let care = 0.6_f64.powi(attempt);
             hand.bring(&wish, &belief.camera, care, &mut rng);
             let corners = seen(course, &hand.at, params.noise_px, &mut rng)?;
             let time = CaptureTime { nanos: (hand.secs * 1e9) as u64 };
-            let frame = (FrameId(views.len() as u64), time);
+            let frame = (FrameId(shown.len() as u64), time);
             let mut view = measure(frame, &corners, 0.8, &course.board, &belief);
             if strategy.picky {
                 let measured = view.as_mut().ok()?;
@@ -122,13 +124,12 @@ pub fn run(course: &Course, strategy: &Strategy, params: &Params, index: u64) ->
             }
             Some((corners, view.ok()))
         });
-        let Some((corners, Some(view))) = shown else { continue };
-        // A view too frontal for a principal line counts for the others all the same.
-        debug_assert_eq!(corners.len(), view.corners.len());
-        views.push(view);
-        let Some((bundle, mark)) = estimate(course, &views, &belief, params, hand.secs) else {
-            continue;
-        };
+        let Some((corners, view)) = taken else { continue };
+        // A board that faces the camera has no principal line, but its corners count all the same.
+        views.extend(view);
+        shown.push(corners);
+        let estimated = estimate(course, &shown, &belief, hand.secs);
+        let Some((bundle, mark)) = estimated else { continue };
         belief.camera = bundle.state.camera;
         belief.covariance = bundle.covariance(1.0);
         poses = bundle.state.cam_from_board;
@@ -201,17 +202,16 @@ fn seen(
 /// The lens from all views so far, and where that leaves the run.
 fn estimate(
     course: &Course,
-    views: &[View],
+    shown: &[Vec<Corner>],
     belief: &Belief,
-    params: &Params,
     secs: f64,
 ) -> Option<(Bundle, Mark)> {
     let board_m = course.board.corners_in_board_m();
-    let corners: Vec<&[Corner]> = views.iter().map(|view| view.corners.as_slice()).collect();
+    let corners: Vec<&[Corner]> = shown.iter().map(Vec::as_slice).collect();
     let observations = Observations::new(&board_m, &corners).ok()?;
-    let poses: Option<Vec<Isometry3<f64>>> = views
+    let poses: Option<Vec<Isometry3<f64>>> = shown
         .iter()
-        .map(|view| Some(fit_pose(&belief.camera, &board_m, &view.corners).ok()?.cam_from_board))
+        .map(|corners| Some(fit_pose(&belief.camera, &board_m, corners).ok()?.cam_from_board))
         .collect();
     let f_px = Belief::guess(IMAGE_SIZE).camera.f_px.x;
     let prior = LensPrior::weak(IMAGE_SIZE).with_focal_length(f_px, 0.5 * f_px);
@@ -222,7 +222,7 @@ fn estimate(
     let camera = &bundle.state.camera;
     let pp = covariance.fixed_view::<2, 2>(2, 2).symmetric_eigenvalues().max().max(0.0);
     let mark = Mark {
-        view: views.len(),
+        view: shown.len(),
         secs,
         pp_error_px: (camera.pp_px - course.camera.pp_px).norm(),
         f_error_px: (camera.f_px.x - course.camera.f_px.x).abs(),
@@ -230,7 +230,6 @@ fn estimate(
         pp_sd_px: pp.sqrt(),
         projection_sd_px: projection_jacobian(camera, IMAGE_SIZE)?.sd(&covariance).mean_px,
     };
-    debug_assert!(params.noise_px > 0.0);
     Some((bundle, mark))
 }
 

@@ -11,10 +11,8 @@ const ROWS: usize = 6;
 /// Of sixty random poses the one whose corners fall into the emptiest cells.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let mut counts = [0_u32; COLUMNS * ROWS];
-    for view in situation.views {
-        for corner in &view.corners {
-            counts[cell(situation, corner.px.x, corner.px.y)] += 1;
-        }
+    for corner in situation.shown.iter().flatten() {
+        counts[cell(situation, corner.px.x, corner.px.y)] += 1;
     }
     let emptiness = |pose: &Isometry3<f64>| -> f64 {
         let camera = &situation.belief.camera;

@@ -16,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     board::Checkerboard,
     calibration::LensModel,
+    geometry::Corner,
     guidance::{Belief, GuidanceParams, Plan, View},
 };
 
@@ -24,8 +25,10 @@ use crate::{
 pub struct Situation<'a> {
     /// The camera as estimated from the views so far.
     pub belief: &'a Belief,
-    /// Views that count.
+    /// Views that have a principal line.
     pub views: &'a [View],
+    /// Corners of all views that count.
+    pub shown: &'a [Vec<Corner>],
     /// Their poses as estimated.
     pub poses: &'a [Isometry3<f64>],
     /// What is held up.
