@@ -99,7 +99,7 @@ pub(super) struct Scratch {
 
 /// Fits around `start`, with the board's axes `u` and `v` in pixels per square there.
 ///
-/// First on a quarter of the patch's pixels, then on those that tell: the edges in full, the plain squares
+/// First on a quarter or a ninth of the patch's pixels, then on those that tell: the edges in full, the plain squares
 /// thinned out.
 ///
 /// What [`Known`] gives is not estimated, nor is the light's gradient then.
@@ -116,7 +116,11 @@ pub(super) fn fit(
     let patch = Patch::around(start, axes_px, limits)?;
     let centre = [f64::from(patch.centre_px.0), f64::from(patch.centre_px.1)];
     let Scratch { coarse, fine } = scratch;
-    let thin = if patch.half_px > 6.5 { 2 } else { 1 };
+    let thin = match patch.half_px {
+        half if half > 13.0 => 3,
+        half if half > 6.5 => 2,
+        _ => 1,
+    };
     coarse.gather(image, &patch, |dx, dy| dx % thin == 0 && dy % thin == 0);
     let whole = patch.area_px() / f64::from(thin * thin);
     if coarse.count < LEAST_PIXELS || (coarse.count as f64) < LEAST_VISIBLE * whole {
