@@ -256,6 +256,11 @@ impl Bundle {
         Some((shift, covariance))
     }
 
+    /// What each view contributes to [`Self::information`], and its pull: the gradient.
+    pub(super) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
+        &self.view_information
+    }
+
     /// Information of the corners about the free lens parameters per unit of noise, poses settled.
     pub fn information(&self) -> &LensMatrix {
         &self.information

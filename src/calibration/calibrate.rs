@@ -3,9 +3,12 @@ use std::borrow::Cow;
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3};
 
 use super::bundle::{BundleState, InvalidCorners, Observations};
+use super::causes::{Causes, causes};
+use super::corners::{is_grid, odd_corners};
 use super::excess::{excess_variance_px2, widened};
 use super::finding::Verdict;
 use super::free_homography::{self, DistortionCentrePrior, FreeHomographies};
+use super::held_out;
 use super::honesty::{self, Evidence};
 use super::lens_model::{LensModel, LensPrior};
 use super::model_choice::{ModelChoice, ModelSearch, fit_models};
@@ -58,6 +61,9 @@ pub fn calibrate(
     }
     let board_m = board.corners_in_board_m();
     let mut observations = observations(views, &board_m)?;
+    if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
+        return Err(NotCalibrated::NoGrid { view });
+    }
     let as_seen = as_seen(views, &board_m, image_size)?;
     let distinct = distinct_views(views, image_size);
     let prior = DistortionCentrePrior::of(image_size);
@@ -191,7 +197,9 @@ impl Inputs<'_> {
         let noise_factor = bundle.noise_factor();
         let noise_floor = self.noise_floor();
         let noise_px = noise_factor * typical_sigma_px(self.views);
-        let covariance_all = choice.averaged_covariance(noise_floor)?;
+        let plain = choice.averaged_covariance(noise_floor)?;
+        let causes = self.causes(choice);
+        let covariance_all = plain + causes.doubt;
         let covariance = restricted(&covariance_all, model, self.params.square_pixels);
         let projection_sd = projection_jacobian(&camera, self.image_size)?.sd(&covariance_all);
         let free = self.free.as_ref();
@@ -202,10 +210,12 @@ impl Inputs<'_> {
                 self.view(view, &bundle.state, residuals[view], &pp_covariance_px2, noise_factor)
             })
             .collect();
+        let widening = covariance_all.fixed_view::<2, 2>(2, 2).trace()
+            / plain.fixed_view::<2, 2>(2, 2).trace();
         let skip_one_ratio = (self.distinct >= 4)
             .then(|| skip::leave_one_out(bundle, noise_factor.max(noise_floor)))
             .flatten()
-            .map(|left_out| left_out.ratio);
+            .map(|left_out| left_out.ratio / widening.sqrt());
         let coverage = coverage(&self.outlines(), self.image_size);
         let mirrored: Vec<bool> = self
             .as_seen
@@ -213,12 +223,21 @@ impl Inputs<'_> {
             .iter()
             .map(|h| h.determinant() * h[(2, 2)] < 0.0)
             .collect();
+        let odd_corners = odd_corners(&self.observations, &bundle.state);
+        let held_out = (self.distinct > held_out::VIEWS_NEEDED)
+            .then(|| held_out::check(&self.observations, bundle, self.views))
+            .flatten();
         let findings = honesty::check(&Evidence {
             image_size: self.image_size,
             choice,
             free,
             views: &views,
             mirrored: &mirrored,
+            seen: self.views,
+            causes: &causes,
+            odd_corners: &odd_corners,
+            held_out,
+            pp_doubt_px2: causes.doubt.fixed_view::<2, 2>(2, 2).into(),
             projection_sd: &projection_sd,
             pp_covariance_px2,
             f_sd_px: covariance[(0, 0)].sqrt(),
@@ -250,6 +269,17 @@ impl Inputs<'_> {
             verdict: Verdict::of(&findings),
             findings,
         })
+    }
+
+    /// What else may be wrong with the views, weighed against the richest lens.
+    fn causes(&self, choice: &ModelChoice) -> Causes {
+        let richest = choice.bundles.last();
+        match richest {
+            Some(richest) if self.distinct >= VIEWS_WITHOUT_PRIOR => {
+                causes(&self.observations, richest, self.image_size, self.noise_floor())
+            }
+            _ => Causes::none(),
+        }
     }
 
     fn outlines(&self) -> Vec<BoardOutline> {

@@ -8,6 +8,8 @@
 //! | `free_homography` | the independent check: no common focal length, distortion centre free |
 //! | `uncertainty` | what the covariance means for pixels, a turn of the camera set aside |
 //! | `skip` | estimates with views left out |
+//! | `causes`, `extended` | what a misfit comes from: focus, board, shutter, mixed views; its doubt widens the covariance |
+//! | `corners`, `held_out` | single corners that are wrong; views that the others do not predict |
 //! | `honesty` | findings and the verdict |
 //!
 //! [`calibrate`] runs them all. Everything is deterministic; nothing here speaks to a person.
@@ -15,11 +17,15 @@
 mod arrow;
 mod bundle;
 mod calibrate;
+mod causes;
+mod corners;
 mod excess;
 pub mod export;
+mod extended;
 mod finding;
 mod free_covariance;
 pub mod free_homography;
+mod held_out;
 mod honesty;
 pub mod import;
 mod lens_model;

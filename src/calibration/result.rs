@@ -65,6 +65,12 @@ pub enum NotCalibrated {
         /// The view.
         view: usize,
     },
+    /// A view whose corners do not run row by row over the board.
+    #[error("view {view}: corners do not run row by row")]
+    NoGrid {
+        /// The view.
+        view: usize,
+    },
     /// The views leave the lens undetermined, or fit no lens.
     #[error("{distinct} different views do not determine the lens")]
     Undetermined {
@@ -83,6 +89,7 @@ impl NotCalibrated {
             Self::CornerCount { .. } => "CORNER-COUNT",
             Self::CornerValue { .. } => "CORNER-VALUE",
             Self::NoHomography { .. } => "NO-HOMOGRAPHY",
+            Self::NoGrid { .. } => "CORNERS-WRONG",
             Self::Undetermined { .. } => "UNDETERMINED",
         }
     }

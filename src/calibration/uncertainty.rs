@@ -2,6 +2,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2, SMatrix, Vector3};
 
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
 use super::arrow::inverse;
 use crate::frame::ImageSize;
 use crate::geometry::{Camera, GRID_COLUMNS, GRID_ROWS, LENS_PARAMETERS, cell_centre_px};
@@ -38,6 +40,9 @@ pub struct ProjectionSd {
     pub mean_px: f64,
     /// Largest on the grid.
     pub max_px: f64,
+    /// Root mean square error of projection over the grid that 95 of 100 calibrations like this stay
+    /// below.
+    pub bound_px: f64,
     /// Row by row.
     pub grid: Vec<GridSd>,
     /// Grid points beyond the fold of the lens model, not in the figures above.
@@ -96,10 +101,22 @@ impl ProjectionJacobian {
         let sum: f64 = grid.iter().map(|point| point.sd_px).sum();
         ProjectionSd {
             mean_px: sum / grid.len().max(1) as f64,
+            bound_px: self.bound_px(covariance),
             max_px: grid.iter().map(|point| point.sd_px).fold(0.0, f64::max),
             grid,
             unmapped: self.unmapped,
         }
+    }
+
+    /// The mean square error is `Σ λᵢ χ²₁` with λ the eigenvalues of `W C`, W the mean of `MᵀM/2`; its
+    /// quantile is that of the gamma distribution of the same mean and variance (Satterthwaite 1946).
+    fn bound_px(&self, covariance: &LensMatrix) -> f64 {
+        let product = self.weight() * covariance / 2.0;
+        let (mean, variance) = (product.trace(), 2.0 * (product * product).trace());
+        let freedom = 2.0 * mean * mean / variance;
+        ChiSquared::new(freedom).map_or(mean.max(0.0).sqrt(), |chi2| {
+            (variance / (2.0 * mean) * chi2.inverse_cdf(0.95)).max(0.0).sqrt()
+        })
     }
 
     /// `Mᵀ M` per grid point, so that `tr(M C Mᵀ) = tr(MᵀM C)` costs one product.
