@@ -95,20 +95,24 @@ impl Observations {
 
     /// Root mean square pixel residual of each view, per coordinate.
     pub fn residual_rms_px(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Vec<f64> {
-        self.views
+        poses
             .iter()
-            .zip(poses)
-            .map(|(corners, pose)| {
-                let sum: f64 = corners
-                    .iter()
-                    .filter_map(|corner| {
-                        let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
-                        Some((corner.px - predicted).norm_squared())
-                    })
-                    .sum();
-                (sum / (2 * corners.len()).max(1) as f64).sqrt()
-            })
+            .enumerate()
+            .map(|(view, pose)| self.view_residual_rms_px(view, camera, pose))
             .collect()
+    }
+
+    /// Root mean square pixel residual of one view, per coordinate.
+    pub fn view_residual_rms_px(&self, view: usize, camera: &Camera, pose: &Isometry3<f64>) -> f64 {
+        let corners = &self.views[view];
+        let sum: f64 = corners
+            .iter()
+            .filter_map(|corner| {
+                let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
+                Some((corner.px - predicted).norm_squared())
+            })
+            .sum();
+        (sum / (2 * corners.len()).max(1) as f64).sqrt()
     }
 
     /// Whitened cost of one camera and its poses. `None` if a corner is behind the camera.

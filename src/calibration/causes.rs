@@ -10,6 +10,8 @@ use crate::geometry::LENS_PARAMETERS;
 
 type LensMatrix = nalgebra::SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
+/// Scatter of the focal length, relative, from which one focal length is no result.
+const FOCUS_BAD: f64 = 0.003;
 /// Gain in BIC from which a cause is told: odds of e¹⁰ to 1. Sound views stay below 3.
 const TOLD: f64 = 20.0;
 /// Views of one camera, of which some were sorted out as another's, differ by no more than this share
@@ -40,6 +42,14 @@ impl Causes {
     /// The likeliest, if it is far likelier than that nothing is wrong.
     pub(super) fn culprit(&self) -> Option<&Suspect> {
         self.suspects.first().filter(|suspect| suspect.gain > TOLD)
+    }
+
+    /// Scatter of the focal length over its mean, if it is what moved, and by more than one focal length
+    /// can stand for.
+    pub(super) fn focus_moved(&self) -> Option<f64> {
+        let suspect = self.culprit().filter(|s| s.explanation.cause == Cause::Focus)?;
+        let relative_sd = suspect.explanation.state.focal_relative_sd();
+        (relative_sd > FOCUS_BAD).then_some(relative_sd)
     }
 }
 

@@ -74,6 +74,14 @@ pub(super) struct Explanation {
 }
 
 impl ExtendedState {
+    /// Sample standard deviation of the views' focal lengths over their mean, where each has its own.
+    pub(super) fn focal_relative_sd(&self) -> f64 {
+        let own: Vec<f64> = self.local.iter().map(|local| local[0]).collect();
+        let mean = own.iter().sum::<f64>() / own.len() as f64;
+        let squares: f64 = own.iter().map(|x| (x - mean).powi(2)).sum();
+        (squares / (own.len() - 1).max(1) as f64).sqrt()
+    }
+
     /// Root mean square movement from the top to the bottom row, where the shutter rolls.
     pub(super) fn shear_px(&self) -> f64 {
         let squares: f64 = self.local.iter().map(|local| local[0].powi(2) + local[1].powi(2)).sum();

@@ -137,6 +137,13 @@ pub enum FindingCode {
         /// Observed standard deviation over the mean, relative.
         relative_sd: f64,
     },
+    /// Each view has its own focal length, as was asked for.
+    FocalVaries {
+        /// Mean.
+        f_px: f64,
+        /// Sample standard deviation.
+        scatter_px: f64,
+    },
     /// Some views are of another camera, mode, size or orientation.
     ViewsMixed {
         /// How many are.
@@ -276,6 +283,7 @@ impl FindingCode {
             Self::ViewOdd { .. } => "VIEW-ODD",
             Self::PlOutlier { .. } => "PL-OUTLIER",
             Self::FocusMoved { .. } => "FOCUS-MOVED",
+            Self::FocalVaries { .. } => "FOCAL-VARIES",
             Self::ViewsMixed { .. } => "VIEWS-MIXED",
             Self::PixelsNotSquare { .. } => "PIXELS-NOT-SQUARE",
             Self::BoardStretched { .. } => "BOARD-STRETCHED",

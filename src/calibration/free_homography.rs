@@ -7,7 +7,7 @@
 //! length nor a distortion centre at the principal point is assumed. The undistorted views' principal
 //! lines then meet in the principal point.
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix3, Point2, SMatrix, SVector, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, SVector, Vector2, Vector4};
 
 use super::arrow::{Arrow, Problem, Step, ViewBlock, inverse, minimise};
 use super::bundle::{LEAST_NOISE_VARIANCE, Observations};
@@ -51,6 +51,8 @@ pub struct FreeHomographies {
     pub pp_px: Point2<f64>,
     /// Covariance of `pp_px` for corners as noisy as their covariances claim.
     pub pp_unit_covariance_px2: Matrix2<f64>,
+    /// Covariance of `(DC, K1, K2)` for corners as noisy as their covariances claim.
+    pub shared_unit_covariance: Matrix4<f64>,
     /// Principal lines of the undistorted corners, for noise as claimed; `None` for frontal views.
     pub lines: Vec<Option<PrincipalLine>>,
 }
@@ -59,6 +61,11 @@ impl FreeHomographies {
     /// `√(cost / dof)`.
     pub fn noise_factor(&self) -> f64 {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
+    }
+
+    /// The unit of `g`.
+    pub fn unit_px(&self) -> f64 {
+        SCALE_PX
     }
 
     /// Residual, px, and claimed covariance, px², of every corner, view by view.
@@ -176,6 +183,7 @@ pub fn fit(
         degrees_of_freedom,
         pp_px,
         pp_unit_covariance_px2,
+        shared_unit_covariance: shared_covariance,
         lines,
     })
 }

@@ -13,7 +13,7 @@ use super::result::ViewResult;
 use super::uncertainty::ProjectionSd;
 use crate::frame::ImageSize;
 use crate::geometry::{
-    Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
+    Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
 };
 
 /// χ² with 2 degrees of freedom at 1 %.
@@ -27,8 +27,6 @@ const CHECK_CARE_SIGMAS: f64 = 3.7;
 const CHECK_BAD_SIGMAS: f64 = 6.0;
 const SKIP_CARE: f64 = 2.0;
 const SKIP_BAD: f64 = 4.0;
-/// Scatter of the focal length, relative, from which one focal length is no result.
-const FOCUS_BAD: f64 = 0.003;
 /// Corners are found a little outside, too; as share of the picture's width.
 const OUTSIDE: f64 = 0.005;
 /// Principal point from the picture's centre, as share of its width.
@@ -56,7 +54,11 @@ const PROJECTION_BAD: f64 = 0.01;
 /// What the checks look at.
 pub(super) struct Evidence<'a> {
     pub(super) image_size: ImageSize,
+    /// The result.
+    pub(super) camera: &'a Camera,
     pub(super) choice: &'a ModelChoice,
+    /// Scatter of the focal length, if it was asked to differ from view to view.
+    pub(super) varying_px: Option<f64>,
     pub(super) free: Option<&'a FreeHomographies>,
     pub(super) views: &'a [ViewResult],
     pub(super) mirrored: &'a [bool],
@@ -85,10 +87,19 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
         findings.extend(severity.map(|severity| Finding { code, severity }));
     };
     views(evidence, &mut say);
-    lens(evidence, &mut say);
     corners(evidence, &mut say);
-    cause(evidence, &mut say);
-    agreement(evidence, &mut say);
+    if let Some(scatter_px) = evidence.varying_px {
+        // What follows from one focal length for all views has no say.
+        let f_px = evidence.camera.f_px.x;
+        say(Some(Severity::Info), FindingCode::FocalVaries { f_px, scatter_px });
+        evidence.free.inspect(|free| outliers(free, &mut say));
+        odd_views(evidence, &mut say);
+    } else {
+        lens(evidence, &mut say);
+        cause(evidence, &mut say);
+        agreement(evidence, &mut say);
+        odd_views(evidence, &mut say);
+    }
     uncertainty(evidence, &mut say);
     findings
 }
@@ -236,6 +247,10 @@ fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Fin
         let code = FindingCode::HeldOut { view, rms_px, expected_px };
         say(above(rms_px / expected_px, HELD_OUT_CARE, HELD_OUT_BAD), code);
     }
+}
+
+/// Views that fit far worse than the others.
+fn odd_views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let mut residuals: Vec<f64> = evidence.views.iter().map(|v| v.residual_rms_px).collect();
     residuals.sort_by(f64::total_cmp);
     let typical_px = residuals.get(residuals.len() / 2).copied().unwrap_or(0.0);
@@ -272,11 +287,9 @@ fn cause(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
     let [first, second, third, _] = state.shared;
     match &suspect.explanation.cause {
         Cause::Focus => {
-            let own: Vec<f64> = state.local.iter().map(|local| local[0]).collect();
-            let mean = own.iter().sum::<f64>() / own.len() as f64;
-            let squares: f64 = own.iter().map(|x| (x - mean).powi(2)).sum();
-            let relative_sd = (squares / (own.len() - 1).max(1) as f64).sqrt();
-            let severity = if relative_sd > FOCUS_BAD { Severity::Bad } else { Severity::Care };
+            let relative_sd = state.focal_relative_sd();
+            let moved = evidence.causes.focus_moved().is_some();
+            let severity = if moved { Severity::Bad } else { Severity::Care };
             say(Some(severity), FindingCode::FocusMoved { gain, relative_sd });
         }
         Cause::Mixed(odd) => {
@@ -328,7 +341,7 @@ fn corners(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Findi
         let count = evidence.odd_corners.len();
         say(Some(Severity::Care), FindingCode::CornerOdd { view, corner, off_px, times, count });
     }
-    let pp_px = evidence.choice.fit().camera.pp_px;
+    let pp_px = evidence.camera.pp_px;
     let distance_px = (pp_px - evidence.image_size.centre_px()).norm();
     let share = distance_px / width_px;
     let code = FindingCode::PrincipalPointFar { distance_px, share };
@@ -343,7 +356,7 @@ fn uncertainty(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, F
     let wanted_px = PP_CARE * width_px;
     let code = FindingCode::PrincipalPointUncertain { sd_px, wanted_px };
     say(above(sd_px, wanted_px, PP_BAD * width_px), code);
-    let f_px = evidence.choice.fit().camera.f_px.x;
+    let f_px = evidence.camera.f_px.x;
     let (sd_px, wanted_px) = (evidence.f_sd_px, F_CARE * f_px);
     let code = FindingCode::FocalLengthUncertain { sd_px, wanted_px };
     say(above(sd_px, wanted_px, F_BAD * f_px), code);

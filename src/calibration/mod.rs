@@ -9,12 +9,14 @@
 //! | `uncertainty` | what the covariance means for pixels, a turn of the camera set aside |
 //! | `skip` | estimates with views left out |
 //! | `causes`, `extended` | what a misfit comes from: focus, board, shutter, mixed views; its doubt widens the covariance |
+//! | `varying` | the result when every view has its own focal length |
 //! | `corners`, `held_out` | single corners that are wrong; views that the others do not predict |
 //! | `honesty` | findings and the verdict |
 //!
 //! [`calibrate`] runs them all. Everything is deterministic; nothing here speaks to a person.
 
 mod arrow;
+mod assemble;
 mod bundle;
 mod calibrate;
 mod causes;
@@ -34,6 +36,7 @@ mod result;
 pub mod skip;
 mod start;
 mod uncertainty;
+mod varying;
 pub mod zhang;
 
 pub use bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust};
@@ -43,7 +46,7 @@ pub use free_homography::FreeHomographies;
 pub use lens_model::{LensFreedom, LensModel, LensPrior};
 pub use model_choice::ModelFit;
 pub use result::{
-    Calibration, CalibrationParams, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
+    Calibration, CalibrationParams, Focal, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
     ViewResult,
 };
 pub use uncertainty::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian};

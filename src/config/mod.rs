@@ -94,6 +94,8 @@ pub enum BoardRollName {
 #[expect(missing_docs, reason = "explained in default.toml")]
 pub struct CalibrationConfig {
     pub square_pixels: bool,
+    #[serde(default)]
+    pub varying_focal: bool,
 }
 
 /// Why there is no configuration.
@@ -258,6 +260,7 @@ impl Config {
     pub fn calibration(&self) -> CalibrationParams {
         CalibrationParams {
             square_pixels: self.calibration.square_pixels,
+            varying_focal: self.calibration.varying_focal,
             ..CalibrationParams::default()
         }
     }

@@ -96,7 +96,13 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
                 "The focal length changes from view to view, by {:.2} % (sd): focus or zoom moved",
                 100.0 * relative_sd
             ),
-            "Lock focus and zoom, and start again; until then use only the principal point, or calibrate with --varying-focal.",
+            "The principal point given needs no common focal length and may be used, each view with its own; lock focus and zoom and start again for one lens.",
+        ),
+        FindingCode::FocalVaries { f_px, scatter_px } => (
+            format!(
+                "Each view has its own focal length, as asked: {f_px:.1} px on average, {scatter_px:.1} px sd between views"
+            ),
+            "Use the principal point with each view's own focal length.",
         ),
         FindingCode::ViewsMixed { odd_views, view, f_ratio, shift_px, .. } => (
             format!(
