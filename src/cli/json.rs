@@ -1,5 +1,6 @@
 //! What machines read on stdout. The schema is in the README; more fields may come, none go.
 
+use nalgebra::SMatrix;
 use serde_json::{Value, json};
 
 use crate::{
@@ -84,12 +85,14 @@ fn lens(calibration: &Calibration) -> Value {
     // The free parameters; one f for square pixels.
     let free: Vec<usize> =
         (0..LENS_PARAMETERS).filter(|&i| sd[i] > 0.0 && !(square && i == 1)).collect();
-    let order: Vec<&str> =
-        free.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect();
-    let matrix: Vec<Vec<f64>> = free
-        .iter()
-        .map(|&row| free.iter().map(|&column| calibration.covariance[(row, column)]).collect())
-        .collect();
+    let block = |matrix: &SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>, of: &[usize]| {
+        let row = |row: usize| of.iter().map(|&column| matrix[(row, column)]).collect();
+        of.iter().map(|&i| row(i)).collect::<Vec<Vec<f64>>>()
+    };
+    let all: Vec<usize> = (0..LENS_PARAMETERS).filter(|&i| !(square && i == 1)).collect();
+    let named = |of: &[usize]| -> Vec<&str> {
+        of.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect()
+    };
     json!({
         "model": calibration.model.code(),
         "focal": focal(calibration.focal),
@@ -99,7 +102,8 @@ fn lens(calibration: &Calibration) -> Value {
             "f_px": [sd[0], sd[1]], "pp_px": [sd[2], sd[3]],
             "k1": sd[4], "k2": sd[5], "p1": sd[6], "p2": sd[7], "k3": sd[8],
         },
-        "covariance": { "order": order, "matrix": matrix },
+        "covariance": { "order": named(&free), "matrix": block(&calibration.covariance, &free) },
+        "covariance_all": { "order": named(&all), "matrix": block(&calibration.covariance_all, &all) },
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
         "excess_px": calibration.excess_px,
     })

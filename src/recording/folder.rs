@@ -38,6 +38,9 @@ pub struct Header {
     pub source: String,
     /// Width and height of the pictures.
     pub image_size_px: [u32; 2],
+    /// The calibration that this session checks or replaces, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<String>,
     /// Everything that was configured.
     pub config: Config,
 }
@@ -50,8 +53,14 @@ impl Header {
             created: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
             source: source.into(),
             image_size_px: [image_size.width_px, image_size.height_px],
+            against: None,
             config,
         }
+    }
+
+    /// The same session, made to check or replace the calibration in `file`.
+    pub fn against(self, file: &Path) -> Self {
+        Self { against: Some(file.display().to_string()), ..self }
     }
 
     /// Size of the pictures.
