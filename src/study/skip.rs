@@ -9,6 +9,7 @@ use super::{
     params::Params,
     plot::{Plot, Series},
     setup::{Corners, Setup, chance},
+    statistics,
 };
 use crate::calibration::{LensModel, skip::consecutive};
 
@@ -166,8 +167,8 @@ pub fn noisy(
                 method,
                 shift_m,
                 skipped,
-                median_px: parallel::median(&errors)?,
-                interval_px: parallel::median_interval(&errors)?,
+                median_px: statistics::median(&errors)?,
+                interval_px: statistics::median_interval(&errors)?,
                 trials: errors.len(),
             })
         })

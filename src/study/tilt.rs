@@ -9,6 +9,7 @@ use super::{
     params::Params,
     plot::{Plot, Series},
     setup::{Corners, Setup, chance},
+    statistics,
 };
 use crate::{
     calibration::{BundleState, LensModel, Observations, adjust},
@@ -41,8 +42,7 @@ pub fn outcome(params: &Params) -> Outcome {
         let side_px = narrowest_square_px(&setup);
         for (k, quantity) in METHODS.iter().enumerate() {
             let found: Vec<f64> = draws.iter().filter_map(|draw| draw[k]).collect();
-            let mean = found.iter().map(|e| e * e).sum::<f64>() / found.len().max(1) as f64;
-            let value = if found.is_empty() { f64::NAN } else { mean.sqrt() };
+            let value = statistics::rms(&found).unwrap_or(f64::NAN);
             table.push(&[tilt_deg, quantity, &draws.len(), &found.len(), &value, &side_px]);
             rms[k].push((*tilt_deg, value));
         }

@@ -9,6 +9,7 @@ use super::{
     params::Params,
     plot::{Plot, Series},
     setup::{Corners, Setup, chance},
+    statistics,
 };
 use crate::{
     calibration::{BundleState, LensModel, Observations, adjust},
@@ -56,10 +57,9 @@ pub fn outcome(params: &Params) -> Outcome {
             draws.iter().flat_map(|draw| draw.f_percent.iter().copied()).collect(),
         ];
         for (k, values) in columns.iter().enumerate() {
-            let median = parallel::median(values).unwrap_or(f64::NAN);
-            let (low, high) = parallel::median_interval(values).unwrap_or((f64::NAN, f64::NAN));
-            let mean = values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64;
-            let rms = mean.sqrt();
+            let median = statistics::median(values).unwrap_or(f64::NAN);
+            let (low, high) = statistics::median_interval(values).unwrap_or((f64::NAN, f64::NAN));
+            let rms = statistics::rms(values).unwrap_or(f64::NAN);
             table.push(&[
                 &(100.0 * share),
                 &draws.len(),

@@ -3,9 +3,9 @@
 use super::{Course, Mark, Runs, STRATEGIES};
 use crate::study::{
     outcome::{Claim, Figure, Outcome, Table, Verdict},
-    parallel,
     params::Params,
     plot::{Plot, Series},
+    statistics::{median, median_interval, rms},
 };
 
 /// Precision that a run is to reach.
@@ -30,19 +30,15 @@ fn arrival(
         .map(|run| run.iter().find(|mark| reached(mark)).map_or(f64::INFINITY, &value))
         .collect();
     let arrived = values.iter().filter(|value| value.is_finite()).count();
-    // Quantiles between runs that arrived and runs that did not are "not".
-    let median = parallel::median(&values).filter(|m| !m.is_nan()).unwrap_or(f64::INFINITY);
-    let (low, high) = parallel::median_interval(&values).unwrap_or((f64::INFINITY, f64::INFINITY));
-    let sure = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
-    Arrival { median, low: sure(low), high: sure(high), arrived }
+    let (low, high) = median_interval(&values).unwrap_or((f64::INFINITY, f64::INFINITY));
+    Arrival { median: median(&values).unwrap_or(f64::INFINITY), low, high, arrived }
 }
 
 /// Root mean square of an error after `views` views, and its 95 % interval for two coordinates a run.
-fn rms_after(runs: &[Vec<Mark>], views: usize, value: impl Fn(&Mark) -> f64) -> (f64, f64, usize) {
+fn rms_after(runs: &[Vec<Mark>], views: usize, value: impl Fn(&Mark) -> f64) -> (f64, f64) {
     let values: Vec<f64> = runs.iter().filter_map(|run| run.get(views - 1).map(&value)).collect();
-    let count = values.len();
-    let rms = (values.iter().map(|v| v * v).sum::<f64>() / count.max(1) as f64).sqrt();
-    (rms, 1.96 * rms / (4.0 * count.max(1) as f64).sqrt(), count)
+    let rms = rms(&values).unwrap_or(f64::NAN);
+    (rms, 1.96 * rms / (4.0 * values.len() as f64).sqrt())
 }
 
 /// What strategies are ranked by; less is better.
@@ -133,8 +129,8 @@ pub fn outcome(params: &Params, parts: &[Runs]) -> Outcome {
             let most = runs.runs.iter().map(Vec::len).max().unwrap_or(0).clamp(1, 8);
             rms_after(&runs.runs, most, |mark| mark.pp_error_px)
         };
-        let (error, _, _) = eight(right);
-        let (bias, bias_interval, _) = eight(wrong);
+        let (error, _) = eight(right);
+        let (bias, bias_interval) = eight(wrong);
         rows.push(Row {
             code: strategy.code,
             source: strategy.source,
@@ -215,7 +211,7 @@ pub fn outcome(params: &Params, parts: &[Runs]) -> Outcome {
                             .filter_map(|run| run.get(view - 1).map(value))
                             .collect();
                         let enough = 2 * values.len() >= part.runs.len();
-                        enough.then(|| parallel::median(&values).map(|m| (view as f64, m)))?
+                        enough.then(|| median(&values).map(|m| (view as f64, m)))?
                     })
                     .collect();
                 Some(Series::line(strategy.code, points))
