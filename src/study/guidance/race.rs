@@ -16,7 +16,10 @@ use crate::{
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::{Camera, Corner, Distortion, cell_centres_px, fit_pose},
     guidance::{Belief, GuidanceParams, Role, View, gate, measure, role_of},
-    study::{params::Params, setup::chance},
+    study::{
+        params::Params,
+        setup::{board, chance},
+    },
 };
 
 const IMAGE_SIZE: ImageSize = ImageSize { width_px: 1920, height_px: 1080 };
@@ -57,11 +60,7 @@ impl Course {
             (Distortion { k1: -0.2, k2: 0.08, k3: -0.03, ..Distortion::default() }, LensModel::K1)
         };
         let camera = Camera { distortion, ..Camera::pinhole(1400.0, pp_px) };
-        let board = match Checkerboard::new(9, 6, 0.04) {
-            Ok(board) => board,
-            Err(_) => unreachable!("9x6 of 40 mm is a board"),
-        };
-        Self { camera, model, board }
+        Self { camera, model, board: board([9, 6], 0.04) }
     }
 }
 
