@@ -19,7 +19,7 @@ mod principal_point;
 mod ring;
 
 pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection};
-pub use corner::Corner;
+pub use corner::{Corner, mean_px};
 pub use coverage::{
     BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, coverage,
 };

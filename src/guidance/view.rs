@@ -6,7 +6,7 @@ use super::Refusal;
 use crate::{
     board::Checkerboard,
     frame::{CaptureTime, FrameId, ImageSize},
-    geometry::{Camera, Corner, Homography, LENS_PARAMETERS, PrincipalLine},
+    geometry::{Camera, Corner, Homography, LENS_PARAMETERS, PrincipalLine, mean_px},
 };
 
 /// What is believed of the camera so far.
@@ -116,11 +116,6 @@ pub fn measure(
         margin_px,
         opposes: None,
     })
-}
-
-fn mean_px(corners: &[Corner]) -> Point2<f64> {
-    let sum = corners.iter().fold(nalgebra::Vector2::zeros(), |sum, c| sum + c.px.coords);
-    Point2::from(sum / corners.len().max(1) as f64)
 }
 
 /// Smallest axis-parallel box around `points`: its top-left and bottom-right corner.

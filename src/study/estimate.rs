@@ -7,7 +7,8 @@ use crate::{
     calibration::{Bundle, BundleState, LensModel, Observations, adjust, zhang},
     frame::ImageSize,
     geometry::{
-        Camera, Corner, Homography, PrincipalLine, intersect_unweighted, pose_from_homography,
+        Camera, Corner, Homography, PrincipalLine, intersect_unweighted, mean_px,
+        pose_from_homography,
     },
 };
 
@@ -32,9 +33,7 @@ pub(super) fn view(
     let corners: Vec<Corner> =
         corners_px.iter().map(|px| Corner::isotropic(*px, sigma_px)).collect();
     let homography = Homography::fit(&board.corners_in_board_m(), &corners).ok()?;
-    let mean = corners_px.iter().fold(nalgebra::Vector2::zeros(), |sum, px| sum + px.coords)
-        / corners_px.len().max(1) as f64;
-    let line = PrincipalLine::of(&homography, origin_px, mean.into()).ok();
+    let line = PrincipalLine::of(&homography, origin_px, mean_px(&corners)).ok();
     Some(View { corners, image_from_board: *homography.image_from_board(), line })
 }
 
