@@ -206,11 +206,15 @@ pub(super) fn aimed(
         .then_some(pose)
 }
 
-/// Tilt by `tilt_rad` so that the board recedes towards `slot_rad`.
-fn rotation(wish: &PoseWish, roll: BoardRoll) -> UnitQuaternion<f64> {
-    let (sin, cos) = wish.slot_rad.sin_cos();
+/// A board that faces the camera, tilted by `tilt_rad` so that it recedes towards `slot_rad`.
+pub fn tilted(slot_rad: f64, tilt_rad: f64) -> UnitQuaternion<f64> {
+    let (sin, cos) = slot_rad.sin_cos();
     let axis = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));
-    let tilted = UnitQuaternion::from_axis_angle(&axis, wish.tilt_rad);
+    UnitQuaternion::from_axis_angle(&axis, tilt_rad)
+}
+
+fn rotation(wish: &PoseWish, roll: BoardRoll) -> UnitQuaternion<f64> {
+    let tilted = tilted(wish.slot_rad, wish.tilt_rad);
     match roll {
         BoardRoll::Upright => tilted,
         BoardRoll::Turn => {

@@ -118,8 +118,9 @@ pub fn measure(
     })
 }
 
-/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner.
-pub(super) fn bounds_px(points: impl Iterator<Item = Point2<f64>>) -> (Point2<f64>, Point2<f64>) {
+/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner, the one beyond the other
+/// if there are no points.
+pub fn bounds_px(points: impl Iterator<Item = Point2<f64>>) -> (Point2<f64>, Point2<f64>) {
     let start = (Point2::new(f64::MAX, f64::MAX), Point2::new(f64::MIN, f64::MIN));
     points.fold(start, |(low, high), p| {
         (Point2::new(low.x.min(p.x), low.y.min(p.y)), Point2::new(high.x.max(p.x), high.y.max(p.y)))

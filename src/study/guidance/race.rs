@@ -1,6 +1,6 @@
 //! One run: a strategy asks, a person shows, the lens is adjusted and compared with the truth.
 
-use nalgebra::{Isometry3, Point2, Point3, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point3, SMatrix, UnitQuaternion, Vector2, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, UnitSphere};
@@ -235,15 +235,11 @@ fn estimate(
 /// Mean distance over the picture between where two cameras see the same rays, after the turn of the one
 /// that brings them together best.
 fn projection_error_px(estimate: &Camera, truth: &Camera) -> Option<f64> {
-    let ahead = Isometry3::translation(0.0, 0.0, 1.0);
     let mut off: Vec<(Vector2<f64>, SMatrix<f64, 2, 3>)> = Vec::new();
     for px in cell_centres_px(IMAGE_SIZE) {
         let Some(ray) = truth.ideal_from_px(&px) else { continue };
-        let Some(at) = estimate.project_board_point(&ahead, &Point2::new(ray.x, ray.y)) else {
-            continue;
-        };
-        let cross = Vector3::new(ray.x, ray.y, 1.0).cross_matrix();
-        off.push((at.px - px, at.by_pose.fixed_columns::<3>(3) * -cross));
+        let at = estimate.project_ray(&ray);
+        off.push((at.px - px, at.by_turn));
     }
     let mut normal = nalgebra::Matrix3::zeros();
     let mut gradient = Vector3::zeros();
