@@ -151,6 +151,16 @@ impl Camera {
         })
     }
 
+    /// Pixel of a point on the board (metres, `z = 0`). `None` behind the camera or on its plane.
+    pub fn px_from_board(
+        &self,
+        cam_from_board: &Isometry3<f64>,
+        point_in_board_m: &Point2<f64>,
+    ) -> Option<Point2<f64>> {
+        let on_board = Point3::new(point_in_board_m.x, point_in_board_m.y, 0.0);
+        self.project(&(cam_from_board * on_board))
+    }
+
     /// Distorted pixel of undistorted normalised coordinates.
     pub fn px_from_ideal(&self, ideal: &Point2<f64>) -> Point2<f64> {
         self.pp_px + self.distortion.apply(ideal).coords.component_mul(&self.f_px)
@@ -168,7 +178,7 @@ impl Camera {
         self.ideal_from_px(px).map(|ideal| self.pp_px + ideal.coords.component_mul(&self.f_px))
     }
 
-    /// Pixel of a point on the board (metres, `z = 0`), with derivatives. `None` behind the camera.
+    /// [`Self::px_from_board`] with derivatives.
     pub fn project_board_point(
         &self,
         cam_from_board: &Isometry3<f64>,
@@ -321,7 +331,7 @@ mod tests {
         let point_m = Point2::new(0.08, -0.06);
         let at = camera.project_board_point(&pose, &point_m).expect("in front");
         let px = |camera: &Camera, pose: &Isometry3<f64>| {
-            camera.project(&(pose * Point3::new(point_m.x, point_m.y, 0.0))).expect("in front")
+            camera.px_from_board(pose, &point_m).expect("in front")
         };
         assert!((px(&camera, &pose) - at.px).norm() < 1e-10);
         for i in 0..LENS_PARAMETERS {

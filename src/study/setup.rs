@@ -1,6 +1,6 @@
 //! The paper's synthetic camera and board.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -101,9 +101,7 @@ impl Setup {
             .board
             .corners_in_board_m()
             .iter()
-            .map(|point| {
-                self.camera.project(&(cam_from_board * Point3::new(point.x, point.y, 0.0)))
-            })
+            .map(|point| self.camera.px_from_board(cam_from_board, point))
             .collect();
         if self.rendered { self.found_px(cam_from_board, &exact?) } else { exact }
     }

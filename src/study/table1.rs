@@ -5,7 +5,7 @@
 //! of the subsets are turned copies of each other. The paper's statistic, the spread of those centroids over
 //! n, therefore sees the hand's unevenness, and no bias.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -231,10 +231,8 @@ fn test_set(k1: f64, hand: usize, params: &Params) -> Vec<TestSet> {
     let views: Option<Vec<View>> = (0..SLOTS)
         .map(|slot| {
             let pose = hand_held(slot, &board_m, &mut rng);
-            let exact: Option<Vec<Point2<f64>>> = board_m
-                .iter()
-                .map(|m| camera.project(&(pose * Point3::new(m.x, m.y, 0.0))))
-                .collect();
+            let exact: Option<Vec<Point2<f64>>> =
+                board_m.iter().map(|m| camera.px_from_board(&pose, m)).collect();
             view(&board, &noise.seen(&exact?, &mut rng), IMAGE_SIZE.centre_px(), params.noise_px)
         })
         .collect();

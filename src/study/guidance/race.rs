@@ -1,6 +1,6 @@
 //! One run: a strategy asks, a person shows, the lens is adjusted and compared with the truth.
 
-use nalgebra::{Isometry3, Point3, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, SMatrix, UnitQuaternion, Vector2, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, UnitSphere};
@@ -186,7 +186,7 @@ fn seen(
         .corners_in_board_m()
         .iter()
         .map(|m| {
-            let px = course.camera.project(&(pose * Point3::new(m.x, m.y, 0.0)))?;
+            let px = course.camera.px_from_board(pose, m)?;
             let mut normal = || -> f64 {
                 let value: f64 = StandardNormal.sample(rng);
                 noise_px * value

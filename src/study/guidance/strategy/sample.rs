@@ -1,6 +1,6 @@
 //! Poses to choose from.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -53,7 +53,7 @@ fn spans(situation: &Situation<'_>, camera: &Camera, pose: &Isometry3<f64>) -> O
     let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
     let corners_m = situation.board.corners_in_board_m();
     let seen_px: Option<Vec<Point2<f64>>> =
-        corners_m.iter().map(|m| camera.project(&(pose * Point3::new(m.x, m.y, 0.0)))).collect();
+        corners_m.iter().map(|m| camera.px_from_board(pose, m)).collect();
     let (low, high) = bounds_px(seen_px?.into_iter());
     let margin = 12.0;
     let inside =
