@@ -184,7 +184,7 @@ impl SessionFolder {
     ///
     /// [`RecordingError::Write`].
     pub fn store_frame(&self, id: FrameId, frame: &Frame) -> Result<Stored, RecordingError> {
-        let path = frame_path(&self.path, id.0);
+        let path = self.path.join(id.stored_name());
         let failed = |reason: image::ImageError| RecordingError::Write {
             source: std::io::Error::other(reason.to_string()),
             path: path.clone(),
@@ -209,7 +209,7 @@ impl SessionFolder {
 ///
 /// [`RecordingError::Read`] or [`RecordingError::Frame`].
 pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, RecordingError> {
-    let path = frame_path(session, stored.frame);
+    let path = session.join(FrameId(stored.frame).stored_name());
     let bytes =
         fs::read(&path).map_err(|source| RecordingError::Read { source, path: path.clone() })?;
     let damaged = |reason: String| RecordingError::Frame { reason, path: path.clone() };
@@ -220,8 +220,4 @@ pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, Record
         .decode()
         .map(image::DynamicImage::into_luma8)
         .map_err(|err| damaged(err.to_string()))
-}
-
-fn frame_path(session: &Path, frame: u64) -> PathBuf {
-    session.join("frames").join(format!("{frame:08}.png"))
 }
