@@ -21,7 +21,7 @@ use crate::{
         Drift, DriftVerdict, NoDrift, OldLens, drift,
         import::{self, OldCalibration},
     },
-    config::{Config, PlanName},
+    config::{BoardConfig, Config, PlanName},
     frame::ImageSize,
     geometry::Corner,
     recording::{
@@ -116,7 +116,7 @@ impl Arguments {
         let found = self.compare(&ran.session, &config, image_size, &old)?;
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
-        if changed && self.goes_on()? {
+        if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }
         Ok(exit)
@@ -217,12 +217,13 @@ impl Arguments {
     }
 
     /// Whether to calibrate anew right away.
-    fn goes_on(&self) -> anyhow::Result<bool> {
+    fn goes_on(&self, config: &Config) -> anyhow::Result<bool> {
         if self.recalibrate || agreed("Go on to a full calibration now?")? {
             return Ok(true);
         }
+        let BoardConfig { columns, rows, square_mm } = config.board;
         say(&format!(
-            "To calibrate anew: boresight guide --source {} --replaces {}",
+            "To calibrate anew: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --replaces {}",
             self.source,
             self.against.display()
         ));
