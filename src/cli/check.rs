@@ -73,6 +73,8 @@ pub(super) struct Arguments {
 enum NoVerdict {
     /// The file names another camera.
     OtherCamera { old: String, new: String },
+    /// The file has a focal length for every view and none for the camera.
+    FocalVaries,
     /// The views do not allow one.
     NoDrift(NoDrift),
 }
@@ -83,10 +85,16 @@ type Checked = Result<Drift, NoVerdict>;
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let old = read(&self.against)?;
+        for doubt in text::doubts_of_old(&old) {
+            say(&format!("{doubt}."));
+        }
         let mut config = self.board.config()?;
         config.guidance.plan = PlanName::Quick;
         let name = SourceName::parse(&self.source, &config)?;
         let source_name = spelled(&name, &self.source);
+        if old.focal_varies {
+            return self.tell(&old, &source_name, None, &Err(NoVerdict::FocalVaries));
+        }
         if let Some(named) = self.other_camera(&old, &source_name)? {
             return self.tell(&old, &source_name, None, &Err(named));
         }
@@ -172,6 +180,7 @@ impl Arguments {
         let (what, action) = match found {
             Ok(drift) => text::drift(drift),
             Err(NoVerdict::NoDrift(reason)) => text::no_drift(reason),
+            Err(NoVerdict::FocalVaries) => text::focal_varied(),
             Err(NoVerdict::OtherCamera { old, new }) => text::other_camera(old, new),
         };
         say(&format!("{what}. {action}"));
@@ -198,6 +207,7 @@ impl Arguments {
             }
             Err(reason) => {
                 let code = match reason {
+                    NoVerdict::FocalVaries => "FOCAL-VARIES",
                     NoVerdict::OtherCamera { .. } => "OTHER-CAMERA",
                     NoVerdict::NoDrift(reason) => reason.code(),
                 };
@@ -239,7 +249,7 @@ impl Arguments {
 
 fn read(path: &Path) -> anyhow::Result<OldCalibration> {
     let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
-    import::own_json(&text).with_context(|| format!("could not use {path:?}"))
+    import::read(&text).with_context(|| format!("could not use {path:?}"))
 }
 
 /// Asks on a terminal; without one nobody can agree.

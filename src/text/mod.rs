@@ -6,7 +6,9 @@ mod drift;
 mod errors;
 mod findings;
 
-pub use drift::{drift, drift_is_weak, drift_numbers, no_drift, other_camera};
+pub use drift::{
+    doubts_of_old, drift, drift_is_weak, drift_numbers, focal_varied, no_drift, other_camera,
+};
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
 
