@@ -5,7 +5,9 @@ use serde_json::{Value, json};
 
 use crate::{
     board::Checkerboard,
-    calibration::{Calibration, Focal, NotCalibrated, PrincipalPointEstimate, ViewResult},
+    calibration::{
+        Calibration, Focal, ModelFit, NotCalibrated, PrincipalPointEstimate, ViewResult,
+    },
     detection::{Detection, Miss, Quality},
     frame::ImageSize,
     geometry::{BoardOutline, Camera, LENS_PARAMETERS},
@@ -70,6 +72,7 @@ pub(super) fn calibration(
         "verdict": calibration.verdict.code(),
         "findings": findings,
         "result": lens(calibration),
+        "candidates": calibration.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "principal_point": principal_points(calibration),
         "projection_sd_px": { "mean": calibration.projection_sd.mean_px, "max": calibration.projection_sd.max_px, "grid": grid },
         "coverage": calibration.coverage,
@@ -106,6 +109,17 @@ fn lens(calibration: &Calibration) -> Value {
         "covariance_all": { "order": named(&all), "matrix": block(&calibration.covariance_all, &all) },
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
         "excess_px": calibration.excess_px,
+    })
+}
+
+/// A lens model that was tried.
+fn candidate(fit: &ModelFit) -> Value {
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = fit.camera.lens_parameters();
+    json!({
+        "model": fit.model.code(), "weight": fit.weight,
+        "cost": fit.cost, "noise_factor": fit.noise_factor,
+        "f_px": [fx, fy], "pp_px": [cx, cy],
+        "distortion": { "k1": k1, "k2": k2, "p1": p1, "p2": p2, "k3": k3 },
     })
 }
 
