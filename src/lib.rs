@@ -32,6 +32,7 @@
 //! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
 //! | [`pipeline`] | the threads | recording and below |
+//! | [`target`] | the board as PDF, SVG and PNG in true size, in millimetres | – |
 //! | [`text`] | every sentence a person reads in a session | all of the above |
 //! | [`study`] | the paper's experiments, and strategies of guidance compared | capture, guidance and below |
 //! | [`cli`] | one subcommand a file | everything |
@@ -59,4 +60,5 @@ pub mod pipeline;
 pub mod recording;
 pub mod session;
 pub mod study;
+pub mod target;
 pub mod text;

@@ -18,6 +18,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("recording", &["board", "frame", "geometry", "detection", "session", "config"]),
     ("pipeline", &["board", "frame", "detection", "capture", "session", "recording"]),
     ("study", &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture"]),
+    ("target", &[]),
     (
         "text",
         &[
@@ -32,6 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "config",
             "recording",
             "pipeline",
+            "target",
         ],
     ),
     (
@@ -49,6 +51,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "recording",
             "pipeline",
             "study",
+            "target",
             "text",
         ],
     ),
@@ -76,7 +79,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("unsafe ", &[]),
     ("egui", &[]),
     // People's units stop at the edge.
-    ("_mm", &["config", "cli", "calibration/import"]),
+    ("_mm", &["config", "target", "text", "cli", "calibration/import"]),
     ("to_degrees", &["text", "study", "cli"]),
 ];
 

@@ -16,6 +16,7 @@ mod replay;
 mod simulate;
 mod source;
 mod study;
+mod target;
 mod truth;
 
 use std::{io::Write, process::ExitCode};
@@ -64,6 +65,7 @@ enum Command {
     Export(export::Arguments),
     Doctor(doctor::Arguments),
     Study(study::Arguments),
+    Target(target::Arguments),
 }
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
@@ -80,6 +82,7 @@ pub fn main() -> ExitCode {
         Some(Command::Export(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
+        Some(Command::Target(arguments)) => arguments.run(),
     };
     match result {
         Ok(exit) => exit.into(),
