@@ -114,3 +114,8 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     }
     doubts
 }
+
+/// What an export of such a calibration holds.
+pub fn focal_is_a_mean() -> &'static str {
+    "Each view has its own focal length; the file gets their mean. views-csv has them all"
+}
