@@ -17,7 +17,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("config", &["board", "frame", "geometry", "calibration", "guidance", "capture", "session"]),
     ("recording", &["board", "frame", "geometry", "detection", "session", "config"]),
     ("pipeline", &["board", "frame", "detection", "capture", "session", "recording"]),
-    ("study", &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture"]),
+    ("chart", &[]),
+    (
+        "study",
+        &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture", "chart"],
+    ),
+    ("report", &["board", "frame", "geometry", "calibration", "chart", "text"]),
     (
         "text",
         &[
@@ -49,6 +54,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "recording",
             "pipeline",
             "study",
+            "report",
             "text",
         ],
     ),
@@ -75,7 +81,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("unsafe ", &[]),
     ("egui", &[]),
     // People's units stop at the edge.
-    ("_mm", &["config", "cli"]),
+    ("_mm", &["config", "cli", "report"]),
     ("to_degrees", &["text", "study", "cli"]),
 ];
 

@@ -9,7 +9,7 @@ use super::{
     say,
 };
 use crate::{
-    calibration::NotCalibrated,
+    calibration::{Calibration, NotCalibrated},
     guidance::Progress,
     session::{AcceptedView, Session},
     text,
@@ -26,15 +26,8 @@ pub(super) struct Conclusion {
 /// Tells the person what came of `session`.
 pub(super) fn conclude(session: &Session) -> Conclusion {
     say(text::progress(session.progress()));
-    let no_views = NotCalibrated::NoViews;
-    let result = match session.calibration() {
-        Some(calibration) => Ok(calibration.as_ref()),
-        None => Err(session.not_calibrated().unwrap_or(&no_views)),
-    };
-    let exit = tell(result);
-    let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
-    let report =
-        json::calibration(result, session.setup().image_size, &session.setup().board, &names);
+    let exit = tell(result(session));
+    let report = calibration_json(session);
     for (worker, reason) in session.failures() {
         say(&format!("The {worker} failed: {reason}"));
     }
@@ -44,6 +37,20 @@ pub(super) fn conclude(session: &Session) -> Conclusion {
         Progress::Collecting | Progress::Exhausted => Exit::NotTrustworthy,
     };
     Conclusion { exit, report }
+}
+
+/// `boresight.calibration/1` of what a session has so far.
+pub(super) fn calibration_json(session: &Session) -> Value {
+    let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
+    let setup = session.setup();
+    json::calibration(result(session), setup.image_size, &setup.board, &names)
+}
+
+fn result(session: &Session) -> Result<&Calibration, &NotCalibrated> {
+    match session.calibration() {
+        Some(calibration) => Ok(calibration.as_ref()),
+        None => Err(session.not_calibrated().unwrap_or(&NotCalibrated::NoViews)),
+    }
 }
 
 fn name(accepted: &AcceptedView) -> ViewName {

@@ -90,6 +90,8 @@ fn lens(calibration: &Calibration) -> Value {
         .iter()
         .map(|&row| free.iter().map(|&column| calibration.covariance[(row, column)]).collect())
         .collect();
+    let all: Vec<Vec<f64>> =
+        calibration.covariance_all.row_iter().map(|row| row.iter().copied().collect()).collect();
     json!({
         "model": calibration.model.code(),
         "focal": focal(calibration.focal),
@@ -100,6 +102,8 @@ fn lens(calibration: &Calibration) -> Value {
             "k1": sd[4], "k2": sd[5], "p1": sd[6], "p2": sd[7], "k3": sd[8],
         },
         "covariance": { "order": order, "matrix": matrix },
+        // Rows and columns are fx, fy, cx, cy, k1, k2, p1, p2, k3.
+        "covariance_all": all,
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
         "excess_px": calibration.excess_px,
     })
@@ -120,6 +124,7 @@ fn principal_points(calibration: &Calibration) -> Value {
             let mut value = json!({ "px": [estimate.px.x, estimate.px.y] });
             if let Some(c) = &estimate.covariance_px2 {
                 value["sigma_px"] = json!([c[(0, 0)].max(0.0).sqrt(), c[(1, 1)].max(0.0).sqrt()]);
+                value["covariance_px2"] = json!([[c[(0, 0)], c[(0, 1)]], [c[(1, 0)], c[(1, 1)]]]);
             }
             if let Some(f) = &estimate.f_px {
                 value["f_px"] = if f.x == f.y { json!(f.x) } else { json!([f.x, f.y]) };

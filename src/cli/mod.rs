@@ -12,6 +12,8 @@ mod guide;
 mod json;
 mod outcome;
 mod replay;
+mod report;
+mod session_report;
 mod simulate;
 mod source;
 mod study;
@@ -59,6 +61,7 @@ enum Command {
     Detect(detect::Arguments),
     Simulate(simulate::Arguments),
     Export(export::Arguments),
+    Report(report::Arguments),
     Doctor(doctor::Arguments),
     Study(study::Arguments),
 }
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         Some(Command::Detect(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
+        Some(Command::Report(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
     };

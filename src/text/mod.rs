@@ -4,6 +4,7 @@
 
 mod errors;
 mod findings;
+pub mod report;
 
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
