@@ -105,7 +105,7 @@ fn lens(calibration: &Calibration) -> Value {
         // Rows and columns are fx, fy, cx, cy, k1, k2, p1, p2, k3.
         "covariance_all": all,
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
-        "excess_px": calibration.excess_px,
+        "excess_px": calibration.excess_px, "noise_factor": calibration.noise_factor,
     })
 }
 

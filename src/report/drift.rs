@@ -72,7 +72,7 @@ impl DriftSection {
         let notes: String =
             self.notes.iter().map(|note| format!("<p>{}</p>\n", escaped(note))).collect();
         let body = format!(
-            "<div class=\"two\"><div><p class=\"lead\" data-verdict=\"{}\"><strong>{}</strong></p>\n<p>{}</p>\n{notes}<table><tbody>\n{rows}</tbody></table></div>\n<figure>{}<p class=\"note\">{}</p></figure></div>\n",
+            "<div class=\"two narrow\"><div><p class=\"next\" data-verdict=\"{}\"><strong>{}</strong></p>\n<p>{}</p>\n{notes}<table><tbody>\n{rows}</tbody></table></div>\n<figure>{}<p class=\"note\">{}</p></figure></div>\n",
             self.verdict.code(),
             words::drift_verdict(self.verdict.code()),
             escaped(&self.action),

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::{
     board::Checkerboard,
     calibration::LensModel,
-    geometry::{Camera, LENS_PARAMETERS, PrincipalLine},
+    geometry::{Camera, Corner, LENS_PARAMETERS, PrincipalLine},
 };
 
 /// `boresight.calibration/1`, as far as the page shows it. What an older file does not have is `None`.
@@ -81,6 +81,10 @@ pub struct LensFacts {
     pub rms_px: Option<f64>,
     /// Typical error of a corner coordinate.
     pub noise_px: Option<f64>,
+    /// The part of it beyond what the detector claims.
+    pub excess_px: Option<f64>,
+    /// Error of the corners as a multiple of what is claimed, that part included.
+    pub noise_factor: Option<f64>,
 }
 
 /// How the views' focal lengths go together.
@@ -286,6 +290,22 @@ impl LensFacts {
 
     pub(super) fn lens_model(&self) -> Option<LensModel> {
         LensModel::ALL.into_iter().find(|model| model.code() == self.model)
+    }
+
+    /// Whether both focal lengths are one parameter.
+    pub(super) fn square_pixels(&self) -> bool {
+        (self.f_px[0] - self.f_px[1]).abs() <= 1e-9 * self.f_px[0].abs()
+    }
+
+    /// The corners as the adjustment weighed them: with the error beyond what the detector claims.
+    pub(super) fn weighed(&self, corners: &[Corner]) -> Vec<Corner> {
+        let excess_px = match (self.excess_px, self.noise_factor) {
+            (Some(excess_px), Some(noise_factor)) if noise_factor > 0.0 => excess_px / noise_factor,
+            _ => 0.0,
+        };
+        let more = Matrix2::from_diagonal_element(excess_px * excess_px);
+        let weighed = |c: &Corner| Corner { px: c.px, covariance_px2: c.covariance_px2 + more };
+        corners.iter().map(weighed).collect()
     }
 
     /// Whether the views have a focal length each.

@@ -20,9 +20,10 @@ p{margin:0 0 .8mm}
 .box h2{display:none}
 .lead{font-size:12pt}
 .sign{display:inline-block;min-width:1.5em;text-align:center;border:.5mm solid #111;border-radius:50%;font-weight:bold}
-.two{display:grid;grid-template-columns:1fr 1fr;gap:0 5mm;align-items:start}
+.two{display:grid;grid-template-columns:1fr 1fr;gap:0 5mm;align-items:start;margin-bottom:1.2mm}
 .wide{grid-template-columns:1.22fr .78fr}
 section.wide{display:grid}
+.narrow{grid-template-columns:1.9fr 1fr}
 .three{display:grid;grid-template-columns:repeat(3,1fr);gap:1mm 4mm;align-items:start;margin-bottom:2.4mm}
 table{border-collapse:collapse;width:100%;font-size:8pt}
 th,td{border-bottom:.2mm solid #ccc;padding:.25mm .8mm;text-align:left;vertical-align:top;font-weight:normal;overflow-wrap:break-word}
@@ -45,12 +46,14 @@ figure svg{display:block;width:100%;height:auto}
 .paper+.board,circle+.board{stroke:#555}
 .edge{stroke:#fff;stroke-width:3.4;vector-effect:non-scaling-stroke}
 .pl{stroke:#d5121e;stroke-width:1.7;vector-effect:non-scaling-stroke}
-code{font-size:7.5pt;overflow-wrap:anywhere}
+.command{font-size:7.5pt;line-height:1.3}
+code{font-size:1em;overflow-wrap:anywhere}
 details{font-size:8pt}
 @media screen and (max-width:800px){.two,.wide{grid-template-columns:1.22fr .78fr}
 section.wide{display:grid}
+.narrow{grid-template-columns:1.9fr 1fr}
 .three{grid-template-columns:1fr}.columns{columns:1}}
-@media print{html{background:#fff}body{margin:0;padding:0;width:auto}.screen{display:none}}
+@media print{html{background:#fff}body{margin:0;padding:0;width:auto}.screen{display:none}.command{max-height:9.1em;overflow:hidden}.dense{zoom:.84}.denser{zoom:.72}}
 ";
 
 /// The page: one self-contained HTML file, and well-formed XML.
@@ -59,7 +62,8 @@ pub fn page(report: &Report) -> String {
     let title = words::title(&report.name);
     let title = escaped(&title);
     let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width\"/><title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width\"/><title>{title}</title><style>\n{STYLE}</style></head><body class=\"{}\">\n<h1>{title}</h1>\n",
+        density(report)
     );
     html += &summary::verdict(report);
     html += &two(
@@ -79,6 +83,17 @@ pub fn page(report: &Report) -> String {
     html += &summary::refused(report);
     html += &summary::provenance(report);
     html + "</body></html>\n"
+}
+
+/// How small it must be to stand on two sheets, by what is to be said.
+fn density(report: &Report) -> &'static str {
+    // A drift section takes as much room as some findings.
+    let findings = report.facts.findings.len() + if report.drift.is_some() { 4 } else { 0 };
+    match findings {
+        0..=5 => "",
+        6..=14 => "dense",
+        _ => "denser",
+    }
 }
 
 fn two(left: &str, right: &str) -> String {

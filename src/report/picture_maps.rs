@@ -42,9 +42,11 @@ pub(super) fn coverage(facts: &CalibrationFacts) -> String {
             }
         }
     }
+    // Many layers of the faintest blue would hide what is below.
+    let fill = if outlines.len() <= LABELS { "#0072b20d" } else { "none" };
     for (number, corners) in &outlines {
         let stroke = Stroke { colour: COLOURS[number % COLOURS.len()], width: 1.1, dash: *number };
-        canvas.area(corners, "#0072b20d", stroke);
+        canvas.area(corners, fill, stroke);
     }
     if outlines.len() <= LABELS {
         for (number, corners) in &outlines {
@@ -54,8 +56,8 @@ pub(super) fn coverage(facts: &CalibrationFacts) -> String {
             canvas.label(place, (0.0, 4.0), &number.to_string());
         }
     }
-    let share =
-        facts.coverage.map_or(String::new(), |share| format!(" {} %.", plain(100.0 * share, 0)));
+    let covered = |share: f64| format!(" {}", words::covered(&plain(100.0 * share, 0)));
+    let share = facts.coverage.map_or(String::new(), covered);
     figure(Section::Coverage, &canvas.svg(), &format!("{}{share}", words::COVERAGE_NOTE))
 }
 

@@ -29,6 +29,8 @@ const VIEWS_WITHOUT_PRIOR: usize = 4;
 #[derive(Clone, Debug)]
 struct Scatter {
     skipped: usize,
+    /// Estimates that were tried.
+    starts: usize,
     points_px: Vec<Point2<f64>>,
     spread: Spread,
 }
@@ -44,11 +46,13 @@ pub(super) fn section(report: &Report) -> (String, String, String) {
     }
     let mut note = words::SKIP_NOTE.to_owned();
     match &bundles {
-        Bundles::Done(_) if views.len() > MOST_STARTS => {
-            note += " ";
-            note += &words::skip_starts(MOST_STARTS, views.len());
+        Bundles::Done(scatter) => {
+            let starts = scatter.iter().map(|scatter| scatter.starts).max().unwrap_or(0);
+            if starts < views.len() && views.len() > MOST_STARTS {
+                note += " ";
+                note += &words::skip_starts(starts, views.len());
+            }
         }
-        Bundles::Done(_) => {}
         Bundles::NotDone(why) => {
             note += " ";
             note += why;
@@ -77,10 +81,11 @@ fn scatter(
         .filter_map(|skipped| {
             let all = consecutive(count, skipped);
             let step = all.len().div_ceil(starts.max(1)).max(1);
+            let tried: Vec<_> = all.iter().step_by(step).collect();
             let points_px: Vec<Point2<f64>> =
-                all.iter().step_by(step).filter_map(|kept| estimate(kept)).collect();
+                tried.iter().filter_map(|kept| estimate(kept)).collect();
             let spread = Spread::of(&points_px)?;
-            Some(Scatter { skipped, points_px, spread })
+            Some(Scatter { skipped, starts: tried.len(), points_px, spread })
         })
         .collect()
 }
@@ -121,27 +126,28 @@ fn by_bundle(report: &Report, views: &[(usize, &ViewFacts)]) -> Bundles {
         return Bundles::NotDone(words::SKIP_NO_BUNDLE);
     }
     let poses: Option<Vec<Isometry3<f64>>> = views.iter().map(|(_, view)| view.pose()).collect();
-    let corners: Option<Vec<&[Corner]>> =
-        views.iter().map(|(number, _)| Some(report.corners.get(number - 1)?.as_slice())).collect();
+    let corners: Option<Vec<Vec<Corner>>> = views
+        .iter()
+        .map(|(number, _)| Some(lens.weighed(report.corners.get(number - 1)?)))
+        .collect();
     let (Some(board), Some(model), Some(poses), Some(corners)) =
         (report.facts.checkerboard(), lens.lens_model(), poses, corners)
     else {
-        return Bundles::NotDone(words::NEEDS_CORNERS);
+        return Bundles::NotDone(words::SKIP_NEEDS_CORNERS);
     };
     let board_m = board.corners_in_board_m();
     let camera = lens.camera();
-    let square_pixels = camera.f_px.x == camera.f_px.y;
     let [width_px, height_px] = report.facts.image_size;
     let prior = LensPrior::weak(ImageSize { width_px, height_px });
     Bundles::Done(scatter(views.len(), MOST_STARTS, |kept| {
-        let corners: Vec<&[Corner]> = kept.iter().map(|i| corners[*i]).collect();
+        let corners: Vec<&[Corner]> = kept.iter().map(|i| corners[*i].as_slice()).collect();
         let observations = Observations::new(&board_m, &corners).ok()?;
         let cam_from_board = kept.iter().map(|i| poses[*i]).collect();
         let start = BundleState { camera, cam_from_board };
         let few = kept.len() < VIEWS_WITHOUT_PRIOR;
         // One view cannot tell the rest of a rich lens.
         let model = if kept.len() < 2 { model.min(LensModel::K1) } else { model };
-        let freedom = model.freedom(square_pixels);
+        let freedom = model.freedom(lens.square_pixels());
         let bundle = adjust(&observations, &freedom, few.then_some(&prior), start)?;
         Some(bundle.state.camera.pp_px)
     }))

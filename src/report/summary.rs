@@ -107,7 +107,7 @@ fn focal_length(lens: &LensFacts) -> String {
         return row(name::FOCAL_MEAN, &[format!("{} px", plain(fx.value, 2))])
             + &row(name::FOCAL_SCATTER, &[format!("{} px", brief_data(scatter_px, 3))]);
     }
-    if fx == fy {
+    if lens.square_pixels() {
         row(name::FOCAL_LENGTH, &[format!("{} px", fx.html())])
     } else {
         row(name::FOCAL_LENGTHS, &[format!("{}, {} px", fx.html(), fy.html())])
@@ -132,12 +132,16 @@ fn distortion(lens: &LensFacts) -> String {
     rows
 }
 
+/// Findings that stand one below the other.
+const FEW_FINDINGS: usize = 4;
+
 /// What the checks found: what, and what to do.
 pub(super) fn findings(facts: &CalibrationFacts) -> String {
     if facts.findings.is_empty() {
         return section(Section::Findings, &format!("<p>{}</p>\n", words::NO_FINDINGS));
     }
-    let mut body = String::from("<ul class=\"findings\">\n");
+    let class = if facts.findings.len() > FEW_FINDINGS { "columns" } else { "" };
+    let mut body = format!("<ul class=\"{class}\">\n");
     for finding in &facts.findings {
         push(
             &mut body,
@@ -155,23 +159,62 @@ pub(super) fn findings(facts: &CalibrationFacts) -> String {
     section(Section::Findings, &body)
 }
 
-/// What was refused: reasons with counts, pictures with reasons.
+/// Characters of a command that stand on paper.
+const LONG_COMMAND: usize = 700;
+/// Reasons shown on paper; names shown after one.
+const REASONS: usize = 12;
+const NAMES: usize = 6;
+
+/// What was refused: reasons with counts, pictures by reason.
 pub(super) fn refused(report: &Report) -> String {
-    let unused = report.facts.views.iter().filter(|view| !view.used);
-    let mut items: Vec<String> = report
+    let mut items: Vec<(String, usize, Vec<&str>)> = report
         .refused
         .iter()
-        .map(|refused| format!("<li>{}: {}</li>\n", escaped(&refused.what), refused.count))
+        .map(|refused| (refused.what.clone(), refused.count, Vec::new()))
         .collect();
-    items.extend(unused.map(|view| {
+    for view in report.facts.views.iter().filter(|view| !view.used) {
         let reason = view.reason.as_deref().unwrap_or_default();
-        format!("<li>{}: {}</li>\n", escaped(&view.name), escaped(reason))
-    }));
-    let body = if items.is_empty() {
-        format!("<p>{}</p>\n", words::NOTHING_REFUSED)
-    } else {
-        format!("<ul class=\"columns\">\n{}</ul>\n", items.concat())
+        match items.iter_mut().find(|(what, _, names)| what == reason && !names.is_empty()) {
+            Some((_, count, names)) => {
+                *count += 1;
+                names.push(&view.name);
+            }
+            None => items.push((reason.into(), 1, vec![&view.name])),
+        }
+    }
+    if items.is_empty() {
+        return section(Section::Refused, &format!("<p>{}</p>\n", words::NOTHING_REFUSED));
+    }
+    let list = |items: &[(String, usize, Vec<&str>)], most_names: usize| -> String {
+        let item = |(what, count, names): &(String, usize, Vec<&str>)| {
+            let (shown, rest) = names.split_at(names.len().min(most_names));
+            let mut line = format!("<li>{}: {count}", escaped(what));
+            if !shown.is_empty() {
+                push(&mut line, format_args!(" ({}", escaped(&shown.join(", "))));
+                line += if rest.is_empty() { ")" } else { ", …)" };
+            }
+            line + "</li>\n"
+        };
+        items.iter().map(item).collect()
     };
+    let (shown, rest) = items.split_at(items.len().min(REASONS));
+    let mut body = format!("<ul class=\"columns\">\n{}</ul>\n", list(shown, NAMES));
+    if !rest.is_empty() {
+        push(
+            &mut body,
+            format_args!("<p class=\"note\">{}</p>\n", words::more_reasons(rest.len())),
+        );
+    }
+    if !rest.is_empty() || items.iter().any(|(_, _, names)| names.len() > NAMES) {
+        push(
+            &mut body,
+            format_args!(
+                "<details class=\"screen\"><summary>{}</summary><ul>\n{}</ul></details>\n",
+                words::ALL_REFUSED,
+                list(&items, usize::MAX)
+            ),
+        );
+    }
     section(Section::Refused, &body)
 }
 
@@ -191,9 +234,10 @@ pub(super) fn provenance(report: &Report) -> String {
     push(
         &mut rows,
         format_args!(
-            "<tr><th scope=\"row\">{}</th><td><code>{}</code></td></tr>\n",
+            "<tr><th scope=\"row\">{}</th><td><div class=\"command\"><code>{}</code></div>{}</td></tr>\n",
             name::REPEAT,
-            escaped(&report.provenance.command)
+            escaped(&report.provenance.command),
+            if report.provenance.command.len() > LONG_COMMAND { words::CUT_ON_PAPER } else { "" }
         ),
     );
     section(Section::Provenance, &format!("<table><tbody>\n{rows}</tbody></table>\n"))

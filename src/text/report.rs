@@ -130,8 +130,16 @@ pub const NO_FINDINGS: &str = "None of the checks found anything.";
 /// Where nothing was refused.
 pub const NOTHING_REFUSED: &str = "Nothing was refused.";
 
-/// Where nothing is known of refusals.
-pub const REFUSALS_UNKNOWN: &str = "Not recorded in this file.";
+/// Below the first reasons.
+pub fn more_reasons(count: usize) -> String {
+    format!("And {count} more; on a screen all of them open below.")
+}
+
+/// What opens the list of everything that was refused.
+pub const ALL_REFUSED: &str = "Everything that was refused";
+
+/// Below a command that does not fit on paper.
+pub const CUT_ON_PAPER: &str = "(On paper it is cut; the file has it whole.)";
 
 /// Severity in a word.
 pub fn severity(code: &str) -> &'static str {
@@ -176,6 +184,10 @@ pub const SKIP_NOTE: &str = "Every n views that follow each other in direction l
 pub const SKIP_NO_BUNDLE: &str =
     "Each view has its own focal length, so there is no bundle adjustment to repeat.";
 
+/// Where the corners would be needed to adjust them again.
+pub const SKIP_NEEDS_CORNERS: &str =
+    "Bundle adjustment needs the corners, which this file does not hold.";
+
 /// Where there were more views than starts.
 pub fn skip_starts(starts: usize, views: usize) -> String {
     format!("Bundle adjustment: from {starts} of the {views} views on.")
@@ -206,6 +218,11 @@ pub fn tangential(shift_px: &str) -> String {
 /// Below the map of outlines.
 pub const COVERAGE_NOTE: &str =
     "Outlines of the boards' inner corners. Hatched: no board has been there.";
+
+/// Share of the picture that was covered.
+pub fn covered(percent: &str) -> String {
+    format!("Covered: {percent} %.")
+}
 
 /// Below the residuals.
 pub fn residuals_note(times: &str, shown: usize, of: usize) -> String {
