@@ -34,7 +34,9 @@
 //! | [`pipeline`] | the threads | recording and below |
 //! | [`target`] | the board as PDF, SVG and PNG in true size, in millimetres | – |
 //! | [`text`] | every sentence a person reads in a session | all of the above |
-//! | [`study`] | the paper's experiments, and strategies of guidance compared | capture, guidance and below |
+//! | `chart` | drawings as SVG text | – |
+//! | [`study`] | the paper's experiments, and strategies of guidance compared | chart, capture, guidance and below |
+//! | [`report`] | a calibration as one page to read and print | chart, text, calibration and below |
 //! | [`cli`] | one subcommand a file | everything |
 //!
 //! # Invariants
@@ -50,6 +52,7 @@
 pub mod board;
 pub mod calibration;
 pub mod capture;
+mod chart;
 pub mod cli;
 pub mod config;
 pub mod detection;
@@ -58,6 +61,7 @@ pub mod geometry;
 pub mod guidance;
 pub mod pipeline;
 pub mod recording;
+pub mod report;
 pub mod session;
 pub mod study;
 pub mod target;

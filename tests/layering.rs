@@ -17,8 +17,13 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("config", &["board", "frame", "geometry", "calibration", "guidance", "capture", "session"]),
     ("recording", &["board", "frame", "geometry", "detection", "session", "config"]),
     ("pipeline", &["board", "frame", "detection", "capture", "session", "recording"]),
-    ("study", &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture"]),
     ("target", &[]),
+    ("chart", &[]),
+    (
+        "study",
+        &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture", "chart"],
+    ),
+    ("report", &["board", "frame", "geometry", "calibration", "chart", "text"]),
     (
         "text",
         &[
@@ -52,6 +57,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "pipeline",
             "study",
             "target",
+            "report",
             "text",
         ],
     ),
@@ -79,7 +85,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("unsafe ", &[]),
     ("egui", &[]),
     // People's units stop at the edge.
-    ("_mm", &["config", "target", "text", "cli", "calibration/import"]),
+    ("_mm", &["config", "target", "text", "cli", "report", "calibration/import"]),
     ("to_degrees", &["text", "study", "cli"]),
 ];
 

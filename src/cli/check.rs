@@ -13,7 +13,7 @@ use super::{
     Exit,
     board_args::BoardArguments,
     guide::{self, Run, new_session_path, open, spelled},
-    print, say,
+    print, say, session_report,
     source::SourceName,
 };
 use crate::{
@@ -124,6 +124,8 @@ impl Arguments {
         let found = self.compare(&ran.session, &config, image_size, &old)?;
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
+        let page = session_report::write(&ran.path, &ran.session)?;
+        say(&format!("Report: {}", page.display()));
         if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }

@@ -13,6 +13,8 @@ mod guide;
 mod json;
 mod outcome;
 mod replay;
+mod report;
+mod session_report;
 mod simulate;
 mod source;
 mod study;
@@ -63,6 +65,7 @@ enum Command {
     Detect(detect::Arguments),
     Simulate(simulate::Arguments),
     Export(export::Arguments),
+    Report(report::Arguments),
     Doctor(doctor::Arguments),
     Study(study::Arguments),
     Target(target::Arguments),
@@ -80,6 +83,7 @@ pub fn main() -> ExitCode {
         Some(Command::Detect(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
+        Some(Command::Report(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
         Some(Command::Target(arguments)) => arguments.run(),

@@ -5,6 +5,7 @@
 mod drift;
 mod errors;
 mod findings;
+pub mod report;
 mod target;
 
 pub use drift::{
