@@ -18,8 +18,9 @@ use crate::{
 /// Example: boresight target --board 9x6 --paper a4 --out board.pdf
 ///
 /// Without --square the squares are as large as fits with white around the board that is a square wide, in whole
-/// millimetres (on a screen in whole pixels). A 100 mm ruler, the board's name and the size of its squares are
-/// printed below it; the command says how to check print and flatness and what to pass to `boresight guide`.
+/// millimetres (on a screen in whole pixels). A 100 mm ruler (shorter on a screen that is narrower), the board's
+/// name and the size of its squares are printed below it; the command says how to check print and flatness and what
+/// to pass to `boresight guide`.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
