@@ -228,7 +228,7 @@ fn a_session_ends_with_its_report() {
 
     // A result that is not the journal's is said to be another.
     let stale =
-        read(&folder.path().join("session/calibration.json")).replacen("\"pp_px\"", "\"pp\"", 1);
+        read(&folder.path().join("session/calibration.json")).replace("\"pp_px\"", "\"pp\"");
     fs::write(folder.path().join("session/calibration.json"), stale).expect("written");
     let (_, said) = run(folder.path(), &["report", "session"]);
     assert!(said.contains("other numbers"), "{said}");
