@@ -129,7 +129,7 @@ fn drift(path: &Path) -> Option<DriftSection> {
     Some(DriftSection {
         old_file: words("against"),
         verdict,
-        action: format!("{}. {}", words("message"), words("action")),
+        action: words("action"),
         focal_px: measured("/change/f_px", "/change/sigma/f_px")?,
         pp_px: [
             measured("/change/pp_px/0", "/change/sigma/pp_px/0")?,
