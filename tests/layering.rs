@@ -75,7 +75,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("toml::", &["config", "recording", "cli"]),
     ("clap", &["cli"]),
     ("anyhow", &["cli", "text"]),
-    ("unsafe ", &[]),
+    ("unsafe ", &["capture"]), // Only capture::v4l2::linux; see the next test.
     ("egui", &[]),
     // People's units stop at the edge.
     ("_mm", &["config", "cli"]),

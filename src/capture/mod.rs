@@ -1,16 +1,24 @@
 //! Frames in: every source of pictures behind one trait.
 
 mod image_folder;
+pub mod integrity;
+mod pixel_format;
 mod recorded;
 pub mod synthetic;
 pub mod technician;
+#[cfg(target_os = "linux")]
+pub mod v4l2;
 
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+pub use pixel_format::Unpacker;
 pub use recorded::Recorded;
 
 use std::{sync::Arc, time::Duration};
 
-use crate::frame::{Frame, ImageSize};
+use crate::{
+    device::{CameraEvent, Fault},
+    frame::{Frame, ImageSize},
+};
 
 /// Where frames come from.
 ///
@@ -32,6 +40,8 @@ pub trait FrameSource: Send {
 pub enum Arrival {
     /// A picture. The source may reuse its memory once every clone of the `Arc` is gone.
     Frame(Arc<Frame>),
+    /// A live camera has something to say.
+    Event(CameraEvent),
     /// Nothing came in time; ask again.
     NothingYet,
     /// There will be no more frames.
@@ -65,6 +75,14 @@ pub enum CaptureError {
         reason: String,
         /// The file.
         path: std::path::PathBuf,
+    },
+    /// A camera cannot be used.
+    #[error("{}{}", fault.code(), if detail.is_empty() { String::new() } else { format!(": {detail}") })]
+    Camera {
+        /// What is wrong with it.
+        fault: Fault,
+        /// What is known besides; may be empty.
+        detail: String,
     },
     /// A folder without a picture.
     #[error("there is no PNG or JPEG picture in {path:?}")]

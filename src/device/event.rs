@@ -20,6 +20,8 @@ pub enum CameraEvent {
     Returned {
         /// What the driver granted.
         mode: Mode,
+        /// Pictures from then on are good.
+        good_from: CaptureTime,
     },
     /// Something is doubtful although pictures come.
     Doubtful {
@@ -44,6 +46,8 @@ pub enum CameraEvent {
     ControlRestored {
         /// Which.
         control: Control,
+        /// Pictures from then on are good.
+        good_from: CaptureTime,
     },
     /// Frames that did not reach the detector, since the start of this run.
     Counted {

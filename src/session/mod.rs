@@ -201,7 +201,7 @@ impl Session {
             let (size_px, wanted_px) = (pair(observation.image_size), pair(setup.image_size));
             return Err((None, Refusal::OtherSize { size_px, wanted_px }));
         }
-        if !self.camera.may_take() {
+        if !self.camera.may_take_of(observation.captured_at) {
             return Err((None, Refusal::CameraNotReady));
         }
         let seen: &Detection = observation.seen.as_ref().map_err(|_| (None, Refusal::NotFound))?;
