@@ -27,6 +27,12 @@ pub trait FrameSource: Send {
     /// What a person and a recording call this source, and the size of its pictures.
     fn identity(&self) -> SourceIdentity;
 
+    /// Whether it waits until its frames have been judged, as files and the simulated camera do. A live
+    /// camera does not: its newest frame is worth more than an old one.
+    fn waits(&self) -> bool {
+        true
+    }
+
     /// Waits at most `patience` for a frame.
     ///
     /// # Errors

@@ -14,6 +14,7 @@ use clap::Args;
 use super::{
     Exit,
     board_args::BoardArguments,
+    camera_words::CameraWords,
     conclusion::{Conclusion, conclude},
     cue_link::cue_link,
     print, say,
@@ -26,7 +27,7 @@ use crate::{
         synthetic::{SyntheticSource, TruthLog},
     },
     guidance::{Progress, Refusal},
-    pipeline::{Judged, Pipeline, Setup},
+    pipeline::{Judged, Pipeline, SOURCE_PATIENCE, Setup},
     recording::{
         Header, SessionFolder, replay,
         save::{Overwrite, save},
@@ -43,8 +44,9 @@ use crate::{
 /// ever lost, and `--session DIR` goes on where it stopped.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Where pictures come from: sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of
-    /// pictures; auto takes the simulated camera.
+    /// Where pictures come from: a camera (its name from `boresight devices`, or its node such as
+    /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures; auto
+    /// takes the only real camera, else the simulated one, and says which.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
     /// Guide by words in the terminal.
@@ -55,6 +57,9 @@ pub(super) struct Arguments {
     /// Go on with this session, with the settings that it began with.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config"])]
     session: Option<PathBuf>,
+    /// The old calibration that this one replaces: named in the new one, and left as it is.
+    #[arg(long, value_name = "FILE", conflicts_with = "session")]
+    replaces: Option<PathBuf>,
     /// Folder of the new session; by default a new one in ./sessions.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -82,6 +87,27 @@ pub(super) struct Run {
 }
 
 impl Arguments {
+    /// A full session of a camera whose calibration in `old` no longer holds.
+    pub(super) fn full(
+        source: String,
+        board: BoardArguments,
+        old: PathBuf,
+        max_frames: u64,
+        json: bool,
+    ) -> Self {
+        Self {
+            source,
+            headless: true,
+            board,
+            session: None,
+            replaces: Some(old),
+            out: None,
+            record_stream: false,
+            max_frames,
+            json,
+        }
+    }
+
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let (config, resumed) = match &self.session {
             Some(path) => {
@@ -95,9 +121,6 @@ impl Arguments {
             _ => self.source.clone(),
         };
         let name = SourceName::parse(&name, &config)?;
-        if self.source == "auto" {
-            say("No camera is used: this is the simulated camera with a simulated technician.");
-        }
         let (source, judged, truth) = open(&name, self.max_frames)?;
         let image_size =
             source.identity().image_size.context("the source does not say its picture size")?;
@@ -121,10 +144,12 @@ impl Arguments {
             }
             None => {
                 let path = self.out.clone().unwrap_or_else(new_session_path);
-                SessionFolder::create(
-                    &path,
-                    &Header::new(&spelled(&name, &self.source), image_size, config),
-                )?
+                let header = Header::new(&spelled(&name, &self.source), image_size, config);
+                let header = match &self.replaces {
+                    Some(old) => header.against(old),
+                    None => header,
+                };
+                SessionFolder::create(&path, &header)?
             }
         };
         let run = Run {
@@ -142,9 +167,10 @@ impl Arguments {
 }
 
 /// What brings the same source back: the name as given.
-fn spelled(name: &SourceName, given: &str) -> String {
+pub(super) fn spelled(name: &SourceName, given: &str) -> String {
     match name {
         SourceName::Simulated(_) if given == "auto" => "sim".into(),
+        SourceName::Camera(camera) => camera.stable_name(),
         _ => given.into(),
     }
 }
@@ -153,7 +179,7 @@ fn spelled(name: &SourceName, given: &str) -> String {
 const IN_FLIGHT: usize = 24;
 
 /// A new folder name from the time.
-fn new_session_path() -> PathBuf {
+pub(super) fn new_session_path() -> PathBuf {
     let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
     let plain = Path::new("sessions").join(&stamp);
     (2..1000)
@@ -181,14 +207,30 @@ pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened>
             let truth = source.truth();
             (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), Some(truth))
         }
+        SourceName::Camera(camera) => (camera.open()?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Session(path) => (open_session(path)?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: Judged<'_>| ()), None),
     })
 }
 
+/// A session that has run.
+pub(super) struct Ran {
+    /// As it ended.
+    pub(super) session: Session,
+    /// Its folder.
+    pub(super) path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
 impl Run {
     /// Runs until the plan is complete, the source ends, or Ctrl-C; then tells the result.
     pub(super) fn finish(self, json: bool) -> anyhow::Result<Exit> {
+        self.carry_out()?.conclude(json)
+    }
+
+    /// Runs until the plan is complete, the source ends, or Ctrl-C.
+    pub(super) fn carry_out(self) -> anyhow::Result<Ran> {
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -209,25 +251,40 @@ impl Run {
             let decision = session.handle(&Input::Resumed);
             folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
         }
+        let lossless = source.waits();
         let setup = Setup {
             source,
             session,
             folder: Some(folder),
-            lossless: true,
+            lossless,
             record_stream,
             first_frame,
             judged: Box::new(told(judged)),
         };
         let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
         // Ends when the session thread does, too: a full disk closes the link.
-        while let Some(snapshot) = snapshots.recv() {
-            if stop.load(Ordering::Relaxed) || ended(&snapshot) {
+        let mut camera_words = CameraWords::default();
+        // A camera that is lost sends no snapshots; Ctrl-C must be heard nevertheless.
+        while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
+            let ended = snapshot.as_ref().is_some_and(ended);
+            if let Some(snapshot) = snapshot {
+                camera_words.tell(&snapshot.camera);
+            }
+            if stop.load(Ordering::Relaxed) || ended {
                 break;
             }
         }
         let finished = pipeline.stop()?;
-        let session = finished.session;
-        let Conclusion { exit, report } = conclude(&session);
+        Ok(Ran { session: finished.session, path, truth, first_frame })
+    }
+}
+
+impl Ran {
+    /// Tells the result and writes it into the session's folder.
+    fn conclude(self, json: bool) -> anyhow::Result<Exit> {
+        let Self { session, path, truth, first_frame } = self;
+        let header = SessionFolder::header(&path)?;
+        let Conclusion { exit, report } = conclude(&session, &header);
         if !session.failures().is_empty() {
             say(&format!(
                 "Every view that was shown as taken is safe; go on with: boresight guide --session {}",

@@ -208,3 +208,14 @@ impl Mode {
             .map(|(numerator, denominator)| f64::from(denominator) / f64::from(numerator))
     }
 }
+
+/// What the person wants of a mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wanted {
+    /// Size; by default the largest that is fast enough.
+    pub size: Option<ImageSize>,
+    /// Pictures per second; by default about 30.
+    pub rate_hz: Option<f64>,
+    /// Format; by default an uncompressed one if it is fast enough.
+    pub layout: Option<PixelLayout>,
+}

@@ -3,9 +3,11 @@
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
 pub mod camera;
+mod drift;
 mod errors;
 mod findings;
 
+pub use drift::{drift, drift_is_weak, drift_numbers, no_drift, other_camera};
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
 

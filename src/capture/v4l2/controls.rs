@@ -38,6 +38,34 @@ pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {
     }
 }
 
+/// How a control stands, for a person to see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standing {
+    /// Which.
+    pub control: Control,
+    /// What it can be.
+    pub range: ControlRange,
+    /// What it is; `None` if it cannot be read.
+    pub value: Option<i64>,
+    /// Whether the camera moves it by itself; `None` if it has no such automatic.
+    pub automatic: Option<bool>,
+}
+
+/// The controls of a camera that matter here.
+pub fn standings(kernel: &mut dyn Kernel, device: Handle) -> Vec<Standing> {
+    let mut found = Vec::new();
+    for control in Control::ALL {
+        let (number, automatics) = numbers(control);
+        let Ok(range) = again(|| kernel.control_range(device, number)) else { continue };
+        let value = again(|| kernel.control(device, number)).ok();
+        let automatic = automatics.first().and_then(|(id, off)| {
+            again(|| kernel.control(device, *id)).ok().map(|value| value != *off)
+        });
+        found.push(Standing { control, range, value, automatic });
+    }
+    found
+}
+
 /// The controls of one open camera.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Keeper {

@@ -26,7 +26,8 @@ pub mod simulated;
 pub mod source;
 mod stream;
 
+pub use controls::{Standing, standings};
 pub use discovery::{Camera, Found, discover, find};
 pub use linux::Linux;
-pub use mode::{Offer, Wanted};
+pub use mode::Offer;
 pub use source::LiveCamera;

@@ -5,7 +5,7 @@ use super::{
     queue::again,
 };
 use crate::{
-    device::{Mode, PixelLayout},
+    device::{Mode, PixelLayout, Wanted},
     frame::ImageSize,
 };
 
@@ -30,17 +30,6 @@ pub struct Offer {
     pub size: ImageSize,
     /// Time from picture to picture, if said.
     pub interval: Option<Fraction>,
-}
-
-/// What the person wants of a mode.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wanted {
-    /// Size; by default the largest that is fast enough.
-    pub size: Option<ImageSize>,
-    /// Pictures per second; by default about 30.
-    pub rate_hz: Option<f64>,
-    /// Format; by default an uncompressed one if it is fast enough.
-    pub layout: Option<PixelLayout>,
 }
 
 /// A mode as granted, with what the driver says of its memory.
@@ -134,7 +123,7 @@ pub fn choose(offers: &[Offer], wanted: &Wanted) -> Option<Offer> {
     let score = |offer: &Offer| {
         let rate_hz = rate(offer);
         let fast_enough = match rate_hz {
-            Some(rate_hz) if rate_hz >= LEAST_RATE_HZ.min(aim_hz) - 0.01 => 2,
+            Some(rate_hz) if rate_hz >= 0.9 * LEAST_RATE_HZ.min(aim_hz) => 2,
             None => 1,
             Some(_) => 0,
         };

@@ -18,12 +18,12 @@ use super::{
     discovery::{Camera, Found, Identity, discover_those},
     health::{light, sharpness},
     kernel::{Errno, Kernel},
-    mode::{Offer, Wanted, choose},
+    mode::{Offer, choose},
     stream::{Loss, Picture, Stream},
 };
 use crate::{
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
-    device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode},
+    device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, Wanted},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
 
@@ -431,6 +431,10 @@ fn settled(means: &VecDeque<f64>, count: u32) -> bool {
 impl<K: Kernel> FrameSource for LiveCamera<K> {
     fn identity(&self) -> SourceIdentity {
         SourceIdentity { name: self.camera.stable_name(), image_size: Some(self.mode.size) }
+    }
+
+    fn waits(&self) -> bool {
+        false
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
