@@ -387,6 +387,7 @@ fn played(slow: bool, keep: bool) -> Played {
                 }
             }
             Arrival::NothingYet => assert!(slow),
+            Arrival::Event(event) => unreachable!("{event:?}"),
             Arrival::End => break,
         }
     }

@@ -14,6 +14,7 @@ use clap::Args;
 use super::{
     Exit,
     board_args::BoardArguments,
+    camera_words::CameraWords,
     conclusion::{Conclusion, conclude},
     cue_link::cue_link,
     print, say, session_report,
@@ -26,7 +27,7 @@ use crate::{
         synthetic::{SyntheticSource, TruthLog},
     },
     guidance::{Progress, Refusal},
-    pipeline::{Judged, Pipeline, Setup},
+    pipeline::{Judged, Pipeline, SOURCE_PATIENCE, Setup},
     recording::{
         Header, SessionFolder, replay,
         save::{Overwrite, save},
@@ -43,8 +44,9 @@ use crate::{
 /// ever lost, and `--session DIR` goes on where it stopped.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Where pictures come from: sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of
-    /// pictures; auto takes the simulated camera.
+    /// Where pictures come from: a camera (its name from `boresight devices`, or its node such as
+    /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures; auto
+    /// takes the only real camera, else the simulated one, and says which.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
     /// Guide by words in the terminal.
@@ -119,9 +121,6 @@ impl Arguments {
             _ => self.source.clone(),
         };
         let name = SourceName::parse(&name, &config)?;
-        if self.source == "auto" {
-            say("No camera is used: this is the simulated camera with a simulated technician.");
-        }
         let (source, judged, truth) = open(&name, self.max_frames)?;
         let image_size =
             source.identity().image_size.context("the source does not say its picture size")?;
@@ -171,6 +170,7 @@ impl Arguments {
 pub(super) fn spelled(name: &SourceName, given: &str) -> String {
     match name {
         SourceName::Simulated(_) if given == "auto" => "sim".into(),
+        SourceName::Camera(camera) => camera.stable_name(),
         _ => given.into(),
     }
 }
@@ -207,6 +207,7 @@ pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened>
             let truth = source.truth();
             (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), Some(truth))
         }
+        SourceName::Camera(camera) => (camera.open()?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Session(path) => (open_session(path)?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: Judged<'_>| ()), None),
     })
@@ -250,19 +251,26 @@ impl Run {
             let decision = session.handle(&Input::Resumed);
             folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
         }
+        let lossless = source.waits();
         let setup = Setup {
             source,
             session,
             folder: Some(folder),
-            lossless: true,
+            lossless,
             record_stream,
             first_frame,
             judged: Box::new(told(judged)),
         };
         let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
         // Ends when the session thread does, too: a full disk closes the link.
-        while let Some(snapshot) = snapshots.recv() {
-            if stop.load(Ordering::Relaxed) || ended(&snapshot) {
+        let mut camera_words = CameraWords::default();
+        // A camera that is lost sends no snapshots; Ctrl-C must be heard nevertheless.
+        while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
+            let ended = snapshot.as_ref().is_some_and(ended);
+            if let Some(snapshot) = snapshot {
+                camera_words.tell(&snapshot.camera);
+            }
+            if stop.load(Ordering::Relaxed) || ended {
                 break;
             }
         }

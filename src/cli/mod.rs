@@ -2,11 +2,14 @@
 
 mod board_args;
 mod calibrate;
+mod camera;
+mod camera_words;
 mod check;
 mod conclusion;
 mod corner_table;
 mod cue_link;
 mod detect;
+mod devices;
 mod doctor;
 mod export;
 mod guide;
@@ -63,6 +66,7 @@ enum Command {
     Calibrate(calibrate::Arguments),
     Check(check::Arguments),
     Detect(detect::Arguments),
+    Devices(devices::Arguments),
     Simulate(simulate::Arguments),
     Export(export::Arguments),
     Report(report::Arguments),
@@ -81,6 +85,7 @@ pub fn main() -> ExitCode {
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Check(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),
+        Some(Command::Devices(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
         Some(Command::Report(arguments)) => arguments.run(),

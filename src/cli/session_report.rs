@@ -15,6 +15,7 @@ use crate::{
     calibration::DriftVerdict,
     config::Config,
     detection::Miss,
+    device::{Control, Lock},
     guidance::Progress,
     recording::{
         Header, Line, SessionFolder, Stored, replay,
@@ -102,7 +103,7 @@ fn put_together(
         name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         facts: CalibrationFacts::read(&calibration_json(session, header))?,
         notes,
-        camera: CameraSection { rows: camera(header), changes },
+        camera: CameraSection { rows: camera(header, session), changes },
         corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
         pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
         drift: drift(path),
@@ -141,12 +142,21 @@ fn drift(path: &Path) -> Option<DriftSection> {
     })
 }
 
-/// What the header says about the camera.
-fn camera(header: &Header) -> Vec<(String, String)> {
+/// What the header says about the camera, and how its mode and controls stood at the end.
+fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     let mut rows = vec![
         (words::name::SOURCE.into(), header.source.clone()),
         (words::name::BEGUN.into(), header.created.clone()),
     ];
+    let state = session.camera();
+    rows.extend(state.mode.map(|mode| (words::name::MODE.into(), text::camera::mode(&mode))));
+    for control in Control::ALL {
+        let lock = state.locks.of(control);
+        if lock != Lock::Unknown {
+            let name = text::camera::capital(text::camera::control(control));
+            rows.push((name, text::camera::lock(lock)));
+        }
+    }
     let changed = changed_settings(&header.config);
     if !changed.is_empty() {
         rows.push((words::name::SETTINGS.into(), changed.join(", ")));
@@ -197,6 +207,11 @@ fn history(lines: &[Line]) -> History {
             }
             Input::WorkerFailed { worker, reason } => change(words::failed(&worker, &reason)),
             Input::Resumed => change(words::RESUMED.into()),
+            Input::Camera(event) => {
+                if let Some(what) = text::camera::event(&event) {
+                    change(what);
+                }
+            }
             Input::Command(_) | Input::SourceEnded | Input::Stop => {}
         }
     }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use nalgebra::Point2;
 
-use super::Decision;
+use super::{CameraState, Decision};
 use crate::{
     calibration::Calibration,
     guidance::{Role, Target},
@@ -21,6 +21,8 @@ pub struct Snapshot {
     pub calibration: Option<Arc<Calibration>>,
     /// The accepted views.
     pub views: Vec<ViewSummary>,
+    /// The live camera, if the source is one.
+    pub camera: CameraState,
     /// Whether the source has no more frames.
     pub source_ended: bool,
     /// Whether the person paused.

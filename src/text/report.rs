@@ -259,6 +259,7 @@ pub mod name {
     pub const PICTURE: &str = "Picture";
     pub const BOARD: &str = "Board";
     pub const SOURCE: &str = "Source";
+    pub const MODE: &str = "Mode";
     pub const BEGUN: &str = "Begun";
     pub const SETTINGS: &str = "Settings changed";
     pub const CHANGES: &str = "Changes";
