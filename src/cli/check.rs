@@ -22,6 +22,7 @@ use crate::{
         import::{self, OldCalibration},
     },
     config::{BoardConfig, Config, PlanName},
+    device::Control,
     frame::ImageSize,
     geometry::Corner,
     recording::{
@@ -120,6 +121,13 @@ impl Arguments {
         let ran = run.carry_out()?;
         for (worker, reason) in ran.session.failures() {
             say(&format!("The {worker} failed: {reason}"));
+        }
+        for (control, was) in [(Control::Focus, old.locked.focus), (Control::Zoom, old.locked.zoom)]
+        {
+            let is = ran.session.camera().locks.of(control);
+            if let Some(line) = was.and_then(|was| text::lock_differs(control, was, is)) {
+                say(&format!("{line}."));
+            }
         }
         let found = self.compare(&ran.session, &config, image_size, &old)?;
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);

@@ -1,7 +1,7 @@
 use nalgebra::{Point2, SMatrix};
 use serde_json::Value;
 
-use super::{NotImported, OldCalibration, OldFormat};
+use super::{LockedLens, NotImported, OldCalibration, OldFormat};
 use crate::{
     board::Checkerboard,
     calibration::Verdict,
@@ -45,6 +45,10 @@ pub(super) fn read(report: &Value) -> Result<OldCalibration, NotImported> {
         .find(|verdict| report["verdict"] == verdict.code());
     old.board = board(&report["board"]);
     old.source = report["source"].as_str().map(Into::into);
+    old.locked = LockedLens {
+        focus: report["camera"]["focus"].as_i64(),
+        zoom: report["camera"]["zoom"].as_i64(),
+    };
     old.focal_varies = result["focal"]["varies"] == true;
     Ok(old)
 }
