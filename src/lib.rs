@@ -32,6 +32,7 @@
 //! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
 //! | [`pipeline`] | the threads | recording and below |
+//! | [`target`] | the board as PDF, SVG and PNG in true size, in millimetres | – |
 //! | [`text`] | every sentence a person reads in a session | all of the above |
 //! | `chart` | drawings as SVG text | – |
 //! | [`study`] | the paper's experiments, and strategies of guidance compared | chart, capture, guidance and below |
@@ -63,4 +64,5 @@ pub mod recording;
 pub mod report;
 pub mod session;
 pub mod study;
+pub mod target;
 pub mod text;

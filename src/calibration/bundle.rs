@@ -235,6 +235,18 @@ pub fn adjust(
     })
 }
 
+/// Information about all parameters that `freedom` lets vary, poses settled, at `state` as it stands.
+///
+/// `None` if a corner is behind the camera there.
+pub(super) fn information_at(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    state: &BundleState,
+) -> Option<LensMatrix> {
+    let problem = BundleProblem { observations, freedom, prior: None, noise_variance: 1.0 };
+    problem.linearise(state)?.1.reduced()
+}
+
 impl Bundle {
     /// `√(cost / dof)`: the corners' error as a multiple of what their covariances claim.
     pub fn noise_factor(&self) -> f64 {

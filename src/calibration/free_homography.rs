@@ -13,7 +13,7 @@ use super::arrow::{Arrow, Problem, Step, ViewBlock, inverse, minimise};
 use super::bundle::{LEAST_NOISE_VARIANCE, Observations};
 use super::free_covariance::pp_covariance;
 use crate::frame::ImageSize;
-use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted};
+use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px};
 
 /// S above: makes g about 1 at the edge of the picture.
 const SCALE_PX: f64 = 1000.0;
@@ -204,7 +204,6 @@ impl FreeProblem<'_> {
     fn line(&self, view: usize, state: &FreeState) -> Option<Option<PrincipalLine>> {
         let centre = Point2::new(state.shared[0], state.shared[1]);
         let lens = lens(state);
-        let mut sum = Vector2::zeros();
         let corners: Vec<Corner> = self
             .observations
             .view(view)
@@ -212,14 +211,12 @@ impl FreeProblem<'_> {
             .map(|corner| {
                 let g = lens.invert(&Point2::from((corner.px - centre) / SCALE_PX))?;
                 let px = centre + g.coords * SCALE_PX;
-                sum += px.coords;
                 let information = corner.whitener.transpose() * corner.whitener;
                 Some(Corner { px, covariance_px2: information.try_inverse()? })
             })
             .collect::<Option<_>>()?;
         let homography = Homography::fit(self.observations.board_m(), &corners).ok()?;
-        let mean_px = Point2::from(sum / corners.len() as f64);
-        Some(PrincipalLine::of(&homography, self.prior.px, mean_px).ok())
+        Some(PrincipalLine::of(&homography, self.prior.px, mean_px(&corners)).ok())
     }
 
     fn prior_cost(&self, shared: &Vector4<f64>) -> f64 {

@@ -12,6 +12,7 @@
 //! | `varying` | the result when every view has its own focal length |
 //! | `corners`, `held_out` | single corners that are wrong; views that the others do not predict |
 //! | `honesty` | findings and the verdict |
+//! | `drift` | new views of an installed camera against its old calibration |
 //!
 //! [`calibrate`] runs them all. Everything is deterministic; nothing here speaks to a person.
 
@@ -21,6 +22,7 @@ mod bundle;
 mod calibrate;
 mod causes;
 mod corners;
+mod drift;
 mod excess;
 pub mod export;
 mod extended;
@@ -41,6 +43,7 @@ pub mod zhang;
 
 pub use bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust};
 pub use calibrate::calibrate;
+pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
 pub use finding::{Finding, FindingCode, Severity, Verdict};
 pub use free_homography::FreeHomographies;
 pub use lens_model::{LensFreedom, LensModel, LensPrior};

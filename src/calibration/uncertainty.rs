@@ -1,12 +1,12 @@
 //! How uncertain the image of a ray is, over the picture.
 
-use nalgebra::{Isometry3, Matrix3, Point2, SMatrix, Vector3};
+use nalgebra::{Matrix3, Point2, SMatrix};
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::arrow::inverse;
 use crate::frame::ImageSize;
-use crate::geometry::{Camera, GRID_COLUMNS, GRID_ROWS, LENS_PARAMETERS, cell_centre_px};
+use crate::geometry::{Camera, LENS_PARAMETERS, cell_centres_px};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
@@ -49,28 +49,21 @@ pub struct ProjectionSd {
     pub unmapped: usize,
 }
 
-/// M at `camera` on [`GRID_COLUMNS`] × [`GRID_ROWS`] cell centres of the picture.
+/// M at `camera` on all [`cell_centres_px`] of the picture.
 ///
 /// `None` if the lens model covers fewer than three of them.
 pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<ProjectionJacobian> {
     let mut jacobian = ProjectionJacobian { px: Vec::new(), by_lens: Vec::new(), unmapped: 0 };
     let mut by_turn: Vec<SMatrix<f64, 2, 3>> = Vec::new();
-    let ahead = Isometry3::translation(0.0, 0.0, 1.0);
-    for row in 0..GRID_ROWS {
-        for column in 0..GRID_COLUMNS {
-            let px = cell_centre_px(image_size, column, row);
-            let projection = camera
-                .ideal_from_px(&px)
-                .and_then(|ideal| Some((ideal, camera.project_board_point(&ahead, &ideal)?)));
-            let Some((ideal, projection)) = projection else {
-                jacobian.unmapped += 1;
-                continue;
-            };
-            let ray = Vector3::new(ideal.x, ideal.y, 1.0);
-            by_turn.push(projection.by_pose.fixed_columns::<3>(3) * -ray.cross_matrix());
-            jacobian.px.push(px);
-            jacobian.by_lens.push(projection.by_lens);
-        }
+    for px in cell_centres_px(image_size) {
+        let Some(ideal) = camera.ideal_from_px(&px) else {
+            jacobian.unmapped += 1;
+            continue;
+        };
+        let at = camera.project_ray(&ideal);
+        by_turn.push(at.by_turn);
+        jacobian.px.push(px);
+        jacobian.by_lens.push(at.by_lens);
     }
     // Subtract what a turn of the camera explains.
     let mut turn_information = Matrix3::zeros();
@@ -131,9 +124,10 @@ impl ProjectionJacobian {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::UnitQuaternion;
+    use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
+    use crate::geometry::{GRID_COLUMNS, GRID_ROWS};
 
     const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 

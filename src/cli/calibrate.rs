@@ -65,7 +65,7 @@ pub(super) struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Size(ImageSize);
+pub(super) struct Size(pub(super) ImageSize);
 
 impl FromStr for Size {
     type Err = String;

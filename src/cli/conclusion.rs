@@ -1,6 +1,6 @@
 //! What came of a session, for people and for machines.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{
     Exit,
@@ -11,6 +11,7 @@ use super::{
 use crate::{
     calibration::{Calibration, NotCalibrated},
     guidance::Progress,
+    recording::Header,
     session::{AcceptedView, Session},
     text,
 };
@@ -23,11 +24,11 @@ pub(super) struct Conclusion {
     pub(super) report: Value,
 }
 
-/// Tells the person what came of `session`.
-pub(super) fn conclude(session: &Session) -> Conclusion {
+/// Tells the person what came of `session`, whose folder has `header`.
+pub(super) fn conclude(session: &Session, header: &Header) -> Conclusion {
     say(text::progress(session.progress()));
     let exit = tell(result(session));
-    let report = calibration_json(session);
+    let report = calibration_json(session, header);
     for (worker, reason) in session.failures() {
         say(&format!("The {worker} failed: {reason}"));
     }
@@ -39,11 +40,14 @@ pub(super) fn conclude(session: &Session) -> Conclusion {
     Conclusion { exit, report }
 }
 
-/// `boresight.calibration/1` of what a session has so far.
-pub(super) fn calibration_json(session: &Session) -> Value {
+/// `boresight.calibration/1` of what a session, whose folder has `header`, has so far.
+pub(super) fn calibration_json(session: &Session, header: &Header) -> Value {
     let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
     let setup = session.setup();
-    json::calibration(result(session), setup.image_size, &setup.board, &names)
+    let mut report = json::calibration(result(session), setup.image_size, &setup.board, &names);
+    report["source"] = json!(header.source);
+    report["replaces"] = json!(header.against);
+    report
 }
 
 fn result(session: &Session) -> Result<&Calibration, &NotCalibrated> {

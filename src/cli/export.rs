@@ -13,7 +13,7 @@ use crate::{
             ExportedCamera, ViewRow, colmap_cameras, corner_table, kalibr_camchain, matlab_script,
             mrcal_cameramodel, opencv_yaml, ros_camera_info, views_csv,
         },
-        import::own_json,
+        import,
     },
     geometry::Corner,
     recording::{
@@ -112,7 +112,7 @@ impl Arguments {
     }
 
     fn camera(&self, format: Format, text: &str, path: &Path) -> anyhow::Result<String> {
-        let old = own_json(text).with_context(|| format!("could not use {path:?}"))?;
+        let old = import::read(text).with_context(|| format!("could not use {path:?}"))?;
         let stem = self.input.file_stem().unwrap_or_default().to_string_lossy();
         let exported = ExportedCamera {
             name: self.name.as_deref().unwrap_or(&stem),

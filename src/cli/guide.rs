@@ -32,7 +32,7 @@ use crate::{
         save::{Overwrite, save},
     },
     session::{Input, Outcome, Session, Snapshot},
-    text::{self, report as words},
+    text,
 };
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
@@ -55,6 +55,9 @@ pub(super) struct Arguments {
     /// Go on with this session, with the settings that it began with.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config"])]
     session: Option<PathBuf>,
+    /// The old calibration that this one replaces: named in the new one, and left as it is.
+    #[arg(long, value_name = "FILE", conflicts_with = "session")]
+    replaces: Option<PathBuf>,
     /// Folder of the new session; by default a new one in ./sessions.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -82,6 +85,27 @@ pub(super) struct Run {
 }
 
 impl Arguments {
+    /// A full session of a camera whose calibration in `old` no longer holds.
+    pub(super) fn full(
+        source: String,
+        board: BoardArguments,
+        old: PathBuf,
+        max_frames: u64,
+        json: bool,
+    ) -> Self {
+        Self {
+            source,
+            headless: true,
+            board,
+            session: None,
+            replaces: Some(old),
+            out: None,
+            record_stream: false,
+            max_frames,
+            json,
+        }
+    }
+
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let (config, resumed) = match &self.session {
             Some(path) => {
@@ -121,10 +145,12 @@ impl Arguments {
             }
             None => {
                 let path = self.out.clone().unwrap_or_else(new_session_path);
-                SessionFolder::create(
-                    &path,
-                    &Header::new(&spelled(&name, &self.source), image_size, config),
-                )?
+                let header = Header::new(&spelled(&name, &self.source), image_size, config);
+                let header = match &self.replaces {
+                    Some(old) => header.against(old),
+                    None => header,
+                };
+                SessionFolder::create(&path, &header)?
             }
         };
         let run = Run {
@@ -142,7 +168,7 @@ impl Arguments {
 }
 
 /// What brings the same source back: the name as given.
-fn spelled(name: &SourceName, given: &str) -> String {
+pub(super) fn spelled(name: &SourceName, given: &str) -> String {
     match name {
         SourceName::Simulated(_) if given == "auto" => "sim".into(),
         _ => given.into(),
@@ -153,7 +179,7 @@ fn spelled(name: &SourceName, given: &str) -> String {
 const IN_FLIGHT: usize = 24;
 
 /// A new folder name from the time.
-fn new_session_path() -> PathBuf {
+pub(super) fn new_session_path() -> PathBuf {
     let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
     let plain = Path::new("sessions").join(&stamp);
     (2..1000)
@@ -186,9 +212,24 @@ pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened>
     })
 }
 
+/// A session that has run.
+pub(super) struct Ran {
+    /// As it ended.
+    pub(super) session: Session,
+    /// Its folder.
+    pub(super) path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
 impl Run {
     /// Runs until the plan is complete, the source ends, or Ctrl-C; then tells the result.
     pub(super) fn finish(self, json: bool) -> anyhow::Result<Exit> {
+        self.carry_out()?.conclude(json)
+    }
+
+    /// Runs until the plan is complete, the source ends, or Ctrl-C.
+    pub(super) fn carry_out(self) -> anyhow::Result<Ran> {
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -226,8 +267,16 @@ impl Run {
             }
         }
         let finished = pipeline.stop()?;
-        let session = finished.session;
-        let Conclusion { exit, report } = conclude(&session);
+        Ok(Ran { session: finished.session, path, truth, first_frame })
+    }
+}
+
+impl Ran {
+    /// Tells the result and writes it into the session's folder.
+    fn conclude(self, json: bool) -> anyhow::Result<Exit> {
+        let Self { session, path, truth, first_frame } = self;
+        let header = SessionFolder::header(&path)?;
+        let Conclusion { exit, report } = conclude(&session, &header);
         if !session.failures().is_empty() {
             say(&format!(
                 "Every view that was shown as taken is safe; go on with: boresight guide --session {}",
@@ -245,11 +294,7 @@ impl Run {
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
-        match session_report::write(&path, &session) {
-            Ok(page) => say(&format!("Report: {}", page.display())),
-            // The result is safe, and the page follows from it.
-            Err(err) => say(&format!("{} ({err:#})", words::not_written(&path))),
-        }
+        session_report::write_and_tell(&path, &session);
         if json {
             print(&report.to_string())?;
         }

@@ -1,10 +1,13 @@
 //! What machines read on stdout. The schema is in the README; more fields may come, none go.
 
+use nalgebra::SMatrix;
 use serde_json::{Value, json};
 
 use crate::{
     board::Checkerboard,
-    calibration::{Calibration, Focal, NotCalibrated, PrincipalPointEstimate, ViewResult},
+    calibration::{
+        Calibration, Focal, ModelFit, NotCalibrated, PrincipalPointEstimate, ViewResult,
+    },
     detection::{Detection, Miss, Quality},
     frame::ImageSize,
     geometry::{BoardOutline, Camera, LENS_PARAMETERS},
@@ -69,6 +72,7 @@ pub(super) fn calibration(
         "verdict": calibration.verdict.code(),
         "findings": findings,
         "result": lens(calibration),
+        "candidates": calibration.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "principal_point": principal_points(calibration),
         "projection_sd_px": { "mean": calibration.projection_sd.mean_px, "max": calibration.projection_sd.max_px, "grid": grid },
         "coverage": calibration.coverage,
@@ -84,14 +88,14 @@ fn lens(calibration: &Calibration) -> Value {
     // The free parameters; one f for square pixels.
     let free: Vec<usize> =
         (0..LENS_PARAMETERS).filter(|&i| sd[i] > 0.0 && !(square && i == 1)).collect();
-    let order: Vec<&str> =
-        free.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect();
-    let matrix: Vec<Vec<f64>> = free
-        .iter()
-        .map(|&row| free.iter().map(|&column| calibration.covariance[(row, column)]).collect())
-        .collect();
-    let all: Vec<Vec<f64>> =
-        calibration.covariance_all.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let block = |matrix: &SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>, of: &[usize]| {
+        let row = |row: usize| of.iter().map(|&column| matrix[(row, column)]).collect();
+        of.iter().map(|&i| row(i)).collect::<Vec<Vec<f64>>>()
+    };
+    let all: Vec<usize> = (0..LENS_PARAMETERS).filter(|&i| !(square && i == 1)).collect();
+    let named = |of: &[usize]| -> Vec<&str> {
+        of.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect()
+    };
     json!({
         "model": calibration.model.code(),
         "focal": focal(calibration.focal),
@@ -101,11 +105,21 @@ fn lens(calibration: &Calibration) -> Value {
             "f_px": [sd[0], sd[1]], "pp_px": [sd[2], sd[3]],
             "k1": sd[4], "k2": sd[5], "p1": sd[6], "p2": sd[7], "k3": sd[8],
         },
-        "covariance": { "order": order, "matrix": matrix },
-        // Rows and columns are fx, fy, cx, cy, k1, k2, p1, p2, k3.
-        "covariance_all": all,
+        "covariance": { "order": named(&free), "matrix": block(&calibration.covariance, &free) },
+        "covariance_all": { "order": named(&all), "matrix": block(&calibration.covariance_all, &all) },
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
         "excess_px": calibration.excess_px, "noise_factor": calibration.noise_factor,
+    })
+}
+
+/// A lens model that was tried.
+fn candidate(fit: &ModelFit) -> Value {
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = fit.camera.lens_parameters();
+    json!({
+        "model": fit.model.code(), "weight": fit.weight,
+        "cost": fit.cost, "noise_factor": fit.noise_factor,
+        "f_px": [fx, fy], "pp_px": [cx, cy],
+        "distortion": { "k1": k1, "k2": k2, "p1": p1, "p2": p2, "k3": k3 },
     })
 }
 

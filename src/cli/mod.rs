@@ -2,6 +2,7 @@
 
 mod board_args;
 mod calibrate;
+mod check;
 mod conclusion;
 mod corner_table;
 mod cue_link;
@@ -17,6 +18,7 @@ mod session_report;
 mod simulate;
 mod source;
 mod study;
+mod target;
 mod truth;
 
 use std::{io::Write, process::ExitCode};
@@ -49,7 +51,8 @@ struct CommandLine {
 const AFTER_HELP: &str = "\
 Without a command: a guided session, the same as `boresight guide`, with the same options.
 
-Exit codes: 0 good · 1 failed · 2 wrong usage · 3 finished, but not trustworthy (it says why)
+Exit codes: 0 good · 1 failed · 2 wrong usage · 3 finished, but not trustworthy (it says why) ·
+4 the checked camera needs a new calibration
 
 Boards are named by their inner corners, columns x rows: a board of 10 by 7 squares is --board 9x6.";
 
@@ -58,12 +61,14 @@ enum Command {
     Guide(guide::Arguments),
     Replay(replay::Arguments),
     Calibrate(calibrate::Arguments),
+    Check(check::Arguments),
     Detect(detect::Arguments),
     Simulate(simulate::Arguments),
     Export(export::Arguments),
     Report(report::Arguments),
     Doctor(doctor::Arguments),
     Study(study::Arguments),
+    Target(target::Arguments),
 }
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
@@ -74,12 +79,14 @@ pub fn main() -> ExitCode {
         Some(Command::Guide(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
+        Some(Command::Check(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
         Some(Command::Report(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
+        Some(Command::Target(arguments)) => arguments.run(),
     };
     match result {
         Ok(exit) => exit.into(),

@@ -16,6 +16,8 @@ pub enum Exit {
     Good,
     /// 3: finished, but the result should not be used.
     NotTrustworthy,
+    /// 4: an installed camera has changed.
+    Recalibrate,
     /// 1: failed.
     Failed,
 }
@@ -26,6 +28,7 @@ impl From<Exit> for ExitCode {
             Exit::Good => Self::SUCCESS,
             Exit::Failed => Self::from(1),
             Exit::NotTrustworthy => Self::from(3),
+            Exit::Recalibrate => Self::from(4),
         }
     }
 }

@@ -5,11 +5,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use anyhow::Context;
 use serde_json::Value;
 
 use super::{
     conclusion::calibration_json,
     report::{quoted, versions},
+    say,
 };
 use crate::{
     config::Config,
@@ -21,7 +23,8 @@ use crate::{
         stored_frame,
     },
     report::{
-        CalibrationFacts, CameraChange, CameraSection, Provenance, Refused, Report, Thumbnail, page,
+        CalibrationFacts, CameraChange, CameraSection, DriftSection, Provenance, Refused, Report,
+        Thumbnail, page,
     },
     session::{Input, Session},
     text::{self, report as words},
@@ -32,8 +35,17 @@ pub(super) fn page_path(session: &Path) -> PathBuf {
     session.join("report.html")
 }
 
-/// Writes the page of a session that has just ended; it follows from the journal and may be replaced.
-pub(super) fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
+/// Writes the page of a session that has just ended, and says where. What it follows from is safe, so that
+/// a page that cannot be written is said and no failure.
+pub(super) fn write_and_tell(path: &Path, session: &Session) {
+    match write(path, session) {
+        Ok(page) => say(&format!("Report: {}", page.display())),
+        Err(err) => say(&format!("{} ({err:#})", words::not_written(path))),
+    }
+}
+
+/// It follows from the journal and may be replaced.
+fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     let header = SessionFolder::header(path)?;
     let contents = SessionFolder::journal(path)?;
     let report = put_together(path, &header, &contents.lines, session)?;
@@ -52,7 +64,7 @@ pub(super) fn of_folder(path: &Path) -> anyhow::Result<Report> {
     if contents.cut {
         report.notes.push(words::CUT.into());
     }
-    if holds_another_result(path, &calibration_json(&session)) {
+    if holds_another_result(path, &calibration_json(&session, &header)) {
         report.notes.push(words::OTHER_RESULT.into());
     }
     Ok(report)
@@ -98,12 +110,12 @@ fn put_together(
     rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
     Ok(Report {
         name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        facts: CalibrationFacts::read(&calibration_json(session))?,
+        facts: CalibrationFacts::read(&calibration_json(session, header))?,
         notes,
         camera: CameraSection { rows: camera(header), changes },
         corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
         pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
-        drift: None,
+        drift: check(path)?,
         refused,
         provenance: Provenance {
             rows,
@@ -112,12 +124,27 @@ fn put_together(
     })
 }
 
+/// What a check found, if the session is one.
+fn check(path: &Path) -> anyhow::Result<Option<DriftSection>> {
+    let path = path.join("check.json");
+    let text = match std::fs::read_to_string(&path) {
+        Err(err) if err.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        text => text.with_context(|| format!("could not read {path:?}"))?,
+    };
+    let damaged = || format!("not what a check writes: {path:?}");
+    let found: Value = serde_json::from_str(&text).with_context(damaged)?;
+    DriftSection::read(&found).map(Some).with_context(damaged)
+}
+
 /// What the header says about the camera.
 fn camera(header: &Header) -> Vec<(String, String)> {
     let mut rows = vec![
         (words::name::SOURCE.into(), header.source.clone()),
         (words::name::BEGUN.into(), header.created.clone()),
     ];
+    if let Some(against) = &header.against {
+        rows.push((words::name::AGAINST.into(), against.clone()));
+    }
     let changed = changed_settings(&header.config);
     if !changed.is_empty() {
         rows.push((words::name::SETTINGS.into(), changed.join(", ")));

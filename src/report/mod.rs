@@ -26,12 +26,11 @@ mod summary;
 mod thumbnail;
 mod views;
 
-pub use drift::{DriftSection, DriftVerdict};
+pub use drift::{Change, ChangeSigma, DriftSection, Visible};
 pub use facts::{
     BoardFacts, CalibrationFacts, Coefficients, EstimateFacts, FindingFacts, FocalFacts, LensFacts,
     LineFacts, PoseFacts, PrincipalPointFacts, ProjectionFacts, SigmaFacts, ViewFacts,
 };
-pub use number::Measured;
 pub use page::page;
 pub use thumbnail::Thumbnail;
 

@@ -56,13 +56,10 @@ pub struct AcceptedView {
 impl AcceptedView {
     /// What to call its picture: its file name, or where the session stores it.
     pub fn picture_name(&self) -> String {
-        if self.name.is_empty() {
-            format!("frames/{:08}.png", self.view.frame_id.0)
-        } else {
-            self.name.clone()
-        }
+        if self.name.is_empty() { self.view.frame_id.stored_name() } else { self.name.clone() }
     }
 }
+
 /// A view worth taking and what for; or why not, with the view as far as it could be measured.
 type Judgement = Result<(View, Role), (Option<Box<View>>, Refusal)>;
 

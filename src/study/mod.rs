@@ -26,6 +26,7 @@ mod parallel;
 pub mod params;
 pub mod setup;
 pub mod skip;
+mod statistics;
 pub mod table1;
 pub mod tilt;
 pub mod varying_focal;

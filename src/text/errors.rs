@@ -1,7 +1,8 @@
 //! Broken things: what happened and what to do now.
 
 use crate::{
-    capture::CaptureError, config::ConfigError, pipeline::PipelineError, recording::RecordingError,
+    calibration::import::NotImported, capture::CaptureError, config::ConfigError,
+    pipeline::PipelineError, recording::RecordingError,
 };
 
 /// The next action for an error, if one is known. The error itself says what happened.
@@ -15,6 +16,9 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
         }
         if let Some(err) = cause.downcast_ref::<CaptureError>() {
             return Some(capture(err).into());
+        }
+        if let Some(err) = cause.downcast_ref::<NotImported>() {
+            return imported(err).map(Into::into);
         }
         cause.downcast_ref::<ConfigError>().map(|_| {
             "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into()
@@ -64,5 +68,21 @@ fn capture(err: &CaptureError) -> &'static str {
         CaptureError::Read { .. } => "Check the name and that the file may be read.",
         CaptureError::Decode { .. } => "Remove the file, or replace it with a whole PNG or JPEG.",
         CaptureError::NoPictures { .. } => "Give a folder with PNG or JPEG pictures of the board.",
+    }
+}
+
+fn imported(err: &NotImported) -> Option<&'static str> {
+    match err {
+        NotImported::Model { .. } | NotImported::Coefficient { .. } => Some(
+            "Fit a lens that can be read with the program that wrote the file, or calibrate anew: boresight guide",
+        ),
+        NotImported::NoResult => Some("Its findings say why. Calibrate anew: boresight guide"),
+        NotImported::Schema { .. } => Some("Use the newer version that wrote it."),
+        NotImported::Missing { .. } | NotImported::Nonsense { .. } => {
+            Some("Mend the file, or write it again with the program that made it.")
+        }
+        NotImported::TooLong { .. }
+        | NotImported::UnknownFormat
+        | NotImported::Malformed { .. } => None,
     }
 }

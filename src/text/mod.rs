@@ -2,12 +2,18 @@
 //!
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
+mod drift;
 mod errors;
 mod findings;
 pub mod report;
+mod target;
 
+pub use drift::{
+    doubts_of_old, drift, drift_is_weak, drift_numbers, focal_varied, no_drift, other_camera,
+};
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
+pub use target::{does_not_fit, other_square, target_lines, target_steps};
 
 use crate::{
     detection::{Miss, Side},
