@@ -14,7 +14,7 @@ use super::{
     say,
 };
 use crate::{
-    config::Config,
+    config::{BoardConfig, Config},
     detection::Miss,
     guidance::Progress,
     recording::{
@@ -99,6 +99,11 @@ fn put_together(
         Thumbnail::of(&stored_frame(path, stored).ok()?)
     };
     let accepted = session.accepted();
+    let drift = check(path)?;
+    let command = match (&drift, &header.against) {
+        (Some(_), Some(against)) => check_command(header, against),
+        _ => format!("boresight replay {}", quoted(&path.to_string_lossy())),
+    };
     let name = std::path::absolute(path)?;
     let mut notes = Vec::new();
     if session.progress() != Progress::Complete {
@@ -115,12 +120,9 @@ fn put_together(
         camera: CameraSection { rows: camera(header), changes },
         corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
         pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
-        drift: check(path)?,
+        drift,
         refused,
-        provenance: Provenance {
-            rows,
-            command: format!("boresight replay {}", quoted(&path.to_string_lossy())),
-        },
+        provenance: Provenance { rows, command },
     })
 }
 
@@ -134,6 +136,16 @@ fn check(path: &Path) -> anyhow::Result<Option<DriftSection>> {
     let damaged = || format!("not what a check writes: {path:?}");
     let found: Value = serde_json::from_str(&text).with_context(damaged)?;
     DriftSection::read(&found).map(Some).with_context(damaged)
+}
+
+/// A check is had again by checking again: its journal alone does not hold the old calibration.
+fn check_command(header: &Header, against: &str) -> String {
+    let BoardConfig { columns, rows, square_mm } = header.config.board;
+    format!(
+        "boresight check --against {} --source {} --board {columns}x{rows} --square {square_mm}mm",
+        quoted(against),
+        quoted(&header.source)
+    )
 }
 
 /// What the header says about the camera.

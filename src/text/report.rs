@@ -1,5 +1,7 @@
 //! The calibration report in words.
 
+use crate::calibration::Verdict;
+
 /// Headings of the page, in its order, with the names by which a link reaches them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
@@ -88,13 +90,10 @@ pub fn title(name: &str) -> String {
     format!("Calibration report: {name}")
 }
 
-/// The verdict in words, from its stable name.
+/// The verdict in words, from its stable name; what is unknown is not to be trusted.
 pub fn verdict(code: &str) -> &'static str {
-    match code {
-        "good" => "GOOD: nothing speaks against this calibration",
-        "care" => "USABLE WITH CARE: read the findings",
-        _ => "NOT TRUSTWORTHY: do not use this calibration",
-    }
+    let known = [Verdict::Good, Verdict::Care].into_iter().find(|verdict| verdict.code() == code);
+    super::verdict(known.unwrap_or(Verdict::Untrustworthy))
 }
 
 /// A sign that stands for a calibration's or a check's verdict, told apart by its shape.
