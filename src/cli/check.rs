@@ -132,8 +132,7 @@ impl Arguments {
         let found = self.compare(&ran.session, &config, image_size, &old)?;
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
-        let page = session_report::write(&ran.path, &ran.session)?;
-        say(&format!("Report: {}", page.display()));
+        session_report::write_and_tell(&ran.path, &ran.session);
         if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }

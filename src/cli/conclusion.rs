@@ -41,7 +41,7 @@ pub(super) fn conclude(session: &Session, header: &Header) -> Conclusion {
     Conclusion { exit, report }
 }
 
-/// `boresight.calibration/1` of what a session has so far.
+/// `boresight.calibration/1` of what a session, whose folder has `header`, has so far.
 pub(super) fn calibration_json(session: &Session, header: &Header) -> Value {
     let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
     let setup = session.setup();

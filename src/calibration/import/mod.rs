@@ -24,6 +24,8 @@ mod numbers;
 mod own;
 mod syntax;
 
+pub use own::named_covariance;
+
 use nalgebra::SMatrix;
 
 use super::Verdict;

@@ -37,8 +37,8 @@ pub(super) fn read(report: &Value) -> Result<OldCalibration, NotImported> {
     let mut old = OldCalibration::new(OldFormat::Own, &lens, size)?;
     old.rms_px = result["rms_px"].as_f64();
     // The doubt about coefficients held at zero moves with that of the others: cut off, it would grow.
-    old.covariance =
-        covariance(&result["covariance_all"]).or_else(|| covariance(&result["covariance"]));
+    old.covariance = named_covariance(&result["covariance_all"])
+        .or_else(|| named_covariance(&result["covariance"]));
     old.outlines = report["views"].as_array().into_iter().flatten().filter_map(outline).collect();
     old.verdict = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy]
         .into_iter()
@@ -59,8 +59,10 @@ fn board(named: &Value) -> Option<Checkerboard> {
     Checkerboard::new(count("columns")?, count("rows")?, square_m).ok()
 }
 
-/// The full matrix from its named rows; `None` if there is none or a name is unknown.
-fn covariance(named: &Value) -> Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>> {
+/// The full matrix from its named rows, as `boresight.calibration/1` writes it: `order` and `matrix`.
+///
+/// `None` if there is none, a name is unknown or a number is missing.
+pub fn named_covariance(named: &Value) -> Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>> {
     // One f stands for fx and fy, which then move together.
     let indices = |name: &Value| -> Option<&'static [usize]> {
         Some(match name.as_str()? {
