@@ -266,7 +266,7 @@ fn told(mut judged: Listener) -> impl FnMut(Judged<'_>) + Send {
         {
             say(&format!("  Left out: {}", text::refusal(refusal)));
         }
-        let advice = text::advice(&snapshot.decision.advice, Some(frame.observation));
+        let advice = text::advice(&snapshot.decision.advice, frame.observation.seen.as_ref().err());
         // The same advice with another number is not news on a terminal.
         let gist: String = advice.chars().filter(|c| !c.is_ascii_digit()).collect();
         if gist != last {

@@ -2,25 +2,25 @@
 //!
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
+mod controls;
 mod errors;
 mod findings;
+pub mod window;
 
+pub use controls::{Act, Control};
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
 
 use crate::{
     detection::{Miss, Side},
     guidance::{Advice, Progress, Refusal, Role},
-    session::{Observation, Outcome, Snapshot},
+    session::{Outcome, Snapshot},
 };
 
-/// What to do next, in one sentence.
-pub fn advice(advice: &Advice, observation: Option<&Observation>) -> String {
+/// What to do next, in one sentence; `no_board` says why the newest frame shows none.
+pub fn advice(advice: &Advice, no_board: Option<&Miss>) -> String {
     match *advice {
-        Advice::ShowBoard => match observation.map(|observation| &observation.seen) {
-            Some(Err(reason)) => miss(reason),
-            _ => "Show the whole board".into(),
-        },
+        Advice::ShowBoard => no_board.map_or_else(|| miss(&Miss::NoBoard), miss),
         Advice::TipTowards { slot_rad: None, wanted_rad } => {
             format!("Tip the {} edge away", edge(wanted_rad))
         }
@@ -169,6 +169,7 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
             Some(format!("Taken: view {}, {what}{slot}", snapshot.views.len()))
         }
         Outcome::Removed { view } => Some(format!("Removed: view {}", view + 1)),
+        Outcome::Restored { view } => Some(format!("Brought back: view {}", view + 1)),
         Outcome::Refused { .. } | Outcome::Noted => None,
     }
 }
