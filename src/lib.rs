@@ -23,11 +23,12 @@
 //! | module | is | uses |
 //! |---|---|---|
 //! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | – |
+//! | [`device`] | what is known about a live camera, and everything that can go wrong with it | frame |
 //! | [`geometry`] | homography, principal line, principal point, lens, pose: pure functions of numbers | frame |
 //! | [`detection`] | picture → corners, or the reason why not | geometry, board |
 //! | [`calibration`] | views → lens with covariance, models, honesty checks | geometry, board |
 //! | [`guidance`] | what is this view worth, what should come next, are we done | geometry, board |
-//! | [`capture`] | frames in: folders, recordings, the simulated camera and its technician | geometry, board |
+//! | [`capture`] | frames in: folders, recordings, the simulated camera and its technician | geometry, board, device |
 //! | [`session`] | the state of one session, and the only code that changes it | all of the above but capture |
 //! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
@@ -52,6 +53,7 @@ pub mod capture;
 pub mod cli;
 pub mod config;
 pub mod detection;
+pub mod device;
 pub mod frame;
 pub mod geometry;
 pub mod guidance;

@@ -7,21 +7,23 @@ use std::{collections::BTreeMap, fs, path::Path};
 /// A module and the modules it may use. A module that is missing here fails the test.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("board", &[]),
+    ("device", &["frame"]),
     ("frame", &[]),
     ("geometry", &["frame"]),
     ("detection", &["board", "frame", "geometry"]),
     ("calibration", &["board", "frame", "geometry"]),
     ("guidance", &["board", "frame", "geometry"]),
-    ("capture", &["board", "frame", "geometry"]),
-    ("session", &["board", "frame", "geometry", "detection", "calibration", "guidance"]),
+    ("capture", &["board", "device", "frame", "geometry"]),
+    ("session", &["board", "device", "frame", "geometry", "detection", "calibration", "guidance"]),
     ("config", &["board", "frame", "geometry", "calibration", "guidance", "capture", "session"]),
-    ("recording", &["board", "frame", "geometry", "detection", "session", "config"]),
-    ("pipeline", &["board", "frame", "detection", "capture", "session", "recording"]),
+    ("recording", &["board", "device", "frame", "geometry", "detection", "session", "config"]),
+    ("pipeline", &["board", "device", "frame", "detection", "capture", "session", "recording"]),
     ("study", &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture"]),
     (
         "text",
         &[
             "board",
+            "device",
             "frame",
             "geometry",
             "detection",
@@ -38,6 +40,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "cli",
         &[
             "board",
+            "device",
             "frame",
             "geometry",
             "detection",

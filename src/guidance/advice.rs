@@ -76,7 +76,14 @@ pub fn advise(
         (Some(&Refusal::Moving { speed_px_per_s, wanted_px_per_s }), _) => {
             return Advice::HoldStill { speed_px_per_s, wanted_px_per_s };
         }
-        (Some(&refusal @ (Refusal::Blurred { .. } | Refusal::AtTheEdge { .. })), _) => {
+        (
+            Some(
+                &refusal @ (Refusal::Blurred { .. }
+                | Refusal::AtTheEdge { .. }
+                | Refusal::CameraNotReady),
+            ),
+            _,
+        ) => {
             return Advice::Mend { refusal };
         }
         _ => {}

@@ -101,6 +101,8 @@ pub enum Refusal {
         /// Width and height of the session's pictures.
         wanted_px: (u32, u32),
     },
+    /// The camera is lost, frozen, or its focus or zoom has moved.
+    CameraNotReady,
     /// The session is paused or complete.
     NotCollecting,
 }

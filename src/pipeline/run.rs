@@ -444,7 +444,9 @@ impl Recorder {
             let stored = to_store
                 .map(|frame| folder.store_frame(FrameId(frame.id.0 + first_frame), &frame))
                 .transpose()?;
-            let sync = accepted.is_some() || matches!(input, Input::Command(_) | Input::Stop);
+            let sync = accepted.is_some()
+                || matches!(decision.outcome, Outcome::Removed { .. })
+                || matches!(input, Input::Command(_) | Input::Stop);
             folder.journal_mut().append(input, decision, stored, sync)?;
         }
         let in_hand = session.frame_in_hand().map(|id| id.0 - first_frame);

@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Point2};
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
+use super::camera_line::CameraLine;
 use crate::{
     detection::{Detection, Miss, Quality, Side},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
@@ -50,6 +51,8 @@ pub enum InputLine {
     Observed(ObservedLine),
     /// See [`Input::Command`].
     Command(CommandLine),
+    /// See [`Input::Camera`].
+    Camera(CameraLine),
     /// See [`Input::WorkerFailed`].
     WorkerFailed {
         /// Name of the worker.
@@ -183,6 +186,7 @@ impl From<&Input> for InputLine {
                 Command::Pause => CommandLine::Pause,
                 Command::Resume => CommandLine::Resume,
             }),
+            Input::Camera(event) => Self::Camera(event.into()),
             Input::WorkerFailed { worker, reason } => {
                 Self::WorkerFailed { worker: worker.clone(), reason: reason.clone() }
             }
@@ -205,6 +209,7 @@ impl From<InputLine> for Input {
                 CommandLine::Pause => Command::Pause,
                 CommandLine::Resume => Command::Resume,
             }),
+            InputLine::Camera(line) => Self::Camera(line.into()),
             InputLine::WorkerFailed { worker, reason } => Self::WorkerFailed { worker, reason },
             InputLine::Resumed => Self::Resumed,
             InputLine::SourceEnded => Self::SourceEnded,

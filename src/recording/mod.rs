@@ -12,12 +12,14 @@
 //! to disk. So a crash at any instant loses at most what nobody was told of. A last line that was cut is
 //! dropped when the session is opened again; a damaged line anywhere else is named and refused.
 
+mod camera_line;
 mod folder;
 mod format;
 mod journal;
 mod replay;
 pub mod save;
 
+pub use camera_line::{CameraLine, ControlLine, FaultLine, LayoutLine, LockLine, ModeLine};
 pub use folder::{Header, SessionFolder, stored_frame};
 pub use format::{Line, Stored};
 pub use journal::{Damage, Journal, JournalContents};

@@ -1,5 +1,6 @@
 use crate::{
     detection::{Detection, Miss},
+    device::CameraEvent,
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
 };
 
@@ -12,6 +13,8 @@ pub enum Input {
     Observed(Observation),
     /// The person asked for something.
     Command(Command),
+    /// The live camera said something.
+    Camera(CameraEvent),
     /// A worker is gone; the views stay.
     WorkerFailed {
         /// Its name.

@@ -4,10 +4,12 @@
 //! reads no clock, file, thread or random number, so that a recording of the inputs, handled again,
 //! gives the same decisions bit for bit.
 
+mod camera;
 mod decision;
 mod input;
 mod snapshot;
 
+pub use camera::{CameraState, Stream};
 pub use decision::{Decision, Outcome};
 pub use input::{Command, Input, Observation};
 pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, across_px};
@@ -18,6 +20,7 @@ use crate::{
     board::Checkerboard,
     calibration::{Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate},
     detection::Detection,
+    device::CameraEvent,
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::Corner,
     guidance::{
@@ -91,6 +94,7 @@ pub struct Session {
     paused: bool,
     force_next: bool,
     failures: Vec<(String, String)>,
+    camera: CameraState,
 }
 
 impl Session {
@@ -120,6 +124,7 @@ impl Session {
             paused: false,
             force_next: false,
             failures: Vec::new(),
+            camera: CameraState::default(),
         }
     }
 
@@ -131,6 +136,7 @@ impl Session {
                 (Some(observation.frame_id.0), outcome, advice)
             }
             Input::Command(command) => (None, self.obey(*command), None),
+            Input::Camera(event) => (None, self.note(event), None),
             Input::WorkerFailed { worker, reason } => {
                 self.failures.push((worker.clone(), reason.clone()));
                 (None, Outcome::Noted, None)
@@ -139,6 +145,7 @@ impl Session {
                 self.source_ended = false;
                 // What failed then is over; who fails now says so.
                 self.failures.clear();
+                self.camera = CameraState::default();
                 self.forget_motion();
                 (None, Outcome::Noted, None)
             }
@@ -149,7 +156,13 @@ impl Session {
             Input::Stop => (None, Outcome::Noted, None),
         };
         let advice = advice.unwrap_or_else(|| {
-            if self.target.is_some() { Advice::ShowBoard } else { Advice::Finished }
+            if self.target.is_none() {
+                Advice::Finished
+            } else if self.camera.may_take() {
+                Advice::ShowBoard
+            } else {
+                Advice::Mend { refusal: Refusal::CameraNotReady }
+            }
         });
         Decision {
             frame,
@@ -218,6 +231,9 @@ impl Session {
             let (size_px, wanted_px) = (pair(observation.image_size), pair(setup.image_size));
             return Err((None, Refusal::OtherSize { size_px, wanted_px }));
         }
+        if !self.camera.may_take() {
+            return Err((None, Refusal::CameraNotReady));
+        }
         let seen: &Detection = observation.seen.as_ref().map_err(|_| (None, Refusal::NotFound))?;
         let view = measure(
             (observation.frame_id, observation.captured_at),
@@ -273,6 +289,26 @@ impl Session {
         self.accepted.push(AcceptedView { id, name, role, view: best });
         self.solve();
         Some(Outcome::Accepted { view: id, frame, role })
+    }
+
+    /// Applies what the camera said. A view that was taken while focus or zoom may already have been
+    /// another is taken back: the calibration is of one lens.
+    fn note(&mut self, event: &CameraEvent) -> Outcome {
+        self.camera.apply(event);
+        if !self.camera.may_take() {
+            self.forget_motion();
+            self.force_next = false;
+        }
+        let CameraEvent::ControlChanged(change) = event else { return Outcome::Noted };
+        if !change.control.moves_geometry() {
+            return Outcome::Noted;
+        }
+        let doubtful = |view: &View| view.captured_at > change.good_until;
+        let taken_back = self.accepted.iter().rev().find(|taken| doubtful(&taken.view));
+        let Some(view) = taken_back.map(|taken| taken.id) else { return Outcome::Noted };
+        self.accepted.retain(|taken| !doubtful(&taken.view));
+        self.solve();
+        Outcome::Removed { view }
     }
 
     fn obey(&mut self, command: Command) -> Outcome {
@@ -426,6 +462,11 @@ impl Session {
         &self.failures
     }
 
+    /// The live camera, if the source is one.
+    pub fn camera(&self) -> &CameraState {
+        &self.camera
+    }
+
     /// What a window or a command line shows after `decision`.
     pub fn snapshot(&self, decision: Decision) -> Snapshot {
         Snapshot {
@@ -441,6 +482,7 @@ impl Session {
             pairs: Arc::clone(&self.pairs),
             removed: self.removed.last().map(|(_, accepted)| accepted.id),
             views_to_go: self.views_to_go,
+            camera: self.camera.clone(),
             source_ended: self.source_ended,
             paused: self.paused,
             failures: self.failures.clone(),

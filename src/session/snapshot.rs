@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2};
 
-use super::{AcceptedView, Decision, Observation, SessionSetup};
+use super::{AcceptedView, CameraState, Decision, Observation, SessionSetup};
 use crate::{
     calibration::Calibration,
     detection::Miss,
@@ -38,6 +38,8 @@ pub struct Snapshot {
     pub removed: Option<u32>,
     /// How many more views it will probably take.
     pub views_to_go: Option<usize>,
+    /// The live camera, if the source is one.
+    pub camera: CameraState,
     /// Whether the source has no more frames.
     pub source_ended: bool,
     /// Whether the person paused.

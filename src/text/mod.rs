@@ -2,6 +2,7 @@
 //!
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
+pub mod camera;
 mod controls;
 mod errors;
 mod findings;
@@ -107,6 +108,7 @@ pub fn refusal(refusal: &Refusal) -> String {
             "This picture is {}x{}, the session's are {}x{}",
             size_px.0, size_px.1, wanted_px.0, wanted_px.1
         ),
+        Refusal::CameraNotReady => "The camera is not ready".into(),
         Refusal::NotCollecting => "Not taking views now".into(),
     }
 }

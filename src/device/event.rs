@@ -1,0 +1,206 @@
+use super::Fault;
+use crate::frame::{CaptureTime, ImageSize};
+
+/// What a live camera tells the session.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CameraEvent {
+    /// It streams for the first time in this run.
+    Started {
+        /// What the driver granted.
+        mode: Mode,
+    },
+    /// It streams no more; it is being looked for.
+    Lost {
+        /// Why.
+        fault: Fault,
+        /// What is known besides, such as the kernel's words or who holds the device; may be empty.
+        detail: String,
+    },
+    /// The same camera streams again: identity, mode and controls were verified.
+    Returned {
+        /// What the driver granted.
+        mode: Mode,
+    },
+    /// Something is doubtful although pictures come.
+    Doubtful {
+        /// What.
+        fault: Fault,
+        /// What is known besides; may be empty.
+        detail: String,
+    },
+    /// What was doubtful is no longer.
+    Dispelled {
+        /// What.
+        fault: Fault,
+    },
+    /// The controls have settled and were read back.
+    Locked {
+        /// How each stands.
+        locks: Locks,
+    },
+    /// A locked control is not what it was.
+    ControlChanged(ControlChange),
+    /// A control that had changed is back where it was, and the picture has settled.
+    ControlRestored {
+        /// Which.
+        control: Control,
+    },
+    /// Frames that did not reach the detector, since the start of this run.
+    Counted {
+        /// Lost by the driver or skipped for a newer one.
+        dropped: u64,
+        /// Damaged, and for that reason not looked at.
+        rejected: u64,
+    },
+}
+
+/// A change of a control, seen at a read-back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlChange {
+    /// Which.
+    pub control: Control,
+    /// Its locked value, in the driver's unit.
+    pub from: i64,
+    /// Its value now.
+    pub to: i64,
+    /// When it last was as it should be: pictures taken later may be with another lens.
+    pub good_until: CaptureTime,
+}
+
+/// A control that is locked in a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Control {
+    /// Distance at which the lens is sharp.
+    Focus,
+    /// Focal length.
+    Zoom,
+    /// Exposure time.
+    Exposure,
+    /// Amplification.
+    Gain,
+    /// Colour temperature.
+    WhiteBalance,
+}
+
+impl Control {
+    /// Every control.
+    pub const ALL: [Self; 5] =
+        [Self::Focus, Self::Zoom, Self::Exposure, Self::Gain, Self::WhiteBalance];
+
+    /// Whether the calibration depends on it.
+    pub fn moves_geometry(self) -> bool {
+        matches!(self, Self::Focus | Self::Zoom)
+    }
+}
+
+/// How a control stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lock {
+    /// Nothing is known yet.
+    #[default]
+    Unknown,
+    /// The camera has no such control.
+    Absent,
+    /// It cannot be locked, or the person asked for that.
+    Free,
+    /// It is set and reads back as set.
+    Locked {
+        /// In the driver's unit.
+        value: i64,
+    },
+    /// It was set and reads back as something else.
+    Ignored {
+        /// What was set.
+        set: i64,
+        /// What is read.
+        read: i64,
+    },
+}
+
+/// How the controls stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Locks {
+    /// [`Control::Focus`].
+    pub focus: Lock,
+    /// [`Control::Zoom`].
+    pub zoom: Lock,
+    /// [`Control::Exposure`].
+    pub exposure: Lock,
+    /// [`Control::Gain`].
+    pub gain: Lock,
+    /// [`Control::WhiteBalance`].
+    pub white_balance: Lock,
+}
+
+impl Locks {
+    /// How `control` stands.
+    pub fn of(&self, control: Control) -> Lock {
+        match control {
+            Control::Focus => self.focus,
+            Control::Zoom => self.zoom,
+            Control::Exposure => self.exposure,
+            Control::Gain => self.gain,
+            Control::WhiteBalance => self.white_balance,
+        }
+    }
+
+    /// Says how `control` stands.
+    pub fn note(&mut self, control: Control, lock: Lock) {
+        let place = match control {
+            Control::Focus => &mut self.focus,
+            Control::Zoom => &mut self.zoom,
+            Control::Exposure => &mut self.exposure,
+            Control::Gain => &mut self.gain,
+            Control::WhiteBalance => &mut self.white_balance,
+        };
+        *place = lock;
+    }
+}
+
+/// How brightness lies in a frame's bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelLayout {
+    /// One byte a pixel.
+    Grey,
+    /// Brightness and colour in turn.
+    Yuyv,
+    /// Brightness, then colour.
+    Nv12,
+    /// A JPEG per frame.
+    Mjpeg,
+    /// As the reading program delivers it.
+    Decoded,
+}
+
+impl PixelLayout {
+    /// Its four-character code.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Grey => "GREY",
+            Self::Yuyv => "YUYV",
+            Self::Nv12 => "NV12",
+            Self::Mjpeg => "MJPG",
+            Self::Decoded => "decoded",
+        }
+    }
+}
+
+/// Size, format and rate of a camera's pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mode {
+    /// Size of the pictures.
+    pub size: ImageSize,
+    /// Format of the pictures.
+    pub layout: PixelLayout,
+    /// Time from one picture to the next as a fraction of a second; `None` if the driver does not say.
+    pub interval_secs: Option<(u32, u32)>,
+}
+
+impl Mode {
+    /// Pictures per second, if the driver says.
+    pub fn rate_hz(&self) -> Option<f64> {
+        self.interval_secs
+            .filter(|(numerator, denominator)| *numerator > 0 && *denominator > 0)
+            .map(|(numerator, denominator)| f64::from(denominator) / f64::from(numerator))
+    }
+}

@@ -1,0 +1,136 @@
+//! Everything that can go wrong with a camera, each with a stable code.
+
+/// What is wrong with a camera. The words for it are in `text`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Fault {
+    /// There is no camera of that name, or none at all.
+    NotFound,
+    /// The system does not let this user open it.
+    NotPermitted,
+    /// Another program has it.
+    Busy,
+    /// The node takes no pictures: it is for metadata or output.
+    NotACamera,
+    /// It is virtual: another program feeds it.
+    Virtual,
+    /// It is an infrared camera, or its pictures are alternately lit and dark.
+    Infrared,
+    /// Another camera is where this one was.
+    OtherCamera,
+    /// Two cameras cannot be told apart.
+    Twin,
+    /// It offers no picture format or size that can be used.
+    NoFormat,
+    /// The driver grants another mode than the one that was asked for.
+    OtherMode,
+    /// The USB bus has no bandwidth left for it.
+    NoBandwidth,
+    /// Transfers fail: cable, hub or power.
+    Transfer,
+    /// No first picture came.
+    NoFirstFrame,
+    /// Pictures came, and then no more.
+    Stalled,
+    /// It was unplugged.
+    Unplugged,
+    /// The computer slept.
+    Suspended,
+    /// The driver does what no driver may do.
+    DriverBroken,
+    /// Most pictures arrive damaged.
+    DamagedFrames,
+    /// The same picture arrives again and again.
+    Frozen,
+    /// The pictures are black.
+    Dark,
+    /// Far fewer pictures arrive than the mode promises.
+    Slow,
+    /// A control was set and is not what was set.
+    ControlIgnored,
+    /// Focus or zoom moved by itself.
+    GeometryMoved,
+    /// The program that reads the stream is not installed.
+    NoReader,
+    /// The program that reads the stream ended or could not read it.
+    ReaderFailed,
+}
+
+impl Fault {
+    /// Every fault.
+    pub const ALL: [Self; 25] = [
+        Self::NotFound,
+        Self::NotPermitted,
+        Self::Busy,
+        Self::NotACamera,
+        Self::Virtual,
+        Self::Infrared,
+        Self::OtherCamera,
+        Self::Twin,
+        Self::NoFormat,
+        Self::OtherMode,
+        Self::NoBandwidth,
+        Self::Transfer,
+        Self::NoFirstFrame,
+        Self::Stalled,
+        Self::Unplugged,
+        Self::Suspended,
+        Self::DriverBroken,
+        Self::DamagedFrames,
+        Self::Frozen,
+        Self::Dark,
+        Self::Slow,
+        Self::ControlIgnored,
+        Self::GeometryMoved,
+        Self::NoReader,
+        Self::ReaderFailed,
+    ];
+
+    /// Stable name, for recordings, machines and support.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::NotFound => "CAM-NONE",
+            Self::NotPermitted => "CAM-PERM",
+            Self::Busy => "CAM-BUSY",
+            Self::NotACamera => "CAM-META",
+            Self::Virtual => "CAM-LOOP",
+            Self::Infrared => "CAM-IR",
+            Self::OtherCamera => "CAM-OTHER",
+            Self::Twin => "CAM-TWIN",
+            Self::NoFormat => "FMT-NONE",
+            Self::OtherMode => "FMT-OTHER",
+            Self::NoBandwidth => "USB-BW",
+            Self::Transfer => "USB-PROTO",
+            Self::NoFirstFrame => "STR-START",
+            Self::Stalled => "STR-STALL",
+            Self::Unplugged => "DEV-UNPLUG",
+            Self::Suspended => "DEV-SUSPEND",
+            Self::DriverBroken => "DEV-DRIVER",
+            Self::DamagedFrames => "FRM-BAD",
+            Self::Frozen => "FRM-FROZEN",
+            Self::Dark => "FRM-DARK",
+            Self::Slow => "FMT-FPS",
+            Self::ControlIgnored => "CTL-LIE",
+            Self::GeometryMoved => "CTL-MOVED",
+            Self::NoReader => "FFM-NONE",
+            Self::ReaderFailed => "FFM-END",
+        }
+    }
+
+    /// The fault of a stable name.
+    pub fn from_code(code: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|fault| fault.code() == code)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_stands_for_one_fault() {
+        for fault in Fault::ALL {
+            assert_eq!(Fault::from_code(fault.code()), Some(fault));
+        }
+        assert_eq!(Fault::from_code("CAM-X"), None);
+    }
+}

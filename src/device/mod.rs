@@ -1,0 +1,10 @@
+//! What is known about a live camera, and what can happen to it: plain data.
+//!
+//! [`Fault`] has one stable code for everything that goes wrong with a camera. [`CameraEvent`] is what a camera
+//! tells the session, in order; it is recorded and replayed like every other input.
+
+mod event;
+mod fault;
+
+pub use event::{CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout};
+pub use fault::Fault;

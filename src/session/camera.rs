@@ -1,0 +1,90 @@
+//! The live camera as the session knows it.
+
+use std::collections::BTreeMap;
+
+use crate::device::{CameraEvent, Control, ControlChange, Fault, Locks, Mode};
+
+/// What the session knows about its camera: plain data for a window or a command line.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CameraState {
+    /// Whether pictures come.
+    pub stream: Stream,
+    /// What the driver granted.
+    pub mode: Option<Mode>,
+    /// How the controls stand.
+    pub locks: Locks,
+    /// Locked controls that are not what they were, and not yet back.
+    pub changed: BTreeMap<Control, ControlChange>,
+    /// What is doubtful although pictures come, with what is known besides.
+    pub doubts: BTreeMap<Fault, String>,
+    /// How often a control that moves the geometry changed in this run.
+    pub geometry_changes: u32,
+    /// How often the camera was lost in this run.
+    pub losses: u32,
+    /// Frames lost by the driver or skipped for a newer one, in this run.
+    pub dropped: u64,
+    /// Damaged frames, which nobody looked at, in this run.
+    pub rejected: u64,
+}
+
+/// Whether a camera's pictures come.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Stream {
+    /// The source is no live camera.
+    #[default]
+    NotLive,
+    /// They come.
+    Live,
+    /// They do not; the camera is being looked for.
+    Lost {
+        /// Why.
+        fault: Fault,
+        /// What is known besides; may be empty.
+        detail: String,
+    },
+}
+
+impl CameraState {
+    /// Whether a picture may be taken: the camera is there, focus and zoom are as they were, and the
+    /// picture is not a frozen one.
+    pub fn may_take(&self) -> bool {
+        !matches!(self.stream, Stream::Lost { .. })
+            && !self.changed.keys().any(|control| control.moves_geometry())
+            && !self.doubts.contains_key(&Fault::Frozen)
+    }
+
+    /// Applies what the camera said.
+    pub(super) fn apply(&mut self, event: &CameraEvent) {
+        match event {
+            CameraEvent::Started { mode } | CameraEvent::Returned { mode } => {
+                self.stream = Stream::Live;
+                self.mode = Some(*mode);
+                // A camera that streams again was verified; what was doubtful is looked at anew.
+                self.changed.clear();
+                self.doubts.clear();
+            }
+            CameraEvent::Lost { fault, detail } => {
+                // Another reason for the same loss is no further loss.
+                self.losses += u32::from(!matches!(self.stream, Stream::Lost { .. }));
+                self.stream = Stream::Lost { fault: *fault, detail: detail.clone() };
+            }
+            CameraEvent::Doubtful { fault, detail } => {
+                self.doubts.insert(*fault, detail.clone());
+            }
+            CameraEvent::Dispelled { fault } => {
+                self.doubts.remove(fault);
+            }
+            CameraEvent::Locked { locks } => self.locks = *locks,
+            CameraEvent::ControlChanged(change) => {
+                self.geometry_changes += u32::from(change.control.moves_geometry());
+                self.changed.insert(change.control, *change);
+            }
+            CameraEvent::ControlRestored { control } => {
+                self.changed.remove(control);
+            }
+            CameraEvent::Counted { dropped, rejected } => {
+                (self.dropped, self.rejected) = (*dropped, *rejected);
+            }
+        }
+    }
+}
