@@ -4,6 +4,8 @@
 ARGS ?=
 # What the build needs from Debian besides the Rust toolchain.
 PACKAGES = gcc libc6-dev
+# What the window opens at run time.
+PACKAGES += libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
 
 .PHONY: run test setup lint bench sessions
 

@@ -35,6 +35,7 @@
 //! | [`pipeline`] | the threads | recording and below |
 //! | [`text`] | every sentence a person reads in a session | all of the above |
 //! | [`study`] | the paper's experiments, and strategies of guidance compared | capture, guidance and below |
+//! | [`ui`] | the window: panels that see the newest snapshot and picture | pipeline, text and below |
 //! | [`cli`] | one subcommand a file | everything |
 //!
 //! # Invariants
@@ -62,3 +63,4 @@ pub mod recording;
 pub mod session;
 pub mod study;
 pub mod text;
+pub mod ui;

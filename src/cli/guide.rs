@@ -25,8 +25,9 @@ use crate::{
         FrameSource,
         synthetic::{SyntheticSource, TruthLog},
     },
+    config::Config,
     guidance::{Progress, Refusal},
-    pipeline::{Judged, Pipeline, Setup},
+    pipeline::{Finished, Judged, Pipeline, PipelineError, Setup},
     recording::{
         Header, SessionFolder, replay,
         save::{Overwrite, save},
@@ -37,8 +38,10 @@ use crate::{
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
 ///
-/// Example: boresight guide --headless --source sim --board 9x6 --square 25mm
+/// Example: boresight guide --board 9x6 --square 25mm
+/// Example: boresight guide --headless --source sim
 ///
+/// Opens a window; in it F12 shows all keys, and none is needed.
 /// A session ends by itself when the plan is complete, and at Ctrl-C; nothing that was shown as taken is
 /// ever lost, and `--session DIR` goes on where it stopped.
 #[derive(Debug, Args)]
@@ -47,7 +50,7 @@ pub(super) struct Arguments {
     /// pictures; auto takes the simulated camera.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
-    /// Guide by words in the terminal.
+    /// Guide by words in the terminal instead of a window.
     #[arg(long)]
     headless: bool,
     #[command(flatten)]
@@ -81,14 +84,52 @@ pub(super) struct Run {
     pub(super) resumed: bool,
 }
 
+/// What a session is opened with: the arguments, or what the window's settings make of them.
+pub(super) struct Opening {
+    pub(super) source: String,
+    pub(super) config: Config,
+    /// The session to go on with.
+    pub(super) session: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
+    pub(super) record_stream: bool,
+    pub(super) max_frames: u64,
+}
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let opening = self.opening()?;
+        if !self.headless {
+            return super::window::run(opening, self.json);
+        }
+        let (run, notes) = opening.open()?;
+        for note in notes {
+            say(&note);
+        }
+        run.finish(self.json)
+    }
+
+    fn opening(&self) -> anyhow::Result<Opening> {
+        Ok(Opening {
+            source: self.source.clone(),
+            config: self.board.config()?,
+            session: self.session.clone(),
+            out: self.out.clone(),
+            record_stream: self.record_stream,
+            max_frames: self.max_frames,
+        })
+    }
+}
+
+impl Opening {
+    /// Opens source and folder. Returns what can be run, and what the person should know.
+    pub(super) fn open(&self) -> anyhow::Result<(Run, Vec<String>)> {
+        let mut notes = Vec::new();
         let (config, resumed) = match &self.session {
             Some(path) => {
                 let opened = SessionFolder::open(path)?;
                 (opened.1.config.clone(), Some(opened))
             }
-            None => (self.board.config()?, None),
+            None => (self.config.clone(), None),
         };
         let name = match &resumed {
             Some((_, header, _)) if self.source == "auto" => header.source.clone(),
@@ -96,7 +137,10 @@ impl Arguments {
         };
         let name = SourceName::parse(&name, &config)?;
         if self.source == "auto" {
-            say("No camera is used: this is the simulated camera with a simulated technician.");
+            notes.push(
+                "No camera is used: this is the simulated camera with a simulated technician."
+                    .into(),
+            );
         }
         let (source, judged, truth) = open(&name, self.max_frames)?;
         let image_size =
@@ -116,7 +160,7 @@ impl Arguments {
                 replay(&mut session, contents.lines, |_, decision| {
                     first_frame = first_frame.max(decision.frame.map_or(0, |frame| frame + 1));
                 });
-                say(&format!("Going on with {} views.", session.accepted().len()));
+                notes.push(format!("Going on with {} views.", session.accepted().len()));
                 folder
             }
             None => {
@@ -137,7 +181,7 @@ impl Arguments {
             first_frame,
             resumed: is_resumed,
         };
-        run.finish(self.json)
+        Ok((run, notes))
     }
 }
 
@@ -186,13 +230,30 @@ pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened>
     })
 }
 
+/// What is needed once the threads have ended.
+pub(super) struct Rest {
+    pub(super) path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
 impl Run {
     /// Runs until the plan is complete, the source ends, or Ctrl-C; then tells the result.
     pub(super) fn finish(self, json: bool) -> anyhow::Result<Exit> {
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-            signal_hook::flag::register(signal, Arc::clone(&stop))?;
+        let stop = stop_flag()?;
+        let (setup, rest) = self.setup()?;
+        let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
+        // Ends when the session thread does, too: a full disk closes the link.
+        while let Some(snapshot) = snapshots.recv() {
+            if stop.load(Ordering::Relaxed) || ended(&snapshot) {
+                break;
+            }
         }
+        rest.wrap_up(pipeline.stop(), json)
+    }
+
+    /// What the threads are started with, and what is needed once they have ended.
+    pub(super) fn setup(self) -> anyhow::Result<(Setup, Rest)> {
         let path = self.folder.path().to_path_buf();
         say(&format!("Session: {}", path.display()));
         let Self {
@@ -218,30 +279,43 @@ impl Run {
             first_frame,
             judged: Box::new(told(judged)),
         };
-        let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
-        // Ends when the session thread does, too: a full disk closes the link.
-        while let Some(snapshot) = snapshots.recv() {
-            if stop.load(Ordering::Relaxed) || ended(&snapshot) {
-                break;
-            }
-        }
-        let finished = pipeline.stop()?;
-        let session = finished.session;
+        Ok((setup, Rest { path, truth, first_frame }))
+    }
+}
+
+/// A flag that Ctrl-C and a polite kill set.
+pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    Ok(stop)
+}
+
+impl Rest {
+    /// Tells the result and stores it beside the journal.
+    pub(super) fn wrap_up(
+        &self,
+        finished: Result<Finished, PipelineError>,
+        json: bool,
+    ) -> anyhow::Result<Exit> {
+        let session = finished?.session;
         let Conclusion { exit, report } = conclude(&session);
+        let path = &self.path;
         if !session.failures().is_empty() {
             say(&format!(
                 "Every view that was shown as taken is safe; go on with: boresight guide --session {}",
                 path.display()
             ));
         }
-        if let Some(log) = truth {
+        if let Some(log) = &self.truth {
             let truth = log.snapshot();
             if let Some(calibration) = session.calibration() {
                 truth::tell(&truth, calibration);
             }
-            truth::write(&path, &truth, first_frame)?;
+            truth::write(path, &truth, self.first_frame)?;
         }
-        let file = path.join("calibration.json");
+        let file = self.result_file();
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
@@ -249,6 +323,11 @@ impl Run {
             print(&report.to_string())?;
         }
         Ok(exit)
+    }
+
+    /// Where the result is stored.
+    pub(super) fn result_file(&self) -> PathBuf {
+        self.path.join("calibration.json")
     }
 }
 

@@ -16,6 +16,7 @@ mod simulate;
 mod source;
 mod study;
 mod truth;
+mod window;
 
 use std::{io::Write, process::ExitCode};
 

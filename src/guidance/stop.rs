@@ -92,7 +92,8 @@ pub fn forecast(
     };
     let complete = planned.max(views + lonely);
     let wanted = match (params.plan, precision) {
-        (Plan::Adaptive, Some(precision)) => {
+        // Before every view has its opposite, noise does not fall with the root of their number.
+        (Plan::Adaptive, Some(precision)) if views >= params.min_views => {
             let excess = (precision.pp_sigma_px / params.stop_pp_sigma_px)
                 .max(precision.projection_sigma_px / params.stop_projection_sigma_px);
             let by_noise = (views as f64 * excess * excess).min(params.max_views as f64).ceil();
@@ -100,8 +101,7 @@ pub fn forecast(
             let doubts = usize::from(!(precision.trusted && precision.covered)) * 2;
             complete.max(by_noise as usize).max(views + lonely + doubts)
         }
-        (Plan::Adaptive, None) => complete,
-        (Plan::Quick | Plan::Full, _) => complete,
+        _ => complete,
     };
     Some((wanted.next_multiple_of(2).min(params.max_views).max(views + 1)) - views)
 }

@@ -212,7 +212,10 @@ impl Pipeline {
         let session = Worker::spawn("session", inbox.clone(), move || {
             let recorder =
                 Recorder { folder, record_stream, pictures: pictures_out, kept: VecDeque::new() };
-            fold(session, recorder, &inbox_out, first_frame, judged, taken, |snapshot| {
+            fold(session, recorder, &inbox_out, first_frame, judged, |snapshot, new_view| {
+                if let Some(view) = new_view {
+                    taken(view);
+                }
                 if snapshot.decision.frame.is_some() {
                     turnstile.count_one();
                 }
@@ -358,21 +361,21 @@ fn fold(
     inbox: &Receiver<Input>,
     first_frame: u64,
     mut judged: Box<dyn FnMut(Judged<'_>) + Send>,
-    taken: impl Fn(Taken),
-    show: impl Fn(Snapshot),
+    show: impl Fn(Snapshot, Option<Taken>),
 ) -> Result<Session, RecordingError> {
     while let Ok(input) = inbox.recv() {
         let decision = session.handle(&input);
         let picture = recorder.record(&session, &input, &decision, first_frame)?;
-        if let (Outcome::Accepted { view, .. }, Some(frame)) = (decision.outcome, picture) {
-            taken(Taken { view, frame });
-        }
+        let taken = match decision.outcome {
+            Outcome::Accepted { view, .. } => picture.map(|frame| Taken { view, frame }),
+            _ => None,
+        };
         let snapshot = session.snapshot(decision);
         if let Input::Observed(observation) = &input {
             let source_frame = FrameId(observation.frame_id.0 - first_frame);
             judged(Judged { source_frame, observation, snapshot: &snapshot });
         }
-        show(snapshot);
+        show(snapshot, taken);
         if input == Input::Stop {
             break;
         }

@@ -1,9 +1,12 @@
 //! The words of the window: sentences, labels, tooltips.
 
+use std::path::Path;
+
 use crate::{
+    calibration::{Calibration, PrincipalPoints},
     detection::{Miss, Side},
     guidance::{Advice, GuidanceParams, Plan, Progress, Refusal},
-    session::{LiveView, PairSummary, Snapshot, ViewSummary},
+    session::{CameraState, LiveView, PairSummary, Snapshot, Stream, ViewSummary},
 };
 
 use super::{deg, edge, percent};
@@ -19,6 +22,9 @@ pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
     }
     if !snapshot.failures.is_empty() {
         return "The session has stopped".into();
+    }
+    if let Some((what, _)) = super::camera::obstacle(&snapshot.camera) {
+        return what;
     }
     if snapshot.paused {
         return "Paused".into();
@@ -182,16 +188,21 @@ impl Gauge {
     }
 }
 
-/// "(653.4 ± 0.2, 348.2 ± 0.2) px", or that it is not known yet.
+/// "653.4 ± 0.2, 348.2 ± 0.2 px", or that it is not known yet.
 pub fn principal_point(snapshot: &Snapshot) -> String {
     match &snapshot.calibration {
         Some(calibration) => {
             let [_, _, x, y, ..] = calibration.camera.lens_parameters();
             let [_, _, sd_x, sd_y, ..] = calibration.sd();
-            format!("({x:.1} ± {sd_x:.1}, {y:.1} ± {sd_y:.1}) px")
+            format!("{x:.1} ± {}, {y:.1} ± {} px", small(sd_x), small(sd_y))
         }
         None => "not known yet".into(),
     }
+}
+
+/// A standard deviation with as many digits as say something.
+fn small(sd: f64) -> String {
+    if sd < 0.095 { format!("{sd:.2}") } else { format!("{sd:.1}") }
 }
 
 /// "980.0 ± 0.2 px", or that it is not known yet.
@@ -199,7 +210,7 @@ pub fn focal_length(snapshot: &Snapshot) -> String {
     match &snapshot.calibration {
         Some(calibration) => {
             let (f_px, sd_px) = (calibration.camera.f_px.x, calibration.sd()[0]);
-            format!("{f_px:.1} ± {sd_px:.1} px")
+            format!("{f_px:.1} ± {} px", small(sd_px))
         }
         None => "not known yet".into(),
     }
@@ -220,24 +231,21 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let sd = calibration.sd();
     let guidance = &snapshot.setup.guidance;
     let reached = sd[2].max(sd[3]);
-    match guidance.plan {
-        Plan::Adaptive => Some(format!(
-            "{reached:.1} px, want {:.1}; picture {:.2} px, want {:.2}",
-            guidance.stop_pp_sigma_px,
-            calibration.projection_sd.mean_px,
-            guidance.stop_projection_sigma_px
-        )),
-        Plan::Quick | Plan::Full => {
-            Some(format!("{reached:.1} px; picture {:.2} px", calibration.projection_sd.mean_px))
-        }
-    }
+    let (reached, over_all) = (small(reached), small(calibration.projection_sd.mean_px));
+    Some(match guidance.plan {
+        Plan::Adaptive => format!(
+            "{reached} of {:.1} px, all {over_all} of {:.1} px",
+            guidance.stop_pp_sigma_px, guidance.stop_projection_sigma_px
+        ),
+        Plan::Quick | Plan::Full => format!("{reached} px, all {over_all} px"),
+    })
 }
 
 /// What the newest pair leaves uncancelled.
 pub fn pair_balance(pairs: &[PairSummary]) -> String {
     match pairs.last() {
         Some(pair) => {
-            format!("{:+.1} px (views {} and {})", pair.balance_px, pair.first + 1, pair.second + 1)
+            format!("{:+.1} px, views {} and {}", pair.balance_px, pair.first + 1, pair.second + 1)
         }
         None => "no pair yet".into(),
     }
@@ -250,20 +258,23 @@ pub fn coverage(snapshot: &Snapshot) -> String {
 
 /// Names of the numbers beside the picture, with their explanations.
 pub const NUMBERS: [(&str, &str); 7] = [
-    ("Principal point", "Where the optical axis meets the picture, with one standard deviation."),
-    ("Focal length", "With one standard deviation; from all views together."),
     (
-        "Uncertainty",
-        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture.",
+        "PP",
+        "Principal point: where the optical axis meets the picture, with one standard deviation.",
+    ),
+    ("f", "Focal length with one standard deviation, from all views together."),
+    (
+        "sd",
+        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture; and what is wanted.",
     ),
     ("Views", "Taken so far, and the forecast of how many it will take."),
     (
-        "Pair balance",
+        "Pair",
         "How far the newest opposed pair's lines pass the principal point on average: 0 if what the lens does to them cancels.",
     ),
-    ("Covered", "Share of the picture in which a board has stood."),
+    ("Area", "Share of the picture in which a board has stood."),
     (
-        "This view's f",
+        "f here",
         "Focal length from the newest accepted view alone: a jump says that focus or zoom moved.",
     ),
 ];
@@ -324,11 +335,47 @@ pub fn stalled(secs: f64) -> String {
     format!("No picture for {secs:.0} s")
 }
 
-/// A worker that failed, and what to do.
-pub fn failure(worker: &str, reason: &str) -> String {
-    format!(
-        "The {worker} failed: {reason}. The views are safe. Go on with them: mend the cause, then press Go on."
-    )
+/// What to do when no picture comes.
+pub const STALLED_ACTION: &str =
+    "The views are safe. Check the cable; the session goes on by itself when pictures come again.";
+
+/// A worker that failed.
+pub fn failed(worker: &str, reason: &str) -> String {
+    format!("The {worker} failed: {}", super::camera::printable(reason))
+}
+
+/// What to do then.
+pub const FAILED_ACTION: &str = "Every view that was shown as taken is safe. Mend the cause, then go on with this session on the Result page.";
+
+/// The live picture, for those who do not see it.
+pub const PICTURE: &str = "Live picture";
+/// Before the first view.
+pub const NO_VIEWS: &str =
+    "No views yet. They are taken by themselves when the board is held still on the outline.";
+/// What removing does.
+pub const REMOVE_TIP: &str = "Take this view back. \"Bring back\" (R) undoes it.";
+/// Heading of the camera's controls.
+pub const CAMERA: &str = "Camera";
+/// What they are.
+pub const CAMERA_TIP: &str = "How the controls stand, as read back from the camera. Focus and zoom must not change during a session.";
+
+/// The live camera's mode, controls and losses; nothing if the source is none.
+pub fn camera_lines(camera: &CameraState) -> Vec<(&'static str, String)> {
+    if camera.stream == Stream::NotLive {
+        return Vec::new();
+    }
+    let mut lines = Vec::new();
+    lines.extend(camera.mode.as_ref().map(|mode| ("mode", super::camera::mode(mode))));
+    let locks = camera.locks;
+    for (name, lock) in [("focus", locks.focus), ("zoom", locks.zoom), ("exposure", locks.exposure)]
+    {
+        lines.push((name, super::camera::lock(lock)));
+    }
+    lines.push(("lost pictures", camera.dropped.to_string()));
+    if camera.rejected > 0 {
+        lines.push(("damaged", camera.rejected.to_string()));
+    }
+    lines
 }
 
 /// Why the newest frame was not taken, for replay.
@@ -353,6 +400,141 @@ pub fn plan(plan: Plan) -> (&'static str, &'static str) {
 /// How far apart directions must be, in words for the wheel's tooltip.
 pub fn wanted_tilt(guidance: &GuidanceParams) -> String {
     format!("tilt {}–{}°", deg(guidance.min_tilt_rad), deg(guidance.max_tilt_rad))
+}
+
+/// What to do without a display.
+pub const NO_DISPLAY_ACTION: &str =
+    "Use --headless to be guided by words in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";
+/// What to do if the window system refuses.
+pub const NO_WINDOW_ACTION: &str = "Install what is missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless to be guided by words in the terminal.";
+/// Sources that are always there.
+pub const SOURCE_AUTO: &str = "The camera if there is one, else the simulated one.";
+/// See [`SOURCE_AUTO`].
+pub const SOURCE_SIMULATED: &str = "A simulated camera with a simulated technician.";
+
+/// Heading of the page for a session that could not be started.
+pub const NOT_STARTED: &str = "The session could not be started";
+/// Its buttons and what they do.
+pub const TRY_AGAIN: &str = "Try again";
+/// See [`TRY_AGAIN`].
+pub const TRY_AGAIN_TIP: &str = "The same source once more.";
+/// See [`TRY_AGAIN`].
+pub const OTHER_SOURCE: &str = "Choose another source";
+/// See [`TRY_AGAIN`].
+pub const SIMULATED: &str = "Try it with the simulated camera";
+/// See [`TRY_AGAIN`].
+pub const SIMULATED_TIP: &str = "A simulated technician follows the guidance; nothing is needed.";
+
+/// The result could not be stored and nobody knows why.
+pub const ENDING_FAILED: &str = "Storing the result failed";
+/// Heading of the list of keys.
+pub const HELP: &str = "Keys";
+/// Before the buttons that export.
+pub const EXPORT: &str = "Export:";
+/// On the result page before there is one.
+pub const NO_RESULT: &str =
+    "There is no calibration yet: it needs two views that are tipped in different directions.";
+/// If nothing was found.
+pub const NO_FINDINGS: &str = "Every check passed.";
+/// Heading of the principal point by every method.
+pub const METHODS: &str = "Principal point by every method";
+/// What it means.
+pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lines from corners as seen are pulled towards the middle of the boards by the lens.";
+
+/// What the button for a format does.
+pub fn export_tip(format: &str) -> String {
+    format!("Write the result as {format} into the session's folder.")
+}
+
+/// A file that was written.
+pub fn written(file: &Path) -> String {
+    format!("Written: {}", file.display())
+}
+
+/// Where the session is stored.
+pub fn stored_in(folder: &Path) -> String {
+    format!("Session: {}", folder.display())
+}
+
+/// The result: names and values.
+pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
+    let [sd_fx, sd_fy, sd_cx, sd_cy, sd_k1, sd_k2, sd_p1, sd_p2, sd_k3] = calibration.sd();
+    let mut lines =
+        vec![("Principal point", format!("({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"))];
+    lines.push(if (fx - fy).abs() < 1e-9 {
+        ("Focal length", format!("{fx:.2} ± {sd_fx:.2} px"))
+    } else {
+        ("Focal lengths", format!("{fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"))
+    });
+    lines.push(("Lens model", calibration.model.code().into()));
+    let distortion = [
+        ("k1", k1, sd_k1),
+        ("k2", k2, sd_k2),
+        ("p1", p1, sd_p1),
+        ("p2", p2, sd_p2),
+        ("k3", k3, sd_k3),
+    ];
+    for (name, value, sd) in distortion {
+        if sd > 0.0 {
+            lines.push((name, format!("{value:.5} ± {sd:.5}")));
+        }
+    }
+    let sd = &calibration.projection_sd;
+    lines.push((
+        "Projection",
+        format!("± {:.3} px on average, {:.3} px at worst", sd.mean_px, sd.max_px),
+    ));
+    lines.push((
+        "Corners",
+        format!("{:.3} px RMS in {} views", calibration.rms_px, calibration.views.len()),
+    ));
+    lines.push(("Covered", percent(calibration.coverage)));
+    lines
+}
+
+/// The principal point by every method: name, value, what it is.
+pub fn method_lines(points: &PrincipalPoints) -> Vec<(&'static str, String, &'static str)> {
+    let all = [
+        (
+            "Bundle adjustment",
+            points.bundle,
+            "The result: all corners, the lens model that they support.",
+        ),
+        (
+            "Free homographies",
+            points.free_homography,
+            "The independent check: no common focal length.",
+        ),
+        ("Principal lines, weighted", points.pl_weighted, "Of the corners as seen."),
+        (
+            "Principal lines",
+            points.pl_unweighted,
+            "Of the corners as seen, as in the source paper.",
+        ),
+        (
+            "Principal lines and ring",
+            points.pl_ring,
+            "Of the corners as seen, with a common focal length.",
+        ),
+        ("Zhang", points.zhang, "Zhang's method with k1, k2 and two focal lengths."),
+    ];
+    all.into_iter()
+        .filter_map(|(name, point, tip)| {
+            let point = point?;
+            let value = match point.covariance_px2 {
+                Some(c) => format!(
+                    "({:.2} ± {:.2}, {:.2} ± {:.2}) px",
+                    point.px.x,
+                    c[(0, 0)].max(0.0).sqrt(),
+                    point.px.y,
+                    c[(1, 1)].max(0.0).sqrt()
+                ),
+                None => format!("({:.2}, {:.2}) px", point.px.x, point.px.y),
+            };
+            Some((name, value, tip))
+        })
+        .collect()
 }
 
 #[cfg(test)]
