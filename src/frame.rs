@@ -7,6 +7,13 @@ use nalgebra::Point2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(pub u64);
 
+impl FrameId {
+    /// Where a session's folder holds the picture of this frame.
+    pub fn stored_name(self) -> String {
+        format!("frames/{:08}.png", self.0)
+    }
+}
+
 /// When a frame was taken, by the driver's monotonic clock. Its zero is arbitrary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CaptureTime {

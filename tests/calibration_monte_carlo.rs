@@ -148,9 +148,7 @@ fn the_chosen_model_covers_the_truth() {
             "{name}: coverage {} good {} of 60, ratio {:.2?}, median off {:.2}",
             trials.coverage, trials.good, trials.ratio, trials.median_off_px
         );
-        if name != "slightly tangential" {
-            assert!(trials.coverage > 0.75, "{name}: {}", trials.coverage);
-        }
+        assert!(trials.coverage > 0.75, "{name}: {}", trials.coverage);
     }
 }
 
@@ -339,7 +337,11 @@ fn random_corners_end_in_a_value() {
             .collect();
         match calibrate(&views, &board(), SIZE, &CalibrationParams::default()) {
             Ok(found) => assert_eq!(found.verdict, Verdict::Untrustworthy),
-            Err(NotCalibrated::NoHomography { .. } | NotCalibrated::Undetermined { .. }) => {}
+            Err(
+                NotCalibrated::NoGrid { .. }
+                | NotCalibrated::NoHomography { .. }
+                | NotCalibrated::Undetermined { .. },
+            ) => {}
             Err(other) => panic!("{other:?}"),
         }
     }

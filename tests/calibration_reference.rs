@@ -2,32 +2,18 @@
 
 #![allow(clippy::expect_used, reason = "a test helper fails its test")]
 
+mod reference;
+
 use boresight::calibration::free_homography::{self, DistortionCentrePrior};
 use boresight::calibration::{BundleState, LensModel, Observations, adjust, zhang};
 use boresight::frame::ImageSize;
 use boresight::geometry::{Camera, Corner, Homography, pose_from_homography};
 use nalgebra::{Matrix3, Point2};
+use reference::{list, number, point, vectors};
 use serde_json::Value;
 
 /// The reference puts the middle of the picture at (960, 540).
 const SIZE: ImageSize = ImageSize { width_px: 1921, height_px: 1081 };
-
-fn vectors(name: &str) -> Value {
-    let path = format!("{}/fixtures/reference/{name}.json", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_str(&std::fs::read_to_string(path).expect("fixture")).expect("JSON")
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().expect("list")
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("number")
-}
-
-fn point(value: &Value) -> Point2<f64> {
-    Point2::new(number(&value[0]), number(&value[1]))
-}
 
 struct Set {
     name: String,

@@ -19,6 +19,8 @@ use world::{SIZE, World, guided, setup};
 
 const MODE: Mode = Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) };
 
+const START: CaptureTime = CaptureTime { nanos: 0 };
+
 fn lost(fault: Fault) -> CameraEvent {
     CameraEvent::Lost { fault, detail: "usb 1-2: disconnect".into() }
 }
@@ -53,7 +55,6 @@ fn views_after(events: &[CameraEvent], inputs: &[Input]) -> usize {
 fn nothing_is_taken_while_the_camera_is_not_as_it_should_be() {
     let inputs = inputs();
     let all = views_after(&[], &inputs);
-    let start = CaptureTime { nanos: 0 };
     let started = CameraEvent::Started { mode: MODE };
     let doubtful = |fault| CameraEvent::Doubtful { fault, detail: String::new() };
     let check = |events: &[CameraEvent], wanted| {
@@ -61,12 +62,22 @@ fn nothing_is_taken_while_the_camera_is_not_as_it_should_be() {
     };
     check(std::slice::from_ref(&started), all);
     check(&[started.clone(), lost(Fault::Unplugged)], 0);
-    check(&[started.clone(), lost(Fault::Unplugged), CameraEvent::Returned { mode: MODE }], all);
-    check(&[started.clone(), moved(Control::Focus, start)], 0);
-    check(&[started.clone(), moved(Control::Zoom, start)], 0);
-    check(&[started.clone(), moved(Control::Exposure, start)], all);
-    let restored = CameraEvent::ControlRestored { control: Control::Focus };
-    check(&[started.clone(), moved(Control::Focus, start), restored], all);
+    check(
+        &[
+            started.clone(),
+            lost(Fault::Unplugged),
+            CameraEvent::Returned { mode: MODE, good_from: START },
+        ],
+        all,
+    );
+    let later = CaptureTime { nanos: u64::MAX };
+    let returned = CameraEvent::Returned { mode: MODE, good_from: later };
+    check(&[started.clone(), lost(Fault::Unplugged), returned], 0);
+    check(&[started.clone(), moved(Control::Focus, START)], 0);
+    check(&[started.clone(), moved(Control::Zoom, START)], 0);
+    check(&[started.clone(), moved(Control::Exposure, START)], all);
+    let restored = CameraEvent::ControlRestored { control: Control::Focus, good_from: START };
+    check(&[started.clone(), moved(Control::Focus, START), restored], all);
     check(&[started.clone(), doubtful(Fault::Frozen)], 0);
     check(&[started.clone(), doubtful(Fault::Slow)], all);
     let dispelled = CameraEvent::Dispelled { fault: Fault::Frozen };
@@ -89,7 +100,7 @@ fn a_loss_drops_the_hold_and_keeps_the_views() {
                 session.handle(&input).outcome,
                 Outcome::Refused { refusal: Refusal::CameraNotReady }
             );
-            session.handle(&Input::Camera(CameraEvent::Returned { mode: MODE }));
+            session.handle(&Input::Camera(CameraEvent::Returned { mode: MODE, good_from: START }));
             assert_eq!(session.accepted().len(), before, "no view is lost");
             holds += 1;
         }
@@ -138,13 +149,13 @@ fn what_the_camera_says_is_recorded_and_replayed_alike() {
     let mut events = vec![CameraEvent::Started { mode: MODE }, CameraEvent::Locked { locks }];
     for fault in Fault::ALL {
         events.push(lost(fault));
-        events.push(CameraEvent::Returned { mode: no_rate });
+        events.push(CameraEvent::Returned { mode: no_rate, good_from: START });
         events.push(CameraEvent::Doubtful { fault, detail: String::new() });
         events.push(CameraEvent::Dispelled { fault });
     }
     for control in Control::ALL {
         events.push(moved(control, CaptureTime { nanos: u64::MAX }));
-        events.push(CameraEvent::ControlRestored { control });
+        events.push(CameraEvent::ControlRestored { control, good_from: START });
     }
     events.push(CameraEvent::Counted { dropped: 7, rejected: 2 });
     let mut session = new_session();

@@ -3,39 +3,16 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod pictures;
+mod program;
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::Path};
 
-use assert_cmd::Command;
 use boresight::capture::synthetic::render_view;
 use nalgebra::Isometry3;
 use pictures::{PAIRS, picture, scene};
+use program::{Ended, boresight, contents, says};
 use serde_json::Value;
 use tempfile::TempDir;
-
-/// How a run ended.
-struct Ended {
-    code: i32,
-    stdout: String,
-    stderr: String,
-}
-
-fn boresight(folder: &Path, arguments: &[&str]) -> Ended {
-    let output = Command::cargo_bin("boresight")
-        .expect("built")
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("started");
-    Ended {
-        code: output.status.code().expect("not killed"),
-        stdout: String::from_utf8(output.stdout).expect("text"),
-        stderr: String::from_utf8(output.stderr).expect("text"),
-    }
-}
 
 /// A folder with the named views.
 fn views(views: &[(String, f64, f64)]) -> TempDir {
@@ -63,31 +40,6 @@ fn calibrate(folder: &Path, files: &[String], more: &[&str]) -> Ended {
     arguments.extend(files.iter().map(String::as_str));
     arguments.extend(more);
     boresight(folder, &arguments)
-}
-
-/// Every file below `folder` with its contents.
-fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).expect("listable") {
-        let path = entry.expect("listable").path();
-        if path.is_dir() {
-            files.extend(contents(&path));
-        } else {
-            files.push((path.clone(), fs::read(&path).expect("readable")));
-        }
-    }
-    files.sort();
-    files
-}
-
-fn says(ended: &Ended, code: i32, words: &[&str]) {
-    assert_eq!(ended.code, code, "{}", ended.stderr);
-    for word in words {
-        assert!(ended.stderr.contains(word), "no {word:?} in: {}", ended.stderr);
-    }
-    for word in ["panicked", "backtrace", "unwrap"] {
-        assert!(!ended.stderr.contains(word), "{}", ended.stderr);
-    }
 }
 
 #[test]

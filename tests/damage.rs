@@ -4,10 +4,11 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod pictures;
+mod program;
 
 use std::{
     fs,
-    path::{Path, PathBuf},
+    path::Path,
     process::{Command, Stdio},
 };
 
@@ -18,56 +19,11 @@ use boresight::{
 };
 use image::{GrayImage, codecs::jpeg::JpegEncoder};
 use pictures::{PAIRS, picture};
+use program::{boresight, contents, program, says};
 use tempfile::TempDir;
-
-/// How a run ended.
-struct Ended {
-    code: i32,
-    stdout: String,
-    stderr: String,
-}
-
-fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_boresight"));
-    command.current_dir(folder).args(arguments).stdin(Stdio::null());
-    command
-}
-
-fn boresight(folder: &Path, arguments: &[&str]) -> Ended {
-    let output = program(folder, arguments).output().expect("started");
-    Ended {
-        code: output.status.code().expect("not killed"),
-        stdout: String::from_utf8(output.stdout).expect("text"),
-        stderr: String::from_utf8(output.stderr).expect("text"),
-    }
-}
-
-fn says(ended: &Ended, code: i32, words: &[&str]) {
-    for word in words {
-        assert!(ended.stderr.contains(word), "no {word:?} in: {}", ended.stderr);
-    }
-    assert_eq!(ended.code, code, "{}", ended.stderr);
-    assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
-}
 
 fn place() -> TempDir {
     TempDir::new().expect("folder")
-}
-
-/// Every folder and file below `folder`, with its contents.
-fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).expect("listable") {
-        let path = entry.expect("listable").path();
-        if path.is_dir() {
-            found.push((path.clone(), Vec::new()));
-            found.extend(contents(&path));
-        } else {
-            found.push((path.clone(), fs::read(&path).expect("readable")));
-        }
-    }
-    found.sort();
-    found
 }
 
 /// A folder `name` with the first `count` of the pairs.

@@ -13,7 +13,7 @@ use boresight::{
     pipeline::detect_many,
 };
 use image::{GrayImage, imageops};
-use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -27,7 +27,7 @@ fn pose(tilt_deg: f64, slot_deg: f64, turn_deg: f64, at_m: [f64; 3]) -> Isometry
 }
 
 fn truth_px(scene: &Scene, pose: &Isometry3<f64>) -> Vec<Point2<f64>> {
-    let project = |m: &Point2<f64>| scene.camera.project(&(pose * Point3::new(m.x, m.y, 0.0)));
+    let project = |m: &Point2<f64>| scene.camera.px_from_board(pose, m);
     scene.board.corners_in_board_m().iter().map(|m| project(m).expect("in front")).collect()
 }
 

@@ -8,7 +8,7 @@ use boresight::{
     capture::synthetic::{Scene, render_view},
     detection::{Detector, DetectorParams},
 };
-use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -60,7 +60,7 @@ fn no_picture_has_become_worse() {
             .board
             .corners_in_board_m()
             .iter()
-            .map(|m| scene.camera.project(&(pose * Point3::new(m.x, m.y, 0.0))))
+            .map(|m| scene.camera.px_from_board(&pose, m))
             .collect();
         let size = scene.image_size;
         let inside = |px: &Point2<f64>| {

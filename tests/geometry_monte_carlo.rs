@@ -9,7 +9,7 @@ use boresight::{
         principal_line_and_ring,
     },
 };
-use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -45,7 +45,7 @@ impl World {
             .board_m
             .iter()
             .map(|m| {
-                let px = self.camera.project(&(pose * Point3::new(m.x, m.y, 0.0)));
+                let px = self.camera.px_from_board(&pose, m);
                 let mut normal = || self.rng.sample::<f64, _>(StandardNormal) * NOISE_PX;
                 let px = px.expect("in front") + Vector2::new(normal(), normal());
                 sum += px.coords;

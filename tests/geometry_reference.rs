@@ -2,29 +2,15 @@
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod reference;
+
 use boresight::geometry::{
     Corner, Homography, PrincipalLine, intersect_unweighted, intersect_weighted,
     principal_line_and_ring,
 };
 use nalgebra::{Matrix3, Point2, Vector2};
+use reference::{list, number, point, vectors};
 use serde_json::Value;
-
-fn vectors(name: &str) -> Value {
-    let path = format!("{}/fixtures/reference/{name}.json", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_str(&std::fs::read_to_string(path).expect("fixture")).expect("JSON")
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().expect("list")
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("number")
-}
-
-fn point(value: &Value) -> Point2<f64> {
-    Point2::new(number(&value[0]), number(&value[1]))
-}
 
 fn matrix(value: &Value) -> Matrix3<f64> {
     Matrix3::from_fn(|r, c| number(&value[r][c]))

@@ -15,7 +15,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("guidance", &["board", "frame", "geometry"]),
     ("capture", &["board", "device", "frame", "geometry"]),
     ("session", &["board", "device", "frame", "geometry", "detection", "calibration", "guidance"]),
-    ("config", &["board", "frame", "geometry", "calibration", "guidance", "capture", "session"]),
+    (
+        "config",
+        &["board", "device", "frame", "geometry", "calibration", "guidance", "capture", "session"],
+    ),
     ("recording", &["board", "device", "frame", "geometry", "detection", "session", "config"]),
     ("pipeline", &["board", "device", "frame", "detection", "capture", "session", "recording"]),
     ("study", &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture"]),
@@ -38,7 +41,17 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "ui",
-        &["board", "frame", "geometry", "calibration", "guidance", "session", "pipeline", "text"],
+        &[
+            "board",
+            "frame",
+            "geometry",
+            "calibration",
+            "guidance",
+            "session",
+            "pipeline",
+            "study",
+            "text",
+        ],
     ),
     (
         "cli",
@@ -86,7 +99,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("toml::", &["config", "recording", "cli"]),
     ("clap", &["cli"]),
     ("anyhow", &["cli", "text"]),
-    ("unsafe ", &[]),
+    ("unsafe ", &["capture"]), // Only capture::v4l2::linux; see the next test.
     ("egui", &["ui"]),
     ("eframe", &["ui"]),
     // People's units stop at the edge.

@@ -32,8 +32,7 @@ fn quiet(scene: Scene) -> Scene {
 }
 
 fn corners_px(scene: &Scene, cam_from_board: &Isometry3<f64>) -> Vec<Point2<f64>> {
-    let seen =
-        |m: &Point2<f64>| scene.camera.project(&(cam_from_board * Point3::new(m.x, m.y, 0.0)));
+    let seen = |m: &Point2<f64>| scene.camera.px_from_board(cam_from_board, m);
     scene.board.corners_in_board_m().iter().map(|m| seen(m).expect("in front")).collect()
 }
 
@@ -388,6 +387,7 @@ fn played(slow: bool, keep: bool) -> Played {
                 }
             }
             Arrival::NothingYet => assert!(slow),
+            Arrival::Event(event) => unreachable!("{event:?}"),
             Arrival::End => break,
         }
     }

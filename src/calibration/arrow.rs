@@ -221,13 +221,21 @@ pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
 ) -> Option<Minimum<P::State, S, L>> {
-    const CONVERGED: f64 = 1e-18;
+    minimise_to(problem, start, 1e-18)
+}
+
+/// The same; converged means that the next step's squared length, in standard deviations, is `close`.
+pub(super) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    close: f64,
+) -> Option<Minimum<P::State, S, L>> {
     let (cost, arrow) = problem.linearise(&start)?;
     let mut at = Minimum { state: start, cost, arrow, converged: false };
     let mut damping = 1e-4;
     for _ in 0..100 {
         let accepted = at.arrow.solve(damping).and_then(|step| {
-            if step.decrement <= CONVERGED {
+            if step.decrement <= close {
                 at.converged = true;
                 return None;
             }

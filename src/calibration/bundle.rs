@@ -95,20 +95,24 @@ impl Observations {
 
     /// Root mean square pixel residual of each view, per coordinate.
     pub fn residual_rms_px(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Vec<f64> {
-        self.views
+        poses
             .iter()
-            .zip(poses)
-            .map(|(corners, pose)| {
-                let sum: f64 = corners
-                    .iter()
-                    .filter_map(|corner| {
-                        let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
-                        Some((corner.px - predicted).norm_squared())
-                    })
-                    .sum();
-                (sum / (2 * corners.len()).max(1) as f64).sqrt()
-            })
+            .enumerate()
+            .map(|(view, pose)| self.view_residual_rms_px(view, camera, pose))
             .collect()
+    }
+
+    /// Root mean square pixel residual of one view, per coordinate.
+    pub fn view_residual_rms_px(&self, view: usize, camera: &Camera, pose: &Isometry3<f64>) -> f64 {
+        let corners = &self.views[view];
+        let sum: f64 = corners
+            .iter()
+            .filter_map(|corner| {
+                let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
+                Some((corner.px - predicted).norm_squared())
+            })
+            .sum();
+        (sum / (2 * corners.len()).max(1) as f64).sqrt()
     }
 
     /// Whitened cost of one camera and its poses. `None` if a corner is behind the camera.
@@ -231,6 +235,18 @@ pub fn adjust(
     })
 }
 
+/// Information about all parameters that `freedom` lets vary, poses settled, at `state` as it stands.
+///
+/// `None` if a corner is behind the camera there.
+pub(super) fn information_at(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    state: &BundleState,
+) -> Option<LensMatrix> {
+    let problem = BundleProblem { observations, freedom, prior: None, noise_variance: 1.0 };
+    problem.linearise(state)?.1.reduced()
+}
+
 impl Bundle {
     /// `√(cost / dof)`: the corners' error as a multiple of what their covariances claim.
     pub fn noise_factor(&self) -> f64 {
@@ -254,6 +270,11 @@ impl Bundle {
             shift[1] = shift[0];
         }
         Some((shift, covariance))
+    }
+
+    /// What each view contributes to [`Self::information`], and its pull: the gradient.
+    pub(super) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
+        &self.view_information
     }
 
     /// Information of the corners about the free lens parameters per unit of noise, poses settled.

@@ -130,14 +130,101 @@ pub enum FindingCode {
         /// The same in standard deviations.
         sigmas: f64,
     },
-    /// The views' own focal lengths scatter: focus or zoom moved.
+    /// A focal length of its own for every view explains the corners: focus or zoom moved.
     FocusMoved {
-        /// χ² of the scatter.
-        statistic: f64,
-        /// Allowed.
-        limit: f64,
+        /// Gain in BIC over one focal length.
+        gain: f64,
         /// Observed standard deviation over the mean, relative.
         relative_sd: f64,
+    },
+    /// Each view has its own focal length, as was asked for.
+    FocalVaries {
+        /// Mean.
+        f_px: f64,
+        /// Sample standard deviation.
+        scatter_px: f64,
+    },
+    /// Some views are of another camera, mode, size or orientation.
+    ViewsMixed {
+        /// How many are.
+        odd_views: usize,
+        /// The first of them.
+        view: usize,
+        /// Their focal length over the others'.
+        f_ratio: f64,
+        /// Distance of their principal point from the others'.
+        shift_px: f64,
+        /// Gain in BIC over one camera.
+        gain: f64,
+    },
+    /// `fy` differs from `fx`: pixels are not square, or the picture was stretched.
+    PixelsNotSquare {
+        /// fy/fx.
+        aspect: f64,
+        /// Gain in BIC over square pixels.
+        gain: f64,
+    },
+    /// The board's squares are not square.
+    BoardStretched {
+        /// Height over width of a square.
+        aspect: f64,
+        /// Gain in BIC over square squares.
+        gain: f64,
+    },
+    /// The board is not flat.
+    BoardBent {
+        /// From its lowest to its highest corner.
+        depth_m: f64,
+        /// Gain in BIC over a flat board.
+        gain: f64,
+    },
+    /// Each view is sheared its own way, as when board or camera moves while the shutter rolls.
+    RollingShutter {
+        /// Root mean square movement from the top to the bottom row.
+        shear_px: f64,
+        /// Gain in BIC over views at rest.
+        gain: f64,
+    },
+    /// The lens has a shape that none of the models describes.
+    LensOther {
+        /// Gain in BIC of radial terms of higher order and thin prisms.
+        gain: f64,
+    },
+    /// Corners lie outside of the stated picture.
+    CornersOutside {
+        /// The first view that has some.
+        view: usize,
+        /// Views that have some.
+        views: usize,
+    },
+    /// One corner lies far from where its view puts it.
+    CornerOdd {
+        /// The view.
+        view: usize,
+        /// The corner, in the board's order.
+        corner: usize,
+        /// Its distance.
+        off_px: f64,
+        /// The same over the typical distance of a corner.
+        times: f64,
+        /// Corners like this in all views.
+        count: usize,
+    },
+    /// The principal point lies far from the middle of the picture.
+    PrincipalPointFar {
+        /// Distance.
+        distance_px: f64,
+        /// The same as share of the picture's width.
+        share: f64,
+    },
+    /// The lens found without a view does not predict it.
+    HeldOut {
+        /// The view.
+        view: usize,
+        /// Residual of the view under the lens of the others.
+        rms_px: f64,
+        /// Expected.
+        expected_px: f64,
     },
     /// A view is a mirror image of the board.
     Mirrored {
@@ -196,6 +283,17 @@ impl FindingCode {
             Self::ViewOdd { .. } => "VIEW-ODD",
             Self::PlOutlier { .. } => "PL-OUTLIER",
             Self::FocusMoved { .. } => "FOCUS-MOVED",
+            Self::FocalVaries { .. } => "FOCAL-VARIES",
+            Self::ViewsMixed { .. } => "VIEWS-MIXED",
+            Self::PixelsNotSquare { .. } => "PIXELS-NOT-SQUARE",
+            Self::BoardStretched { .. } => "BOARD-STRETCHED",
+            Self::BoardBent { .. } => "BOARD-BENT",
+            Self::RollingShutter { .. } => "ROLLING-SHUTTER",
+            Self::LensOther { .. } => "LENS-OTHER",
+            Self::CornersOutside { .. } => "CORNERS-OUTSIDE",
+            Self::CornerOdd { .. } => "CORNER-ODD",
+            Self::PrincipalPointFar { .. } => "PP-FAR",
+            Self::HeldOut { .. } => "HELD-OUT",
             Self::Mirrored { .. } => "VIEW-MIRRORED",
             Self::NoiseHigh { .. } => "NOISE-HIGH",
             Self::PrincipalPointUncertain { .. } => "PP-UNCERTAIN",

@@ -7,13 +7,13 @@
 //! length nor a distortion centre at the principal point is assumed. The undistorted views' principal
 //! lines then meet in the principal point.
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix3, Point2, SMatrix, SVector, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, SVector, Vector2, Vector4};
 
 use super::arrow::{Arrow, Problem, Step, ViewBlock, inverse, minimise};
 use super::bundle::{LEAST_NOISE_VARIANCE, Observations};
 use super::free_covariance::pp_covariance;
 use crate::frame::ImageSize;
-use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted};
+use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px};
 
 /// S above: makes g about 1 at the edge of the picture.
 const SCALE_PX: f64 = 1000.0;
@@ -51,6 +51,8 @@ pub struct FreeHomographies {
     pub pp_px: Point2<f64>,
     /// Covariance of `pp_px` for corners as noisy as their covariances claim.
     pub pp_unit_covariance_px2: Matrix2<f64>,
+    /// Covariance of `(DC, K1, K2)` for corners as noisy as their covariances claim.
+    pub shared_unit_covariance: Matrix4<f64>,
     /// Principal lines of the undistorted corners, for noise as claimed; `None` for frontal views.
     pub lines: Vec<Option<PrincipalLine>>,
 }
@@ -59,6 +61,11 @@ impl FreeHomographies {
     /// `√(cost / dof)`.
     pub fn noise_factor(&self) -> f64 {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
+    }
+
+    /// The unit of `g`.
+    pub fn unit_px(&self) -> f64 {
+        SCALE_PX
     }
 
     /// Residual, px, and claimed covariance, px², of every corner, view by view.
@@ -176,6 +183,7 @@ pub fn fit(
         degrees_of_freedom,
         pp_px,
         pp_unit_covariance_px2,
+        shared_unit_covariance: shared_covariance,
         lines,
     })
 }
@@ -196,7 +204,6 @@ impl FreeProblem<'_> {
     fn line(&self, view: usize, state: &FreeState) -> Option<Option<PrincipalLine>> {
         let centre = Point2::new(state.shared[0], state.shared[1]);
         let lens = lens(state);
-        let mut sum = Vector2::zeros();
         let corners: Vec<Corner> = self
             .observations
             .view(view)
@@ -204,14 +211,12 @@ impl FreeProblem<'_> {
             .map(|corner| {
                 let g = lens.invert(&Point2::from((corner.px - centre) / SCALE_PX))?;
                 let px = centre + g.coords * SCALE_PX;
-                sum += px.coords;
                 let information = corner.whitener.transpose() * corner.whitener;
                 Some(Corner { px, covariance_px2: information.try_inverse()? })
             })
             .collect::<Option<_>>()?;
         let homography = Homography::fit(self.observations.board_m(), &corners).ok()?;
-        let mean_px = Point2::from(sum / corners.len() as f64);
-        Some(PrincipalLine::of(&homography, self.prior.px, mean_px).ok())
+        Some(PrincipalLine::of(&homography, self.prior.px, mean_px(&corners)).ok())
     }
 
     fn prior_cost(&self, shared: &Vector4<f64>) -> f64 {

@@ -1,25 +1,40 @@
 //! Should this calibration be trusted? Checks that do not believe the fit's own residual.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::causes::Causes;
+use super::corners::OddCorner;
+use super::extended::Cause;
 use super::finding::{Finding, FindingCode, Severity};
 use super::free_homography::FreeHomographies;
+use super::held_out::HeldOutView;
 use super::model_choice::ModelChoice;
 use super::result::ViewResult;
 use super::uncertainty::ProjectionSd;
 use crate::frame::ImageSize;
-use crate::geometry::{GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines};
+use crate::geometry::{
+    Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
+};
 
 /// χ² with 2 degrees of freedom at 1 %.
 const HAUSMAN_CARE: f64 = 9.21;
 /// Beyond this, the principal point is wrong by far more than its stated error.
 const HAUSMAN_BAD: f64 = 30.0;
+/// Squared sds within which a shift is part of the stated uncertainty already, and only good to know.
+const COVERED: f64 = 4.0;
 /// Distance to the free homographies, standard deviations.
 const CHECK_CARE_SIGMAS: f64 = 3.7;
 const CHECK_BAD_SIGMAS: f64 = 6.0;
 const SKIP_CARE: f64 = 2.0;
 const SKIP_BAD: f64 = 4.0;
+/// Corners are found a little outside, too; as share of the picture's width.
+const OUTSIDE: f64 = 0.005;
+/// Principal point from the picture's centre, as share of its width.
+const PP_FAR_CARE: f64 = 0.1;
+const PP_FAR_BAD: f64 = 0.2;
+/// Residual of a view held out over what is expected.
+const HELD_OUT_CARE: f64 = 1.6;
+const HELD_OUT_BAD: f64 = 5.0;
 /// A view's residual over the median.
 const ODD_VIEW: f64 = 2.5;
 const TILT_NONE_RAD: f64 = 0.17;
@@ -39,10 +54,20 @@ const PROJECTION_BAD: f64 = 0.01;
 /// What the checks look at.
 pub(super) struct Evidence<'a> {
     pub(super) image_size: ImageSize,
+    /// The result.
+    pub(super) camera: &'a Camera,
     pub(super) choice: &'a ModelChoice,
+    /// Scatter of the focal length, if it was asked to differ from view to view.
+    pub(super) varying_px: Option<f64>,
     pub(super) free: Option<&'a FreeHomographies>,
     pub(super) views: &'a [ViewResult],
     pub(super) mirrored: &'a [bool],
+    pub(super) seen: &'a [Vec<Corner>],
+    pub(super) causes: &'a Causes,
+    pub(super) odd_corners: &'a [OddCorner],
+    pub(super) held_out: Option<HeldOutView>,
+    /// What the doubt about causes adds to the principal point's covariance.
+    pub(super) pp_doubt_px2: Matrix2<f64>,
     pub(super) projection_sd: &'a ProjectionSd,
     pub(super) pp_covariance_px2: Matrix2<f64>,
     pub(super) f_sd_px: f64,
@@ -62,8 +87,19 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
         findings.extend(severity.map(|severity| Finding { code, severity }));
     };
     views(evidence, &mut say);
-    lens(evidence, &mut say);
-    agreement(evidence, &mut say);
+    corners(evidence, &mut say);
+    if let Some(scatter_px) = evidence.varying_px {
+        // What follows from one focal length for all views has no say.
+        let f_px = evidence.camera.f_px.x;
+        say(Some(Severity::Info), FindingCode::FocalVaries { f_px, scatter_px });
+        evidence.free.inspect(|free| outliers(free, &mut say));
+        odd_views(evidence, &mut say);
+    } else {
+        lens(evidence, &mut say);
+        cause(evidence, &mut say);
+        agreement(evidence, &mut say);
+        odd_views(evidence, &mut say);
+    }
     uncertainty(evidence, &mut say);
     findings
 }
@@ -143,10 +179,13 @@ fn lens(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingC
     if !choice.bundle().converged {
         say(Some(Severity::Care), FindingCode::NotConverged);
     }
-    if let Some(statistic) = hausman(choice, evidence.noise_floor) {
+    if let Some((statistic, off)) = hausman(choice, evidence.noise_floor) {
         let code =
             FindingCode::LensSimple { model: choice.fit().model, statistic, limit: HAUSMAN_CARE };
-        say(above(statistic, HAUSMAN_CARE, HAUSMAN_BAD), code);
+        let stated = &evidence.pp_covariance_px2;
+        let is_stated = distance2(&off, stated, stated.trace()) < COVERED;
+        let severity = above(statistic, HAUSMAN_CARE, HAUSMAN_BAD);
+        say(severity.map(|severity| if is_stated { Severity::Info } else { severity }), code);
     }
     let of = (GRID_COLUMNS * GRID_ROWS) as usize;
     let unmapped = evidence.projection_sd.unmapped;
@@ -160,7 +199,7 @@ fn lens(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingC
 ///
 /// If the chosen model holds, its estimate is efficient, and the difference to the richer model's has
 /// covariance `C_full − C`. `None` if the richest model is the chosen one.
-fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<f64> {
+fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)> {
     let full = choice.bundles.len() - 1;
     if full == choice.chosen {
         return None;
@@ -171,7 +210,7 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<f64> {
     };
     let (full_covariance, covariance) = (pp_covariance(full)?, pp_covariance(choice.chosen)?);
     let off = choice.fits[full].camera.pp_px - choice.fit().camera.pp_px;
-    Some(distance2(&off, &(full_covariance - covariance), full_covariance.trace()))
+    Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
 }
 
 /// `offᵀ C⁺ off`; directions in which C is below a thousandth of `scale` are left out.
@@ -186,7 +225,8 @@ fn distance2(off: &Vector2<f64>, covariance: &Matrix2<f64>, scale: f64) -> f64 {
 fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(free) = evidence.free {
         let noise_factor = free.noise_factor().max(evidence.noise_floor);
-        let covariance = free.pp_unit_covariance_px2 * (noise_factor * noise_factor);
+        let covariance =
+            free.pp_unit_covariance_px2 * (noise_factor * noise_factor) + evidence.pp_doubt_px2;
         let off = evidence.choice.fit().camera.pp_px - free.pp_px;
         let sigmas = distance2(&off, &covariance, covariance.trace()).sqrt();
         let code = FindingCode::CheckDisagrees {
@@ -195,7 +235,6 @@ fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Fin
             limit: CHECK_CARE_SIGMAS,
         };
         say(above(sigmas, CHECK_CARE_SIGMAS, CHECK_BAD_SIGMAS), code);
-        focus(free, noise_factor, say);
         outliers(free, say);
     } else if evidence.distinct >= 3 {
         say(Some(Severity::Care), FindingCode::CheckMissing);
@@ -204,6 +243,14 @@ fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Fin
         let code = FindingCode::ViewsDisagree { ratio, limit: SKIP_CARE };
         say(above(ratio, SKIP_CARE, SKIP_BAD), code);
     }
+    if let Some(HeldOutView { view, rms_px, expected_px }) = evidence.held_out {
+        let code = FindingCode::HeldOut { view, rms_px, expected_px };
+        say(above(rms_px / expected_px, HELD_OUT_CARE, HELD_OUT_BAD), code);
+    }
+}
+
+/// Views that fit far worse than the others.
+fn odd_views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let mut residuals: Vec<f64> = evidence.views.iter().map(|v| v.residual_rms_px).collect();
     residuals.sort_by(f64::total_cmp);
     let typical_px = residuals.get(residuals.len() / 2).copied().unwrap_or(0.0);
@@ -231,33 +278,74 @@ fn outliers(free: &FreeHomographies, say: &mut impl FnMut(Option<Severity>, Find
     }
 }
 
-/// Scatter of the views' own focal lengths, from a fit that does not assume a common one.
-fn focus(
-    free: &FreeHomographies,
-    noise_factor: f64,
-    say: &mut impl FnMut(Option<Severity>, FindingCode),
-) {
-    let focal: Vec<(f64, f64)> = free
-        .lines
-        .iter()
-        .flatten()
-        .filter_map(|line| line.focal_length(&free.pp_px, &free.pp_unit_covariance_px2).ok())
-        .map(|focal| (focal.f_px, (focal.sigma_px * noise_factor).powi(2)))
-        .filter(|(f_px, variance)| *variance > 0.0 && variance.sqrt() < 0.1 * f_px)
-        .collect();
-    if focal.len() < 3 {
-        return;
+/// The likeliest cause of a misfit, if there is a misfit.
+fn cause(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let Some(suspect) = evidence.causes.culprit() else { return };
+    let gain = suspect.gain;
+    let state = &suspect.explanation.state;
+    let camera = &state.bundle.camera;
+    let [first, second, third, _] = state.shared;
+    match &suspect.explanation.cause {
+        Cause::Focus => {
+            let relative_sd = state.focal_relative_sd();
+            let moved = evidence.causes.focus_moved().is_some();
+            let severity = if moved { Severity::Bad } else { Severity::Care };
+            say(Some(severity), FindingCode::FocusMoved { gain, relative_sd });
+        }
+        Cause::Mixed(odd) => {
+            let code = FindingCode::ViewsMixed {
+                odd_views: odd.iter().filter(|odd| **odd).count(),
+                view: odd.iter().position(|odd| *odd).unwrap_or_default(),
+                f_ratio: first.exp(),
+                shift_px: second.hypot(third) * camera.f_px.x,
+                gain,
+            };
+            say(Some(Severity::Care), code);
+        }
+        Cause::PixelAspect => {
+            let aspect = camera.f_px.y / camera.f_px.x;
+            say(Some(Severity::Care), FindingCode::PixelsNotSquare { aspect, gain });
+        }
+        Cause::BoardStretched => {
+            say(Some(Severity::Care), FindingCode::BoardStretched { aspect: 1.0 + first, gain });
+        }
+        Cause::BoardBent => {
+            let depth_m = suspect.explanation.depth_m;
+            say(Some(Severity::Care), FindingCode::BoardBent { depth_m, gain });
+        }
+        Cause::RollingShutter => {
+            let shear_px = state.shear_px();
+            say(Some(Severity::Care), FindingCode::RollingShutter { shear_px, gain });
+        }
+        Cause::LensShape => say(Some(Severity::Care), FindingCode::LensOther { gain }),
     }
-    let weights: f64 = focal.iter().map(|(_, variance)| 1.0 / variance).sum();
-    let mean = focal.iter().map(|(f, variance)| f / variance).sum::<f64>() / weights;
-    let statistic: f64 = focal.iter().map(|(f, variance)| (f - mean).powi(2) / variance).sum();
-    let freedom = (focal.len() - 1) as f64;
-    let Ok(expected) = ChiSquared::new(freedom) else { return };
-    let spread = focal.iter().map(|(f, _)| (f - mean).powi(2)).sum::<f64>() / freedom;
-    let limit = expected.inverse_cdf(0.999);
-    let relative_sd = spread.sqrt() / mean;
-    let code = FindingCode::FocusMoved { statistic, limit, relative_sd };
-    say(above(statistic, limit, 3.0 * limit), code);
+}
+
+/// Corners that cannot be right.
+fn corners(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let ImageSize { width_px, height_px } = evidence.image_size;
+    let (width_px, height_px) = (f64::from(width_px), f64::from(height_px));
+    let margin_px = OUTSIDE * width_px;
+    let outside = |corner: &Corner| {
+        corner.px.x < -margin_px
+            || corner.px.y < -margin_px
+            || corner.px.x > width_px - 1.0 + margin_px
+            || corner.px.y > height_px - 1.0 + margin_px
+    };
+    let mut views = evidence.seen.iter().enumerate().filter(|(_, seen)| seen.iter().any(outside));
+    if let Some((view, _)) = views.next() {
+        let code = FindingCode::CornersOutside { view, views: 1 + views.count() };
+        say(Some(Severity::Bad), code);
+    }
+    if let Some(OddCorner { view, corner, off_px, times }) = evidence.odd_corners.first().copied() {
+        let count = evidence.odd_corners.len();
+        say(Some(Severity::Care), FindingCode::CornerOdd { view, corner, off_px, times, count });
+    }
+    let pp_px = evidence.camera.pp_px;
+    let distance_px = (pp_px - evidence.image_size.centre_px()).norm();
+    let share = distance_px / width_px;
+    let code = FindingCode::PrincipalPointFar { distance_px, share };
+    say(above(share, PP_FAR_CARE, PP_FAR_BAD), code);
 }
 
 fn uncertainty(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
@@ -268,7 +356,7 @@ fn uncertainty(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, F
     let wanted_px = PP_CARE * width_px;
     let code = FindingCode::PrincipalPointUncertain { sd_px, wanted_px };
     say(above(sd_px, wanted_px, PP_BAD * width_px), code);
-    let f_px = evidence.choice.fit().camera.f_px.x;
+    let f_px = evidence.camera.f_px.x;
     let (sd_px, wanted_px) = (evidence.f_sd_px, F_CARE * f_px);
     let code = FindingCode::FocalLengthUncertain { sd_px, wanted_px };
     say(above(sd_px, wanted_px, F_BAD * f_px), code);

@@ -1,6 +1,6 @@
 //! Which lens model the corners support, and what not knowing it costs.
 
-use nalgebra::SMatrix;
+use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix};
 
 use super::bundle::{Bundle, BundleState, Observations, adjust};
 use super::lens_model::{LensModel, LensPrior};
@@ -32,6 +32,15 @@ pub struct ModelFit {
     pub noise_factor: f64,
 }
 
+/// How large coefficients are believed to be that the chosen model holds at zero: k2, p1, p2, k3.
+///
+/// No lens is centred to better, and a tangential coefficient of 1e-4 shifts the principal point by as
+/// much as eight good views know it; what is too small to be chosen is not therefore zero.
+const HELD_SD: [(usize, f64); 4] = [(5, 0.1), (6, 1.5e-4), (7, 1.5e-4), (8, 0.05)];
+
+/// Multiples of those sizes, and how far each is believed.
+const HELD_SCALES: [(f64, f64); 2] = [(1.0, 0.7), (6.0, 0.3)];
+
 /// All models fitted, and the one chosen.
 #[derive(Clone, Debug)]
 pub(super) struct ModelChoice {
@@ -39,6 +48,8 @@ pub(super) struct ModelChoice {
     /// In the order of `fits`.
     pub(super) bundles: Vec<Bundle>,
     pub(super) chosen: usize,
+    /// The richest model that might have been chosen.
+    richest_allowed: LensModel,
 }
 
 /// What [`fit_models`] needs beside the corners.
@@ -100,7 +111,8 @@ pub(super) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option
         })
         .collect();
     let bundles = fitted.into_iter().map(|(_, bundle)| bundle).collect();
-    Some(ModelChoice { fits, bundles, chosen })
+    let richest_allowed = search.allowed.iter().max().copied()?;
+    Some(ModelChoice { fits, bundles, chosen, richest_allowed })
 }
 
 impl ModelChoice {
@@ -130,8 +142,65 @@ impl ModelChoice {
             sum += (covariance + off * off.transpose()) * fit.weight;
             total += fit.weight;
         }
-        let averaged = sum / total + shared_error(self.fit().camera.f_px.x);
+        let mut averaged = sum / total + shared_error(self.fit().camera.f_px.x);
+        if let Some(doubt) = self.doubt_of_what_is_held(noise_floor) {
+            averaged += doubt;
+        }
         averaged.iter().all(|x| x.is_finite()).then_some(averaged)
+    }
+
+    /// What the coefficients that the chosen model holds at zero may do to its other parameters.
+    ///
+    /// With `q ~ N(0, T²)` before the corners, what the richest model's information leaves of them is
+    /// `N(m, V)`; the chosen lens moves by `B q`. Adds `B (V + m mᵀ) Bᵀ`, weighed by how likely the chosen
+    /// model is. `None` if no richer model may be chosen.
+    fn doubt_of_what_is_held(&self, noise_floor: f64) -> Option<LensMatrix> {
+        let (fit, bundle) = (self.fit(), self.bundle());
+        let (richest, full) = (self.fits.last()?, self.bundles.last()?);
+        let allowed = self.richest_allowed.freedom(bundle.freedom.square_pixels);
+        let held: Vec<(usize, f64)> = HELD_SD
+            .into_iter()
+            .filter(|(i, _)| !bundle.freedom.free[*i] && full.freedom.free[*i] && allowed.free[*i])
+            .collect();
+        if held.is_empty() {
+            return None;
+        }
+        let weight =
+            fit.weight / self.fits[self.chosen..].iter().map(|fit| fit.weight).sum::<f64>();
+        let noise_factor = richest.noise_factor.max(noise_floor);
+        let information = full.information() / (noise_factor * noise_factor);
+        // The other parameters, settled: those of the chosen model.
+        let others = bundle.covariance(noise_factor)?;
+        let (there, here) = (richest.camera.lens_parameters(), fit.camera.lens_parameters());
+        let off = SMatrix::<f64, LENS_PARAMETERS, 1>::from_fn(|i, _| there[i] - here[i]);
+        let towards = information * off;
+        let columns: Vec<_> = held.iter().map(|(i, _)| information.column(*i)).collect();
+        let across = OMatrix::<f64, Const<LENS_PARAMETERS>, Dyn>::from_columns(&columns);
+        let mut moved_by = -(others * &across);
+        let own = DMatrix::from_fn(held.len(), held.len(), |i, j| {
+            across[(held[i].0, j)] + across.column(i).dot(&moved_by.column(j))
+        });
+        let pull = DVector::from_fn(held.len(), |i, _| {
+            towards[held[i].0] + moved_by.column(i).dot(&towards)
+        });
+        // Averaged over how large the coefficients are taken to be, by how well each size foretells them.
+        let (mut spread, mut total) = (DMatrix::zeros(held.len(), held.len()), 0.0);
+        for (scale, belief) in HELD_SCALES {
+            let prior = DVector::from_fn(held.len(), |i, _| (scale * held[i].1).powi(-2));
+            let factors = (&own + DMatrix::from_diagonal(&prior)).cholesky()?;
+            let left = factors.inverse();
+            let mean = &left * &pull;
+            let log_evidence =
+                0.5 * (prior.map(f64::ln).sum() - factors.ln_determinant()) + 0.5 * mean.dot(&pull);
+            let likely = belief * log_evidence.min(300.0).exp();
+            spread += (left + &mean * mean.transpose()) * likely;
+            total += likely;
+        }
+        spread /= total;
+        for (column, (index, _)) in held.iter().enumerate() {
+            moved_by[(*index, column)] = 1.0;
+        }
+        Some(&moved_by * spread * moved_by.transpose() * weight)
     }
 }
 

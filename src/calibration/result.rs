@@ -16,11 +16,18 @@ pub struct CalibrationParams {
     pub square_pixels: bool,
     /// Lens models to choose from, simplest first.
     pub models: Vec<LensModel>,
+    /// The focal length may differ from view to view, as with a zoom or an autofocus that cannot be locked.
+    pub varying_focal: bool,
 }
 
 impl Default for CalibrationParams {
     fn default() -> Self {
-        Self { weak_priors: true, square_pixels: true, models: LensModel::ALL.to_vec() }
+        Self {
+            weak_priors: true,
+            square_pixels: true,
+            models: LensModel::ALL.to_vec(),
+            varying_focal: false,
+        }
     }
 }
 
@@ -65,6 +72,12 @@ pub enum NotCalibrated {
         /// The view.
         view: usize,
     },
+    /// A view whose corners do not run row by row over the board.
+    #[error("view {view}: corners do not run row by row")]
+    NoGrid {
+        /// The view.
+        view: usize,
+    },
     /// The views leave the lens undetermined, or fit no lens.
     #[error("{distinct} different views do not determine the lens")]
     Undetermined {
@@ -83,6 +96,7 @@ impl NotCalibrated {
             Self::CornerCount { .. } => "CORNER-COUNT",
             Self::CornerValue { .. } => "CORNER-VALUE",
             Self::NoHomography { .. } => "NO-HOMOGRAPHY",
+            Self::NoGrid { .. } => "CORNERS-WRONG",
             Self::Undetermined { .. } => "UNDETERMINED",
         }
     }
@@ -99,7 +113,8 @@ pub struct PrincipalPointEstimate {
     pub f_px: Option<Vector2<f64>>,
 }
 
-/// The principal point by every method, for comparison. The result is `bundle`.
+/// The principal point by every method, for comparison. The result is `bundle`, or `free_homography` if
+/// the focal length varies.
 ///
 /// The `pl_` estimates are from the corners as seen: distortion pulls them towards the boards' centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -139,6 +154,18 @@ pub struct ViewResult {
     pub focal_as_seen: Option<FocalLength>,
 }
 
+/// How the views' focal lengths go together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Focal {
+    /// All views have the camera's.
+    Common,
+    /// Each view has its own, [`ViewResult::focal`]; the camera's is their mean.
+    Varying {
+        /// Sample standard deviation over the views.
+        scatter_px: f64,
+    },
+}
+
 /// A lens with stated and checked uncertainty.
 #[derive(Clone, Debug)]
 pub struct Calibration {
@@ -148,8 +175,10 @@ pub struct Calibration {
     pub model: LensModel,
     /// The lens.
     pub camera: Camera,
+    /// Whether the camera's focal length is that of every view.
+    pub focal: Focal,
     /// Covariance of the lens parameters, doubt about the model included; zero for those not in
-    /// `model`. With square pixels fx and fy are one parameter and fully correlated.
+    /// `model`. If the focal length varies, its variance is that of one view's own, not the scatter. With square pixels fx and fy are one parameter and fully correlated.
     pub covariance: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
     /// The same with the doubt about parameters that `model` holds at zero.
     pub covariance_all: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
@@ -181,6 +210,17 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// The camera as it was for one view: with that view's own focal length if it varies.
+    pub fn camera_of(&self, view: usize) -> Camera {
+        let own = self.views.get(view).and_then(|view| view.focal);
+        match (self.focal, own) {
+            (Focal::Varying { .. }, Some(own)) => {
+                Camera { f_px: Vector2::repeat(own.f_px), ..self.camera }
+            }
+            _ => self.camera,
+        }
+    }
+
     /// Standard deviation of each lens parameter.
     pub fn sd(&self) -> [f64; LENS_PARAMETERS] {
         std::array::from_fn(|i| self.covariance[(i, i)].max(0.0).sqrt())

@@ -1,11 +1,12 @@
 //! Where bundle adjustment starts: closed forms of the corners as seen.
 
-use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, SymmetricEigen, Vector2};
+use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, SymmetricEigen};
 
 use super::bundle::{BundleState, Observations};
 use super::result::NotCalibrated;
 use super::zhang;
 use crate::frame::ImageSize;
+pub(super) use crate::geometry::mean_px;
 use crate::geometry::{
     Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, intersect_unweighted,
     intersect_weighted, pose_from_homography, principal_line_and_ring,
@@ -81,11 +82,6 @@ pub(super) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
         .flatten()
         .fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
     (sum / count).sqrt()
-}
-
-pub(super) fn mean_px(corners: &[Corner]) -> Point2<f64> {
-    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
-    Point2::from(sum / corners.len().max(1) as f64)
 }
 
 /// The best of several starting cameras, with the poses it gives the views.

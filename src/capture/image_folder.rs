@@ -1,12 +1,13 @@
 //! Pictures from files: each one a photograph for itself.
 
 use std::{
+    io::{BufRead, Cursor, Read, Seek},
     path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
 };
 
-use image::{GrayImage, ImageReader, Limits};
+use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, ImageResult, Limits};
 
 use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
 use crate::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
@@ -77,35 +78,40 @@ pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     if !std::fs::metadata(path).map_err(read)?.is_file() {
         return Err(decode("it is not a file".into()));
     }
-    let mut reader =
+    let reader =
         ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(read)?;
+    let Some(format) = reader.format() else {
+        return Err(decode("its contents are neither PNG nor JPEG".into()));
+    };
+    let mut file = reader.into_inner();
+    let image = if format == ImageFormat::Jpeg {
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(read)?;
+        if !is_whole_jpeg(&bytes) {
+            return Err(decode("it is cut short".into()));
+        }
+        decoded(Cursor::new(bytes), format)
+    } else {
+        decoded(file, format)
+    };
+    image.map(DynamicImage::into_luma8).map_err(|err| decode(err.to_string()))
+}
+
+fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> ImageResult<DynamicImage> {
+    let mut reader = ImageReader::with_format(bytes, format);
     let mut limits = Limits::default();
     limits.max_image_width = Some(PICTURE_LIMIT_PX);
     limits.max_image_height = Some(PICTURE_LIMIT_PX);
     reader.limits(limits);
-    if reader.format().is_none() {
-        return Err(decode("its contents are neither PNG nor JPEG".into()));
-    }
-    let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
-    if is_jpeg {
-        whole_jpeg(path)
-            .map_err(read)?
-            .then_some(())
-            .ok_or_else(|| decode("it is cut short".into()))?;
-    }
     // EXIF orientation is ignored on purpose: a calibration is of the sensor's pixels.
-    reader.decode().map(image::DynamicImage::into_luma8).map_err(|err| decode(err.to_string()))
+    reader.decode()
 }
 
-/// Whether a JPEG file goes on to its end-of-image marker; decoders fill what is missing with grey.
+/// Whether a JPEG goes on to its end-of-image marker; decoders fill what is missing with grey.
 ///
 /// Segments are stepped over by their lengths: the thumbnail in one of them has an end of its own. Some
 /// cameras append data after the marker.
-fn whole_jpeg(path: &Path) -> std::io::Result<bool> {
-    Ok(ends(&std::fs::read(path)?))
-}
-
-fn ends(bytes: &[u8]) -> bool {
+fn is_whole_jpeg(bytes: &[u8]) -> bool {
     const START_OF_SCAN: u8 = 0xDA;
     const END_OF_IMAGE: u8 = 0xD9;
     let mut at = 2;

@@ -1,16 +1,24 @@
 //! Frames in: every source of pictures behind one trait.
 
 mod image_folder;
+pub mod integrity;
+mod pixel_format;
 mod recorded;
 pub mod synthetic;
 pub mod technician;
+#[cfg(target_os = "linux")]
+pub mod v4l2;
 
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+pub use pixel_format::Unpacker;
 pub use recorded::Recorded;
 
 use std::{sync::Arc, time::Duration};
 
-use crate::frame::{Frame, ImageSize};
+use crate::{
+    device::{CameraEvent, Fault},
+    frame::{Frame, ImageSize},
+};
 
 /// Where frames come from.
 ///
@@ -18,6 +26,12 @@ use crate::frame::{Frame, ImageSize};
 pub trait FrameSource: Send {
     /// What a person and a recording call this source, and the size of its pictures.
     fn identity(&self) -> SourceIdentity;
+
+    /// Whether it waits until its frames have been judged, as files and the simulated camera do. A live
+    /// camera does not: its newest frame is worth more than an old one.
+    fn waits(&self) -> bool {
+        true
+    }
 
     /// Waits at most `patience` for a frame.
     ///
@@ -32,6 +46,8 @@ pub trait FrameSource: Send {
 pub enum Arrival {
     /// A picture. The source may reuse its memory once every clone of the `Arc` is gone.
     Frame(Arc<Frame>),
+    /// A live camera has something to say.
+    Event(CameraEvent),
     /// Nothing came in time; ask again.
     NothingYet,
     /// There will be no more frames.
@@ -65,6 +81,14 @@ pub enum CaptureError {
         reason: String,
         /// The file.
         path: std::path::PathBuf,
+    },
+    /// A camera cannot be used.
+    #[error("{}{}", fault.code(), if detail.is_empty() { String::new() } else { format!(": {detail}") })]
+    Camera {
+        /// What is wrong with it.
+        fault: Fault,
+        /// What is known besides; may be empty.
+        detail: String,
     },
     /// A folder without a picture.
     #[error("there is no PNG or JPEG picture in {path:?}")]

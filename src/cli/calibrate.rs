@@ -39,6 +39,10 @@ pub(super) struct Arguments {
     /// Width and height of the pictures behind a corner table.
     #[arg(long, value_name = "WxH")]
     image_size: Option<Size>,
+    /// Let every view have its own focal length, as with a zoom or an autofocus that cannot be locked: the
+    /// result is the principal point, which needs no common one.
+    #[arg(long)]
+    varying_focal: bool,
     /// Write the result, as JSON, to this file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -73,7 +77,8 @@ struct Views {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let config = self.board.config()?;
+        let mut config = self.board.config()?;
+        config.calibration.varying_focal |= self.varying_focal;
         let board = config.board()?;
         let is_table =
             |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");

@@ -1,6 +1,6 @@
 //! What came of a session, for people and for machines.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{
     Exit,
@@ -11,6 +11,7 @@ use super::{
 use crate::{
     calibration::NotCalibrated,
     guidance::Progress,
+    recording::Header,
     session::{AcceptedView, Session},
     text,
 };
@@ -23,8 +24,8 @@ pub(super) struct Conclusion {
     pub(super) report: Value,
 }
 
-/// Tells the person what came of `session`.
-pub(super) fn conclude(session: &Session) -> Conclusion {
+/// Tells the person what came of `session`, whose folder has `header`.
+pub(super) fn conclude(session: &Session, header: &Header) -> Conclusion {
     say(text::progress(session.progress()));
     let no_views = NotCalibrated::NoViews;
     let result = match session.calibration() {
@@ -33,8 +34,10 @@ pub(super) fn conclude(session: &Session) -> Conclusion {
     };
     let exit = tell(result);
     let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
-    let report =
+    let mut report =
         json::calibration(result, session.setup().image_size, &session.setup().board, &names);
+    report["source"] = json!(header.source);
+    report["replaces"] = json!(header.against);
     for (worker, reason) in session.failures() {
         say(&format!("The {worker} failed: {reason}"));
     }

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::{Exit, print, say};
 use crate::{
+    frame::FrameId,
     recording::{Journal, RecordingError, SessionFolder, replay, stored_frame},
     session::Session,
 };
@@ -108,7 +109,7 @@ fn recover(from: &Path, to: &Path, lines: &[crate::recording::Line]) -> anyhow::
     std::fs::create_dir_all(to.join("frames")).map_err(failed)?;
     std::fs::copy(from.join("session.toml"), to.join("session.toml")).map_err(failed)?;
     for stored in lines.iter().filter_map(|line| line.stored.as_ref()) {
-        let name = format!("frames/{:08}.png", stored.frame);
+        let name = FrameId(stored.frame).stored_name();
         if from.join(&name).exists() {
             std::fs::copy(from.join(&name), to.join(&name)).map_err(failed)?;
         }

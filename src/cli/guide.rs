@@ -14,6 +14,7 @@ use clap::Args;
 use super::{
     Exit,
     board_args::BoardArguments,
+    camera_words::CameraWords,
     conclusion::{Conclusion, conclude},
     cue_link::cue_link,
     print, say,
@@ -27,7 +28,7 @@ use crate::{
     },
     config::Config,
     guidance::{Progress, Refusal},
-    pipeline::{Finished, Judged, Pipeline, PipelineError, Setup},
+    pipeline::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
     recording::{
         Header, SessionFolder, replay,
         save::{Overwrite, save},
@@ -46,8 +47,9 @@ use crate::{
 /// ever lost, and `--session DIR` goes on where it stopped.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Where pictures come from: sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of
-    /// pictures; auto takes the simulated camera.
+    /// Where pictures come from: a camera (its name from `boresight devices`, or its node such as
+    /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures; auto
+    /// takes the only real camera, else the simulated one, and says which.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
     /// Guide by words in the terminal instead of a window.
@@ -58,6 +60,9 @@ pub(super) struct Arguments {
     /// Go on with this session, with the settings that it began with.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config"])]
     session: Option<PathBuf>,
+    /// The old calibration that this one replaces: named in the new one, and left as it is.
+    #[arg(long, value_name = "FILE", conflicts_with = "session")]
+    replaces: Option<PathBuf>,
     /// Folder of the new session; by default a new one in ./sessions.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -90,21 +95,41 @@ pub(super) struct Opening {
     pub(super) config: Config,
     /// The session to go on with.
     pub(super) session: Option<PathBuf>,
+    /// The calibration that it replaces.
+    pub(super) replaces: Option<PathBuf>,
     pub(super) out: Option<PathBuf>,
     pub(super) record_stream: bool,
     pub(super) max_frames: u64,
 }
 
 impl Arguments {
+    /// A full session of a camera whose calibration in `old` no longer holds.
+    pub(super) fn full(
+        source: String,
+        board: BoardArguments,
+        old: PathBuf,
+        max_frames: u64,
+        json: bool,
+    ) -> Self {
+        Self {
+            source,
+            headless: true,
+            board,
+            session: None,
+            replaces: Some(old),
+            out: None,
+            record_stream: false,
+            max_frames,
+            json,
+        }
+    }
+
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let opening = self.opening()?;
         if !self.headless {
             return super::window::run(opening, self.json);
         }
-        let (run, notes) = opening.open()?;
-        for note in notes {
-            say(&note);
-        }
+        let (run, _) = opening.open()?;
         run.finish(self.json)
     }
 
@@ -113,6 +138,7 @@ impl Arguments {
             source: self.source.clone(),
             config: self.board.config()?,
             session: self.session.clone(),
+            replaces: self.replaces.clone(),
             out: self.out.clone(),
             record_stream: self.record_stream,
             max_frames: self.max_frames,
@@ -121,9 +147,8 @@ impl Arguments {
 }
 
 impl Opening {
-    /// Opens source and folder. Returns what can be run, and what the person should know.
-    pub(super) fn open(&self) -> anyhow::Result<(Run, Vec<String>)> {
-        let mut notes = Vec::new();
+    /// Opens source and folder. Returns what can be run, and what a person at a window should know.
+    pub(super) fn open(&self) -> anyhow::Result<(Run, Option<String>)> {
         let (config, resumed) = match &self.session {
             Some(path) => {
                 let opened = SessionFolder::open(path)?;
@@ -136,12 +161,9 @@ impl Opening {
             _ => self.source.clone(),
         };
         let name = SourceName::parse(&name, &config)?;
-        if self.source == "auto" {
-            notes.push(
-                "No camera is used: this is the simulated camera with a simulated technician."
-                    .into(),
-            );
-        }
+        // With one camera, or none, the person did not choose.
+        let note = matches!(name, SourceName::Simulated(_) if self.source == "auto")
+            .then(|| text::window::NO_CAMERA.to_owned());
         let (source, judged, truth) = open(&name, self.max_frames)?;
         let image_size =
             source.identity().image_size.context("the source does not say its picture size")?;
@@ -160,15 +182,17 @@ impl Opening {
                 replay(&mut session, contents.lines, |_, decision| {
                     first_frame = first_frame.max(decision.frame.map_or(0, |frame| frame + 1));
                 });
-                notes.push(format!("Going on with {} views.", session.accepted().len()));
+                say(&format!("Going on with {} views.", session.accepted().len()));
                 folder
             }
             None => {
                 let path = self.out.clone().unwrap_or_else(new_session_path);
-                SessionFolder::create(
-                    &path,
-                    &Header::new(&spelled(&name, &self.source), image_size, config),
-                )?
+                let header = Header::new(&spelled(&name, &self.source), image_size, config);
+                let header = match &self.replaces {
+                    Some(old) => header.against(old),
+                    None => header,
+                };
+                SessionFolder::create(&path, &header)?
             }
         };
         let run = Run {
@@ -181,23 +205,26 @@ impl Opening {
             first_frame,
             resumed: is_resumed,
         };
-        Ok((run, notes))
+        Ok((run, note))
     }
 }
 
 /// What brings the same source back: the name as given.
-fn spelled(name: &SourceName, given: &str) -> String {
+pub(super) fn spelled(name: &SourceName, given: &str) -> String {
     match name {
         SourceName::Simulated(_) if given == "auto" => "sim".into(),
+        SourceName::Camera(camera) => camera.stable_name(),
         _ => given.into(),
     }
 }
 
+/// What the result is called in the session's folder.
+pub(super) const RESULT_FILE: &str = "calibration.json";
 /// Frames that a simulated camera may have under way at once.
 const IN_FLIGHT: usize = 24;
 
 /// A new folder name from the time.
-fn new_session_path() -> PathBuf {
+pub(super) fn new_session_path() -> PathBuf {
     let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
     let plain = Path::new("sessions").join(&stamp);
     (2..1000)
@@ -225,13 +252,17 @@ pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened>
             let truth = source.truth();
             (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), Some(truth))
         }
+        SourceName::Camera(camera) => (camera.open()?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Session(path) => (open_session(path)?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: Judged<'_>| ()), None),
     })
 }
 
-/// What is needed once the threads have ended.
-pub(super) struct Rest {
+/// A session that has run.
+pub(super) struct Ran {
+    /// As it ended.
+    pub(super) session: Session,
+    /// Its folder.
     pub(super) path: PathBuf,
     truth: Option<TruthLog>,
     first_frame: u64,
@@ -240,16 +271,27 @@ pub(super) struct Rest {
 impl Run {
     /// Runs until the plan is complete, the source ends, or Ctrl-C; then tells the result.
     pub(super) fn finish(self, json: bool) -> anyhow::Result<Exit> {
+        self.carry_out()?.conclude(json)
+    }
+
+    /// Runs until the plan is complete, the source ends, or Ctrl-C.
+    pub(super) fn carry_out(self) -> anyhow::Result<Ran> {
         let stop = stop_flag()?;
         let (setup, rest) = self.setup()?;
         let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
         // Ends when the session thread does, too: a full disk closes the link.
-        while let Some(snapshot) = snapshots.recv() {
-            if stop.load(Ordering::Relaxed) || ended(&snapshot) {
+        let mut camera_words = CameraWords::default();
+        // A camera that is lost sends no snapshots; Ctrl-C must be heard nevertheless.
+        while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
+            let ended = snapshot.as_ref().is_some_and(ended);
+            if let Some(snapshot) = snapshot {
+                camera_words.tell(&snapshot.camera);
+            }
+            if stop.load(Ordering::Relaxed) || ended {
                 break;
             }
         }
-        rest.wrap_up(pipeline.stop(), json)
+        rest.ran(pipeline.stop())
     }
 
     /// What the threads are started with, and what is needed once they have ended.
@@ -270,11 +312,12 @@ impl Run {
             let decision = session.handle(&Input::Resumed);
             folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
         }
+        let lossless = source.waits();
         let setup = Setup {
             source,
             session,
             folder: Some(folder),
-            lossless: true,
+            lossless,
             record_stream,
             first_frame,
             judged: Box::new(told(judged)),
@@ -292,30 +335,41 @@ pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
+/// What is needed once the threads have ended.
+pub(super) struct Rest {
+    pub(super) path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
 impl Rest {
-    /// Tells the result and stores it beside the journal.
-    pub(super) fn wrap_up(
-        &self,
-        finished: Result<Finished, PipelineError>,
-        json: bool,
-    ) -> anyhow::Result<Exit> {
-        let session = finished?.session;
-        let Conclusion { exit, report } = conclude(&session);
-        let path = &self.path;
+    /// The session that has run.
+    pub(super) fn ran(self, finished: Result<Finished, PipelineError>) -> anyhow::Result<Ran> {
+        let Self { path, truth, first_frame } = self;
+        Ok(Ran { session: finished?.session, path, truth, first_frame })
+    }
+}
+
+impl Ran {
+    /// Tells the result and writes it into the session's folder.
+    pub(super) fn conclude(self, json: bool) -> anyhow::Result<Exit> {
+        let Self { session, path, truth, first_frame } = self;
+        let header = SessionFolder::header(&path)?;
+        let Conclusion { exit, report } = conclude(&session, &header);
         if !session.failures().is_empty() {
             say(&format!(
                 "Every view that was shown as taken is safe; go on with: boresight guide --session {}",
                 path.display()
             ));
         }
-        if let Some(log) = &self.truth {
+        if let Some(log) = truth {
             let truth = log.snapshot();
             if let Some(calibration) = session.calibration() {
                 truth::tell(&truth, calibration);
             }
-            truth::write(path, &truth, self.first_frame)?;
+            truth::write(&path, &truth, first_frame)?;
         }
-        let file = self.result_file();
+        let file = path.join(RESULT_FILE);
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
@@ -323,11 +377,6 @@ impl Rest {
             print(&report.to_string())?;
         }
         Ok(exit)
-    }
-
-    /// Where the result is stored.
-    pub(super) fn result_file(&self) -> PathBuf {
-        self.path.join("calibration.json")
     }
 }
 

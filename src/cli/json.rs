@@ -1,13 +1,14 @@
 //! What machines read on stdout. The schema is in the README; more fields may come, none go.
 
+use nalgebra::SMatrix;
 use serde_json::{Value, json};
 
 use crate::{
     board::Checkerboard,
-    calibration::{Calibration, NotCalibrated, PrincipalPointEstimate, ViewResult},
+    calibration::{Calibration, Focal, NotCalibrated, PrincipalPointEstimate, ViewResult},
     detection::{Detection, Miss, Quality},
     frame::ImageSize,
-    geometry::{BoardOutline, LENS_PARAMETERS},
+    geometry::{BoardOutline, Camera, LENS_PARAMETERS},
     text,
 };
 
@@ -84,24 +85,36 @@ fn lens(calibration: &Calibration) -> Value {
     // The free parameters; one f for square pixels.
     let free: Vec<usize> =
         (0..LENS_PARAMETERS).filter(|&i| sd[i] > 0.0 && !(square && i == 1)).collect();
-    let order: Vec<&str> =
-        free.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect();
-    let matrix: Vec<Vec<f64>> = free
-        .iter()
-        .map(|&row| free.iter().map(|&column| calibration.covariance[(row, column)]).collect())
-        .collect();
+    let block = |matrix: &SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>, of: &[usize]| {
+        let row = |row: usize| of.iter().map(|&column| matrix[(row, column)]).collect();
+        of.iter().map(|&i| row(i)).collect::<Vec<Vec<f64>>>()
+    };
+    let all: Vec<usize> = (0..LENS_PARAMETERS).filter(|&i| !(square && i == 1)).collect();
+    let named = |of: &[usize]| -> Vec<&str> {
+        of.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect()
+    };
     json!({
         "model": calibration.model.code(),
+        "focal": focal(calibration.focal),
         "f_px": [fx, fy], "pp_px": [cx, cy],
         "distortion": { "k1": k1, "k2": k2, "p1": p1, "p2": p2, "k3": k3 },
         "sigma": {
             "f_px": [sd[0], sd[1]], "pp_px": [sd[2], sd[3]],
             "k1": sd[4], "k2": sd[5], "p1": sd[6], "p2": sd[7], "k3": sd[8],
         },
-        "covariance": { "order": order, "matrix": matrix },
+        "covariance": { "order": named(&free), "matrix": block(&calibration.covariance, &free) },
+        "covariance_all": { "order": named(&all), "matrix": block(&calibration.covariance_all, &all) },
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
         "excess_px": calibration.excess_px,
     })
+}
+
+/// Whether `f_px` is every view's or only their mean.
+fn focal(focal: Focal) -> Value {
+    match focal {
+        Focal::Common => json!({ "varies": false }),
+        Focal::Varying { scatter_px } => json!({ "varies": true, "scatter_px": scatter_px }),
+    }
 }
 
 fn principal_points(calibration: &Calibration) -> Value {
@@ -130,12 +143,12 @@ fn principal_points(calibration: &Calibration) -> Value {
 
 /// One object per picture: those used carry their numbers, in the order of the solver's views.
 fn views(calibration: &Calibration, board: &Checkerboard, names: &[ViewName]) -> Vec<Value> {
-    let mut results = calibration.views.iter();
+    let mut results = calibration.views.iter().enumerate();
     names
         .iter()
         .map(|view| {
             let result = if view.reason.is_none() { results.next() } else { None };
-            let Some(result) = result else {
+            let Some((number, result)) = result else {
                 return json!({ "name": view.name, "used": false, "reason": view.reason });
             };
             let line = result.principal_line.as_ref().map(|line| {
@@ -153,7 +166,7 @@ fn views(calibration: &Calibration, board: &Checkerboard, names: &[ViewName]) ->
                 "cam_from_board": {
                     "rotation_wxyz": [q.w, q.i, q.j, q.k], "translation_m": [t.x, t.y, t.z],
                 },
-                "outline_px": outline_px(calibration, board, result),
+                "outline_px": outline_px(&calibration.camera_of(number), board, result),
                 "tilt_deg": result.tilt_rad.to_degrees(), "slot_deg": result.slot_rad.to_degrees(),
                 "rms_px": result.residual_rms_px,
                 "pl": line, "pl_residual_px": result.pl_residual_px,
@@ -166,14 +179,9 @@ fn views(calibration: &Calibration, board: &Checkerboard, names: &[ViewName]) ->
 }
 
 /// Where the board's outermost inner corners are, in order around it.
-fn outline_px(
-    calibration: &Calibration,
-    board: &Checkerboard,
-    view: &ViewResult,
-) -> Option<[[f64; 2]; 4]> {
-    let seen = |point_m| {
-        calibration.camera.project_board_point(&view.cam_from_board, point_m).map(|seen| seen.px)
-    };
+fn outline_px(camera: &Camera, board: &Checkerboard, view: &ViewResult) -> Option<[[f64; 2]; 4]> {
+    let seen =
+        |point_m| camera.project_board_point(&view.cam_from_board, point_m).map(|seen| seen.px);
     let px: Vec<_> = board.corners_in_board_m().iter().map(seen).collect::<Option<_>>()?;
     let outline = BoardOutline::of(&px, board.columns())?;
     Some(outline.corners_px().map(|px| [px.x, px.y]))

@@ -2,10 +2,14 @@
 
 mod board_args;
 mod calibrate;
+mod camera;
+mod camera_words;
+mod check;
 mod conclusion;
 mod corner_table;
 mod cue_link;
 mod detect;
+mod devices;
 mod doctor;
 mod export;
 mod guide;
@@ -48,7 +52,8 @@ struct CommandLine {
 const AFTER_HELP: &str = "\
 Without a command: a guided session, the same as `boresight guide`, with the same options.
 
-Exit codes: 0 good · 1 failed · 2 wrong usage · 3 finished, but not trustworthy (it says why)
+Exit codes: 0 good · 1 failed · 2 wrong usage · 3 finished, but not trustworthy (it says why) ·
+4 the checked camera needs a new calibration
 
 Boards are named by their inner corners, columns x rows: a board of 10 by 7 squares is --board 9x6.";
 
@@ -57,7 +62,9 @@ enum Command {
     Guide(guide::Arguments),
     Replay(replay::Arguments),
     Calibrate(calibrate::Arguments),
+    Check(check::Arguments),
     Detect(detect::Arguments),
+    Devices(devices::Arguments),
     Simulate(simulate::Arguments),
     Export(export::Arguments),
     Doctor(doctor::Arguments),
@@ -72,7 +79,9 @@ pub fn main() -> ExitCode {
         Some(Command::Guide(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
+        Some(Command::Check(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),
+        Some(Command::Devices(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use crate::{
-    calibration::{Calibration, NotCalibrated, Verdict},
+    calibration::{Calibration, Focal, NotCalibrated, Verdict},
     text,
 };
 
@@ -16,6 +16,8 @@ pub enum Exit {
     Good,
     /// 3: finished, but the result should not be used.
     NotTrustworthy,
+    /// 4: an installed camera has changed.
+    Recalibrate,
     /// 1: failed.
     Failed,
 }
@@ -26,6 +28,7 @@ impl From<Exit> for ExitCode {
             Exit::Good => Self::SUCCESS,
             Exit::Failed => Self::from(1),
             Exit::NotTrustworthy => Self::from(3),
+            Exit::Recalibrate => Self::from(4),
         }
     }
 }
@@ -48,7 +51,17 @@ pub(super) fn tell(result: Result<&Calibration, &NotCalibrated>) -> Exit {
         say(&format!("  {}: {what}. {action}", finding.code.code()));
     }
     say(&format!("  principal point  ({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"));
-    if (fx - fy).abs() < 1e-9 {
+    if let Focal::Varying { scatter_px } = calibration.focal {
+        say(&format!(
+            "  focal lengths    {fx:.2} px on average, {scatter_px:.2} px sd between views:"
+        ));
+        for (number, view) in calibration.views.iter().enumerate() {
+            let own = view.focal.map_or("none of its own".into(), |f| {
+                format!("{:.2} ± {:.2} px", f.f_px, f.sigma_px)
+            });
+            say(&format!("    view {:<3}       {own}", number + 1));
+        }
+    } else if (fx - fy).abs() < 1e-9 {
         say(&format!("  focal length     {fx:.2} ± {sd_fx:.2} px"));
     } else {
         say(&format!("  focal lengths    {fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"));

@@ -90,7 +90,7 @@ impl Arguments {
         if differences.len() > TOLD {
             say(&format!("  and {} more", differences.len() - TOLD));
         }
-        let Conclusion { exit, mut report } = conclude(&session);
+        let Conclusion { exit, mut report } = conclude(&session, &header);
         let asked_for_change = self.redetect || !self.settings.is_empty();
         let exit = if differences.is_empty() || asked_for_change { exit } else { Exit::Failed };
         if self.json {

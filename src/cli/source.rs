@@ -4,6 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
+use super::{
+    camera::{self, ChosenCamera},
+    say,
+};
 use crate::{
     capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, synthetic::Scene},
     config::{Config, SceneFile},
@@ -17,6 +21,8 @@ use crate::{
 pub(super) enum SourceName {
     /// The simulated camera.
     Simulated(Box<Scene>),
+    /// A live camera.
+    Camera(ChosenCamera),
     /// A recorded session.
     Session(PathBuf),
     /// A folder of pictures.
@@ -24,8 +30,9 @@ pub(super) enum SourceName {
 }
 
 impl SourceName {
-    /// What `name` means: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a session folder, or a folder of
-    /// pictures. `auto` is the simulated camera while no other is supported.
+    /// What `name` means: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a
+    /// session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
+    /// simulated one; it says which.
     pub(super) fn parse(name: &str, config: &Config) -> anyhow::Result<Self> {
         if let Some(simulated) = name.strip_prefix("sim") {
             let mut scene = match simulated.strip_prefix(':') {
@@ -38,13 +45,22 @@ impl SourceName {
                     None => SceneFile::load(Path::new(rest))?,
                 },
                 None => {
-                    bail!("no source {name:?}: try sim, a session folder, or a folder of pictures")
+                    bail!(
+                        "no source {name:?}: try a name from `boresight devices`, sim, a session folder, or a folder of pictures"
+                    )
                 }
             };
             scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
         }
+        if camera::is_name(name) {
+            return ChosenCamera::named(name, config).map(Self::Camera);
+        }
         if name == "auto" {
+            if let Some(camera) = ChosenCamera::only(config)? {
+                return Ok(Self::Camera(camera));
+            }
+            say("There is no camera: this is the simulated camera with a simulated technician.");
             let mut scene = Scene::default_720p(1);
             scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
@@ -56,7 +72,9 @@ impl SourceName {
         if path.is_dir() {
             return Ok(Self::Folder(path));
         }
-        bail!("no source {name:?}: try sim, a session folder, or a folder of pictures")
+        bail!(
+            "no source {name:?}: try a name from `boresight devices`, sim, a session folder, or a folder of pictures"
+        )
     }
 }
 

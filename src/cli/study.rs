@@ -1,10 +1,6 @@
 //! `boresight study`.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{fs, path::PathBuf, time::Duration};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -12,7 +8,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::{Exit, print, say};
-use crate::study::{EXPERIMENTS, Outcome, Params, guidance, page};
+use crate::{
+    recording::save::{Overwrite, save},
+    study::{EXPERIMENTS, Outcome, Params, guidance, page},
+};
 
 /// Repeat the source paper's experiments against known truth, and compare ways of guiding a person.
 ///
@@ -205,23 +204,14 @@ impl Arguments {
         Ok(guidance::outcome(params, &runs))
     }
 
-    /// Writes beside the target and renames, so that a part is whole or absent.
+    /// Each file is whole or absent.
     fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
-        let path = self.out.join(name);
-        write_whole(&path, bytes).with_context(|| format!("could not write {}", path.display()))
+        Ok(save(&self.out.join(name), bytes, Overwrite::Allowed)?)
     }
 }
 
 fn part_name((strategy, course): (usize, usize)) -> String {
     format!("guidance-{strategy}-{course}")
-}
-
-fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    std::io::Write::write_all(&mut file, bytes)?;
-    file.persist(path).map_err(|err| err.error)?;
-    Ok(())
 }
 
 fn summary(outcome: &Outcome) -> String {

@@ -13,7 +13,7 @@ use image::GrayImage;
 
 use super::{
     Exit, export,
-    guide::{Opening, Run, stop_flag},
+    guide::{Opening, RESULT_FILE, Run, stop_flag},
 };
 use crate::{
     config::PlanName,
@@ -102,11 +102,12 @@ impl Program {
             source: wish.source.clone(),
             config,
             session: wish.go_on_with.clone(),
+            replaces: self.opening.replaces.clone(),
             // A folder named for the first session is that session's; the next gets its own.
             out: self.opening.out.take().filter(|_| wish.go_on_with.is_none()),
             ..self.opening
         };
-        let (run, notes) = opening.open().inspect_err(|_| {
+        let (run, note) = opening.open().inspect_err(|_| {
             self.opening.out.clone_from(&opening.out);
         })?;
         let pictures = pictures(&run)?;
@@ -119,14 +120,14 @@ impl Program {
         let (pipeline, showing) = Pipeline::start_shown(setup, move || wake())?;
         let (json, exit) = (self.json, Arc::clone(&self.exit));
         let conclude = Box::new(move |finished| {
-            let outcome = rest.wrap_up(finished, json);
+            let folder = rest.path.clone();
+            let outcome = rest.ran(finished).and_then(|ran| ran.conclude(json));
             let code = outcome.as_ref().map_or(Exit::Failed, |code| *code);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
-            let files = outcome.is_ok().then(|| rest.result_file()).into_iter().collect();
+            let files = outcome.is_ok().then(|| folder.join(RESULT_FILE)).into_iter().collect();
             let trouble = outcome.err().map(|err| trouble(&err));
-            Ended { folder: rest.path, files, trouble }
+            Ended { folder, files, trouble }
         });
-        let note = notes.into_iter().next();
         Ok(Opened { pipeline, showing, source, folder, pictures, note, conclude })
     }
 }

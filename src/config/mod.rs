@@ -1,7 +1,9 @@
 //! Configuration: TOML in, typed parameters out. The only place with millimetres and degrees.
 
+mod camera;
 mod scene;
 
+pub use camera::CameraConfig;
 pub use scene::SceneFile;
 
 use std::path::{Path, PathBuf};
@@ -25,6 +27,9 @@ pub const DEFAULT_TOML: &str = include_str!("../../config/default.toml");
 pub struct Config {
     /// The board.
     pub board: BoardConfig,
+    /// The live camera.
+    #[serde(default)]
+    pub camera: CameraConfig,
     /// The planner.
     pub guidance: GuidanceConfig,
     /// The solver.
@@ -94,6 +99,8 @@ pub enum BoardRollName {
 #[expect(missing_docs, reason = "explained in default.toml")]
 pub struct CalibrationConfig {
     pub square_pixels: bool,
+    #[serde(default)]
+    pub varying_focal: bool,
 }
 
 /// Why there is no configuration.
@@ -191,7 +198,12 @@ impl Config {
         .all(|value| value.is_finite() && *value > 0.0);
         let rest = g.margin_px >= 0.0 && (0.0..=60.0).contains(&g.hold_secs);
         let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
+        let camera = self.camera.wanted().is_some();
         for (good, message) in [
+            (
+                camera,
+                "camera.mode: auto, or SIZE@RATE:FORMAT such as 1280x720@30:MJPG, with any of them left out",
+            ),
             (
                 tilts,
                 "guidance: tilts need 0 < min_tilt_deg <= target_tilt_deg <= max_tilt_deg < 90",
@@ -258,6 +270,7 @@ impl Config {
     pub fn calibration(&self) -> CalibrationParams {
         CalibrationParams {
             square_pixels: self.calibration.square_pixels,
+            varying_focal: self.calibration.varying_focal,
             ..CalibrationParams::default()
         }
     }

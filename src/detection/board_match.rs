@@ -315,13 +315,8 @@ pub(super) fn all_colours_alternate(
     board: &Checkerboard,
 ) -> bool {
     let Some(typical) = colours(image, lattice) else { return false };
-    let (Some(first), Some(along), Some(down)) =
-        (lattice.get((0, 0)), lattice.get((1, 0)), lattice.get((0, 1)))
-    else {
-        return false;
-    };
-    let (u, v) =
-        ([along[0] - first[0], along[1] - first[1]], [down[0] - first[0], down[1] - first[1]]);
+    let first = lattice.get((0, 0));
+    let Some((u, v)) = first.and_then(|first| axes(lattice, (0, 0), first)) else { return false };
     let upright = u[0] * v[1] - u[1] * v[0] > 0.0;
     let same_parity = board.columns() % 2 == board.rows() % 2;
     upright

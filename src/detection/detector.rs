@@ -8,7 +8,7 @@ use super::{
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
-    reduce::halve,
+    reduce::{Halved, halve},
     refine::Refiner,
     response::{Peak, peaks as find_peaks, respond},
     track::{Prediction, Tracker},
@@ -143,13 +143,9 @@ impl Detector {
         let mut best_miss = Miss::NoBoard;
         for level in self.search_levels(image).into_iter().flatten() {
             let found = self.search_level(image, level, board, search.keep_on).and_then(|()| {
-                let scale = f64::from(1_u32 << level);
+                let halved = Halved::whole(level);
                 self.rough.clear();
-                self.rough.extend(
-                    self.corners
-                        .iter()
-                        .map(|corner| corner.map(|v| (f64::from(v) + 0.5) * scale - 0.5)),
-                );
+                self.rough.extend(self.corners.iter().map(|corner| halved.full_px(*corner)));
                 self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
             });
             match found {

@@ -5,8 +5,9 @@
 //! ```
 //! `d1`, `d2`: signed distances from the two edge lines through the corner; nine parameters: corner,
 //! two directions, log of the blur `s`, contrast `a`, mean `b`, gradient of the light. Levenberg–Marquardt
-//! over a patch that reaches almost halfway into the squares around the corner, sheared as they are. The covariance of the corner is
-//! `σ² (JᵀJ)⁻¹` with `σ²` from the residuals, so that clutter and noise both count.
+//! over a patch that reaches almost halfway into the squares around the corner, sheared as they are. The
+//! covariance of the corner is `σ² (JᵀJ)⁻¹` with `σ²` from the residuals, so that clutter and noise both
+//! count.
 //!
 //! Assumes edges blurred by a Gaussian and straight within the patch.
 
@@ -46,19 +47,33 @@ pub(super) type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EdgeFit {
     pub(super) corner: Corner,
-    /// Standard deviation of the Gaussian blur.
-    pub(super) blur_px: f64,
-    /// Half the brightness step.
-    pub(super) contrast: f64,
-    /// The same with a sign: positive if the squares between the two axes are light.
-    pub(super) step: f64,
-    /// Brightness of the light squares.
-    pub(super) light: f64,
     /// Root mean square residual over the contrast.
     pub(super) residual: f64,
     /// The nine parameters, and the patch that they were fitted to.
     at: Vector,
     patch: Patch,
+}
+
+impl EdgeFit {
+    /// Standard deviation of the Gaussian blur: `erf(d/s)` is a step blurred by a Gaussian of `s/√2`.
+    pub(super) fn blur_px(&self) -> f64 {
+        self.at[4].exp() / std::f64::consts::SQRT_2
+    }
+
+    /// Half the brightness step, positive if the squares between the two axes are light.
+    pub(super) fn step(&self) -> f64 {
+        self.at[5]
+    }
+
+    /// Half the brightness step.
+    pub(super) fn contrast(&self) -> f64 {
+        self.step().abs()
+    }
+
+    /// Brightness of the light squares.
+    pub(super) fn light(&self) -> f64 {
+        self.at[6] + self.contrast()
+    }
 }
 
 /// Variances of the Gaussians that blur the first and the second edge, each by itself.
@@ -99,8 +114,8 @@ pub(super) struct Scratch {
 
 /// Fits around `start`, with the board's axes `u` and `v` in pixels per square there.
 ///
-/// First on a quarter or a ninth of the patch's pixels, then on those that tell: the edges in full, the plain squares
-/// thinned out.
+/// First on a quarter or a ninth of the patch's pixels, then on those that tell: the edges in full, the
+/// plain squares thinned out.
 ///
 /// What [`Known`] gives is not estimated, nor is the light's gradient then.
 ///
@@ -165,16 +180,13 @@ pub(super) fn fit(
             covariance[(1, 1)],
         ) + floor,
     };
-    // erf(d/s) is a step blurred by a Gaussian of standard deviation s/√2.
-    let blur_px = at[4].exp() / std::f64::consts::SQRT_2;
-    let light = at[6] + contrast;
-    Some(EdgeFit { corner, blur_px, contrast, step: at[5], light, residual, at, patch })
+    Some(EdgeFit { corner, residual, at, patch })
 }
 
 /// By how much neighbouring residuals that are alike, as those of clutter and shadows are and those of
-/// noise are not, make a fit worse than as many independent ones: `((1+ρ)/(1−ρ))^0.4` for a correlation `ρ` of
-/// next pixels: between none and what a falling correlation along a line costs, as measured on rendered
-/// pictures; residuals that are alike on both sides of an edge do not move the corner.
+/// noise are not, make a fit worse than as many independent ones: `((1+ρ)/(1−ρ))^0.4` for a correlation
+/// `ρ` of next pixels: between none and what a falling correlation along a line costs, as measured on
+/// rendered pictures; residuals that are alike on both sides of an edge do not move the corner.
 fn correlation_excess(correlation: f64) -> f64 {
     let rho = correlation.clamp(0.0, 0.9);
     ((1.0 + rho) / (1.0 - rho)).powf(CORRELATION_POWER)

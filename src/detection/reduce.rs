@@ -43,6 +43,32 @@ impl Part {
     }
 }
 
+/// How the pixels of a picture that was halved some times lie in the full one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Halved {
+    /// Pixels of the full picture per pixel.
+    pub(super) scale: f64,
+    /// Where the part that was halved begins in the full picture.
+    pub(super) origin_px: [f64; 2],
+}
+
+impl Halved {
+    /// The whole picture, halved so many times.
+    pub(super) fn whole(times: usize) -> Self {
+        Self { scale: f64::from(1_u32 << times), origin_px: [0.0, 0.0] }
+    }
+
+    /// Place in the full picture.
+    pub(super) fn full_px(&self, at: [f32; 2]) -> [f64; 2] {
+        std::array::from_fn(|k| (f64::from(at[k]) + 0.5) * self.scale - 0.5 + self.origin_px[k])
+    }
+
+    /// Place in the halved picture.
+    pub(super) fn at(&self, full_px: [f64; 2]) -> [f32; 2] {
+        std::array::from_fn(|k| ((full_px[k] - self.origin_px[k] + 0.5) / self.scale - 0.5) as f32)
+    }
+}
+
 /// [`halve`] for a part of a picture, which must lie in it.
 pub(super) fn halve_part(source: &GrayImage, part: &Part, into: &mut GrayImage) {
     let (width, height) = (part.width / 2, part.height / 2);

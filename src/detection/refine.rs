@@ -54,17 +54,18 @@ impl Refiner {
         if shortest_px < needed_px {
             return Err(Miss::TooSmall { square_px: shortest_px, needed_px });
         }
-        let usual_residual = self.median(|fit| fit.residual).unwrap_or(0.0);
+        let usual_residual = self.median(|_, fit| fit.residual).unwrap_or(0.0);
         let limit = (RESIDUAL_OVER_USUAL * usual_residual).clamp(params.max_residual, 1.0);
-        let usual_step = self.usual_step(columns);
+        // Positive if the squares between the board's axes at corner 0 are light.
+        let usual_step = self.median(|index, fit| fit.step() * sign(index, columns)).unwrap_or(0.0);
         for (index, fit) in self.fits.iter_mut().enumerate() {
             let step = usual_step * sign(index, columns);
             *fit = fit.take().filter(|fit| fit.residual <= limit && agrees(fit, step));
         }
-        let usual_blur_px = self.median(|fit| fit.blur_px);
+        let usual_blur_px = self.median(|_, fit| fit.blur_px());
         self.look_again(image, rough, columns, (limit, usual_step), usual_blur_px);
         let (found, wanted) = (self.fits.iter().flatten().count(), rough.len());
-        let blur_px = self.median(|fit| fit.blur_px).unwrap_or(params.max_blur_px);
+        let blur_px = self.median(|_, fit| fit.blur_px()).unwrap_or(params.max_blur_px);
         let limit_px = params.max_blur_px.min(BLUR_LIMIT_SQUARES * shortest_px);
         if blur_px > params.max_blur_px || (found < wanted && blur_px > limit_px) {
             return Err(Miss::Blurred { blur_px, limit_px });
@@ -72,7 +73,7 @@ impl Refiner {
         if found < wanted {
             return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
         }
-        let contrast = self.median(|fit| fit.contrast).unwrap_or(0.0);
+        let contrast = self.median(|_, fit| fit.contrast()).unwrap_or(0.0);
         if contrast < params.min_contrast {
             return Err(Miss::LowContrast { contrast, needed: params.min_contrast });
         }
@@ -80,7 +81,7 @@ impl Refiner {
             return Err(Miss::NoBoard);
         }
         let fits = || self.fits.iter().flatten();
-        let glare = fits().filter(|fit| fit.light >= 252.0).count() as f64 / wanted as f64;
+        let glare = fits().filter(|fit| fit.light() >= 252.0).count() as f64 / wanted as f64;
         let mut corners = Vec::with_capacity(wanted);
         corners.extend(fits().map(|fit| fit.corner));
         let motion_px = motion_px(image, &self.fits, &mut self.scratch);
@@ -121,20 +122,11 @@ impl Refiner {
         }
     }
 
-    /// Median brightness step, positive if the squares between the board's axes at corner 0 are light.
-    fn usual_step(&mut self, columns: usize) -> f64 {
+    /// Median over the corners that were fitted, of a value of a corner's number and its fit.
+    fn median(&mut self, value: impl Fn(usize, &EdgeFit) -> f64) -> Option<f64> {
         self.sorted.clear();
         let fits = self.fits.iter().enumerate();
-        self.sorted.extend(
-            fits.filter_map(|(index, fit)| Some(fit.as_ref()?.step * sign(index, columns))),
-        );
-        self.sorted.sort_unstable_by(f64::total_cmp);
-        self.sorted.get(self.sorted.len() / 2).copied().unwrap_or(0.0)
-    }
-
-    fn median(&mut self, value: impl Fn(&EdgeFit) -> f64) -> Option<f64> {
-        self.sorted.clear();
-        self.sorted.extend(self.fits.iter().flatten().map(value));
+        self.sorted.extend(fits.filter_map(|(index, fit)| Some(value(index, fit.as_ref()?))));
         self.sorted.sort_unstable_by(f64::total_cmp);
         self.sorted.get(self.sorted.len() / 2).copied()
     }
@@ -147,7 +139,7 @@ fn sign(index: usize, columns: usize) -> f64 {
 
 /// Whether a corner has the colours that `step` says, and no ghost of them.
 fn agrees(fit: &EdgeFit, step: f64) -> bool {
-    fit.step * step > 0.0 && fit.step.abs() > LEAST_OF_USUAL * step.abs()
+    fit.step() * step > 0.0 && fit.contrast() > LEAST_OF_USUAL * step.abs()
 }
 
 /// Where and how large to fit.

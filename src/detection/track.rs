@@ -11,7 +11,7 @@ use super::{
     Detection, Miss,
     board_match::{all_colours_alternate, settle},
     lattice::Lattice,
-    reduce::{Part, halve, halve_part},
+    reduce::{Halved, Part, halve, halve_part},
 };
 use crate::{
     board::Checkerboard,
@@ -47,9 +47,8 @@ impl Track {
         match seen {
             Ok(detection) if kind == FrameKind::Video => {
                 self.followed += 1;
-                let mut oldest = self.before.take();
-                std::mem::swap(&mut self.before, &mut self.newest);
-                let mut corners = oldest.take().map_or_else(Vec::new, |(_, corners)| corners);
+                let oldest = std::mem::replace(&mut self.before, self.newest.take());
+                let mut corners = oldest.map_or_else(Vec::new, |(_, corners)| corners);
                 corners.clear();
                 corners.extend(detection.corners.iter().map(|corner| [corner.px.x, corner.px.y]));
                 self.newest = Some((at, corners));
@@ -120,16 +119,18 @@ impl Tracker {
                 Some(finer) => halve(finer, &mut coarser[0]),
             }
         }
-        let (picture, left, top) = match level {
-            0 => (image, 0.0, 0.0),
-            _ => (&self.levels[level - 1], f64::from(part.left), f64::from(part.top)),
+        let whole = Halved::whole(level);
+        let (picture, halved) = match level {
+            0 => (image, whole),
+            _ => {
+                let origin_px = [f64::from(part.left), f64::from(part.top)];
+                (&self.levels[level - 1], Halved { origin_px, ..whole })
+            }
         };
-        let scale = f64::from(scale);
-        let side = (side_px / scale) as f32;
+        let side = (side_px / halved.scale) as f32;
         self.lattice.clear(columns.max(rows));
         for (index, corner) in corners.iter().enumerate() {
-            let guess = [(corner[0] - left, 0), (corner[1] - top, 1)]
-                .map(|(px, _)| (((px + 0.5) / scale) - 0.5) as f32);
+            let guess = halved.at(*corner);
             let found = settle(picture, guess, 1.4 * side);
             let moved = (found[0] - guess[0]).hypot(found[1] - guess[1]);
             let node = ((index % columns) as i32, (index / columns) as i32);
@@ -141,14 +142,8 @@ impl Tracker {
             return false;
         }
         into.clear();
-        into.extend(self.lattice.nodes().iter().filter_map(|node| self.lattice.get(*node)).map(
-            |[x, y]| {
-                [
-                    (f64::from(x) + 0.5) * scale - 0.5 + left,
-                    (f64::from(y) + 0.5) * scale - 0.5 + top,
-                ]
-            },
-        ));
+        let found = self.lattice.nodes().iter().filter_map(|node| self.lattice.get(*node));
+        into.extend(found.map(|at| halved.full_px(at)));
         into.len() == corners.len()
     }
 }

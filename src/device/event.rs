@@ -20,6 +20,8 @@ pub enum CameraEvent {
     Returned {
         /// What the driver granted.
         mode: Mode,
+        /// Pictures from then on are good.
+        good_from: CaptureTime,
     },
     /// Something is doubtful although pictures come.
     Doubtful {
@@ -44,6 +46,8 @@ pub enum CameraEvent {
     ControlRestored {
         /// Which.
         control: Control,
+        /// Pictures from then on are good.
+        good_from: CaptureTime,
     },
     /// Frames that did not reach the detector, since the start of this run.
     Counted {
@@ -203,4 +207,15 @@ impl Mode {
             .filter(|(numerator, denominator)| *numerator > 0 && *denominator > 0)
             .map(|(numerator, denominator)| f64::from(denominator) / f64::from(numerator))
     }
+}
+
+/// What the person wants of a mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wanted {
+    /// Size; by default the largest that is fast enough.
+    pub size: Option<ImageSize>,
+    /// Pictures per second; by default about 30.
+    pub rate_hz: Option<f64>,
+    /// Format; by default an uncompressed one if it is fast enough.
+    pub layout: Option<PixelLayout>,
 }

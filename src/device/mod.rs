@@ -6,5 +6,5 @@
 mod event;
 mod fault;
 
-pub use event::{CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout};
+pub use event::{CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout, Wanted};
 pub use fault::Fault;

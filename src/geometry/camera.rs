@@ -48,6 +48,24 @@ pub struct Projection {
     pub by_pose: SMatrix<f64, 2, 6>,
 }
 
+/// A ray's image and how it changes with the lens and a turn of the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayProjection {
+    /// Distorted pixel.
+    pub px: Point2<f64>,
+    /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
+    pub by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
+    /// d px / d turn, in radians about the camera's axes.
+    pub by_turn: SMatrix<f64, 2, 3>,
+}
+
+/// A point's image and how it changes with the lens and the point.
+struct Sighting {
+    px: Point2<f64>,
+    by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
+    by_cam: SMatrix<f64, 2, 3>,
+}
+
 impl Distortion {
     /// Whether every coefficient is zero.
     pub fn is_none(&self) -> bool {
@@ -133,6 +151,16 @@ impl Camera {
         })
     }
 
+    /// Pixel of a point on the board (metres, `z = 0`). `None` behind the camera or on its plane.
+    pub fn px_from_board(
+        &self,
+        cam_from_board: &Isometry3<f64>,
+        point_in_board_m: &Point2<f64>,
+    ) -> Option<Point2<f64>> {
+        let on_board = Point3::new(point_in_board_m.x, point_in_board_m.y, 0.0);
+        self.project(&(cam_from_board * on_board))
+    }
+
     /// Distorted pixel of undistorted normalised coordinates.
     pub fn px_from_ideal(&self, ideal: &Point2<f64>) -> Point2<f64> {
         self.pp_px + self.distortion.apply(ideal).coords.component_mul(&self.f_px)
@@ -150,7 +178,7 @@ impl Camera {
         self.ideal_from_px(px).map(|ideal| self.pp_px + ideal.coords.component_mul(&self.f_px))
     }
 
-    /// Pixel of a point on the board (metres, `z = 0`), with derivatives. `None` behind the camera.
+    /// [`Self::px_from_board`] with derivatives.
     pub fn project_board_point(
         &self,
         cam_from_board: &Isometry3<f64>,
@@ -162,6 +190,24 @@ impl Camera {
         if in_cam.z <= 1e-9 {
             return None;
         }
+        let Sighting { px, by_lens, by_cam } = self.sight(&in_cam);
+        let mut by_pose = SMatrix::<f64, 2, 6>::zeros();
+        by_pose.fixed_columns_mut::<3>(0).copy_from(&(by_cam * -turned.cross_matrix()));
+        by_pose.fixed_columns_mut::<3>(3).copy_from(&by_cam);
+        Some(Projection { px, by_lens, by_pose })
+    }
+
+    /// Pixel of the ray through `ideal`, undistorted normalised coordinates, with derivatives.
+    ///
+    /// A small turn ω of the camera moves the ray `r = (x, y, 1)` by `ω × r = −[r]× ω`.
+    pub fn project_ray(&self, ideal: &Point2<f64>) -> RayProjection {
+        let ray = Vector3::new(ideal.x, ideal.y, 1.0);
+        let Sighting { px, by_lens, by_cam } = self.sight(&ray);
+        RayProjection { px, by_lens, by_turn: by_cam * -ray.cross_matrix() }
+    }
+
+    /// Pixel of a point in front of the camera, with derivatives.
+    fn sight(&self, in_cam: &Vector3<f64>) -> Sighting {
         let (x, y) = (in_cam.x / in_cam.z, in_cam.y / in_cam.z);
         let ideal = Point2::new(x, y);
         let distorted = self.distortion.apply(&ideal);
@@ -190,12 +236,9 @@ impl Camera {
         ]);
         let px_by_ideal = Matrix2::from_diagonal(&self.f_px) * self.distortion.derivative(&ideal);
         let ideal_by_cam = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / in_cam.z;
-        let px_by_cam = px_by_ideal * ideal_by_cam;
-        let mut by_pose = SMatrix::<f64, 2, 6>::zeros();
-        by_pose.fixed_columns_mut::<3>(0).copy_from(&(px_by_cam * -turned.cross_matrix()));
-        by_pose.fixed_columns_mut::<3>(3).copy_from(&px_by_cam);
+        let by_cam = px_by_ideal * ideal_by_cam;
         let px = self.pp_px + distorted.coords.component_mul(&self.f_px);
-        Some(Projection { px, by_lens, by_pose })
+        Sighting { px, by_lens, by_cam }
     }
 
     /// `cam_from_board` moved by the small step `(ω, τ)` that [`Projection::by_pose`] is about.
@@ -265,12 +308,30 @@ mod tests {
     }
 
     #[test]
+    fn a_ray_moves_with_the_turn_as_differences_say() {
+        let (camera, ideal) = (camera(), Point2::new(0.2, -0.15));
+        let at = camera.project_ray(&ideal);
+        let ray = Vector3::new(ideal.x, ideal.y, 1.0);
+        for i in 0..3 {
+            let turned = |sign: f64| {
+                let mut turn_rad = Vector3::zeros();
+                turn_rad[i] = sign * 1e-6;
+                let ray = UnitQuaternion::from_scaled_axis(turn_rad) * ray;
+                camera.project(&Point3::from(ray)).expect("in front")
+            };
+            let difference = (turned(1.0) - turned(-1.0)) / 2e-6;
+            assert!((difference - at.by_turn.column(i)).norm() < 1e-4, "turn {i}");
+        }
+        assert_eq!(at.px, camera.px_from_ideal(&ideal));
+    }
+
+    #[test]
     fn derivatives_match_differences() {
         let (camera, pose) = (camera(), pose());
         let point_m = Point2::new(0.08, -0.06);
         let at = camera.project_board_point(&pose, &point_m).expect("in front");
         let px = |camera: &Camera, pose: &Isometry3<f64>| {
-            camera.project(&(pose * Point3::new(point_m.x, point_m.y, 0.0))).expect("in front")
+            camera.px_from_board(pose, &point_m).expect("in front")
         };
         assert!((px(&camera, &pose) - at.px).norm() < 1e-10);
         for i in 0..LENS_PARAMETERS {

@@ -1,4 +1,4 @@
-use nalgebra::{Matrix2, Point2};
+use nalgebra::{Matrix2, Point2, Vector2};
 
 /// A board corner as seen in the picture, with what is known of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,4 +19,10 @@ impl Corner {
     pub fn sigma_px(&self) -> f64 {
         (self.covariance_px2.trace() / 2.0).sqrt()
     }
+}
+
+/// Where the corners are on average; the origin if there are none.
+pub fn mean_px(corners: &[Corner]) -> Point2<f64> {
+    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
+    Point2::from(sum / corners.len().max(1) as f64)
 }

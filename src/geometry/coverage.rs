@@ -41,6 +41,17 @@ impl BoardOutline {
         &self.corners_px
     }
 
+    /// Whether `px` lies in the outline or at most `reach_px` beside it.
+    pub fn reaches(&self, px: &Point2<f64>, reach_px: f64) -> bool {
+        self.covers(px)
+            || (0..4).any(|i| {
+                let (from, to) = (self.corners_px[i], self.corners_px[(i + 1) % 4]);
+                let side = to - from;
+                let share = ((px - from).dot(&side) / side.norm_squared()).clamp(0.0, 1.0);
+                (px - (from + side * share)).norm() <= reach_px
+            })
+    }
+
     /// Whether `px` lies in the outline, a convex quadrilateral numbered either way round.
     pub fn covers(&self, px: &Point2<f64>) -> bool {
         let sides = (0..4).map(|i| {
@@ -67,7 +78,7 @@ pub fn cell_centres_px(image_size: ImageSize) -> impl Iterator<Item = Point2<f64
 }
 
 /// Pixel at the centre of a cell of the grid.
-pub fn cell_centre_px(image_size: ImageSize, column: u32, row: u32) -> Point2<f64> {
+fn cell_centre_px(image_size: ImageSize, column: u32, row: u32) -> Point2<f64> {
     let along = |cell: u32, cells: u32, size: u32| {
         (f64::from(cell) + 0.5) / f64::from(cells) * f64::from(size) - 0.5
     };

@@ -3,7 +3,7 @@
 //! Candidates are judged *in reflected pairs*: the precision of a greedy choice is kept, and the
 //! principal point is pulled two to three times less by a lens model that is too simple.
 
-use nalgebra::{Isometry3, SMatrix, SVector};
+use nalgebra::{Isometry3, SMatrix};
 
 use super::{
     Belief, GuidanceParams, View,
@@ -11,7 +11,9 @@ use super::{
 };
 use crate::{
     board::Checkerboard,
-    geometry::{BoardOutline, Camera, LENS_PARAMETERS, cell_centres_px, coverage, fit_pose},
+    geometry::{
+        BoardOutline, Camera, LENS_PARAMETERS, RayProjection, cell_centres_px, coverage, fit_pose,
+    },
 };
 
 /// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`.
@@ -33,7 +35,11 @@ pub(super) fn most_telling_pair(
     belief: &Belief,
     params: &GuidanceParams,
 ) -> Option<(PoseWish, Isometry3<f64>)> {
-    let known = known_information(accepted, board, belief);
+    let points = board.corners_in_board_m();
+    let poses = accepted.iter().filter_map(|view| {
+        Some(fit_pose(&belief.camera, &points, &view.corners).ok()?.cam_from_board)
+    });
+    let known = known_information(poses, board, &belief.camera, CORNER_SIGMA_PX);
     let weight = projection_weight(belief);
     let mut best: Option<(f64, PoseWish, Isometry3<f64>)> = None;
     for wish in candidates(accepted, belief, params) {
@@ -111,17 +117,19 @@ fn candidates(accepted: &[View], belief: &Belief, params: &GuidanceParams) -> Ve
     wishes
 }
 
-fn known_information(accepted: &[View], board: &Checkerboard, belief: &Belief) -> LensMatrix {
-    let points = board.corners_in_board_m();
-    let mut information =
-        LensMatrix::from_diagonal(&SVector::from(PRIOR_SIGMA.map(|sigma| 1.0 / (sigma * sigma))));
-    for view in accepted {
-        let Ok(pose) = fit_pose(&belief.camera, &points, &view.corners) else { continue };
-        information +=
-            view_information(&pose.cam_from_board, board, &belief.camera, CORNER_SIGMA_PX)
-                .unwrap_or_else(LensMatrix::zeros);
-    }
-    information
+/// Information about the lens from views at these poses, with corner errors of `sigma_px`, and from weak
+/// beliefs: positive definite without any view. A view whose corners cannot all be seen adds nothing.
+pub fn known_information(
+    poses: impl IntoIterator<Item = Isometry3<f64>>,
+    board: &Checkerboard,
+    camera: &Camera,
+    sigma_px: f64,
+) -> LensMatrix {
+    let prior = PRIOR_SIGMA.map(|sigma| 1.0 / (sigma * sigma));
+    poses
+        .into_iter()
+        .filter_map(|pose| view_information(&pose, board, camera, sigma_px))
+        .fold(LensMatrix::from_diagonal(&prior.into()), |sum, view| sum + view)
 }
 
 fn pair_information(
@@ -171,8 +179,9 @@ pub fn view_information(
     Some((a - eliminated) / (sigma_px * sigma_px))
 }
 
-/// Joins the columns of `fx` and `fy` to one of `f`.
-fn square_pixels(by_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, PARAMETERS> {
+/// Derivatives by the lens parameters as those of a camera with square pixels: the columns of `fx` and `fy`
+/// joined to one of `f`.
+pub fn square_pixels(by_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, PARAMETERS> {
     let mut joined = SMatrix::<f64, 2, PARAMETERS>::zeros();
     joined.set_column(0, &(by_lens.column(0) + by_lens.column(1)));
     joined.fixed_columns_mut::<{ PARAMETERS - 1 }>(1).copy_from(&by_lens.fixed_columns::<7>(2));
@@ -187,16 +196,8 @@ fn projection_weight(belief: &Belief) -> LensMatrix {
     let mut d = SMatrix::<f64, 3, 3>::zeros();
     for px in cell_centres_px(belief.image_size) {
         let Some(ideal) = belief.camera.ideal_from_px(&px) else { continue };
-        let Some(at) =
-            belief.camera.project_board_point(&Isometry3::translation(0.0, 0.0, 1.0), &ideal)
-        else {
-            continue;
-        };
-        let by_lens = square_pixels(&at.by_lens);
-        // A small turn ω of the camera moves the ray r by ω × r = −[r]× ω; at depth 1 the columns
-        // of τ are the change of the pixel with the ray.
-        let ray = nalgebra::Vector3::new(ideal.x, ideal.y, 1.0);
-        let by_turn = at.by_pose.fixed_columns::<3>(3) * -ray.cross_matrix();
+        let RayProjection { by_lens, by_turn, .. } = belief.camera.project_ray(&ideal);
+        let by_lens = square_pixels(&by_lens);
         a += by_lens.transpose() * by_lens;
         b += by_lens.transpose() * by_turn;
         d += by_turn.transpose() * by_turn;

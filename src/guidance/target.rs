@@ -149,7 +149,7 @@ fn target(
 }
 
 /// Where the inner corners would appear, in numbering order; those behind the camera are left out.
-pub(super) fn seen_px(
+pub fn seen_px(
     cam_from_board: &Isometry3<f64>,
     board: &Checkerboard,
     belief: &Belief,
@@ -157,12 +157,8 @@ pub(super) fn seen_px(
     board
         .corners_in_board_m()
         .iter()
-        .filter_map(|corner| belief.camera.project(&(cam_from_board * lifted(corner))))
+        .filter_map(|corner| belief.camera.px_from_board(cam_from_board, corner))
         .collect()
-}
-
-pub(super) fn lifted(point_in_board_m: &Point2<f64>) -> Point3<f64> {
-    Point3::new(point_in_board_m.x, point_in_board_m.y, 0.0)
 }
 
 /// The pose that fulfils `wish`: the board's mean corner stands at the wished place, and the board
@@ -206,11 +202,15 @@ pub(super) fn aimed(
         .then_some(pose)
 }
 
-/// Tilt by `tilt_rad` so that the board recedes towards `slot_rad`.
-fn rotation(wish: &PoseWish, roll: BoardRoll) -> UnitQuaternion<f64> {
-    let (sin, cos) = wish.slot_rad.sin_cos();
+/// A board that faces the camera, tilted by `tilt_rad` so that it recedes towards `slot_rad`.
+pub fn tilted(slot_rad: f64, tilt_rad: f64) -> UnitQuaternion<f64> {
+    let (sin, cos) = slot_rad.sin_cos();
     let axis = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));
-    let tilted = UnitQuaternion::from_axis_angle(&axis, wish.tilt_rad);
+    UnitQuaternion::from_axis_angle(&axis, tilt_rad)
+}
+
+fn rotation(wish: &PoseWish, roll: BoardRoll) -> UnitQuaternion<f64> {
+    let tilted = tilted(wish.slot_rad, wish.tilt_rad);
     match roll {
         BoardRoll::Upright => tilted,
         BoardRoll::Turn => {
@@ -232,7 +232,7 @@ fn placed(
         let pose = Isometry3::from_parts(Translation3::from(shift_m), *rotation);
         let mut mean = nalgebra::Vector2::zeros();
         for corner in corners {
-            mean += belief.camera.project(&(pose * lifted(corner)))?.coords;
+            mean += belief.camera.px_from_board(&pose, corner)?.coords;
         }
         let off_px = centre_px.coords - mean / corners.len() as f64;
         shift_m.x += off_px.x * depth_m / belief.camera.f_px.x;
@@ -243,7 +243,7 @@ fn placed(
 
 fn fill(pose: &Isometry3<f64>, corners: &[Point2<f64>], belief: &Belief) -> Option<f64> {
     let seen: Option<Vec<_>> =
-        corners.iter().map(|corner| belief.camera.project(&(pose * lifted(corner)))).collect();
+        corners.iter().map(|corner| belief.camera.px_from_board(pose, corner)).collect();
     let (low, high) = bounds_px(seen?.into_iter());
     let ImageSize { width_px, height_px } = belief.image_size;
     Some(((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px)))
@@ -278,8 +278,7 @@ fn outline_inside(
             && p.y <= height - 1.0 - margin
     };
     outline.iter().all(|(x, y)| {
-        let corner = Point3::new(x * half_width, y * half_height, 0.0);
-        let in_cam = pose * corner;
+        let in_cam = pose * Point3::new(x * half_width, y * half_height, 0.0);
         if in_cam.z <= 0.05 {
             return false;
         }

@@ -6,7 +6,7 @@ use super::Refusal;
 use crate::{
     board::Checkerboard,
     frame::{CaptureTime, FrameId, ImageSize},
-    geometry::{Camera, Corner, Homography, LENS_PARAMETERS, PrincipalLine},
+    geometry::{Camera, Corner, Homography, LENS_PARAMETERS, PrincipalLine, mean_px},
 };
 
 /// What is believed of the camera so far.
@@ -118,13 +118,9 @@ pub fn measure(
     })
 }
 
-fn mean_px(corners: &[Corner]) -> Point2<f64> {
-    let sum = corners.iter().fold(nalgebra::Vector2::zeros(), |sum, c| sum + c.px.coords);
-    Point2::from(sum / corners.len().max(1) as f64)
-}
-
-/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner.
-pub(super) fn bounds_px(points: impl Iterator<Item = Point2<f64>>) -> (Point2<f64>, Point2<f64>) {
+/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner, the one beyond the other
+/// if there are no points.
+pub fn bounds_px(points: impl Iterator<Item = Point2<f64>>) -> (Point2<f64>, Point2<f64>) {
     let start = (Point2::new(f64::MAX, f64::MAX), Point2::new(f64::MIN, f64::MIN));
     points.fold(start, |(low, high), p| {
         (Point2::new(low.x.min(p.x), low.y.min(p.y)), Point2::new(high.x.max(p.x), high.y.max(p.y)))

@@ -1,6 +1,9 @@
 //! A slot for one value that a newer value replaces. The only lossy link in the program.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::{
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
 
 /// Makes a connected pair.
 pub fn latest<T>() -> (LatestSender<T>, LatestReceiver<T>) {
@@ -72,6 +75,25 @@ impl<T> LatestReceiver<T> {
                 return None;
             }
             slot = self.shared.changed.wait(slot).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Waits at most `patience` for a value. `Ok(None)` if none came.
+    ///
+    /// # Errors
+    ///
+    /// [`Closed`] once the sender is gone and the slot is empty.
+    pub fn recv_within(&self, patience: Duration) -> Result<Option<T>, Closed> {
+        let slot = self.shared.lock();
+        let wait = |slot: &mut Slot<T>| slot.value.is_none() && !slot.closed;
+        let (mut slot, _) = self
+            .shared
+            .changed
+            .wait_timeout_while(slot, patience, wait)
+            .unwrap_or_else(PoisonError::into_inner);
+        match slot.value.take() {
+            None if slot.closed => Err(Closed),
+            value => Ok(value),
         }
     }
 

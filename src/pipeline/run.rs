@@ -305,6 +305,11 @@ fn capture(
                     return;
                 }
             }
+            Ok(Arrival::Event(event)) => {
+                if inbox.send(Input::Camera(event)).is_err() {
+                    return;
+                }
+            }
             Ok(Arrival::NothingYet) => {}
             Ok(Arrival::End) => {
                 // The slot closes as this thread ends, and the detector after it; the session hears

@@ -28,6 +28,8 @@ pub enum CameraLine {
     Returned {
         /// The mode.
         mode: ModeLine,
+        /// Pictures from then on are good.
+        good_from_nanos: u64,
     },
     /// See [`CameraEvent::Doubtful`].
     Doubtful {
@@ -62,6 +64,8 @@ pub enum CameraLine {
     ControlRestored {
         /// Which.
         control: ControlLine,
+        /// Pictures from then on are good.
+        good_from_nanos: u64,
     },
     /// See [`CameraEvent::Counted`].
     Counted {
@@ -144,7 +148,9 @@ impl From<&CameraEvent> for CameraLine {
             CameraEvent::Lost { fault, detail } => {
                 Self::Lost { fault: FaultLine(*fault), detail: detail.clone() }
             }
-            CameraEvent::Returned { mode } => Self::Returned { mode: (*mode).into() },
+            CameraEvent::Returned { mode, good_from } => {
+                Self::Returned { mode: (*mode).into(), good_from_nanos: good_from.nanos }
+            }
             CameraEvent::Doubtful { fault, detail } => {
                 Self::Doubtful { fault: FaultLine(*fault), detail: detail.clone() }
             }
@@ -160,9 +166,10 @@ impl From<&CameraEvent> for CameraLine {
                 to: change.to,
                 good_until_nanos: change.good_until.nanos,
             },
-            CameraEvent::ControlRestored { control } => {
-                Self::ControlRestored { control: (*control).into() }
-            }
+            CameraEvent::ControlRestored { control, good_from } => Self::ControlRestored {
+                control: (*control).into(),
+                good_from_nanos: good_from.nanos,
+            },
             CameraEvent::Counted { dropped, rejected } => {
                 Self::Counted { dropped: *dropped, rejected: *rejected }
             }
@@ -175,7 +182,10 @@ impl From<CameraLine> for CameraEvent {
         match line {
             CameraLine::Started { mode } => Self::Started { mode: mode.into() },
             CameraLine::Lost { fault, detail } => Self::Lost { fault: fault.0, detail },
-            CameraLine::Returned { mode } => Self::Returned { mode: mode.into() },
+            CameraLine::Returned { mode, good_from_nanos } => Self::Returned {
+                mode: mode.into(),
+                good_from: CaptureTime { nanos: good_from_nanos },
+            },
             CameraLine::Doubtful { fault, detail } => Self::Doubtful { fault: fault.0, detail },
             CameraLine::Dispelled { fault } => Self::Dispelled { fault: fault.0 },
             CameraLine::Locked { locks: lines } => {
@@ -194,8 +204,9 @@ impl From<CameraLine> for CameraEvent {
                     good_until,
                 })
             }
-            CameraLine::ControlRestored { control } => {
-                Self::ControlRestored { control: control.into() }
+            CameraLine::ControlRestored { control, good_from_nanos } => {
+                let good_from = CaptureTime { nanos: good_from_nanos };
+                Self::ControlRestored { control: control.into(), good_from }
             }
             CameraLine::Counted { dropped, rejected } => Self::Counted { dropped, rejected },
         }

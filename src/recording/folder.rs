@@ -38,6 +38,9 @@ pub struct Header {
     pub source: String,
     /// Width and height of the pictures.
     pub image_size_px: [u32; 2],
+    /// The calibration that this session checks or replaces, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<String>,
     /// Everything that was configured.
     pub config: Config,
 }
@@ -50,8 +53,14 @@ impl Header {
             created: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
             source: source.into(),
             image_size_px: [image_size.width_px, image_size.height_px],
+            against: None,
             config,
         }
+    }
+
+    /// The same session, made to check or replace the calibration in `file`.
+    pub fn against(self, file: &Path) -> Self {
+        Self { against: Some(file.display().to_string()), ..self }
     }
 
     /// Size of the pictures.
@@ -175,7 +184,7 @@ impl SessionFolder {
     ///
     /// [`RecordingError::Write`].
     pub fn store_frame(&self, id: FrameId, frame: &Frame) -> Result<Stored, RecordingError> {
-        let path = frame_path(&self.path, id.0);
+        let path = self.path.join(id.stored_name());
         let failed = |reason: image::ImageError| RecordingError::Write {
             source: std::io::Error::other(reason.to_string()),
             path: path.clone(),
@@ -200,7 +209,7 @@ impl SessionFolder {
 ///
 /// [`RecordingError::Read`] or [`RecordingError::Frame`].
 pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, RecordingError> {
-    let path = frame_path(session, stored.frame);
+    let path = session.join(FrameId(stored.frame).stored_name());
     let bytes =
         fs::read(&path).map_err(|source| RecordingError::Read { source, path: path.clone() })?;
     let damaged = |reason: String| RecordingError::Frame { reason, path: path.clone() };
@@ -211,8 +220,4 @@ pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, Record
         .decode()
         .map(image::DynamicImage::into_luma8)
         .map_err(|err| damaged(err.to_string()))
-}
-
-fn frame_path(session: &Path, frame: u64) -> PathBuf {
-    session.join("frames").join(format!("{frame:08}.png"))
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::device::{CameraEvent, Control, ControlChange, Fault, Locks, Mode};
+use crate::frame::CaptureTime;
 
 /// What the session knows about its camera: plain data for a window or a command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -15,6 +16,8 @@ pub struct CameraState {
     pub locks: Locks,
     /// Locked controls that are not what they were, and not yet back.
     pub changed: BTreeMap<Control, ControlChange>,
+    /// Pictures taken earlier are not of the camera as it is now.
+    pub good_from: Option<CaptureTime>,
     /// What is doubtful although pictures come, with what is known besides.
     pub doubts: BTreeMap<Fault, String>,
     /// How often a control that moves the geometry changed in this run.
@@ -53,10 +56,19 @@ impl CameraState {
             && !self.doubts.contains_key(&Fault::Frozen)
     }
 
+    /// Whether a picture taken at `time` may be taken.
+    pub(super) fn may_take_of(&self, time: CaptureTime) -> bool {
+        self.may_take() && self.good_from.is_none_or(|from| time >= from)
+    }
+
     /// Applies what the camera said.
     pub(super) fn apply(&mut self, event: &CameraEvent) {
         match event {
-            CameraEvent::Started { mode } | CameraEvent::Returned { mode } => {
+            CameraEvent::Started { mode } => {
+                *self = Self { stream: Stream::Live, mode: Some(*mode), ..Self::default() };
+            }
+            CameraEvent::Returned { mode, good_from } => {
+                self.good_from = Some(*good_from);
                 self.stream = Stream::Live;
                 self.mode = Some(*mode);
                 // A camera that streams again was verified; what was doubtful is looked at anew.
@@ -79,7 +91,8 @@ impl CameraState {
                 self.geometry_changes += u32::from(change.control.moves_geometry());
                 self.changed.insert(change.control, *change);
             }
-            CameraEvent::ControlRestored { control } => {
+            CameraEvent::ControlRestored { control, good_from } => {
+                self.good_from = self.good_from.max(Some(*good_from));
                 self.changed.remove(control);
             }
             CameraEvent::Counted { dropped, rejected } => {

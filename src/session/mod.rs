@@ -60,13 +60,10 @@ pub struct AcceptedView {
 impl AcceptedView {
     /// What to call its picture: its file name, or where the session stores it.
     pub fn picture_name(&self) -> String {
-        if self.name.is_empty() {
-            format!("frames/{:08}.png", self.view.frame_id.0)
-        } else {
-            self.name.clone()
-        }
+        if self.name.is_empty() { self.view.frame_id.stored_name() } else { self.name.clone() }
     }
 }
+
 /// A view worth taking and what for; or why not, with the view as far as it could be measured.
 type Judgement = Result<(View, Role), (Option<Box<View>>, Refusal)>;
 
@@ -231,7 +228,7 @@ impl Session {
             let (size_px, wanted_px) = (pair(observation.image_size), pair(setup.image_size));
             return Err((None, Refusal::OtherSize { size_px, wanted_px }));
         }
-        if !self.camera.may_take() {
+        if !self.camera.may_take_of(observation.captured_at) {
             return Err((None, Refusal::CameraNotReady));
         }
         let seen: &Detection = observation.seen.as_ref().map_err(|_| (None, Refusal::NotFound))?;

@@ -50,17 +50,13 @@ pub fn deflection(setup: &Setup, shift_m: f64, direction_rad: f64) -> Option<Row
 
 fn line(setup: &Setup, shift_m: &Vector2<f64>) -> Option<PrincipalLine> {
     let corners = setup.corners_px(&setup.pose(0.0, shift_m, &Vector2::zeros()))?;
-    view(&setup.board_m, &corners, setup.camera.pp_px, 1e-6)?.line
+    view(&setup.board, &corners, setup.camera.pp_px, 1e-6)?.line
 }
 
-/// The experiment.
-pub fn outcome(params: &Params) -> Outcome {
-    let setup =
-        Setup { rendered: params.rendered, ..Setup::new(&params.setup, params.setup.square_m) };
-    let rows = rows(&setup, params.shift_m, params.directions);
-    let mut table =
-        Table::new("directionality", &["direction_deg", "shift_m", "offset_px", "angle_deg"]);
-    for row in &rows {
+/// The table `name` of `rows`.
+pub(super) fn table(name: &str, rows: &[Row]) -> Table {
+    let mut table = Table::new(name, &["direction_deg", "shift_m", "offset_px", "angle_deg"]);
+    for row in rows {
         table.push(&[
             &row.direction_rad.to_degrees(),
             &row.shift_m,
@@ -68,6 +64,13 @@ pub fn outcome(params: &Params) -> Outcome {
             &row.angle_rad.to_degrees(),
         ]);
     }
+    table
+}
+
+/// The experiment.
+pub fn outcome(params: &Params) -> Outcome {
+    let setup = Setup::of(params);
+    let rows = rows(&setup, params.shift_m, params.directions);
     let at = |direction_rad: f64| {
         deflection(&setup, params.shift_m, direction_rad)
             .map_or(f64::NAN, |row| row.offset_px.abs())
@@ -117,7 +120,7 @@ pub fn outcome(params: &Params) -> Outcome {
         } else {
             Vec::new()
         },
-        tables: vec![table],
+        tables: vec![table("directionality", &rows)],
         figures: vec![Figure {
             name: "directionality".into(),
             caption: "The line leaves the principal point by the part of the shift that lies across it. The paper shows the directions 0°, 45° and 90°.".into(),

@@ -3,10 +3,12 @@
 use nalgebra::{Matrix3, Point2};
 
 use crate::{
-    calibration::{LensModel, Observations, zhang},
+    board::Checkerboard,
+    calibration::{Bundle, BundleState, LensModel, Observations, adjust, zhang},
     frame::ImageSize,
     geometry::{
-        Camera, Corner, Homography, PrincipalLine, intersect_unweighted, pose_from_homography,
+        Camera, Corner, Homography, PrincipalLine, intersect_unweighted, mean_px,
+        pose_from_homography,
     },
 };
 
@@ -23,17 +25,15 @@ pub(super) struct View {
 ///
 /// `None` if the corners have no homography.
 pub(super) fn view(
-    board_m: &[Point2<f64>],
+    board: &Checkerboard,
     corners_px: &[Point2<f64>],
     origin_px: Point2<f64>,
     sigma_px: f64,
 ) -> Option<View> {
     let corners: Vec<Corner> =
         corners_px.iter().map(|px| Corner::isotropic(*px, sigma_px)).collect();
-    let homography = Homography::fit(board_m, &corners).ok()?;
-    let mean = corners_px.iter().fold(nalgebra::Vector2::zeros(), |sum, px| sum + px.coords)
-        / corners_px.len().max(1) as f64;
-    let line = PrincipalLine::of(&homography, origin_px, mean.into()).ok();
+    let homography = Homography::fit(&board.corners_in_board_m(), &corners).ok()?;
+    let line = PrincipalLine::of(&homography, origin_px, mean_px(&corners)).ok();
     Some(View { corners, image_from_board: *homography.image_from_board(), line })
 }
 
@@ -45,7 +45,7 @@ pub(super) fn by_principal_lines(views: &[&View]) -> Option<Point2<f64>> {
 
 /// Zhang's principal point of `views`: closed form, then refined with `model`.
 pub(super) fn by_zhang(
-    board_m: &[Point2<f64>],
+    board: &Checkerboard,
     views: &[&View],
     image_size: ImageSize,
     model: LensModel,
@@ -57,7 +57,22 @@ pub(super) fn by_zhang(
     let poses: Option<Vec<_>> =
         homographies.iter().map(|h| pose_from_homography(h, &start)).collect();
     let corners: Vec<&[Corner]> = views.iter().map(|view| view.corners.as_slice()).collect();
-    let observations = Observations::new(board_m, &corners).ok()?;
+    let observations = Observations::new(&board.corners_in_board_m(), &corners).ok()?;
     let bundle = zhang::refined(&observations, model, start, poses?)?;
     Some(bundle.state.camera.pp_px)
+}
+
+/// Bundle adjustment of `views` with `model`, from `camera`: started at the truth, the minimum is found.
+pub(super) fn adjusted(
+    board: &Checkerboard,
+    views: &[View],
+    camera: &Camera,
+    model: LensModel,
+) -> Option<Bundle> {
+    let corners: Vec<&[Corner]> = views.iter().map(|view| view.corners.as_slice()).collect();
+    let observations = Observations::new(&board.corners_in_board_m(), &corners).ok()?;
+    let poses: Option<Vec<_>> =
+        views.iter().map(|view| pose_from_homography(&view.image_from_board, camera)).collect();
+    let start = BundleState { camera: *camera, cam_from_board: poses? };
+    adjust(&observations, &model.freedom(true), None, start)
 }

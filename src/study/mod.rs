@@ -27,6 +27,7 @@ pub mod params;
 mod plot;
 pub mod setup;
 pub mod skip;
+mod statistics;
 pub mod table1;
 pub mod tilt;
 pub mod varying_focal;

@@ -1,8 +1,8 @@
 //! How does a principal line's deflection grow with the board's shift? (The paper's Fig. 3.)
 
 use super::{
-    directionality::{Row, deflection},
-    outcome::{Check, Claim, Figure, Outcome, Table, Verdict, Within},
+    directionality::{Row, deflection, table},
+    outcome::{Check, Claim, Figure, Outcome, Verdict, Within},
     params::Params,
     plot::{Plot, Series},
     setup::Setup,
@@ -35,19 +35,8 @@ const KNOWN: [(f64, f64, f64, f64); 6] = [
 
 /// The experiment.
 pub fn outcome(params: &Params) -> Outcome {
-    let setup =
-        Setup { rendered: params.rendered, ..Setup::new(&params.setup, params.setup.square_m) };
+    let setup = Setup::of(params);
     let rows = rows(&setup, params.longest_shift_m, params.shift_step_m);
-    let mut table =
-        Table::new("monotonicity", &["direction_deg", "shift_m", "offset_px", "angle_deg"]);
-    for row in &rows {
-        table.push(&[
-            &row.direction_rad.to_degrees(),
-            &row.shift_m,
-            &row.offset_px,
-            &row.angle_rad.to_degrees(),
-        ]);
-    }
     let along_direction =
         |direction_rad: f64| rows.iter().filter(move |row| row.direction_rad == direction_rad);
     let series = DIRECTIONS_RAD.map(|direction_rad| {
@@ -97,7 +86,7 @@ pub fn outcome(params: &Params) -> Outcome {
             verdict: Verdict::of(grows),
         }],
         checks,
-        tables: vec![table],
+        tables: vec![table("monotonicity", &rows)],
         figures: vec![Figure {
             name: "monotonicity".into(),
             caption: "Offset of the line from the principal point against the board's shift."

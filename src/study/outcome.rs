@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::export::csv_field;
+
 /// One experiment's result.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
@@ -123,16 +125,9 @@ impl Table {
 
     /// Comma-separated, quoted where needed (RFC 4180).
     pub fn csv(&self) -> String {
-        let cell = |text: &String| {
-            if text.contains([',', '"', '\n']) {
-                format!("\"{}\"", text.replace('"', "\"\""))
-            } else {
-                text.clone()
-            }
-        };
         std::iter::once(&self.columns)
             .chain(&self.rows)
-            .map(|row| row.iter().map(cell).collect::<Vec<_>>().join(",") + "\n")
+            .map(|row| row.iter().map(|cell| csv_field(cell)).collect::<Vec<_>>().join(",") + "\n")
             .collect()
     }
 }

@@ -79,15 +79,14 @@ fn views(setup: &Setup, shift_m: f64, centre_m: &Vector2<f64>) -> Vec<View> {
         .iter()
         .filter_map(|pose| {
             let corners = setup.corners_px(pose)?;
-            view(&setup.board_m, &corners, setup.camera.pp_px, 1e-6)
+            view(&setup.board, &corners, setup.camera.pp_px, 1e-6)
         })
         .collect()
 }
 
 /// The experiment.
 pub fn outcome(params: &Params) -> Outcome {
-    let setup =
-        Setup { rendered: params.rendered, ..Setup::new(&params.setup, params.setup.square_m) };
+    let setup = Setup::of(params);
     let pairs = pairs(&setup, params.shift_m);
     let mut lines = Table::new(
         "pairs",

@@ -33,23 +33,3 @@ pub(super) fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Ve
     done.sort_by_key(|(index, _)| *index);
     done.into_iter().map(|(_, result)| result).collect()
 }
-
-/// Median; `None` of nothing.
-pub(super) fn median(values: &[f64]) -> Option<f64> {
-    quantile(values, 0.5)
-}
-
-/// The value below which this share of the `values` lies, linear between neighbours.
-pub(super) fn quantile(values: &[f64], share: f64) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = share.clamp(0.0, 1.0) * sorted.len().checked_sub(1)? as f64;
-    let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    Some(low + (high - low) * at.fract())
-}
-
-/// 95 % interval of the median, by order statistics: holds for any distribution.
-pub(super) fn median_interval(values: &[f64]) -> Option<(f64, f64)> {
-    let half_width = 0.98 / (values.len().max(1) as f64).sqrt();
-    Some((quantile(values, 0.5 - half_width)?, quantile(values, 0.5 + half_width)?))
-}

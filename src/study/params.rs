@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::board::{Checkerboard, InvalidBoard};
+
 /// Parameters of all experiments; a TOML file holds them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -104,8 +106,13 @@ impl Params {
         if ![setup.f_px, setup.square_m, setup.distance_m].into_iter().all(positive) {
             return Some("f_px, square_m and distance_m must be positive");
         }
-        if setup.board.iter().any(|count| !(2..=99).contains(count)) {
-            return Some("board must be 2 to 99 inner corners each way");
+        let [columns, rows] = setup.board;
+        match Checkerboard::new(columns, rows, setup.square_m) {
+            Ok(_) => {}
+            Err(InvalidBoard::Count { .. }) => {
+                return Some("board must be 3 to 99 inner corners each way");
+            }
+            Err(InvalidBoard::Square { .. }) => return Some("square_m must be less than 10"),
         }
         if !(0.02..1.5).contains(&setup.tilt_rad) {
             return Some("tilt_rad must lie between 0.02 and 1.5");

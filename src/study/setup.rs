@@ -1,11 +1,11 @@
 //! The paper's synthetic camera and board.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-use super::params::SetupParams;
+use super::params::{Params, SetupParams};
 use crate::{
     board::Checkerboard,
     capture::synthetic::{Scene, render_view},
@@ -18,18 +18,14 @@ use crate::{
 pub const SLOTS: usize = 8;
 
 /// A camera of known truth and a board that turns in front of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Setup {
     /// The truth.
     pub camera: Camera,
     /// Size of the picture; corners outside it are kept, as in the paper.
     pub image_size: ImageSize,
-    /// Inner corners in a row.
-    pub columns: u16,
-    /// Corners on the board, origin at their centre.
-    pub board_m: Vec<Point2<f64>>,
-    /// Side of a square.
-    pub square_m: f64,
+    /// What is turned.
+    pub board: Checkerboard,
     /// Distance of the centre of rotation along the optical axis.
     pub distance_m: f64,
     /// Angle between the board and the image plane.
@@ -53,7 +49,12 @@ pub enum Corners {
 }
 
 impl Setup {
-    /// The camera and the board of [`SetupParams`], with squares of `square_m`.
+    /// The setup of `params`, its corners computed or found in rendered pictures as they say.
+    pub fn of(params: &Params) -> Self {
+        Self { rendered: params.rendered, ..Self::new(&params.setup, params.setup.square_m) }
+    }
+
+    /// The camera and the board of [`SetupParams`], with squares of `square_m`; corners are computed.
     pub fn new(params: &SetupParams, square_m: f64) -> Self {
         let [k1, k2] = params.distortion;
         let distortion = Distortion { k1, k2, ..Distortion::default() };
@@ -61,9 +62,7 @@ impl Setup {
         Self {
             camera: Camera { distortion, ..Camera::pinhole(params.f_px, params.pp_px.into()) },
             image_size: ImageSize { width_px, height_px },
-            columns: params.board[0],
-            board_m: grid(params.board[0], params.board[1], square_m),
-            square_m,
+            board: board(params.board, square_m),
             distance_m: params.distance_m,
             tilt_rad: params.tilt_rad,
             rendered: false,
@@ -99,11 +98,10 @@ impl Setup {
     /// camera, or if the board is not found.
     pub fn corners_px(&self, cam_from_board: &Isometry3<f64>) -> Option<Vec<Point2<f64>>> {
         let exact: Option<Vec<Point2<f64>>> = self
-            .board_m
+            .board
+            .corners_in_board_m()
             .iter()
-            .map(|point| {
-                self.camera.project(&(cam_from_board * Point3::new(point.x, point.y, 0.0)))
-            })
+            .map(|point| self.camera.px_from_board(cam_from_board, point))
             .collect();
         if self.rendered { self.found_px(cam_from_board, &exact?) } else { exact }
     }
@@ -114,17 +112,15 @@ impl Setup {
         cam_from_board: &Isometry3<f64>,
         exact: &[Point2<f64>],
     ) -> Option<Vec<Point2<f64>>> {
-        let rows = u16::try_from(self.board_m.len() / usize::from(self.columns)).ok()?;
-        let board = Checkerboard::new(self.columns, rows, self.square_m).ok()?;
         let scene = Scene {
             image_size: self.image_size,
             camera: self.camera,
-            board,
+            board: self.board,
             clutter: 0.0,
             ..Scene::default_720p(1)
         };
         let picture = render_view(&scene, cam_from_board);
-        let seen = detect(&picture, &board, DetectorParams::default()).ok()?;
+        let seen = detect(&picture, &self.board, DetectorParams::default()).ok()?;
         let mut found: Vec<Point2<f64>> = seen.corners.iter().map(|corner| corner.px).collect();
         let first_off = |found: &[Point2<f64>]| {
             found.first().zip(exact.first()).map_or(f64::MAX, |(a, b)| (a - b).norm())
@@ -167,15 +163,12 @@ pub fn slot_rad(slot: usize) -> f64 {
     std::f64::consts::TAU * slot as f64 / SLOTS as f64
 }
 
-/// `columns` × `rows` corners, row by row, origin at their centre.
-pub fn grid(columns: u16, rows: u16, square_m: f64) -> Vec<Point2<f64>> {
-    let (half_width, half_height) = (f64::from(columns - 1) / 2.0, f64::from(rows - 1) / 2.0);
-    (0..rows)
-        .flat_map(|row| (0..columns).map(move |column| (column, row)))
-        .map(|(column, row)| {
-            Point2::new(f64::from(column) - half_width, f64::from(row) - half_height) * square_m
-        })
-        .collect()
+/// The board of numbers that are known to be one: constants, or checked by [`Params::problem`].
+pub(super) fn board([columns, rows]: [u16; 2], square_m: f64) -> Checkerboard {
+    match Checkerboard::new(columns, rows, square_m) {
+        Ok(board) => board,
+        Err(problem) => unreachable!("{problem}"),
+    }
 }
 
 /// Random numbers of one trial, independent of every other trial's.

@@ -9,6 +9,7 @@ use super::{
     params::Params,
     plot::{Plot, Series},
     setup::{Corners, Setup, chance},
+    statistics,
 };
 use crate::calibration::{LensModel, skip::consecutive};
 
@@ -49,7 +50,7 @@ impl Method {
     }
 
     fn estimate(self, setup: &Setup, views: &[&View]) -> Option<Point2<f64>> {
-        let zhang = |model| by_zhang(&setup.board_m, views, setup.image_size, model);
+        let zhang = |model| by_zhang(&setup.board, views, setup.image_size, model);
         match self {
             Self::PrincipalLines => by_principal_lines(views),
             Self::ZhangPinhole => zhang(LensModel::Pinhole),
@@ -93,7 +94,7 @@ pub fn rows(
         .iter()
         .map(|pose| {
             let seen = corners.seen(&setup.corners_px(pose)?, &mut rng);
-            view(&setup.board_m, &seen, setup.camera.pp_px, sigma_px)
+            view(&setup.board, &seen, setup.camera.pp_px, sigma_px)
         })
         .collect();
     let Some(views) = views else { return Vec::new() };
@@ -166,8 +167,8 @@ pub fn noisy(
                 method,
                 shift_m,
                 skipped,
-                median_px: parallel::median(&errors)?,
-                interval_px: parallel::median_interval(&errors)?,
+                median_px: statistics::median(&errors)?,
+                interval_px: statistics::median_interval(&errors)?,
                 trials: errors.len(),
             })
         })

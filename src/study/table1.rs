@@ -5,7 +5,7 @@
 //! of the subsets are turned copies of each other. The paper's statistic, the spread of those centroids over
 //! n, therefore sees the hand's unevenness, and no bias.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -15,7 +15,7 @@ use super::{
     parallel,
     params::Params,
     plot::{Plot, Series},
-    setup::{Corners, SLOTS, chance, grid, slot_rad},
+    setup::{Corners, SLOTS, board, chance, slot_rad},
 };
 use crate::{
     calibration::{
@@ -224,17 +224,16 @@ const ZHANG: &str = "Zhang, k1 k2";
 fn test_set(k1: f64, hand: usize, params: &Params) -> Vec<TestSet> {
     let distortion = Distortion { k1, k2: -0.2 * k1, ..Distortion::default() };
     let camera = Camera { distortion, ..Camera::pinhole(F_PX, TRUE_PP_PX.into()) };
-    let board_m = grid(9, 7, SQUARE_M);
+    let board = board([9, 7], SQUARE_M);
+    let board_m = board.corners_in_board_m();
     let mut rng = chance(params.seed, 1000 + hand as u64);
     let noise = Corners::Noisy { sigma_px: params.noise_px };
     let views: Option<Vec<View>> = (0..SLOTS)
         .map(|slot| {
             let pose = hand_held(slot, &board_m, &mut rng);
-            let exact: Option<Vec<Point2<f64>>> = board_m
-                .iter()
-                .map(|m| camera.project(&(pose * Point3::new(m.x, m.y, 0.0))))
-                .collect();
-            view(&board_m, &noise.seen(&exact?, &mut rng), IMAGE_SIZE.centre_px(), params.noise_px)
+            let exact: Option<Vec<Point2<f64>>> =
+                board_m.iter().map(|m| camera.px_from_board(&pose, m)).collect();
+            view(&board, &noise.seen(&exact?, &mut rng), IMAGE_SIZE.centre_px(), params.noise_px)
         })
         .collect();
     let Some(views) = views else { return Vec::new() };
@@ -256,7 +255,7 @@ fn test_set(k1: f64, hand: usize, params: &Params) -> Vec<TestSet> {
     };
     vec![
         set(PL, &by_principal_lines),
-        set(ZHANG, &|views| by_zhang(&board_m, views, IMAGE_SIZE, LensModel::K1K2)),
+        set(ZHANG, &|views| by_zhang(&board, views, IMAGE_SIZE, LensModel::K1K2)),
     ]
 }
 

@@ -1,21 +1,19 @@
 //! Which tilt is best?
 
-use nalgebra::{Matrix3, Point2, Vector2};
+use nalgebra::{Point2, Vector2};
 
 use super::{
-    estimate::{View, view},
+    estimate::{View, adjusted, view},
     outcome::{Claim, Figure, Outcome, Table, Verdict},
     parallel,
     params::Params,
     plot::{Plot, Series},
     setup::{Corners, Setup, chance},
+    statistics,
 };
 use crate::{
-    calibration::{BundleState, LensModel, Observations, adjust},
-    geometry::{
-        Camera, Corner, PrincipalLine, intersect_weighted, pose_from_homography,
-        principal_line_and_ring,
-    },
+    calibration::LensModel,
+    geometry::{Camera, PrincipalLine, intersect_weighted, principal_line_and_ring},
 };
 
 /// Errors of one draw: principal point by lines and by bundle adjustment, focal length by ring and by
@@ -41,8 +39,7 @@ pub fn outcome(params: &Params) -> Outcome {
         let side_px = narrowest_square_px(&setup);
         for (k, quantity) in METHODS.iter().enumerate() {
             let found: Vec<f64> = draws.iter().filter_map(|draw| draw[k]).collect();
-            let mean = found.iter().map(|e| e * e).sum::<f64>() / found.len().max(1) as f64;
-            let value = if found.is_empty() { f64::NAN } else { mean.sqrt() };
+            let value = statistics::rms(&found).unwrap_or(f64::NAN);
             table.push(&[tilt_deg, quantity, &draws.len(), &found.len(), &value, &side_px]);
             rms[k].push((*tilt_deg, value));
         }
@@ -106,7 +103,8 @@ pub fn outcome(params: &Params) -> Outcome {
 /// The setup without distortion, its board so near that it spans most of the picture's height.
 fn pinhole(params: &Params, tilt_rad: f64) -> Setup {
     let setup = Setup::new(&params.setup, params.setup.square_m);
-    let span_m = setup.board_m.iter().map(|m| m.coords.norm()).fold(0.0, f64::max) * 2.0;
+    let corners_m = setup.board.corners_in_board_m();
+    let span_m = corners_m.iter().map(|m| m.coords.norm()).fold(0.0, f64::max) * 2.0;
     let height_px = f64::from(setup.image_size.height_px);
     let distance_m =
         setup.camera.f_px.x * span_m / (0.8 * height_px) + 0.5 * span_m * tilt_rad.sin();
@@ -122,7 +120,7 @@ fn errors(setup: &Setup, params: &Params, trial: usize) -> Option<Errors> {
         .iter()
         .map(|pose| {
             let seen = noise.seen(&setup.corners_px(pose)?, &mut rng);
-            view(&setup.board_m, &seen, setup.image_size.centre_px(), params.noise_px)
+            view(&setup.board, &seen, setup.image_size.centre_px(), params.noise_px)
         })
         .collect();
     let views = views?;
@@ -130,7 +128,9 @@ fn errors(setup: &Setup, params: &Params, trial: usize) -> Option<Errors> {
     let lines: Vec<PrincipalLine> = views.iter().filter_map(|view| view.line.clone()).collect();
     let by_lines = (lines.len() == views.len()).then(|| intersect_weighted(&lines).ok()).flatten();
     let ring = principal_line_and_ring(&lines).ok();
-    let bundle = bundle(setup, &views);
+    let bundle = adjusted(&setup.board, &views, &setup.camera, LensModel::K1K2)
+        .filter(|bundle| bundle.converged)
+        .map(|bundle| bundle.state.camera);
     let off = |px: Point2<f64>| (px - pp_px).norm();
     Some([
         by_lines.map(|point| off(point.px)),
@@ -140,23 +140,12 @@ fn errors(setup: &Setup, params: &Params, trial: usize) -> Option<Errors> {
     ])
 }
 
-/// Bundle adjustment with k1 and k2 free, from the truth: the minimum is what counts here.
-fn bundle(setup: &Setup, views: &[View]) -> Option<Camera> {
-    let corners: Vec<&[Corner]> = views.iter().map(|view| view.corners.as_slice()).collect();
-    let observations = Observations::new(&setup.board_m, &corners).ok()?;
-    let start = |h: &Matrix3<f64>| pose_from_homography(h, &setup.camera);
-    let poses: Option<Vec<_>> = views.iter().map(|view| start(&view.image_from_board)).collect();
-    let start = BundleState { camera: setup.camera, cam_from_board: poses? };
-    let bundle = adjust(&observations, &LensModel::K1K2.freedom(true), None, start)?;
-    bundle.converged.then_some(bundle.state.camera)
-}
-
 /// Least height of a square in the picture.
 fn narrowest_square_px(setup: &Setup) -> f64 {
     let pose = setup.pose(0.0, &Vector2::zeros(), &Vector2::zeros());
     let Some(px) = setup.corners_px(&pose) else { return f64::NAN };
     px.iter()
-        .zip(px.iter().skip(usize::from(setup.columns)))
+        .zip(px.iter().skip(setup.board.columns()))
         .map(|(a, b)| (a - b).norm())
         .fold(f64::MAX, f64::min)
 }

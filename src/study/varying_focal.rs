@@ -3,18 +3,17 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{
-    estimate::{View, view},
+    estimate::{View, adjusted, view},
     outcome::{Check, Claim, Figure, Outcome, Table, Verdict, Within},
     parallel,
     params::Params,
     plot::{Plot, Series},
     setup::{Corners, Setup, chance},
+    statistics,
 };
 use crate::{
-    calibration::{BundleState, LensModel, Observations, adjust},
-    geometry::{
-        Camera, Corner, Distortion, PrincipalLine, intersect_weighted, pose_from_homography,
-    },
+    calibration::LensModel,
+    geometry::{Camera, PrincipalLine, intersect_weighted},
 };
 use rand_distr::{Distribution, StandardNormal};
 
@@ -56,10 +55,9 @@ pub fn outcome(params: &Params) -> Outcome {
             draws.iter().flat_map(|draw| draw.f_percent.iter().copied()).collect(),
         ];
         for (k, values) in columns.iter().enumerate() {
-            let median = parallel::median(values).unwrap_or(f64::NAN);
-            let (low, high) = parallel::median_interval(values).unwrap_or((f64::NAN, f64::NAN));
-            let mean = values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64;
-            let rms = mean.sqrt();
+            let median = statistics::median(values).unwrap_or(f64::NAN);
+            let (low, high) = statistics::median_interval(values).unwrap_or((f64::NAN, f64::NAN));
+            let rms = statistics::rms(values).unwrap_or(f64::NAN);
             table.push(&[
                 &(100.0 * share),
                 &draws.len(),
@@ -157,31 +155,17 @@ fn draw(params: &Params, share: f64, which: usize, trial: usize) -> Option<Draw>
             let change: f64 = StandardNormal.sample(&mut rng);
             let f_px = F_PX * (1.0 + share * change);
             focal_px.push(f_px);
-            let own = Setup {
-                camera: Camera {
-                    distortion: Distortion::default(),
-                    ..Camera::pinhole(f_px, setup.camera.pp_px)
-                },
-                ..setup.clone()
-            };
+            let own = Setup { camera: Camera::pinhole(f_px, setup.camera.pp_px), ..setup };
             let seen = noise.seen(&own.corners_px(pose)?, &mut rng);
-            view(&setup.board_m, &seen, setup.image_size.centre_px(), params.noise_px)
+            view(&setup.board, &seen, setup.image_size.centre_px(), params.noise_px)
         })
         .collect();
     let views = views?;
     let lines: Option<Vec<PrincipalLine>> = views.iter().map(|view| view.line.clone()).collect();
     let lines = lines?;
     let point = intersect_weighted(&lines).ok()?;
-    let corners: Vec<&[Corner]> = views.iter().map(|view| view.corners.as_slice()).collect();
-    let observations = Observations::new(&setup.board_m, &corners).ok()?;
-    let poses: Option<Vec<_>> = views
-        .iter()
-        .map(|view| pose_from_homography(&view.image_from_board, &setup.camera))
-        .collect();
-    let start = BundleState { camera: setup.camera, cam_from_board: poses? };
     let bundle = |model: LensModel| {
-        let bundle = adjust(&observations, &model.freedom(true), None, start.clone())?;
-        Some(bundle.state.camera.pp_px)
+        Some(adjusted(&setup.board, &views, &setup.camera, model)?.state.camera.pp_px)
     };
     let (radial, tangential) = (bundle(LensModel::K1K2)?, bundle(LensModel::K1K2P1P2)?);
     let off = |px: Point2<f64>| (px - setup.camera.pp_px).norm();

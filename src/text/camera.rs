@@ -47,7 +47,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::NoBandwidth => (
             "The USB bus has no bandwidth left for this camera",
-            "Unplug other cameras, use another USB port, or ask for a smaller mode with --mode.",
+            "Unplug other cameras, use another USB port, or ask for a smaller mode: --set camera.mode=640x480",
         ),
         Fault::Transfer => (
             "The transfer from the camera fails",

@@ -14,7 +14,7 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
             return recording(err);
         }
         if let Some(err) = cause.downcast_ref::<CaptureError>() {
-            return Some(capture(err).into());
+            return Some(capture(err));
         }
         cause.downcast_ref::<ConfigError>().map(|_| {
             "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into()
@@ -59,10 +59,15 @@ fn recording(err: &RecordingError) -> Option<String> {
     }
 }
 
-fn capture(err: &CaptureError) -> &'static str {
+fn capture(err: &CaptureError) -> String {
     match err {
+        CaptureError::Camera { fault, .. } => {
+            let (cause, action) = super::camera::fault(*fault);
+            return format!("{cause}. {action}");
+        }
         CaptureError::Read { .. } => "Check the name and that the file may be read.",
         CaptureError::Decode { .. } => "Remove the file, or replace it with a whole PNG or JPEG.",
         CaptureError::NoPictures { .. } => "Give a folder with PNG or JPEG pictures of the board.",
     }
+    .into()
 }

@@ -91,12 +91,78 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
             ),
             "Show that pose again and remove this view; check that the board is flat.",
         ),
-        FindingCode::FocusMoved { statistic, limit, relative_sd } => (
+        FindingCode::FocusMoved { relative_sd, .. } => (
             format!(
-                "The views' focal lengths scatter by {:.1} % (χ² {statistic:.0}, limit {limit:.0}): focus or zoom moved, or the lens model is wrong",
+                "The focal length changes from view to view, by {:.2} % (sd): focus or zoom moved",
                 100.0 * relative_sd
             ),
-            "Lock focus and zoom, and start again.",
+            "The principal point given needs no common focal length and may be used, each view with its own; lock focus and zoom and start again for one lens.",
+        ),
+        FindingCode::FocalVaries { f_px, scatter_px } => (
+            format!(
+                "Each view has its own focal length, as asked: {f_px:.1} px on average, {scatter_px:.1} px sd between views"
+            ),
+            "Use the principal point with each view's own focal length.",
+        ),
+        FindingCode::ViewsMixed { odd_views, view, f_ratio, shift_px, .. } => (
+            format!(
+                "{odd_views} views, the first of them view {}, are of another camera, mode or size: focal length times {f_ratio:.3}, principal point {shift_px:.1} px away",
+                view + 1
+            ),
+            "Calibrate each camera, mode and orientation by itself; switch off automatic rotation, zoom and framing.",
+        ),
+        FindingCode::PixelsNotSquare { aspect, .. } => (
+            format!(
+                "Pixels are {aspect:.4} times as high in focal length as wide: they are not square"
+            ),
+            "If the camera stretches its pictures, calibrate with --set calibration.square_pixels=false; else measure the board both ways.",
+        ),
+        FindingCode::BoardStretched { aspect, .. } => (
+            format!("The board's squares are {aspect:.4} times as high as wide"),
+            "Measure the board over five squares both ways; print it without \"fit to page\".",
+        ),
+        FindingCode::BoardBent { depth_m, .. } => (
+            format!("The board is not flat, by {:.2} mm", 1000.0 * depth_m),
+            "Mount it on glass, aluminium or thick board, and take the views again.",
+        ),
+        FindingCode::RollingShutter { shear_px, .. } => (
+            format!(
+                "Each view is sheared its own way, by {shear_px:.1} px from top to bottom: something moved while the picture was read out"
+            ),
+            "Rest the board and the camera before each view; use more light and a shorter exposure.",
+        ),
+        FindingCode::LensOther { .. } => (
+            "The lens has a shape that no model here describes".into(),
+            "Use the result only where the boards were; a fisheye or mirror needs another model.",
+        ),
+        FindingCode::CornersOutside { view, views } => (
+            format!(
+                "{views} views, the first of them view {}, have corners outside of the picture",
+                view + 1
+            ),
+            "Give the true --image-size; do not mix pictures of different size or orientation.",
+        ),
+        FindingCode::CornerOdd { view, corner, off_px, times, count } => (
+            format!(
+                "Corner {} of view {} lies {off_px:.1} px from where it should, {times:.0} times the usual ({count} such corners)",
+                corner + 1,
+                view + 1
+            ),
+            "Look at that view; remove it, or take it again.",
+        ),
+        FindingCode::PrincipalPointFar { distance_px, share } => (
+            format!(
+                "The principal point lies {distance_px:.0} px from the middle of the picture, {:.0} % of its width",
+                100.0 * share
+            ),
+            "Check that the picture's size is right and that the camera does not crop it.",
+        ),
+        FindingCode::HeldOut { view, rms_px, expected_px } => (
+            format!(
+                "The other views do not predict view {}: {rms_px:.2} px, expected {expected_px:.2} px",
+                view + 1
+            ),
+            "Take more views; look at this one.",
         ),
         FindingCode::Mirrored { view } => (
             format!("View {} is a mirror image", view + 1),
@@ -146,6 +212,13 @@ pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
         NotCalibrated::NoHomography { view } => (
             format!("The corners of view {} are not those of a flat board", view + 1),
             "Check the order of the corners: row by row over the board.",
+        ),
+        NotCalibrated::NoGrid { view } => (
+            format!(
+                "The corners of view {} do not run row by row over a board of this size",
+                view + 1
+            ),
+            "Check --board (columns x rows of inner corners) and the order of the corners.",
         ),
         NotCalibrated::Undetermined { distinct } => (
             format!("{distinct} different views do not determine the lens"),

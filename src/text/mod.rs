@@ -4,11 +4,13 @@
 
 pub mod camera;
 mod controls;
+mod drift;
 mod errors;
 mod findings;
 pub mod window;
 
 pub use controls::{Act, Control};
+pub use drift::{drift, drift_is_weak, drift_numbers, no_drift, other_camera};
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
 

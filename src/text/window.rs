@@ -407,6 +407,9 @@ pub const NO_DISPLAY_ACTION: &str =
     "Use --headless to be guided by words in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";
 /// What to do if the window system refuses.
 pub const NO_WINDOW_ACTION: &str = "Install what is missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless to be guided by words in the terminal.";
+/// The source was not named and no camera is there.
+pub const NO_CAMERA: &str =
+    "There is no camera: this is the simulated camera with a simulated technician.";
 /// Sources that are always there.
 pub const SOURCE_AUTO: &str = "The camera if there is one, else the simulated one.";
 /// See [`SOURCE_AUTO`].

@@ -15,7 +15,7 @@ use boresight::{
     session::{Input, Observation, Session},
 };
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -43,7 +43,7 @@ fn corners(tilt_deg: f64, slot_deg: f64) -> Vec<Corner> {
     let mut rng = ChaCha8Rng::seed_from_u64(slot_deg as u64);
     let (camera, pose) = (camera(), pose(tilt_deg, slot_deg));
     let corner = |m: &Point2<f64>| {
-        let px = camera.project(&(pose * Point3::new(m.x, m.y, 0.0))).expect("in front");
+        let px = camera.px_from_board(&pose, m).expect("in front");
         let mut normal = || 0.1 * rng.sample::<f64, _>(StandardNormal);
         Corner::isotropic(px + Vector2::new(normal(), normal()), 0.1)
     };

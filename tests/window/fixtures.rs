@@ -151,7 +151,7 @@ fn locked() -> CameraEvent {
 
 fn untrustworthy(done: &Snapshot) -> Snapshot {
     let calibration: &Calibration = done.calibration.as_ref().expect("calibrated");
-    let moved = FindingCode::FocusMoved { statistic: 80.0, limit: 20.0, relative_sd: 0.031 };
+    let moved = FindingCode::FocusMoved { gain: 80.0, relative_sd: 0.031 };
     let findings = vec![Finding { code: moved, severity: Severity::Bad }];
     let calibration =
         Calibration { findings, verdict: Verdict::Untrustworthy, ..calibration.clone() };

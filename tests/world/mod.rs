@@ -12,7 +12,7 @@ use boresight::{
     guidance::{GuidanceParams, Progress},
     session::{Decision, Input, Observation, Outcome, Session, SessionSetup},
 };
-use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, UnitSphere};
@@ -78,7 +78,7 @@ impl World {
             .corners_in_board_m()
             .iter()
             .map(|point| {
-                let px = self.camera.project(&(pose * Point3::new(point.x, point.y, 0.0)))?;
+                let px = self.camera.px_from_board(pose, point)?;
                 let noise = Vector2::new(self.normal(NOISE_PX), self.normal(NOISE_PX));
                 let px = px + noise;
                 let inside = px.x > 4.0 && px.y > 4.0 && px.x < 1275.0 && px.y < 715.0;

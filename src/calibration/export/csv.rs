@@ -45,16 +45,17 @@ pub fn views_csv(views: &[ViewRow]) -> String {
         let _ = write!(
             csv,
             "{},{},{},{}\r\n",
-            quoted(&view.name),
+            csv_field(&view.name),
             view.used,
-            quoted(view.reason.as_deref().unwrap_or_default()),
+            csv_field(view.reason.as_deref().unwrap_or_default()),
             numbers.join(",")
         );
     }
     csv
 }
 
-fn quoted(text: &str) -> String {
+/// `text` as one field of comma-separated values: quoted where it must be.
+pub fn csv_field(text: &str) -> String {
     if text.contains([',', '"', '\r', '\n']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -25,7 +25,7 @@ mod ros;
 mod vnl;
 
 pub use colmap::colmap_cameras;
-pub use csv::{ViewRow, views_csv};
+pub use csv::{ViewRow, csv_field, views_csv};
 pub use kalibr::kalibr_camchain;
 pub use matlab::matlab_script;
 pub use mrcal::mrcal_cameramodel;

@@ -32,6 +32,8 @@ pub struct OldCalibration {
     pub outlines: Vec<BoardOutline>,
     /// Root mean square reprojection residual, if the file says.
     pub rms_px: Option<f64>,
+    /// What the camera is called, if the file says.
+    pub source: Option<String>,
 }
 
 /// Formats that can be read.
@@ -111,6 +113,7 @@ impl OldCalibration {
             covariance: None,
             outlines: Vec::new(),
             rms_px: None,
+            source: None,
         })
     }
 }

@@ -36,8 +36,11 @@ pub fn own_json(text: &str) -> Result<OldCalibration, NotImported> {
     ];
     let size = [number("image_size", "/image_size/0")?, number("image_size", "/image_size/1")?];
     let mut old = OldCalibration::new(OldFormat::Own, &lens, size)?;
+    old.source = report["source"].as_str().map(Into::into);
     old.rms_px = result["rms_px"].as_f64();
-    old.covariance = covariance(&result["covariance"]);
+    // The doubt about coefficients held at zero moves with that of the others: cut off, it would grow.
+    old.covariance =
+        covariance(&result["covariance_all"]).or_else(|| covariance(&result["covariance"]));
     old.outlines = report["views"].as_array().into_iter().flatten().filter_map(outline).collect();
     Ok(old)
 }

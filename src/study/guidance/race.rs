@@ -1,6 +1,6 @@
 //! One run: a strategy asks, a person shows, the lens is adjusted and compared with the truth.
 
-use nalgebra::{Isometry3, Point2, Point3, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, SMatrix, UnitQuaternion, Vector2, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, UnitSphere};
@@ -16,7 +16,10 @@ use crate::{
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::{Camera, Corner, Distortion, cell_centres_px, fit_pose},
     guidance::{Belief, GuidanceParams, Role, View, gate, measure, role_of},
-    study::{params::Params, setup::chance},
+    study::{
+        params::Params,
+        setup::{board, chance},
+    },
 };
 
 const IMAGE_SIZE: ImageSize = ImageSize { width_px: 1920, height_px: 1080 };
@@ -57,11 +60,7 @@ impl Course {
             (Distortion { k1: -0.2, k2: 0.08, k3: -0.03, ..Distortion::default() }, LensModel::K1)
         };
         let camera = Camera { distortion, ..Camera::pinhole(1400.0, pp_px) };
-        let board = match Checkerboard::new(9, 6, 0.04) {
-            Ok(board) => board,
-            Err(_) => unreachable!("9x6 of 40 mm is a board"),
-        };
-        Self { camera, model, board }
+        Self { camera, model, board: board([9, 6], 0.04) }
     }
 }
 
@@ -187,7 +186,7 @@ fn seen(
         .corners_in_board_m()
         .iter()
         .map(|m| {
-            let px = course.camera.project(&(pose * Point3::new(m.x, m.y, 0.0)))?;
+            let px = course.camera.px_from_board(pose, m)?;
             let mut normal = || -> f64 {
                 let value: f64 = StandardNormal.sample(rng);
                 noise_px * value
@@ -236,15 +235,11 @@ fn estimate(
 /// Mean distance over the picture between where two cameras see the same rays, after the turn of the one
 /// that brings them together best.
 fn projection_error_px(estimate: &Camera, truth: &Camera) -> Option<f64> {
-    let ahead = Isometry3::translation(0.0, 0.0, 1.0);
     let mut off: Vec<(Vector2<f64>, SMatrix<f64, 2, 3>)> = Vec::new();
     for px in cell_centres_px(IMAGE_SIZE) {
         let Some(ray) = truth.ideal_from_px(&px) else { continue };
-        let Some(at) = estimate.project_board_point(&ahead, &Point2::new(ray.x, ray.y)) else {
-            continue;
-        };
-        let cross = Vector3::new(ray.x, ray.y, 1.0).cross_matrix();
-        off.push((at.px - px, at.by_pose.fixed_columns::<3>(3) * -cross));
+        let at = estimate.project_ray(&ray);
+        off.push((at.px - px, at.by_turn));
     }
     let mut normal = nalgebra::Matrix3::zeros();
     let mut gradient = Vector3::zeros();

@@ -1,9 +1,10 @@
 //! Corners spread evenly over the picture, or a board that fills it.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Situation, sample};
+use crate::guidance::target::seen_px;
 
 const COLUMNS: usize = 8;
 const ROWS: usize = 6;
@@ -15,12 +16,8 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
         counts[cell(situation, corner.px.x, corner.px.y)] += 1;
     }
     let emptiness = |pose: &Isometry3<f64>| -> f64 {
-        let camera = &situation.belief.camera;
-        situation
-            .board
-            .corners_in_board_m()
+        seen_px(pose, situation.board, situation.belief)
             .iter()
-            .filter_map(|m| camera.project(&(pose * Point3::new(m.x, m.y, 0.0))))
             .map(|px| 1.0 / f64::from(1 + counts[cell(situation, px.x, px.y)]))
             .sum()
     };

@@ -3,23 +3,19 @@
 //! Source: Peng & Sturm, "Calibration Wizard: A Guidance System for Camera Calibration Based on Modelling
 //! Geometric and Corner Uncertainty", ICCV 2019; the search here is over random poses.
 
-use nalgebra::{Isometry3, SMatrix};
+use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Situation, sample};
 use crate::{
     geometry::LENS_PARAMETERS,
-    guidance::information::{PARAMETERS, view_information},
+    guidance::information::{LensMatrix, PARAMETERS, known_information, view_information},
 };
-
-pub(super) type Information = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// Poses that are looked at for each view.
 pub(super) const CANDIDATES: usize = 120;
 /// Tilt and fill that a person can be asked for.
 pub(super) const LIMITS: ([f64; 2], [f64; 2]) = ([0.02, 0.9], [0.4, 0.9]);
-/// Weak beliefs in the order of the parameters: f, cx, cy, k1, k2, p1, p2, k3.
-const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.01, 0.6];
 
 /// Of the candidates the one that leaves the least trace.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
@@ -30,13 +26,15 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
 pub(super) fn best(
     situation: &Situation<'_>,
     rng: &mut ChaCha8Rng,
-    cost: impl Fn(&Information) -> f64,
+    cost: impl Fn(&LensMatrix) -> f64,
 ) -> Option<Isometry3<f64>> {
+    let Situation { board, belief, noise_px, .. } = *situation;
     let known = known(situation);
     sample::random(situation, LIMITS, CANDIDATES, rng)
         .into_iter()
         .filter_map(|pose| {
-            let covariance = covariance(situation, &(known + added(situation, &pose)?))?;
+            let added = view_information(&pose, board, &belief.camera, noise_px)?;
+            let covariance = covariance(situation, &(known + added))?;
             Some((cost(&covariance), pose))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
@@ -44,22 +42,16 @@ pub(super) fn best(
 }
 
 /// Information of the views so far and of the weak beliefs.
-pub(super) fn known(situation: &Situation<'_>) -> Information {
-    let prior = PRIOR_SIGMA.map(|sigma| 1.0 / (sigma * sigma));
-    let prior = Information::from_diagonal(&prior.into());
-    let views = situation.poses.iter().filter_map(|pose| added(situation, pose));
-    views.fold(prior, |sum, view| sum + view)
-}
-
-fn added(situation: &Situation<'_>, pose: &Isometry3<f64>) -> Option<Information> {
-    view_information(pose, situation.board, &situation.belief.camera, situation.noise_px)
+pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
+    let Situation { poses, board, belief, noise_px, .. } = *situation;
+    known_information(poses.iter().copied(), board, &belief.camera, noise_px)
 }
 
 /// Covariance of the parameters that are fitted; zero for the others.
 pub(super) fn covariance(
     situation: &Situation<'_>,
-    information: &Information,
-) -> Option<Information> {
+    information: &LensMatrix,
+) -> Option<LensMatrix> {
     let free = situation.model.freedom(true).free;
     // The first two lens parameters, fx and fy, are one here.
     let is_free = |i: usize| free[if i == 0 { 0 } else { (i + 1).min(LENS_PARAMETERS - 1) }];

@@ -1,11 +1,14 @@
 //! Poses to choose from.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::Situation;
-use crate::geometry::Camera;
+use crate::{
+    geometry::Camera,
+    guidance::{target::tilted, view::bounds_px},
+};
 
 /// A pose in a person's terms.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +29,7 @@ pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometr
     let camera = &situation.belief.camera;
     let size = situation.belief.image_size;
     let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
-    let (sin, cos) = wanted.slot_rad.sin_cos();
-    let axis = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));
-    let rotation = UnitQuaternion::from_axis_angle(&axis, wanted.tilt_rad)
+    let rotation = tilted(wanted.slot_rad, wanted.tilt_rad)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wanted.roll_rad);
     let centre = Point2::new(wanted.centre[0] * width, wanted.centre[1] * height);
     let ray = camera.ideal_from_px(&centre)?;
@@ -50,12 +51,10 @@ pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometr
 fn spans(situation: &Situation<'_>, camera: &Camera, pose: &Isometry3<f64>) -> Option<(bool, f64)> {
     let size = situation.belief.image_size;
     let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
-    let (mut low, mut high) = (Point2::new(f64::MAX, f64::MAX), Point2::new(f64::MIN, f64::MIN));
-    for m in situation.board.corners_in_board_m() {
-        let px = camera.project(&(pose * Point3::new(m.x, m.y, 0.0)))?;
-        low = low.inf(&px);
-        high = high.sup(&px);
-    }
+    let corners_m = situation.board.corners_in_board_m();
+    let seen_px: Option<Vec<Point2<f64>>> =
+        corners_m.iter().map(|m| camera.px_from_board(pose, m)).collect();
+    let (low, high) = bounds_px(seen_px?.into_iter());
     let margin = 12.0;
     let inside =
         low.x >= margin && low.y >= margin && high.x <= width - margin && high.y <= height - margin;

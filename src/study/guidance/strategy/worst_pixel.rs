@@ -6,29 +6,17 @@
 use nalgebra::{Isometry3, SMatrix};
 use rand_chacha::ChaCha8Rng;
 
-use super::{
-    Situation,
-    information::{Information, best},
+use super::{Situation, information::best};
+use crate::{
+    calibration::projection_jacobian,
+    guidance::information::{LensMatrix, PARAMETERS, square_pixels},
 };
-use crate::{calibration::projection_jacobian, guidance::information::PARAMETERS};
 
 /// Of the candidates the one after which the worst pixel is best.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let jacobian = projection_jacobian(&situation.belief.camera, situation.belief.image_size)?;
-    // fx and fy are one parameter here.
-    let joined: Vec<SMatrix<f64, 2, PARAMETERS>> = jacobian
-        .by_lens
-        .iter()
-        .map(|by_lens| {
-            let mut joined = SMatrix::<f64, 2, PARAMETERS>::zeros();
-            joined.set_column(0, &(by_lens.column(0) + by_lens.column(1)));
-            for i in 1..PARAMETERS {
-                joined.set_column(i, &by_lens.column(i + 1));
-            }
-            joined
-        })
-        .collect();
-    best(situation, rng, |covariance: &Information| {
+    let joined: Vec<_> = jacobian.by_lens.iter().map(square_pixels).collect();
+    best(situation, rng, |covariance: &LensMatrix| {
         let variance = |m: &SMatrix<f64, 2, PARAMETERS>| (m * covariance * m.transpose()).trace();
         joined.iter().map(variance).fold(0.0, f64::max)
     })

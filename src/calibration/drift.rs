@@ -1,0 +1,333 @@
+//! Has an installed camera changed? New views against an old calibration, METHOD section 4.
+
+use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector3};
+
+use super::arrow::inverse;
+use super::bundle::{Bundle, BundleState, Observations, adjust, information_at};
+use super::lens_model::LensModel;
+use super::start::typical_sigma_px;
+use crate::board::Checkerboard;
+use crate::frame::ImageSize;
+use crate::geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// χ² at 1 % with 3 degrees of freedom, and the noncentrality at which it is exceeded 95 times of 100.
+const LIMIT: f64 = 11.345;
+const SEEN: f64 = 22.674;
+/// χ² at 1 % with 2 and 1 degrees of freedom.
+const PP_LIMIT: f64 = 9.210;
+const F_LIMIT: f64 = 6.635;
+/// Where f, cx, cy stand among the lens parameters once pixels are square; fy follows f.
+const F_AND_PP: [usize; 3] = [0, 2, 3];
+const DISTORTION: [usize; 5] = [4, 5, 6, 7, 8];
+/// Fewest views from which a change is told: two opposed pairs.
+pub const DRIFT_VIEWS: usize = 4;
+/// A view may reach past the old boards by this share of the picture's width, with this share of its
+/// corners further out.
+const REACH: f64 = 0.05;
+const OUTSIDE: f64 = 0.25;
+/// Residual with the old distortion over that with a free one, from which the lens itself has changed.
+const LENS_CHANGED: f64 = 1.5;
+/// A ray displaced by less than this share of the picture's width is watched, not acted on.
+const MATTERS: f64 = 0.0008;
+/// Taken for the standard deviations of a calibration that states none: f as share of itself, PP as share
+/// of the width, then k1, k2, p1, p2, k3.
+const UNSTATED_F: f64 = 1.5e-3;
+const UNSTATED_PP: f64 = 1.5e-3;
+const UNSTATED_DISTORTION: [f64; 5] = [5e-3, 1e-2, 2e-4, 2e-4, 1e-2];
+
+/// The calibration that a camera is checked against.
+#[derive(Clone, Debug)]
+pub struct OldLens<'a> {
+    /// The lens.
+    pub camera: Camera,
+    /// Its covariance, if the file states it.
+    pub covariance: Option<LensMatrix>,
+    /// Where its boards were; empty if the file does not say.
+    pub outlines: &'a [BoardOutline],
+    /// Its picture.
+    pub image_size: ImageSize,
+}
+
+/// What a check amounts to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriftVerdict {
+    /// No change that these views could see.
+    Ok,
+    /// A change, too small to matter yet.
+    Watch,
+    /// A change that matters.
+    Recalibrate,
+}
+
+/// How an installed camera differs from its old calibration.
+#[derive(Clone, Debug)]
+pub struct Drift {
+    /// See [`DriftVerdict`].
+    pub verdict: DriftVerdict,
+    /// Change of the focal length (of fx, fy in its old proportion) and of the principal point.
+    pub change_px: Vector3<f64>,
+    /// Its standard deviations, those of the old calibration included.
+    pub sd_px: Vector3<f64>,
+    /// `dᵀS⁻¹d` of the three together, and what chance allows 99 times of 100.
+    pub statistic: f64,
+    /// Limit of `statistic`.
+    pub limit: f64,
+    /// Whether the principal point by itself, and the focal length by itself, exceed theirs.
+    pub pp_changed: bool,
+    /// See `pp_changed`.
+    pub f_changed: bool,
+    /// Smallest shift of the principal point that would be told 95 times of 100, in its worst direction.
+    pub visible_pp_px: f64,
+    /// The same for the focal length.
+    pub visible_f_px: f64,
+    /// How far the change moves the image of a ray, at most, over the picture.
+    pub displacement_px: f64,
+    /// The displacement from which the change matters.
+    pub matters_px: f64,
+    /// Residual under the old distortion over that under a free one; far above 1 if the lens itself changed.
+    pub residual_ratio: f64,
+    /// Whether `residual_ratio` is beyond what chance does.
+    pub lens_changed: bool,
+    /// Whether the old calibration states no covariance, so that a usual one was assumed.
+    pub assumed: bool,
+    /// The lens as it is now, with the old distortion.
+    pub camera: Camera,
+    /// The views used, of those given.
+    pub used: Vec<usize>,
+}
+
+/// Why nothing can be said.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoDrift {
+    /// Another picture size: crop or scale of the sensor is unknown.
+    #[error("pictures of {new:?}, calibrated for {old:?}")]
+    OtherSize {
+        /// Of the new views.
+        new: ImageSize,
+        /// Of the old calibration.
+        old: ImageSize,
+    },
+    /// Too few views, or too few where the old calibration has seen boards.
+    #[error(
+        "{usable} usable views, {outside} outside of the calibrated part, {DRIFT_VIEWS} wanted"
+    )]
+    FewViews {
+        /// Views that can be used.
+        usable: usize,
+        /// Views that reach too far out of what the old calibration covered.
+        outside: usize,
+    },
+    /// The views do not determine focal length and principal point.
+    #[error("the views do not determine focal length and principal point")]
+    Undetermined,
+}
+
+impl NoDrift {
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::OtherSize { .. } => "OTHER-SIZE",
+            Self::FewViews { outside: 0, .. } => "VIEWS-FEW",
+            Self::FewViews { .. } => "OUTSIDE-OLD-COVERAGE",
+            Self::Undetermined => "UNDETERMINED",
+        }
+    }
+}
+
+impl DriftVerdict {
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Watch => "watch",
+            Self::Recalibrate => "recalibrate",
+        }
+    }
+}
+
+/// Compares `views` of `board`, one corner per board corner, with an old calibration.
+///
+/// Focal length and principal point are adjusted, the old distortion held. With `I` the information of the
+/// new views, `d = θ' − θ_old`, `A = [−I, −I₃₃⁻¹ I₃ₖ]` and `S = I₃₃⁻¹ + A C_old Aᵀ`, `dᵀS⁻¹d` is χ² with 3
+/// degrees of freedom if nothing changed.
+///
+/// # Errors
+///
+/// [`NoDrift`].
+pub fn drift(
+    views: &[Vec<Corner>],
+    board: &Checkerboard,
+    image_size: ImageSize,
+    old: &OldLens<'_>,
+) -> Result<Drift, NoDrift> {
+    if image_size != old.image_size {
+        return Err(NoDrift::OtherSize { new: image_size, old: old.image_size });
+    }
+    let usable = |view: &Vec<Corner>| view.len() == board.corner_count();
+    let used: Vec<usize> = (0..views.len())
+        .filter(|view| usable(&views[*view]) && is_covered(&views[*view], old))
+        .collect();
+    if used.len() < DRIFT_VIEWS {
+        let outside = views.iter().filter(|view| usable(view) && !is_covered(view, old)).count();
+        return Err(NoDrift::FewViews { usable: used.len(), outside });
+    }
+    // Rows are scaled so that the old pixels are square, and the result back again.
+    let aspect = old.camera.f_px.x / old.camera.f_px.y;
+    let scaled: Vec<Vec<Corner>> = used
+        .iter()
+        .map(|view| views[*view].iter().map(|c| stretched(c, aspect)).collect())
+        .collect();
+    let mut camera = old.camera;
+    camera.f_px.y = camera.f_px.x;
+    camera.pp_px.y *= aspect;
+    let board_m = board.corners_in_board_m();
+    let change = Change::of(&scaled, &board_m, camera).ok_or(NoDrift::Undetermined)?;
+    let assumed = old.covariance.is_none();
+    let old_covariance =
+        scaled_covariance(&old.covariance.unwrap_or_else(|| unstated(&camera, image_size)), aspect);
+    let covariance = change.covariance(&old_covariance).ok_or(NoDrift::Undetermined)?;
+    let d = change.d_px;
+    let information = inverse(&covariance).ok_or(NoDrift::Undetermined)?;
+    let statistic = (d.transpose() * information * d).x;
+    let pp_covariance: Matrix2<f64> = covariance.fixed_view::<2, 2>(1, 1).into();
+    let of_pp = inverse(&pp_covariance).ok_or(NoDrift::Undetermined)?;
+    let pp_statistic = (d.yz().transpose() * of_pp * d.yz()).x;
+    let weakest: Matrix2<f64> = information.fixed_view::<2, 2>(1, 1).into();
+    let back = Vector3::new(1.0, 1.0, 1.0 / aspect);
+    let change_px = d.component_mul(&back);
+    let displacement_px = displacement_px(&old.camera, &change_px, image_size);
+    let matters_px = MATTERS * f64::from(image_size.width_px);
+    let residual_ratio = change.residual_ratio;
+    let lens_changed = residual_ratio > LENS_CHANGED;
+    let verdict = if lens_changed || (statistic > LIMIT && displacement_px > matters_px) {
+        DriftVerdict::Recalibrate
+    } else if statistic > LIMIT {
+        DriftVerdict::Watch
+    } else {
+        DriftVerdict::Ok
+    };
+    let mut now = old.camera;
+    now.f_px *= 1.0 + change_px.x / now.f_px.x;
+    now.pp_px += change_px.yz();
+    Ok(Drift {
+        verdict,
+        change_px,
+        sd_px: covariance.diagonal().map(f64::sqrt).component_mul(&back),
+        statistic,
+        limit: LIMIT,
+        pp_changed: pp_statistic > PP_LIMIT,
+        f_changed: d.x * d.x / covariance[(0, 0)] > F_LIMIT,
+        visible_pp_px: (SEEN / weakest.symmetric_eigenvalues().min()).sqrt(),
+        visible_f_px: (SEEN / information[(0, 0)]).sqrt(),
+        displacement_px,
+        matters_px,
+        residual_ratio,
+        lens_changed,
+        assumed,
+        camera: now,
+        used,
+    })
+}
+
+/// Whether a view stays, by and large, where the old calibration had boards; yes if that is not known.
+fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
+    if old.outlines.is_empty() {
+        return true;
+    }
+    let reach_px = REACH * f64::from(old.image_size.width_px);
+    let outside = view
+        .iter()
+        .filter(|corner| !old.outlines.iter().any(|outline| outline.reaches(&corner.px, reach_px)))
+        .count();
+    outside as f64 <= OUTSIDE * view.len() as f64
+}
+
+fn stretched(corner: &Corner, aspect: f64) -> Corner {
+    let stretch = Matrix2::new(1.0, 0.0, 0.0, aspect);
+    Corner {
+        px: Point2::new(corner.px.x, corner.px.y * aspect),
+        covariance_px2: stretch * corner.covariance_px2 * stretch,
+    }
+}
+
+/// Over `(f, f, cx, cy, …)` of square pixels: fy follows fx.
+fn scaled_covariance(covariance: &LensMatrix, aspect: f64) -> LensMatrix {
+    let scale = |i: usize| if i == 1 || i == 3 { aspect } else { 1.0 };
+    LensMatrix::from_fn(|i, j| covariance[(i, j)] * scale(i) * scale(j))
+}
+
+fn unstated(camera: &Camera, image_size: ImageSize) -> LensMatrix {
+    let mut covariance = LensMatrix::zeros();
+    covariance.fixed_view_mut::<2, 2>(0, 0).fill((UNSTATED_F * camera.f_px.x).powi(2));
+    for axis in 2..4 {
+        covariance[(axis, axis)] = (UNSTATED_PP * f64::from(image_size.width_px)).powi(2);
+    }
+    for (i, sd) in DISTORTION.into_iter().zip(UNSTATED_DISTORTION) {
+        covariance[(i, i)] = sd * sd;
+    }
+    covariance
+}
+
+/// The largest distance by which a ray's image moves with f and PP, over the picture.
+fn displacement_px(camera: &Camera, change_px: &Vector3<f64>, image_size: ImageSize) -> f64 {
+    let relative = change_px.x / camera.f_px.x;
+    cell_centres_px(image_size)
+        .map(|px| ((px - camera.pp_px) * relative + change_px.yz()).norm())
+        .fold(0.0, f64::max)
+}
+
+/// New views adjusted with the old distortion.
+struct Change {
+    d_px: Vector3<f64>,
+    /// Of `(f, cx, cy)` from the new views.
+    unit_covariance: Matrix3<f64>,
+    /// Of `(f, cx, cy)` with the distortion, per unit of noise.
+    cross: SMatrix<f64, 3, 5>,
+    noise_factor: f64,
+    residual_ratio: f64,
+}
+
+impl Change {
+    fn of(views: &[Vec<Corner>], board_m: &[Point2<f64>], old: Camera) -> Option<Self> {
+        let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
+        let observations = Observations::new(board_m, &slices).ok()?;
+        let cam_from_board = views
+            .iter()
+            .map(|view| Some(fit_pose(&old, board_m, view).ok()?.cam_from_board))
+            .collect::<Option<_>>()?;
+        let start = BundleState { camera: old, cam_from_board };
+        let fixed = LensModel::Pinhole.freedom(true);
+        let bundle = adjust(&observations, &fixed, None, start)?;
+        let richest = LensModel::K1K2P1P2K3.freedom(true);
+        let free = adjust(&observations, &richest, None, bundle.state.clone());
+        let information = information_at(&observations, &richest, &bundle.state)?;
+        let of = |bundle: &Bundle| bundle.noise_factor().max(1e-3 / typical_sigma_px(views));
+        let noise_factor = of(&bundle);
+        let now = bundle.state.camera;
+        let off = now.pp_px - old.pp_px;
+        let own = Matrix3::from_fn(|i, j| information[(F_AND_PP[i], F_AND_PP[j])]);
+        Some(Self {
+            d_px: Vector3::new(now.f_px.x - old.f_px.x, off.x, off.y),
+            unit_covariance: inverse(&own)?,
+            cross: SMatrix::from_fn(|i, j| information[(F_AND_PP[i], DISTORTION[j])]),
+            noise_factor,
+            residual_ratio: free.map_or(1.0, |free| noise_factor / of(&free)),
+        })
+    }
+
+    /// S.
+    fn covariance(&self, old: &LensMatrix) -> Option<Matrix3<f64>> {
+        let by_distortion = self.unit_covariance * self.cross;
+        let mut a = SMatrix::<f64, 3, 8>::zeros();
+        a.fixed_view_mut::<3, 3>(0, 0).copy_from(&-Matrix3::identity());
+        a.fixed_view_mut::<3, 5>(0, 3).copy_from(&-by_distortion);
+        let order: Vec<usize> = F_AND_PP.into_iter().chain(DISTORTION).collect();
+        let old = SMatrix::<f64, 8, 8>::from_fn(|i, j| old[(order[i], order[j])]);
+        let covariance = self.unit_covariance * self.noise_factor.powi(2) + a * old * a.transpose();
+        let usable = covariance.iter().all(|x| x.is_finite())
+            && covariance.diagonal().iter().all(|variance| *variance > 0.0);
+        usable.then_some(covariance)
+    }
+}

@@ -1,0 +1,56 @@
+//! Is a frame whole? Decided before a picture may count, because decoders fill in what is missing.
+//!
+//! | stage | question |
+//! |---|---|
+//! | [`raw`] | has an uncompressed frame as many bytes as its mode needs? |
+//! | [`jpeg`] | start, headers, picture size, end within the frame's bytes? Missing Huffman tables are put in |
+//! | [`scan`] | does the compressed data hold every block of the picture, and nothing else? |
+//!
+//! Limit: JPEG has no checksum. A changed bit within a coefficient's value that keeps every code's length
+//! gives another picture of the same structure, and nothing in the frame tells.
+
+mod huffman;
+mod jpeg;
+mod scan;
+
+pub use jpeg::{Checked, JpegGate};
+
+/// Why a frame is not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flaw {
+    /// The driver flagged it.
+    Flagged,
+    /// It has no bytes.
+    Empty,
+    /// It has more bytes than its buffer.
+    Overlong,
+    /// It has fewer bytes than its mode needs.
+    Short,
+    /// It does not begin as a JPEG.
+    NoStart,
+    /// It does not end as a JPEG.
+    NoEnd,
+    /// Its headers are not those of a camera's JPEG.
+    BadHeader,
+    /// Its picture has another size than the mode.
+    OtherSize,
+    /// Its compressed data ends before its picture does, or holds what no encoder writes.
+    BrokenScan,
+    /// Its compressed data goes on after its picture.
+    SurplusScan,
+    /// The decoder refused it.
+    Undecodable,
+}
+
+/// Least number of bytes of an uncompressed frame of `rows` rows, `bytes_per_row` apart.
+///
+/// # Errors
+///
+/// [`Flaw::Empty`] or [`Flaw::Short`] if `used` is less.
+pub fn raw(used: usize, rows: usize, bytes_per_row: usize) -> Result<(), Flaw> {
+    match used {
+        0 => Err(Flaw::Empty),
+        _ if rows.checked_mul(bytes_per_row).is_none_or(|needed| used < needed) => Err(Flaw::Short),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,198 @@
+//! What this program asks of the operating system about cameras, by meaning.
+//!
+//! Two implementations: [`super::linux`] makes the system calls; [`super::simulated`] is a model with
+//! strict rules of buffer ownership and faults on demand. Whatever a driver answers is untrusted.
+
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+/// A number by which the system says why it refused.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Errno(pub i32);
+
+impl Errno {
+    /// Its words.
+    pub fn words(self) -> String {
+        std::io::Error::from_raw_os_error(self.0).to_string()
+    }
+}
+
+impl fmt::Debug for Errno {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.words())
+    }
+}
+
+/// An open device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Handle(pub i32);
+
+/// A video node as sysfs shows it. Texts are from the device: nothing about them is certain.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Node {
+    /// Such as `/dev/video0`.
+    pub path: PathBuf,
+    /// Where the device hangs: the folder in sysfs, below `/sys/devices`.
+    pub place: String,
+    /// Which of the device's nodes it is.
+    pub index: u32,
+    /// USB vendor and product number.
+    pub usb_id: Option<(u16, u16)>,
+    /// USB serial number; cheap cameras share one or have none.
+    pub serial: String,
+    /// Names under `/dev/v4l/by-id` and `/dev/v4l/by-path` that lead here.
+    pub links: Vec<PathBuf>,
+}
+
+/// Answer to a query for capabilities.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Capability {
+    /// Name of the driver.
+    pub driver: String,
+    /// Name of the camera.
+    pub card: String,
+    /// What this node can do, not the whole device.
+    pub node_caps: u32,
+}
+
+/// The node captures pictures.
+pub const CAP_VIDEO_CAPTURE: u32 = 0x0000_0001;
+/// The node streams.
+pub const CAP_STREAMING: u32 = 0x0400_0000;
+
+/// A four-character code.
+pub type FourCc = [u8; 4];
+
+/// Sizes that a format comes in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameSizes {
+    /// One size.
+    Discrete(u32, u32),
+    /// A range.
+    Stepwise {
+        /// Least, largest and step of the width.
+        width: (u32, u32, u32),
+        /// Least, largest and step of the height.
+        height: (u32, u32, u32),
+    },
+}
+
+/// Time from frame to frame as a fraction of a second. Either part may be 0.
+pub type Fraction = (u32, u32);
+
+/// Format of the pictures in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Format {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// How pixels are stored.
+    pub fourcc: FourCc,
+    /// Bytes from row to row; 0 if compressed or not said.
+    pub bytes_per_line: u32,
+    /// Bytes of the largest picture; drivers misreport it.
+    pub size_image: u32,
+}
+
+/// A buffer that the driver has handed back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Filled {
+    /// Which.
+    pub index: u32,
+    /// Bytes that are of this frame; the rest are of older ones.
+    pub bytes_used: u32,
+    /// See `FLAG_ERROR`, `TIMESTAMP_MASK`.
+    pub flags: u32,
+    /// Number of the frame; wraps.
+    pub sequence: u32,
+    /// Driver's time stamp.
+    pub nanos: u64,
+}
+
+/// The driver says that the contents are bad.
+pub const FLAG_ERROR: u32 = 0x40;
+/// Which clock a time stamp is of.
+pub const TIMESTAMP_MASK: u32 = 0xe000;
+/// The monotonic clock.
+pub const TIMESTAMP_MONOTONIC: u32 = 0x2000;
+
+/// What a wait ended with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Readiness {
+    /// A buffer is ready.
+    pub readable: bool,
+    /// The device reports an error.
+    pub error: bool,
+}
+
+/// Range of a control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlRange {
+    /// Least value.
+    pub min: i64,
+    /// Largest value.
+    pub max: i64,
+    /// Step.
+    pub step: i64,
+    /// Value at the start.
+    pub default: i64,
+    /// Whether it can be set.
+    pub writable: bool,
+}
+
+/// The system calls of a camera. `Err` carries the system's number.
+///
+/// All devices are opened so that taking a buffer never waits.
+#[allow(missing_docs, reason = "each is the V4L2 or POSIX call of that meaning")]
+pub trait Kernel: Send {
+    /// Video nodes that are there now.
+    fn nodes(&mut self) -> Vec<Node>;
+    fn open(&mut self, path: &Path) -> Result<Handle, Errno>;
+    fn close(&mut self, device: Handle);
+    fn capability(&mut self, device: Handle) -> Result<Capability, Errno>;
+    fn pixel_format(&mut self, device: Handle, index: u32) -> Result<FourCc, Errno>;
+    fn frame_sizes(&mut self, device: Handle, of: FourCc, index: u32) -> Result<FrameSizes, Errno>;
+    /// A range of intervals is given by its shortest.
+    fn frame_interval(
+        &mut self,
+        device: Handle,
+        of: (FourCc, u32, u32),
+        index: u32,
+    ) -> Result<Fraction, Errno>;
+    fn set_format(&mut self, device: Handle, wanted: Format) -> Result<Format, Errno>;
+    fn set_interval(&mut self, device: Handle, wanted: Fraction) -> Result<Fraction, Errno>;
+    /// 0 frees all.
+    fn request_buffers(&mut self, device: Handle, count: u32) -> Result<u32, Errno>;
+    /// Maps a buffer; its length in bytes.
+    fn map(&mut self, device: Handle, index: u32) -> Result<usize, Errno>;
+    fn unmap_all(&mut self, device: Handle);
+    fn queue(&mut self, device: Handle, index: u32) -> Result<(), Errno>;
+    fn dequeue(&mut self, device: Handle) -> Result<Filled, Errno>;
+    fn stream_on(&mut self, device: Handle) -> Result<(), Errno>;
+    fn stream_off(&mut self, device: Handle) -> Result<(), Errno>;
+    fn wait(&mut self, device: Handle, patience: Duration) -> Result<Readiness, Errno>;
+    /// Contents of a mapped buffer that this program owns; `None` if it does not, or it is shorter.
+    fn bytes(&mut self, device: Handle, index: u32, len: usize) -> Option<&[u8]>;
+    fn control_range(&mut self, device: Handle, id: u32) -> Result<ControlRange, Errno>;
+    fn control(&mut self, device: Handle, id: u32) -> Result<i64, Errno>;
+    fn set_control(&mut self, device: Handle, id: u32, value: i64) -> Result<(), Errno>;
+    /// Programs that have the node open, as far as this user may know.
+    fn holders(&mut self, path: &Path) -> Vec<String>;
+    /// The monotonic clock, and how long the computer has slept since its start.
+    fn clock(&mut self) -> Clock;
+    /// Lets time pass.
+    fn pause(&mut self, time: Duration);
+}
+
+/// Readings of the system's clocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Clock {
+    /// Does not run while the computer sleeps. Driver's time stamps are of this clock.
+    pub monotonic_nanos: u64,
+    /// Time slept.
+    pub slept_nanos: u64,
+}

@@ -1,0 +1,33 @@
+//! Cameras of Linux (V4L2), as they are in the field.
+//!
+//! | file | is |
+//! |---|---|
+//! | [`kernel`] | the system calls by meaning: what may be asked, and in which words it is answered |
+//! | [`linux`] | those calls; the only unsafe code of the program |
+//! | [`simulated`] | a model of them with strict rules and faults on demand, for tests |
+//! | [`discovery`] | which cameras are there; by what each is known again |
+//! | [`mode`] | what a camera offers, what is best, what is granted |
+//! | `queue` | the buffers, and who owns each |
+//! | `stream` | one run: newest frames, checked, decoded, timed |
+//! | `health` | frozen, black, alternating, slow, damaged |
+//! | `controls` | focus, zoom, exposure, gain, white balance: locked, read back, put back |
+//! | [`source`] | all of that as a frame source that outlives its camera's absence |
+//!
+//! Whatever a device or driver says is untrusted: numbers are bounded, names are bytes, lists end.
+
+mod controls;
+pub mod discovery;
+mod health;
+pub mod kernel;
+pub mod linux;
+pub mod mode;
+mod queue;
+pub mod simulated;
+pub mod source;
+mod stream;
+
+pub use controls::{Standing, standings};
+pub use discovery::{Camera, Found, discover, find};
+pub use linux::Linux;
+pub use mode::Offer;
+pub use source::LiveCamera;

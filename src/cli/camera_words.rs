@@ -1,0 +1,58 @@
+//! Tells the person what the live camera does, once for each change.
+
+use super::say;
+use crate::{
+    device::{Control, Lock},
+    session::{CameraState, Stream},
+    text::camera as words,
+};
+
+/// What was said last.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CameraWords {
+    told: CameraState,
+}
+
+impl CameraWords {
+    /// Says what is new in `now`.
+    pub(super) fn tell(&mut self, now: &CameraState) {
+        if *now == self.told {
+            return;
+        }
+        let before = std::mem::replace(&mut self.told, now.clone());
+        if let Some(mode) = now.mode.filter(|_| now.mode != before.mode) {
+            say(&format!("  Camera: {}", words::mode(&mode)));
+        }
+        for (fault, detail) in &now.doubts {
+            if !before.doubts.contains_key(fault) {
+                let (cause, action) = words::with_detail(*fault, detail);
+                say(&format!("  {}: {cause}. {action}", fault.code()));
+            }
+        }
+        let (was, is) = (words::obstacle(&before), words::obstacle(now));
+        match is {
+            Some((cause, action)) if was.as_ref().is_none_or(|(before, _)| *before != cause) => {
+                let code = match &now.stream {
+                    Stream::Lost { fault, .. } => format!("{}: ", fault.code()),
+                    Stream::NotLive | Stream::Live => String::new(),
+                };
+                say(&format!("  {code}{cause}. {action}"));
+            }
+            None if was.is_some() => say("  The camera is back."),
+            _ => {}
+        }
+        if now.locks != before.locks {
+            let locks: Vec<String> = Control::ALL
+                .into_iter()
+                .filter(|control| !matches!(now.locks.of(*control), Lock::Unknown | Lock::Absent))
+                .map(|c| format!("{} {}", words::control(c), words::lock(now.locks.of(c))))
+                .collect();
+            let fixed = if locks.is_empty() {
+                "it has no controls to lock".into()
+            } else {
+                locks.join(", ")
+            };
+            say(&format!("  Controls: {fixed}"));
+        }
+    }
+}

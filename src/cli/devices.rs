@@ -1,0 +1,214 @@
+//! `boresight devices`.
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::{Exit, print, say};
+#[cfg(target_os = "linux")]
+use crate::{
+    capture::v4l2::{
+        Camera, Found, Linux, Offer, Standing, discover,
+        kernel::Kernel,
+        mode::{choose, layout},
+        standings,
+    },
+    device::{Fault, Wanted},
+    text::camera::{self as words, printable},
+};
+
+/// List the cameras that are there: the name that finds each again, its modes, its controls.
+///
+/// Example: boresight devices
+///
+/// A camera is named by what it says of itself, so that the name stays right whatever its node is called
+/// after the next start; two equal cameras are told apart by their USB port. Virtual and infrared cameras
+/// are listed and never chosen by themselves. Exit code 1 says that there is no camera.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Print one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let (report, any) = list(!self.json);
+        if self.json {
+            print(&report.to_string())?;
+        }
+        Ok(if any { Exit::Good } else { Exit::Failed })
+    }
+}
+
+/// The report, and whether there is a camera. Tells the person if `tell`.
+#[cfg(not(target_os = "linux"))]
+fn list(tell: bool) -> (Value, bool) {
+    if tell {
+        say("Live cameras are supported on Linux only.");
+    }
+    (json!({ "schema": "boresight.devices/1", "cameras": [], "others": [] }), false)
+}
+
+#[cfg(target_os = "linux")]
+fn list(tell: bool) -> (Value, bool) {
+    let mut kernel = Linux::default();
+    let Found { cameras, others } = discover(&mut kernel);
+    let mut listed = Vec::new();
+    for camera in &cameras {
+        let controls = kernel.open(&camera.node.path).map_or(Vec::new(), |device| {
+            let controls = standings(&mut kernel, device);
+            kernel.close(device);
+            controls
+        });
+        if tell {
+            describe(camera, &controls);
+        }
+        listed.push(report(camera, &controls));
+    }
+    if tell {
+        if cameras.is_empty() {
+            let (cause, action) = ("There is no camera", words::fault(Fault::NotFound).1);
+            say(&format!("{}: {cause}. {action}", Fault::NotFound.code()));
+        }
+        // Metadata nodes come with every camera; they are no news.
+        for other in others.iter().filter(|other| other.why != Fault::NotACamera) {
+            let (cause, action) = words::with_detail(other.why, &other.detail);
+            let node = other.node.path.display();
+            say(&format!("{node}  {}: {cause}. {action}", other.why.code()));
+        }
+    }
+    let others: Vec<Value> = others
+        .iter()
+        .map(|other| {
+            json!({ "node": other.node.path.display().to_string(), "code": other.why.code(),
+                    "detail": printable(&other.detail) })
+        })
+        .collect();
+    let report = json!({ "schema": "boresight.devices/1", "cameras": listed, "others": others });
+    (report, !cameras.is_empty())
+}
+
+#[cfg(target_os = "linux")]
+fn describe(camera: &Camera, controls: &[Standing]) {
+    say(&format!("{}  {}", camera.stable_name(), printable(&camera.name)));
+    let links: Vec<String> =
+        camera.node.links.iter().map(|link| format!(", {}", link.display())).collect();
+    say(&format!("  node      {}{}", camera.node.path.display(), links.concat()));
+    for (applies, fault) in marks(camera) {
+        if applies {
+            say(&format!("  note      {}: {}", fault.code(), words::fault(fault).0));
+        }
+    }
+    let best = choose(&camera.offers, &Wanted::default());
+    for (format, lines) in by_format(&camera.offers) {
+        say(&format!("  {format:8}  {}", lines.join(", ")));
+    }
+    if let Some(best) = best {
+        say(&format!("  auto      {}", mode_name(&best)));
+    }
+    for Standing { control, range, value, automatic } in controls {
+        let value = value.map_or("?".into(), |value| value.to_string());
+        let automatic = match automatic {
+            Some(true) => ", automatic now",
+            Some(false) => ", automatic off",
+            None => "",
+        };
+        let name = words::control(*control);
+        say(&format!("  {name:13} {value} of {} to {}{automatic}", range.min, range.max));
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn marks(camera: &Camera) -> [(bool, Fault); 3] {
+    [
+        (camera.is_virtual, Fault::Virtual),
+        (camera.is_infrared, Fault::Infrared),
+        (camera.has_twin, Fault::Twin),
+    ]
+}
+
+/// Sizes with their rates by format; formats that cannot be read are said to be so.
+#[cfg(target_os = "linux")]
+fn by_format(offers: &[Offer]) -> Vec<(String, Vec<String>)> {
+    let mut formats: Vec<(String, Vec<String>)> = Vec::new();
+    let mut last = None;
+    for offer in offers {
+        let mut name = fourcc(offer);
+        if layout(offer.fourcc).is_none() {
+            name += " (not read)";
+        }
+        let at = match formats.iter().position(|(known, _)| *known == name) {
+            Some(at) => at,
+            None => {
+                formats.push((name, Vec::new()));
+                formats.len() - 1
+            }
+        };
+        let rate = rate(offer).map_or("?".into(), |rate| rate.to_string());
+        let key = (offer.fourcc, offer.size);
+        match formats[at].1.last_mut() {
+            Some(line) if last == Some(key) => *line = format!("{line}/{rate}"),
+            _ => {
+                let size = offer.size;
+                formats[at].1.push(format!("{}x{} at {rate}", size.width_px, size.height_px));
+            }
+        }
+        last = Some(key);
+    }
+    formats
+}
+
+#[cfg(target_os = "linux")]
+fn fourcc(offer: &Offer) -> String {
+    printable(&String::from_utf8_lossy(&offer.fourcc))
+}
+
+/// Pictures per second, to a tenth.
+#[cfg(target_os = "linux")]
+fn rate(offer: &Offer) -> Option<f64> {
+    offer.interval.map(|(n, d)| (f64::from(d) / f64::from(n) * 10.0).round() / 10.0)
+}
+
+#[cfg(target_os = "linux")]
+fn mode_name(offer: &Offer) -> String {
+    let rate = rate(offer).map_or(String::new(), |rate| format!("@{rate}"));
+    format!("{}x{}{rate}:{}", offer.size.width_px, offer.size.height_px, fourcc(offer))
+}
+
+#[cfg(target_os = "linux")]
+fn report(camera: &Camera, controls: &[Standing]) -> Value {
+    let modes: Vec<Value> = camera
+        .offers
+        .iter()
+        .map(|offer| {
+            json!({ "format": fourcc(offer), "size": [offer.size.width_px, offer.size.height_px],
+                    "fps": rate(offer), "readable": layout(offer.fourcc).is_some() })
+        })
+        .collect();
+    let controls: Vec<Value> = controls
+        .iter()
+        .map(|Standing { control, range, value, automatic }| {
+            json!({ "control": words::control(*control), "value": value, "min": range.min,
+                    "max": range.max, "step": range.step, "default": range.default,
+                    "automatic": automatic })
+        })
+        .collect();
+    let usb = camera.node.usb_id.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}"));
+    let links: Vec<String> = camera.node.links.iter().map(|l| l.display().to_string()).collect();
+    json!({
+        "source": camera.stable_name(),
+        "name": printable(&camera.name),
+        "node": camera.node.path.display().to_string(),
+        "links": links,
+        "driver": printable(&camera.driver),
+        "usb": usb,
+        "serial": printable(&camera.node.serial),
+        "place": camera.node.place,
+        "virtual": camera.is_virtual,
+        "infrared": camera.is_infrared,
+        "twin": camera.has_twin,
+        "auto_mode": choose(&camera.offers, &Wanted::default()).map(|offer| mode_name(&offer)),
+        "modes": modes,
+        "controls": controls,
+    })
+}

@@ -1,0 +1,90 @@
+//! What a check of an installed camera found, and what to do.
+
+use crate::calibration::{Drift, DriftVerdict, NoDrift};
+
+/// The verdict with its numbers, and the next action.
+pub fn drift(drift: &Drift) -> (String, &'static str) {
+    let moved_px = drift.displacement_px;
+    if drift.lens_changed {
+        return (
+            format!(
+                "RECALIBRATE: the old distortion does not fit, residuals are {:.1} times as large as with a new one",
+                drift.residual_ratio
+            ),
+            "Is it the same lens, and is it clean? Calibrate anew.",
+        );
+    }
+    match drift.verdict {
+        DriftVerdict::Ok => {
+            ("OK: no change that these views could show".into(), "Keep the calibration.")
+        }
+        DriftVerdict::Watch => (
+            format!(
+                "WATCH: the camera has changed, by up to {moved_px:.2} px in the picture, less than the {:.2} px that matter",
+                drift.matters_px
+            ),
+            "Keep the calibration, and check again soon.",
+        ),
+        DriftVerdict::Recalibrate => (
+            format!(
+                "RECALIBRATE: the camera has changed, by up to {moved_px:.1} px in the picture, more than the {:.2} px that matter",
+                drift.matters_px
+            ),
+            "Calibrate anew; look for a loose lens, mount, or a changed focus or zoom.",
+        ),
+    }
+}
+
+/// The measured changes, one line each.
+pub fn drift_numbers(drift: &Drift) -> [String; 3] {
+    let [f, x, y]: [f64; 3] = drift.change_px.into();
+    let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
+    [
+        format!("focal length     changed by {f:+.2} ± {sd_f:.2} px"),
+        format!("principal point  changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px"),
+        format!(
+            "smallest change that would have been seen: {:.1} px of the principal point, {:.1} px of the focal length",
+            drift.visible_pp_px, drift.visible_f_px
+        ),
+    ]
+}
+
+/// What makes the test weaker than it could be.
+pub fn drift_is_weak() -> &'static str {
+    "The old file states no uncertainty: a usual one was assumed, so that only larger changes are told. A calibration.json of this program makes the test sharper"
+}
+
+/// Why there is no verdict, and what to do.
+pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
+    match *reason {
+        NoDrift::OtherSize { new, old } => (
+            format!(
+                "NO VERDICT: the pictures are {}x{}, the calibration is for {}x{}",
+                new.width_px, new.height_px, old.width_px, old.height_px
+            ),
+            "Set the camera to the mode that it was calibrated in; another mode may crop or scale the sensor.",
+        ),
+        NoDrift::FewViews { usable, outside: 0 } => (
+            format!("NO VERDICT: {usable} usable views, two opposed pairs are wanted"),
+            "Show the poses that are asked for.",
+        ),
+        NoDrift::FewViews { usable, outside } => (
+            format!(
+                "NO VERDICT: {outside} views lie where the old calibration has seen no board, {usable} can be used, 4 are wanted"
+            ),
+            "Hold the board where the old boards were, or calibrate anew: outside of them the test is blind.",
+        ),
+        NoDrift::Undetermined => (
+            "NO VERDICT: the views do not determine focal length and principal point".into(),
+            "Tip the board 30 to 50°, in opposed pairs.",
+        ),
+    }
+}
+
+/// Why another camera gets no verdict, and what to do.
+pub fn other_camera(old: &str, new: &str) -> (String, &'static str) {
+    (
+        format!("NO VERDICT: the calibration is of {old:?}, this camera is {new:?}"),
+        "If it is the same camera under another name, say --same-camera.",
+    )
+}

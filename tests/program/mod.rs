@@ -1,0 +1,58 @@
+//! The program, run as a person would.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+/// How a run ended.
+pub(crate) struct Ended {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+/// The program with these arguments in `folder`, not started yet; nobody types.
+pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_boresight"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command
+}
+
+/// Runs the program in `folder` to its end.
+pub(crate) fn boresight(folder: &Path, arguments: &[&str]) -> Ended {
+    let output = program(folder, arguments).output().expect("started");
+    Ended {
+        code: output.status.code().expect("not killed"),
+        stdout: String::from_utf8(output.stdout).expect("text"),
+        stderr: String::from_utf8(output.stderr).expect("text"),
+    }
+}
+
+/// The run ended with `code`, and with these words for the person; none of them are a programmer's.
+pub(crate) fn says(ended: &Ended, code: i32, words: &[&str]) {
+    for word in words {
+        assert!(ended.stderr.contains(word), "no {word:?} in: {}", ended.stderr);
+    }
+    assert_eq!(ended.code, code, "{}", ended.stderr);
+    for word in ["panicked", "backtrace", "unwrap"] {
+        assert!(!ended.stderr.contains(word), "{}", ended.stderr);
+    }
+}
+
+/// Every folder and file below `folder`, with its contents.
+pub(crate) fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("listable") {
+        let path = entry.expect("listable").path();
+        if path.is_dir() {
+            found.push((path.clone(), Vec::new()));
+            found.extend(contents(&path));
+        } else {
+            found.push((path.clone(), fs::read(&path).expect("readable")));
+        }
+    }
+    found.sort();
+    found
+}
