@@ -3,9 +3,11 @@
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
 pub mod camera;
+pub mod charts;
 mod controls;
 mod drift;
 mod errors;
+pub mod explore;
 mod findings;
 pub mod window;
 

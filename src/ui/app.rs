@@ -6,6 +6,7 @@ use egui::{CentralPanel, Context, Frame, Panel, RichText, ThemePreference, Ui, V
 
 use super::{
     desk::{Desk, Ended, Trouble, Wake, Wish},
+    explore::{self, Explored},
     guide,
     keys::{self, Ask, toggle},
     result,
@@ -16,7 +17,7 @@ use super::{
 };
 use crate::{
     session::Command,
-    text::{Act, window as words},
+    text::{Act, charts::Chart, window as words},
 };
 
 /// How often the picture is painted while something moves that does not come from the source.
@@ -33,6 +34,8 @@ pub enum Page {
     Guide,
     /// The calibration.
     Result,
+    /// The paper's effect to play with.
+    Explore,
 }
 
 /// The whole window.
@@ -42,6 +45,8 @@ pub struct App {
     stage: Stage,
     screen: Screen,
     page: Page,
+    explored: Explored,
+    chart: Chart,
     sound: Sound,
     help: bool,
     note: Option<String>,
@@ -66,6 +71,8 @@ impl App {
             stage: Stage::NotStarted(nothing),
             screen: Screen::default(),
             page: Page::Guide,
+            explored: Explored::default(),
+            chart: Chart::default(),
             sound: Sound::new(),
             help: false,
             note: None,
@@ -140,6 +147,7 @@ impl App {
             (Stage::NotStarted(trouble), Page::Guide) => {
                 trouble::show(ui, trouble, &self.wish, &mut asks);
             }
+            (_, Page::Explore) => explore::show(ui, &mut self.explored),
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
                 let state = match stage {
@@ -150,7 +158,8 @@ impl App {
                 };
                 let formats = self.desk.formats();
                 let exported = self.exported.as_ref();
-                result::show(ui, &self.screen, &state, &formats, exported, &mut asks);
+                let context = result::Context { state, formats: &formats, exported };
+                result::show(ui, &self.screen, &context, &mut self.chart, &mut asks);
             }
         }
         self.help(ui);
@@ -173,8 +182,11 @@ impl App {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
                 ui.spacing_mut().button_padding.x = 6.0;
-                for (page, act) in [(Page::Guide, Act::GuidePage), (Page::Result, Act::ResultPage)]
-                {
+                for (page, act) in [
+                    (Page::Guide, Act::GuidePage),
+                    (Page::Result, Act::ResultPage),
+                    (Page::Explore, Act::ExplorePage),
+                ] {
                     toggle(ui, act, self.page == page, asks);
                 }
                 ui.separator();
@@ -303,7 +315,8 @@ impl App {
                 Act::Help => self.help ^= true,
                 Act::GuidePage => self.page = Page::Guide,
                 Act::ResultPage => self.page = Page::Result,
-                Act::ExplorePage | Act::SettingsPage => {}
+                Act::ExplorePage => self.page = Page::Explore,
+                Act::SettingsPage => {}
             },
             Ask::Remove(view) => self.command(ctx, Command::Remove { view }),
             Ask::Open(wish) => self.open(ctx, *wish),

@@ -15,10 +15,12 @@
 //! | `keys`, `sound` | what can be done by hand; what is heard |
 //! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, accepted views |
 //! | `result` | verdict, findings, numbers, exports |
+//! | `explore` | the paper's effect to play with |
 //! | `trouble` | a session that could not be started |
 
 mod app;
 pub mod desk;
+pub mod explore;
 pub mod guide;
 mod keys;
 mod picture;

@@ -13,10 +13,14 @@ use boresight::{
     ui::{
         Ask, SMALLEST, Screen, apply_theme,
         desk::{Ended, Trouble, Wish},
+        explore::{self, Explored},
         guide, result, trouble,
     },
 };
-use boresight::{guidance::Plan, text::Act};
+use boresight::{
+    guidance::Plan,
+    text::{Act, charts::Chart},
+};
 use egui::{Theme, accesskit::Role};
 use egui_kittest::{
     Harness, SnapshotResults,
@@ -31,6 +35,8 @@ use world::SIZE;
 struct Table {
     screen: Screen,
     page: Page,
+    chart: Chart,
+    explored: Explored,
     asks: Vec<Ask>,
 }
 
@@ -38,6 +44,7 @@ struct Table {
 enum Page {
     Guide,
     Result,
+    Explore,
 }
 
 fn show(ui: &mut egui::Ui, table: &mut Table) {
@@ -49,9 +56,14 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
                 files: vec!["sessions/one/calibration.json".into()],
                 trouble: None,
             };
-            let state = result::State::Ended(&ended);
-            result::show(ui, &table.screen, &state, &["OpenCV", "ROS"], None, &mut table.asks);
+            let context = result::Context {
+                state: result::State::Ended(&ended),
+                formats: &["OpenCV", "ROS"],
+                exported: None,
+            };
+            result::show(ui, &table.screen, &context, &mut table.chart, &mut table.asks);
         }
+        Page::Explore => explore::show(ui, &mut table.explored),
     }
 }
 
@@ -73,7 +85,13 @@ fn harness(page: Page, moment: &Moment, theme: Theme, scale: f32) -> Harness<'st
         name: String::new(),
         image: GrayImage::from_fn(320, 180, |x, _| image::Luma([if x < 160 { 90 } else { 150 }])),
     };
-    let table = Table { screen: Screen::default(), page, asks: Vec::new() };
+    let table = Table {
+        screen: Screen::default(),
+        page,
+        chart: Chart::default(),
+        explored: Explored::default(),
+        asks: Vec::new(),
+    };
     let mut harness = Harness::builder()
         .with_size(SMALLEST)
         .with_pixels_per_point(scale)
@@ -123,7 +141,54 @@ fn every_moment_is_read_on_every_page() {
             }
         }
         result.get_by_role_and_label(Role::Button, "OpenCV");
+        // It does not depend on the session; it must stand beside every one.
+        harness(Page::Explore, &moment, Theme::Dark, 1.0).get_by_label("8.47 px");
     }
+}
+
+#[test]
+fn every_chart_says_what_it_shows() {
+    let moments = moments();
+    let done = moments.iter().find(|m| m.name == "done good").expect("there");
+    let mut result = harness(Page::Result, done, Theme::Dark, 1.0);
+    for chart in Chart::ALL {
+        result.get_by_role_and_label(Role::Button, chart.name()).click();
+        result.run();
+        let described = |label: Option<String>| {
+            label.is_some_and(|label| label.starts_with(&format!("{}: ", chart.name())))
+        };
+        let images = result.get_all_by_role(Role::Image);
+        assert_eq!(
+            images.filter(|n| described(n.accesskit_node().label())).count(),
+            1,
+            "{chart:?}"
+        );
+    }
+}
+
+#[test]
+fn a_dragged_board_deflects_its_line_and_a_partner_cancels_it() {
+    let moments = moments();
+    let mut page = harness(Page::Explore, &moments[0], Theme::Dark, 1.0);
+    page.get_by_label("0.303°");
+    page.get_by_label("With its partner").click();
+    page.run();
+    page.get_by_label("0 px");
+    let picture = page.get_by_role(Role::Image).rect();
+    let middle = picture.center();
+    page.drag_at(middle + egui::vec2(40.0, 0.0));
+    page.step();
+    page.hover_at(middle + egui::vec2(120.0, 0.0));
+    page.step();
+    page.drop_at(middle + egui::vec2(120.0, 0.0));
+    page.run();
+    let seen = page.state().explored.seen();
+    let offset_px = seen.deflection.expect("a line").offset_px.abs();
+    assert!(offset_px > 20.0, "dragged across its line: {offset_px}");
+    page.get_by_label("0 px");
+    page.get_by_label("As in the paper").click();
+    page.run();
+    page.get_by_label("8.47 px");
 }
 
 #[test]
@@ -231,6 +296,7 @@ fn pages_look_as_they_did() {
         ("guide_camera_lost", Page::Guide, "camera lost", Theme::Dark),
         ("result_good", Page::Result, "done good", Theme::Dark),
         ("result_untrustworthy_light", Page::Result, "done untrustworthy", Theme::Light),
+        ("explore", Page::Explore, "fresh", Theme::Dark),
     ] {
         let mut harness = harness(page, at(name), theme, 1.0);
         harness.snapshot(file);
