@@ -76,8 +76,16 @@ const MAY_USE: &[(&str, &[&str])] = &[
 ];
 
 /// What the window's panels may use: plain data and words.
-const PANELS: &[&str] =
-    &["ui/guide/", "ui/result/", "ui/trouble.rs", "ui/picture.rs", "ui/screen.rs", "ui/theme.rs"];
+const PANELS: &[&str] = &[
+    "ui/guide/",
+    "ui/result/",
+    "ui/replay/",
+    "ui/settings.rs",
+    "ui/trouble.rs",
+    "ui/picture.rs",
+    "ui/screen.rs",
+    "ui/theme.rs",
+];
 const PANELS_USE: &[&str] =
     &["board", "frame", "geometry", "calibration", "guidance", "session", "text"];
 

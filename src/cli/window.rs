@@ -12,7 +12,7 @@ use anyhow::{Context, bail};
 use image::GrayImage;
 
 use super::{
-    Exit, export,
+    Exit, camera, export,
     guide::{Opening, RESULT_FILE, Run, stop_flag},
 };
 use crate::{
@@ -32,8 +32,14 @@ use crate::{
 pub(super) fn run(opening: Opening, json: bool) -> anyhow::Result<Exit> {
     let exit = Arc::new(Mutex::new(Exit::Good));
     let program = Program { opening, json, stop: stop_flag()?, exit: Arc::clone(&exit) };
-    match ui::run(Box::new(program)) {
-        Ok(()) => Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner)),
+    or_say_why(ui::run(Box::new(program)))?;
+    Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Turns the lack of a window into an error with its next action.
+pub(super) fn or_say_why(outcome: Result<(), NoWindow>) -> anyhow::Result<()> {
+    match outcome {
+        Ok(()) => Ok(()),
         Err(err @ NoWindow::NoDisplay) => bail!("{err}\n{}", text::window::NO_DISPLAY_ACTION),
         Err(err @ NoWindow::Refused { .. }) => bail!("{err}\n{}", text::window::NO_WINDOW_ACTION),
     }
@@ -56,6 +62,7 @@ impl Desk for Program {
         };
         Wish {
             source: self.opening.source.clone(),
+            mode: config.camera.mode.clone(),
             board: [config.board.columns, config.board.rows],
             square_m: config.board.square_mm * 1e-3,
             plan,
@@ -69,10 +76,10 @@ impl Desk for Program {
     }
 
     fn sources(&mut self) -> Vec<(String, String)> {
-        vec![
-            ("auto".into(), text::window::SOURCE_AUTO.into()),
-            ("sim".into(), text::window::SOURCE_SIMULATED.into()),
-        ]
+        let mut sources = vec![("auto".into(), text::window::SOURCE_AUTO.into())];
+        sources.extend(camera::names());
+        sources.push(("sim".into(), text::window::SOURCE_SIMULATED.into()));
+        sources
     }
 
     fn formats(&self) -> Vec<&'static str> {
@@ -93,6 +100,9 @@ impl Program {
         let mut config = self.opening.config.clone();
         [config.board.columns, config.board.rows] = wish.board;
         config.board.square_mm = wish.square_m * 1e3;
+        config.camera.mode.clone_from(&wish.mode);
+        // What was typed is checked as a settings file is.
+        let mut config = config.with(&[])?;
         config.guidance.plan = match wish.plan {
             Plan::Quick => PlanName::Quick,
             Plan::Full => PlanName::Full,

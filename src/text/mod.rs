@@ -9,6 +9,8 @@ mod drift;
 mod errors;
 pub mod explore;
 mod findings;
+pub mod replay;
+pub mod settings;
 pub mod window;
 
 pub use controls::{Act, Control};

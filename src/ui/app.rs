@@ -11,6 +11,7 @@ use super::{
     keys::{self, Ask, toggle},
     result,
     screen::Screen,
+    settings,
     sound::{Sound, Tone},
     stage::{Running, Stage},
     trouble,
@@ -36,12 +37,17 @@ pub enum Page {
     Result,
     /// The paper's effect to play with.
     Explore,
+    /// The next session, and how the window looks and sounds.
+    Settings,
 }
 
 /// The whole window.
 pub struct App {
     desk: Box<dyn Desk>,
     wish: Wish,
+    /// What the settings page says of the next session.
+    draft: Wish,
+    sources: Vec<(String, String)>,
     stage: Stage,
     screen: Screen,
     page: Page,
@@ -68,6 +74,8 @@ impl App {
         let mut app = Self {
             desk,
             wish: wish.clone(),
+            draft: wish.clone(),
+            sources: Vec::new(),
             stage: Stage::NotStarted(nothing),
             screen: Screen::default(),
             page: Page::Guide,
@@ -147,6 +155,10 @@ impl App {
             (Stage::NotStarted(trouble), Page::Guide) => {
                 trouble::show(ui, trouble, &self.wish, &mut asks);
             }
+            (_, Page::Settings) => {
+                let preferences = self.screen.preferences;
+                settings::show(ui, &mut self.draft, &self.sources, &preferences, &mut asks);
+            }
             (_, Page::Explore) => explore::show(ui, &mut self.explored),
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
@@ -186,13 +198,17 @@ impl App {
                     (Page::Guide, Act::GuidePage),
                     (Page::Result, Act::ResultPage),
                     (Page::Explore, Act::ExplorePage),
+                    (Page::Settings, Act::SettingsPage),
                 ] {
                     toggle(ui, act, self.page == page, asks);
                 }
-                ui.separator();
                 match &self.stage {
-                    Stage::Running(_) => guide::buttons(ui, &self.screen, asks),
+                    Stage::Running(_) => {
+                        ui.separator();
+                        guide::buttons(ui, &self.screen, asks);
+                    }
                     Stage::Ended(_) => {
+                        ui.separator();
                         keys::button(ui, Act::GoOn, asks);
                         keys::button(ui, Act::New, asks);
                     }
@@ -316,7 +332,10 @@ impl App {
                 Act::GuidePage => self.page = Page::Guide,
                 Act::ResultPage => self.page = Page::Result,
                 Act::ExplorePage => self.page = Page::Explore,
-                Act::SettingsPage => {}
+                Act::SettingsPage => {
+                    self.page = Page::Settings;
+                    self.sources = self.desk.sources();
+                }
             },
             Ask::Remove(view) => self.command(ctx, Command::Remove { view }),
             Ask::Open(wish) => self.open(ctx, *wish),

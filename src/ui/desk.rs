@@ -50,6 +50,8 @@ pub trait Desk {
 pub struct Wish {
     /// Name of the source.
     pub source: String,
+    /// Mode of a live camera, as in the settings file.
+    pub mode: String,
     /// Inner corners of the board: columns, rows.
     pub board: [u16; 2],
     /// Side of a square.

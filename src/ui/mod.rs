@@ -16,6 +16,8 @@
 //! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, accepted views |
 //! | `result` | verdict, findings, numbers, exports |
 //! | `explore` | the paper's effect to play with |
+//! | `replay` | a recording, decision by decision |
+//! | `settings` | the next session, and how the window looks and sounds |
 //! | `trouble` | a session that could not be started |
 
 mod app;
@@ -24,9 +26,11 @@ pub mod explore;
 pub mod guide;
 mod keys;
 mod picture;
+pub mod replay;
 pub mod result;
 mod run;
 mod screen;
+pub mod settings;
 mod sound;
 mod stage;
 mod theme;
@@ -35,6 +39,6 @@ pub mod trouble;
 pub use app::{App, Page};
 pub use keys::Ask;
 pub use picture::{Picture, Placed};
-pub use run::{NoWindow, SMALLEST, run};
+pub use run::{NoWindow, SMALLEST, run, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::apply as apply_theme;

@@ -5,7 +5,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use egui::{Vec2, ViewportBuilder};
 
-use super::{app::App, desk::Desk};
+use super::{
+    app::App,
+    desk::Desk,
+    replay::{self, Replayed},
+};
 use crate::text::window as words;
 
 /// Smallest window in which nothing is cut off.
@@ -31,6 +35,30 @@ pub enum NoWindow {
 ///
 /// [`NoWindow`]; no session has been started then.
 pub fn run(desk: Box<dyn Desk>) -> Result<(), NoWindow> {
+    open(|ctx| Box::new(App::new(ctx, desk)))
+}
+
+/// Shows a recording until the window is closed.
+///
+/// # Errors
+///
+/// [`NoWindow`].
+pub fn run_replay(replayed: Replayed) -> Result<(), NoWindow> {
+    open(|ctx| {
+        super::theme::apply(ctx);
+        Box::new(ReplayWindow(replayed))
+    })
+}
+
+struct ReplayWindow(Replayed);
+
+impl eframe::App for ReplayWindow {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        replay::show(ui, &mut self.0);
+    }
+}
+
+fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
     let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name)) {
         return Err(NoWindow::NoDisplay);
@@ -63,7 +91,7 @@ pub fn run(desk: Box<dyn Desk>) -> Result<(), NoWindow> {
             options,
             Box::new(move |creation| {
                 opened();
-                Ok(Box::new(App::new(&creation.egui_ctx, desk)))
+                Ok(app(&creation.egui_ctx))
             }),
         )
     }));

@@ -1,6 +1,6 @@
 //! The window's pages at every kind of moment: what is read, by eye and by a screen reader.
 
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod fixtures;
 mod paint;
@@ -9,17 +9,17 @@ mod world;
 
 use boresight::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
-    session::Snapshot,
+    guidance::Plan,
+    session::{Outcome, Snapshot},
+    text::{Act, charts::Chart},
     ui::{
-        Ask, SMALLEST, Screen, apply_theme,
+        Ask, Preferences, SMALLEST, Screen, apply_theme,
         desk::{Ended, Trouble, Wish},
         explore::{self, Explored},
-        guide, result, trouble,
+        guide,
+        replay::{self, Replayed},
+        result, settings, trouble,
     },
-};
-use boresight::{
-    guidance::Plan,
-    text::{Act, charts::Chart},
 };
 use egui::{Theme, accesskit::Role};
 use egui_kittest::{
@@ -234,6 +234,7 @@ fn a_session_that_cannot_start_says_what_to_do() {
     };
     let wish = Wish {
         source: "/dev/video0".into(),
+        mode: "auto".into(),
         board: [9, 6],
         square_m: 0.025,
         plan: Plan::Adaptive,
@@ -253,6 +254,76 @@ fn a_session_that_cannot_start_says_what_to_do() {
     harness.get_by_label("Choose another source").click();
     harness.run();
     assert_eq!(harness.state().last(), Some(&Ask::Act(Act::SettingsPage)));
+}
+
+#[test]
+fn a_replay_steps_through_decisions_and_says_why() {
+    let story = fixtures::story();
+    let (steps, taken) = (
+        story.len(),
+        story.iter().position(|s| matches!(s.decision.outcome, Outcome::Accepted { .. })),
+    );
+    let taken = taken.expect("a session takes views");
+    let picture = |frame: u64| (frame % 2 == 0).then(|| GrayImage::new(64, 36));
+    let replayed = Replayed::new(story, &[2], "sessions/one".into(), Box::new(picture));
+    let mut page = Harness::builder()
+        .with_size(SMALLEST)
+        .renderer(Painter::default())
+        .build_ui_state(replay::show, replayed.expect("there are steps"));
+    let says = |page: &Harness<'_, Replayed>, words: &str| {
+        let labels = page.get_all_by_role(Role::Label);
+        let found = labels.filter_map(|n| n.accesskit_node().value()).any(|l| l.starts_with(words));
+        assert!(found, "{words}");
+    };
+    says(&page, &format!("Decision 1 of {steps}"));
+    page.get_by_role_and_label(Role::Button, "Next view").click();
+    page.run();
+    assert_eq!(page.state().at(), taken);
+    says(&page, "Taken: view 1, a new direction");
+    page.get_by_role_and_label(Role::Button, "Back").click();
+    page.run();
+    says(&page, "Not taken: Hold still");
+    page.get_by_role_and_label(Role::Button, "View before").click();
+    page.run();
+    assert_eq!(page.state().at(), 0);
+    for _ in 0..2 {
+        page.key_press(egui::Key::ArrowRight);
+        page.run();
+    }
+    assert_eq!(page.state().at(), 2);
+    page.get_by_label("The recording decided differently here");
+}
+
+#[test]
+fn the_settings_start_the_session_that_they_say() {
+    let draft = Wish {
+        source: "sim".into(),
+        mode: "auto".into(),
+        board: [9, 6],
+        square_m: 0.025,
+        plan: Plan::Adaptive,
+        go_on_with: Some("sessions/one".into()),
+        first: None,
+    };
+    let sources = vec![("sim".to_owned(), "A simulated camera".to_owned())];
+    let mut page =
+        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
+            move |ui, (draft, asks): &mut (Wish, Vec<Ask>)| {
+                settings::show(ui, draft, &sources, &Preferences::default(), asks);
+            },
+            (draft, Vec::new()),
+        );
+    page.get_by_value("25 mm");
+    page.get_by_label("Quick").click();
+    page.run();
+    page.get_by_label("Start a new session").click();
+    page.run();
+    let [Ask::Open(wish)] = page.state().1.as_slice() else { panic!("{:?}", page.state().1) };
+    assert_eq!(wish.plan, Plan::Quick);
+    assert_eq!(wish.go_on_with, None, "a new session");
+    page.get_by_label("Speak").click();
+    page.run();
+    assert_eq!(page.state().1.last(), Some(&Ask::Act(Act::Speech)));
 }
 
 #[test]

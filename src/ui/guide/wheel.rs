@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     let (rect, response) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), side), Sense::hover());
     let painter = ui.painter_at(rect);
-    let (centre, radius) = (rect.center(), 0.5 * side - 16.0);
+    let (centre, radius) = (rect.center(), 0.5 * side - 18.0);
     let towards = |direction_rad: f64| {
         let across = if mirrored { PI - direction_rad } else { direction_rad };
         Vec2::angled(across as f32)

@@ -34,7 +34,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, chart: &mut Chart) {
     let Some(calibration) = snapshot.calibration.as_deref() else { return };
     let area = ui.available_rect_before_wrap();
     let response = ui.allocate_rect(area, Sense::hover());
-    let placed = Placed::within(area.shrink(4.0), calibration.image_size, false);
+    let placed = Placed::within(area.shrink2(vec2(4.0, 26.0)), calibration.image_size, false);
     let painter = ui.painter_at(placed.rect);
     painter.rect_filled(placed.rect, 0.0, Color32::from_gray(28));
     let note = match chart {
@@ -44,8 +44,8 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, chart: &mut Chart) {
         Chart::Skipped => skipped(&painter, &placed, snapshot, calibration),
         Chart::Undistorted => undistorted(&painter, &placed, screen, calibration),
     };
-    let at = placed.rect.left_bottom() + vec2(8.0, -8.0);
-    shaded_text(&painter, at, Align2::LEFT_BOTTOM, &note, 14.0);
+    let at = area.left_bottom() + vec2(8.0, -4.0);
+    shaded_text(ui.painter(), at, Align2::LEFT_BOTTOM, &note, 14.0);
     let described = format!("{}: {note}", chart.name());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &described));
     response.on_hover_text(RichText::new(chart.tip()));
