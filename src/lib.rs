@@ -33,8 +33,11 @@
 //! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
 //! | [`pipeline`] | the threads | recording and below |
+//! | [`target`] | the board as PDF, SVG and PNG in true size, in millimetres | – |
 //! | [`text`] | every sentence a person reads in a session | all of the above |
-//! | [`study`] | the paper's experiments, and strategies of guidance compared | capture, guidance and below |
+//! | `chart` | drawings as SVG text | – |
+//! | [`study`] | the paper's experiments, and strategies of guidance compared | chart, capture, guidance and below |
+//! | [`report`] | a calibration as one page to read and print | chart, text, calibration and below |
 //! | [`ui`] | the window: panels that see the newest snapshot and picture | pipeline, text and below |
 //! | [`cli`] | one subcommand a file | everything |
 //!
@@ -51,6 +54,7 @@
 pub mod board;
 pub mod calibration;
 pub mod capture;
+mod chart;
 pub mod cli;
 pub mod config;
 pub mod detection;
@@ -60,7 +64,9 @@ pub mod geometry;
 pub mod guidance;
 pub mod pipeline;
 pub mod recording;
+pub mod report;
 pub mod session;
 pub mod study;
+pub mod target;
 pub mod text;
 pub mod ui;

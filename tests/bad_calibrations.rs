@@ -371,6 +371,23 @@ fn bad_calibrations_are_told_for_what_they_are() {
     assert!(right * 100 >= 98 * all, "{right} of {all}");
 }
 
+/// Distances scale with it, pixels do not: nothing in the corners says how large a square is.
+#[test]
+fn a_wrong_square_size_leaves_the_lens_as_it_is() {
+    let mut scene = Scene::ordinary(17);
+    let plan = scene.plan(10);
+    let given: Given = scene.views(&plan).into();
+    let wrong = Checkerboard::new(9, 6, 0.030).expect("valid");
+    let found = run(&given).expect("calibrates");
+    let scaled = run(&Given { board: wrong, ..given }).expect("calibrates");
+    let (right, other) = (found.camera.lens_parameters(), scaled.camera.lens_parameters());
+    for (right, other) in right.into_iter().zip(other) {
+        assert!((right - other).abs() <= 1e-6 * right.abs(), "{right} {other}");
+    }
+    let depth = |found: &Calibration| found.views[0].cam_from_board.translation.z;
+    assert!((depth(&scaled) / depth(&found) - 1.2).abs() < 1e-6);
+}
+
 #[test]
 fn good_calibrations_are_not_accused() {
     let mut accused = 0;

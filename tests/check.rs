@@ -12,7 +12,7 @@ use serde_json::Value;
 /// A small camera, quick to render.
 fn scene(folder: &Path, name: &str, more: &str) -> String {
     let text = format!(
-        "name = \"installed\"\nseed = 3\nf_px = 520\nimage_size_px = [640, 480]\ndistortion = [-0.1, 0.02, 0, 0, 0]\n{more}\n"
+        "name = \"installed\"\nseed = 3\nf_px = 520\ndistortion = [-0.1, 0.02, 0, 0, 0]\n{more}\n"
     );
     let file = folder.join(name);
     fs::write(&file, text).expect("written");
@@ -21,7 +21,7 @@ fn scene(folder: &Path, name: &str, more: &str) -> String {
 
 /// Calibrates the camera as it was: the file that is checked against.
 fn calibrated(folder: &Path) -> &'static str {
-    let source = scene(folder, "before.toml", "pp_px = [322, 238]");
+    let source = scene(folder, "before.toml", "image_size_px = [640, 480]\npp_px = [322, 238]");
     let ended = boresight(folder, &["guide", "--headless", "--source", &source, "--out", "old"]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
     "old/calibration.json"
@@ -39,7 +39,11 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     let kept = fs::read(folder.join(old)).expect("readable");
 
     // As it was; another day, another hand.
-    let same = scene(folder, "same.toml", "pp_px = [322, 238]\n[technician]\nreaction_secs = 0.3");
+    let same = scene(
+        folder,
+        "same.toml",
+        "image_size_px = [640, 480]\npp_px = [322, 238]\n[technician]\nreaction_secs = 0.3",
+    );
     let check = ["check", "--against", old, "--json", "--same-camera", "--source"];
     let ended = boresight(folder, &[&check[..], &[&same, "--out", "first"]].concat());
     says(&ended, 0, &["OK", "smallest change", "first/check.json"]);
@@ -50,9 +54,11 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     assert_eq!(found["views_used"], 4);
     let saved = fs::read_to_string(folder.join("first/check.json")).expect("readable");
     assert_eq!(serde_json::from_str::<Value>(&saved).expect("JSON"), found);
+    let page = fs::read_to_string(folder.join("first/report.html")).expect("readable");
+    assert!(page.contains("data-verdict=\"ok\"") && page.contains(old));
 
     // Knocked: the lens sits 5 px further left.
-    let moved = scene(folder, "moved.toml", "pp_px = [317, 238]");
+    let moved = scene(folder, "moved.toml", "image_size_px = [640, 480]\npp_px = [317, 238]");
     let again = ["--out", "second", "--recalibrate"];
     let ended = boresight(folder, &[&check[..], &[&moved], &again[..]].concat());
     says(&ended, 0, &["RECALIBRATE", "Calibrate anew", "GOOD"]);
@@ -73,7 +79,11 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     says(
         &ended,
         4,
-        &["RECALIBRATE", "boresight guide --source", "--replaces old/calibration.json"],
+        &[
+            "RECALIBRATE",
+            "boresight guide --source",
+            "--board 9x6 --square 25mm --replaces old/calibration.json",
+        ],
     );
 
     // Another camera, another mode, no file, no calibration: no verdict, and nothing is recorded.
@@ -83,11 +93,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     says(&ended, 3, &["NO VERDICT", "--same-camera"]);
     assert_eq!(verdict(&ended.stdout)["reason"], "OTHER-CAMERA");
     assert_eq!(contents(folder), before);
-    let wide = scene(folder, "wide.toml", "pp_px = [400, 300]\nimage_size_px = [800, 600]");
-    let wide = wide.replace("image_size_px = [640, 480]\n", "");
-    let text = fs::read_to_string(folder.join("wide.toml")).expect("readable");
-    fs::write(folder.join("wide.toml"), text.replacen("image_size_px = [640, 480]\n", "", 1))
-        .expect("written");
+    let wide = scene(folder, "wide.toml", "image_size_px = [800, 600]\npp_px = [400, 300]");
     let ended = boresight(folder, &[&check[..], &[&wide]].concat());
     says(&ended, 3, &["NO VERDICT", "800x600", "640x480"]);
     assert_eq!(verdict(&ended.stdout)["reason"], "OTHER-SIZE");

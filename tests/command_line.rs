@@ -207,7 +207,18 @@ fn wrong_words_are_usage_errors_that_teach() {
     says(&boresight(folder.path(), &unknown), 1, &["min_tilt", "config/default.toml"]);
     let nowhere = ["guide", "--headless", "--source", "nowhere"];
     says(&boresight(folder.path(), &nowhere), 1, &["nowhere", "sim"]);
-    for command in ["guide", "replay", "calibrate", "detect", "simulate", "export", "doctor"] {
+    for command in [
+        "guide",
+        "replay",
+        "calibrate",
+        "check",
+        "detect",
+        "simulate",
+        "export",
+        "report",
+        "doctor",
+        "target",
+    ] {
         let help = boresight(folder.path(), &[command, "--help"]);
         assert!(help.code == 0 && help.stdout.contains("Example:"), "{}", help.stdout);
     }

@@ -14,13 +14,13 @@ use super::lens_model::LensModel;
 use super::model_choice::ModelChoice;
 use super::result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 use super::skip;
-use super::start::{mean_px, poses, typical_sigma_px};
+use super::start::{poses, typical_sigma_px};
 use super::uncertainty::projection_jacobian;
 use super::varying::{self, VaryingFocal, varying_focal};
 use super::zhang;
 use crate::geometry::{
     BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
-    coverage, fit_pose,
+    coverage, fit_pose, mean_px,
 };
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;

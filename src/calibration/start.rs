@@ -6,10 +6,9 @@ use super::bundle::{BundleState, Observations};
 use super::result::NotCalibrated;
 use super::zhang;
 use crate::frame::ImageSize;
-pub(super) use crate::geometry::mean_px;
 use crate::geometry::{
     Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, intersect_unweighted,
-    intersect_weighted, pose_from_homography, principal_line_and_ring,
+    intersect_weighted, mean_px, pose_from_homography, principal_line_and_ring,
 };
 
 /// Two views whose corners differ by less than this share of the picture's width are the same view.

@@ -2,6 +2,7 @@
 
 use std::{path::PathBuf, str::FromStr};
 
+use anyhow::Context;
 use clap::Args;
 
 use crate::config::Config;
@@ -58,6 +59,25 @@ impl BoardArguments {
         }
         config.board()?;
         Ok(config)
+    }
+
+    /// Whether anything here names the size of the squares, or it is the default's.
+    pub(super) fn says_square(&self) -> anyhow::Result<bool> {
+        const SQUARE: [&str; 2] = ["board", "square_mm"];
+        let sets = |setting: &String| {
+            setting.split_once('=').is_some_and(|(key, _)| key.split('.').map(str::trim).eq(SQUARE))
+        };
+        let in_file = match &self.config {
+            Some(path) => {
+                let text = std::fs::read_to_string(path)
+                    .with_context(|| format!("could not read {path:?}"))?;
+                let table: toml::Table = toml::from_str(&text)
+                    .with_context(|| format!("not a configuration: {path:?}"))?;
+                table.get(SQUARE[0]).is_some_and(|board| board.get(SQUARE[1]).is_some())
+            }
+            None => false,
+        };
+        Ok(self.square.is_some() || in_file || self.settings.iter().any(sets))
     }
 }
 

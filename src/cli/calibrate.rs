@@ -1,6 +1,10 @@
 //! `boresight calibrate`.
 
-use std::{path::PathBuf, str::FromStr, thread::available_parallelism};
+use std::{
+    path::{Path, PathBuf},
+    str::FromStr,
+    thread::available_parallelism,
+};
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -11,7 +15,9 @@ use super::{
     corner_table,
     json::{self, ViewName},
     outcome::tell,
-    print, say,
+    print,
+    report::{picture_beside, this_command, versions},
+    say,
 };
 use crate::{
     board::Checkerboard,
@@ -21,7 +27,8 @@ use crate::{
     geometry::Corner,
     pipeline::detect_many,
     recording::save::{Overwrite, save},
-    text,
+    report::{CalibrationFacts, CameraSection, Provenance, Report, Thumbnail, page},
+    text::{self, report as words},
 };
 
 /// Calibrate from pictures of the board, or from a table of its corners.
@@ -46,7 +53,10 @@ pub(super) struct Arguments {
     /// Write the result, as JSON, to this file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Replace the file if it exists.
+    /// Write a page with the result, its uncertainty and every view to this file (HTML).
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Replace the files if they exist.
     #[arg(long)]
     force: bool,
     /// Print the result as JSON on stdout.
@@ -55,7 +65,7 @@ pub(super) struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Size(ImageSize);
+pub(super) struct Size(pub(super) ImageSize);
 
 impl FromStr for Size {
     type Err = String;
@@ -73,6 +83,8 @@ struct Views {
     image_size: ImageSize,
     corners: Vec<Vec<Corner>>,
     names: Vec<ViewName>,
+    /// In small, of the used views, for the report.
+    pictures: Vec<Option<Thumbnail>>,
 }
 
 impl Arguments {
@@ -87,20 +99,35 @@ impl Arguments {
                 let Size(image_size) = self.image_size.context(
                     "a corner table needs --image-size WxH, the size of the pictures behind it",
                 )?;
-                from_table(table, image_size, &board)?
+                from_table(table, image_size, &board, self.report.is_some())?
             }
             inputs if inputs.iter().any(is_table) => {
                 bail!("give pictures, or one corner table, not both")
             }
-            inputs => from_pictures(inputs, &board)?,
+            inputs => from_pictures(inputs, &board, self.report.is_some())?,
         };
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
         let exit = tell(result.as_ref());
         let report = json::calibration(result.as_ref(), views.image_size, &board, &views.names);
+        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         if let Some(path) = &self.out {
-            let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
             save(path, serde_json::to_string_pretty(&report)?.as_bytes(), overwrite)?;
             say(&format!("Written: {}", path.display()));
+        }
+        if let Some(path) = &self.report {
+            let report = Report {
+                name: words::files(&folder_name(&self.inputs), self.inputs.len()),
+                facts: CalibrationFacts::read(&report)?,
+                notes: Vec::new(),
+                camera: CameraSection::default(),
+                corners: views.corners,
+                pictures: views.pictures,
+                drift: None,
+                refused: Vec::new(),
+                provenance: Provenance { rows: versions(&[]), command: this_command() },
+            };
+            save(path, page(&report).as_bytes(), overwrite)?;
+            say(&format!("Report: {}", path.display()));
         }
         if self.json {
             print(&serde_json::to_string_pretty(&report)?)?;
@@ -109,43 +136,62 @@ impl Arguments {
     }
 }
 
+/// What the folder of the first input is called.
+fn folder_name(inputs: &[PathBuf]) -> String {
+    let first = inputs.first().map(|path| std::path::absolute(path).unwrap_or(path.clone()));
+    let folder = first.as_deref().and_then(Path::parent).and_then(Path::file_name);
+    folder.unwrap_or_default().to_string_lossy().into_owned()
+}
+
 fn from_table(
-    path: &std::path::Path,
+    path: &Path,
     image_size: ImageSize,
     board: &Checkerboard,
+    with_pictures: bool,
 ) -> anyhow::Result<Views> {
-    let mut views = Views { image_size, corners: Vec::new(), names: Vec::new() };
+    let mut views =
+        Views { image_size, corners: Vec::new(), names: Vec::new(), pictures: Vec::new() };
+    let folder = path.parent().unwrap_or(Path::new("."));
     for view in corner_table::read(path, board.corner_count())? {
         let reason = view.corners.is_none().then(|| "no corners in the table".to_owned());
+        if with_pictures && reason.is_none() {
+            views.pictures.push(picture_beside(folder, &view.name, image_size));
+        }
         views.names.push(ViewName { name: view.name, reason });
         views.corners.extend(view.corners);
     }
     Ok(views)
 }
 
-fn from_pictures(inputs: &[PathBuf], board: &Checkerboard) -> anyhow::Result<Views> {
-    let sizes = std::sync::Mutex::new(vec![None; inputs.len()]);
+fn from_pictures(
+    inputs: &[PathBuf],
+    board: &Checkerboard,
+    with_thumbnails: bool,
+) -> anyhow::Result<Views> {
+    let read = std::sync::Mutex::new(vec![None; inputs.len()]);
     let bar = indicatif::ProgressBar::new(inputs.len() as u64).with_message("finding the board");
     let threads = available_parallelism().map_or(1, usize::from);
     let load = |index: usize| -> Result<_, CaptureError> {
         let image = read_picture(&inputs[index])?;
-        if let Ok(mut sizes) = sizes.lock() {
-            sizes[index] = Some(ImageSize::of(&image));
+        let thumbnail = if with_thumbnails { Thumbnail::of(&image) } else { None };
+        if let Ok(mut read) = read.lock() {
+            read[index] = Some((ImageSize::of(&image), thumbnail));
         }
         Ok(image)
     };
     let found = detect_many(inputs.len(), threads, board, load, |_| None, |_| bar.inc(1))?;
     bar.finish_and_clear();
-    let sizes = sizes.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let read = read.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let mut views: Option<Views> = None;
-    for ((path, seen), size) in inputs.iter().zip(found).zip(sizes) {
+    for ((path, seen), read) in inputs.iter().zip(found).zip(read) {
         let seen = seen?;
-        let size = size.context("a picture was not read")?;
+        let (size, thumbnail) = read.context("a picture was not read")?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let views = views.get_or_insert_with(|| Views {
             image_size: size,
             corners: Vec::new(),
             names: Vec::new(),
+            pictures: Vec::new(),
         });
         if size != views.image_size {
             let first = views.names.first().map_or("the first", |view| view.name.as_str());
@@ -160,6 +206,9 @@ fn from_pictures(inputs: &[PathBuf], board: &Checkerboard) -> anyhow::Result<Vie
         let reason = seen.as_ref().err().map(text::miss);
         if let Some(reason) = &reason {
             say(&format!("{name}: not used. {reason}"));
+        }
+        if reason.is_none() {
+            views.pictures.push(thumbnail);
         }
         views.names.push(ViewName { name, reason });
         views.corners.extend(seen.map(|detection| detection.corners));

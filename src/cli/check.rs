@@ -13,7 +13,7 @@ use super::{
     Exit,
     board_args::BoardArguments,
     guide::{self, Run, new_session_path, open, spelled},
-    print, say,
+    print, say, session_report,
     source::SourceName,
 };
 use crate::{
@@ -21,7 +21,7 @@ use crate::{
         Drift, DriftVerdict, NoDrift, OldLens, drift,
         import::{self, OldCalibration},
     },
-    config::{Config, PlanName},
+    config::{BoardConfig, Config, PlanName},
     frame::ImageSize,
     geometry::Corner,
     recording::{
@@ -73,6 +73,8 @@ pub(super) struct Arguments {
 enum NoVerdict {
     /// The file names another camera.
     OtherCamera { old: String, new: String },
+    /// The file has a focal length for every view and none for the camera.
+    FocalVaries,
     /// The views do not allow one.
     NoDrift(NoDrift),
 }
@@ -83,10 +85,16 @@ type Checked = Result<Drift, NoVerdict>;
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let old = read(&self.against)?;
+        for doubt in text::doubts_of_old(&old) {
+            say(&format!("{doubt}."));
+        }
         let mut config = self.board.config()?;
         config.guidance.plan = PlanName::Quick;
         let name = SourceName::parse(&self.source, &config)?;
         let source_name = spelled(&name, &self.source);
+        if old.focal_varies {
+            return self.tell(&old, &source_name, None, &Err(NoVerdict::FocalVaries));
+        }
         if let Some(named) = self.other_camera(&old, &source_name)? {
             return self.tell(&old, &source_name, None, &Err(named));
         }
@@ -116,7 +124,9 @@ impl Arguments {
         let found = self.compare(&ran.session, &config, image_size, &old)?;
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
-        if changed && self.goes_on()? {
+        let page = session_report::write(&ran.path, &ran.session)?;
+        say(&format!("Report: {}", page.display()));
+        if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }
         Ok(exit)
@@ -172,6 +182,7 @@ impl Arguments {
         let (what, action) = match found {
             Ok(drift) => text::drift(drift),
             Err(NoVerdict::NoDrift(reason)) => text::no_drift(reason),
+            Err(NoVerdict::FocalVaries) => text::focal_varied(),
             Err(NoVerdict::OtherCamera { old, new }) => text::other_camera(old, new),
         };
         say(&format!("{what}. {action}"));
@@ -198,6 +209,7 @@ impl Arguments {
             }
             Err(reason) => {
                 let code = match reason {
+                    NoVerdict::FocalVaries => "FOCAL-VARIES",
                     NoVerdict::OtherCamera { .. } => "OTHER-CAMERA",
                     NoVerdict::NoDrift(reason) => reason.code(),
                 };
@@ -217,12 +229,13 @@ impl Arguments {
     }
 
     /// Whether to calibrate anew right away.
-    fn goes_on(&self) -> anyhow::Result<bool> {
+    fn goes_on(&self, config: &Config) -> anyhow::Result<bool> {
         if self.recalibrate || agreed("Go on to a full calibration now?")? {
             return Ok(true);
         }
+        let BoardConfig { columns, rows, square_mm } = config.board;
         say(&format!(
-            "To calibrate anew: boresight guide --source {} --replaces {}",
+            "To calibrate anew: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --replaces {}",
             self.source,
             self.against.display()
         ));
@@ -238,7 +251,7 @@ impl Arguments {
 
 fn read(path: &Path) -> anyhow::Result<OldCalibration> {
     let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
-    import::own_json(&text).with_context(|| format!("could not use {path:?}"))
+    import::read(&text).with_context(|| format!("could not use {path:?}"))
 }
 
 /// Asks on a terminal; without one nobody can agree.

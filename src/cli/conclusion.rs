@@ -9,7 +9,7 @@ use super::{
     say,
 };
 use crate::{
-    calibration::NotCalibrated,
+    calibration::{Calibration, NotCalibrated},
     guidance::Progress,
     recording::Header,
     session::{AcceptedView, Session},
@@ -27,17 +27,8 @@ pub(super) struct Conclusion {
 /// Tells the person what came of `session`, whose folder has `header`.
 pub(super) fn conclude(session: &Session, header: &Header) -> Conclusion {
     say(text::progress(session.progress()));
-    let no_views = NotCalibrated::NoViews;
-    let result = match session.calibration() {
-        Some(calibration) => Ok(calibration.as_ref()),
-        None => Err(session.not_calibrated().unwrap_or(&no_views)),
-    };
-    let exit = tell(result);
-    let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
-    let mut report =
-        json::calibration(result, session.setup().image_size, &session.setup().board, &names);
-    report["source"] = json!(header.source);
-    report["replaces"] = json!(header.against);
+    let exit = tell(result(session));
+    let report = calibration_json(session, header);
     for (worker, reason) in session.failures() {
         say(&format!("The {worker} failed: {reason}"));
     }
@@ -47,6 +38,23 @@ pub(super) fn conclude(session: &Session, header: &Header) -> Conclusion {
         Progress::Collecting | Progress::Exhausted => Exit::NotTrustworthy,
     };
     Conclusion { exit, report }
+}
+
+/// `boresight.calibration/1` of what a session has so far.
+pub(super) fn calibration_json(session: &Session, header: &Header) -> Value {
+    let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
+    let setup = session.setup();
+    let mut report = json::calibration(result(session), setup.image_size, &setup.board, &names);
+    report["source"] = json!(header.source);
+    report["replaces"] = json!(header.against);
+    report
+}
+
+fn result(session: &Session) -> Result<&Calibration, &NotCalibrated> {
+    match session.calibration() {
+        Some(calibration) => Ok(calibration.as_ref()),
+        None => Err(session.not_calibrated().unwrap_or(&NotCalibrated::NoViews)),
+    }
 }
 
 fn name(accepted: &AcceptedView) -> ViewName {

@@ -13,7 +13,7 @@ use crate::{
             ExportedCamera, ViewRow, colmap_cameras, corner_table, kalibr_camchain, matlab_script,
             mrcal_cameramodel, opencv_yaml, ros_camera_info, views_csv,
         },
-        import::own_json,
+        import,
     },
     geometry::Corner,
     recording::{
@@ -21,6 +21,7 @@ use crate::{
         save::{Overwrite, save},
     },
     session::Session,
+    text,
 };
 
 /// Write a calibration for other programs.
@@ -145,7 +146,10 @@ impl Arguments {
     }
 
     fn camera(&self, format: Format, text: &str, path: &Path) -> anyhow::Result<String> {
-        let old = own_json(text).with_context(|| format!("could not use {path:?}"))?;
+        let old = import::read(text).with_context(|| format!("could not use {path:?}"))?;
+        if old.focal_varies {
+            say(text::focal_is_a_mean());
+        }
         let stem = self.input.file_stem().unwrap_or_default().to_string_lossy();
         let exported = ExportedCamera {
             name: self.name.as_deref().unwrap_or(&stem),

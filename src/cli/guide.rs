@@ -17,7 +17,7 @@ use super::{
     camera_words::CameraWords,
     conclusion::{Conclusion, conclude},
     cue_link::cue_link,
-    print, say,
+    print, say, session_report,
     source::{SourceName, open_folder, open_session},
     truth,
 };
@@ -34,7 +34,7 @@ use crate::{
         save::{Overwrite, save},
     },
     session::{Input, Outcome, Session, Snapshot},
-    text,
+    text::{self, report as words},
 };
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
@@ -373,6 +373,11 @@ impl Ran {
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
+        match session_report::write(&path, &session) {
+            Ok(page) => say(&format!("Report: {}", page.display())),
+            // The result is safe, and the page follows from it.
+            Err(err) => say(&format!("{} ({err:#})", words::not_written(&path))),
+        }
         if json {
             print(&report.to_string())?;
         }

@@ -5,7 +5,9 @@ use serde_json::{Value, json};
 
 use crate::{
     board::Checkerboard,
-    calibration::{Calibration, Focal, NotCalibrated, PrincipalPointEstimate, ViewResult},
+    calibration::{
+        Calibration, Focal, ModelFit, NotCalibrated, PrincipalPointEstimate, ViewResult,
+    },
     detection::{Detection, Miss, Quality},
     frame::ImageSize,
     geometry::{BoardOutline, Camera, LENS_PARAMETERS},
@@ -70,6 +72,7 @@ pub(super) fn calibration(
         "verdict": calibration.verdict.code(),
         "findings": findings,
         "result": lens(calibration),
+        "candidates": calibration.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "principal_point": principal_points(calibration),
         "projection_sd_px": { "mean": calibration.projection_sd.mean_px, "max": calibration.projection_sd.max_px, "grid": grid },
         "coverage": calibration.coverage,
@@ -89,10 +92,9 @@ fn lens(calibration: &Calibration) -> Value {
         let row = |row: usize| of.iter().map(|&column| matrix[(row, column)]).collect();
         of.iter().map(|&i| row(i)).collect::<Vec<Vec<f64>>>()
     };
-    let all: Vec<usize> = (0..LENS_PARAMETERS).filter(|&i| !(square && i == 1)).collect();
-    let named = |of: &[usize]| -> Vec<&str> {
-        of.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect()
-    };
+    let order: Vec<&str> =
+        free.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect();
+    let all: Vec<usize> = (0..LENS_PARAMETERS).collect();
     json!({
         "model": calibration.model.code(),
         "focal": focal(calibration.focal),
@@ -102,10 +104,21 @@ fn lens(calibration: &Calibration) -> Value {
             "f_px": [sd[0], sd[1]], "pp_px": [sd[2], sd[3]],
             "k1": sd[4], "k2": sd[5], "p1": sd[6], "p2": sd[7], "k3": sd[8],
         },
-        "covariance": { "order": named(&free), "matrix": block(&calibration.covariance, &free) },
-        "covariance_all": { "order": named(&all), "matrix": block(&calibration.covariance_all, &all) },
+        "covariance": { "order": order, "matrix": block(&calibration.covariance, &free) },
+        "covariance_all": { "order": NAMES, "matrix": block(&calibration.covariance_all, &all) },
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
-        "excess_px": calibration.excess_px,
+        "excess_px": calibration.excess_px, "noise_factor": calibration.noise_factor,
+    })
+}
+
+/// A lens model that was tried.
+fn candidate(fit: &ModelFit) -> Value {
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = fit.camera.lens_parameters();
+    json!({
+        "model": fit.model.code(), "weight": fit.weight,
+        "cost": fit.cost, "noise_factor": fit.noise_factor,
+        "f_px": [fx, fy], "pp_px": [cx, cy],
+        "distortion": { "k1": k1, "k2": k2, "p1": p1, "p2": p2, "k3": k3 },
     })
 }
 
@@ -124,6 +137,7 @@ fn principal_points(calibration: &Calibration) -> Value {
             let mut value = json!({ "px": [estimate.px.x, estimate.px.y] });
             if let Some(c) = &estimate.covariance_px2 {
                 value["sigma_px"] = json!([c[(0, 0)].max(0.0).sqrt(), c[(1, 1)].max(0.0).sqrt()]);
+                value["covariance_px2"] = json!([[c[(0, 0)], c[(0, 1)]], [c[(1, 0)], c[(1, 1)]]]);
             }
             if let Some(f) = &estimate.f_px {
                 value["f_px"] = if f.x == f.y { json!(f.x) } else { json!([f.x, f.y]) };

@@ -16,9 +16,12 @@ mod guide;
 mod json;
 mod outcome;
 mod replay;
+mod report;
+mod session_report;
 mod simulate;
 mod source;
 mod study;
+mod target;
 mod truth;
 mod window;
 
@@ -67,8 +70,10 @@ enum Command {
     Devices(devices::Arguments),
     Simulate(simulate::Arguments),
     Export(export::Arguments),
+    Report(report::Arguments),
     Doctor(doctor::Arguments),
     Study(study::Arguments),
+    Target(target::Arguments),
 }
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
@@ -84,8 +89,10 @@ pub fn main() -> ExitCode {
         Some(Command::Devices(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
+        Some(Command::Report(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
+        Some(Command::Target(arguments)) => arguments.run(),
     };
     match result {
         Ok(exit) => exit.into(),

@@ -2,6 +2,7 @@
 
 use std::{
     path::{Path, PathBuf},
+    process::{Command, Stdio},
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
@@ -14,6 +15,7 @@ use image::GrayImage;
 use super::{
     Exit, camera, export,
     guide::{Opening, RESULT_FILE, Run, stop_flag},
+    session_report,
 };
 use crate::{
     config::PlanName,
@@ -90,6 +92,19 @@ impl Desk for Program {
         export::beside(folder, format).map_err(|err| trouble(&err))
     }
 
+    fn show(&mut self, file: &Path) -> Result<(), Trouble> {
+        let shown = Command::new("xdg-open")
+            .arg(file)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        shown.map(drop).map_err(|_| Trouble {
+            what: text::window::NO_VIEWER.into(),
+            action: Some(text::window::written(file)),
+        })
+    }
+
     fn interrupted(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -134,7 +149,10 @@ impl Program {
             let outcome = rest.ran(finished).and_then(|ran| ran.conclude(json));
             let code = outcome.as_ref().map_or(Exit::Failed, |code| *code);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
-            let files = outcome.is_ok().then(|| folder.join(RESULT_FILE)).into_iter().collect();
+            let files = [session_report::page_path(&folder), folder.join(RESULT_FILE)]
+                .into_iter()
+                .filter(|file| outcome.is_ok() && file.is_file())
+                .collect();
             let trouble = outcome.err().map(|err| trouble(&err));
             Ended { folder, files, trouble }
         });

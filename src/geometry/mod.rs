@@ -20,7 +20,9 @@ mod ring;
 
 pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection, RayProjection};
 pub use corner::{Corner, mean_px};
-pub use coverage::{BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centres_px, coverage};
+pub use coverage::{
+    BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, coverage,
+};
 pub use homography::{Homography, NoHomography};
 pub use outlier::{
     ConsistentLines, LINES_TO_TELL_OUTLIERS, OutlierLine, OutliersUnknown, consistent_lines,

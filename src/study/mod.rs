@@ -25,13 +25,14 @@ pub mod page;
 pub mod pairs;
 mod parallel;
 pub mod params;
-mod plot;
 pub mod setup;
 pub mod skip;
 mod statistics;
 pub mod table1;
 pub mod tilt;
 pub mod varying_focal;
+
+use crate::chart as plot;
 
 pub use outcome::Outcome;
 pub use params::Params;

@@ -1,6 +1,6 @@
 //! What a check of an installed camera found, and what to do.
 
-use crate::calibration::{Drift, DriftVerdict, NoDrift};
+use crate::calibration::{Drift, DriftVerdict, NoDrift, Verdict, import::OldCalibration};
 
 /// The verdict with its numbers, and the next action.
 pub fn drift(drift: &Drift) -> (String, &'static str) {
@@ -87,4 +87,35 @@ pub fn other_camera(old: &str, new: &str) -> (String, &'static str) {
         format!("NO VERDICT: the calibration is of {old:?}, this camera is {new:?}"),
         "If it is the same camera under another name, say --same-camera.",
     )
+}
+
+/// Why a calibration with a focal length for every view gets no verdict, and what to do.
+pub fn focal_varied() -> (String, &'static str) {
+    (
+        "NO VERDICT: in the old calibration each view has its own focal length".into(),
+        "Lock focus and zoom, and calibrate anew; then it can be checked.",
+    )
+}
+
+/// What a person should know of an old calibration before it is compared with anything.
+pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if old.verdict == Some(Verdict::Untrustworthy) {
+        doubts.push("The old calibration itself is NOT TRUSTWORTHY; its findings say why".into());
+    }
+    if old.camera_count > 1 {
+        doubts.push(format!("The file has {} cameras; this is about the first", old.camera_count));
+    }
+    if old.outlines.is_empty() {
+        doubts.push(
+            "The old file does not say where its boards were: hold the board where they were, elsewhere the test is blind"
+                .into(),
+        );
+    }
+    doubts
+}
+
+/// What an export of such a calibration holds.
+pub fn focal_is_a_mean() -> &'static str {
+    "Each view has its own focal length; the file gets their mean. views-csv has them all"
 }

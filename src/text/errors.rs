@@ -1,7 +1,8 @@
 //! Broken things: what happened and what to do now.
 
 use crate::{
-    capture::CaptureError, config::ConfigError, pipeline::PipelineError, recording::RecordingError,
+    calibration::import::NotImported, capture::CaptureError, config::ConfigError,
+    pipeline::PipelineError, recording::RecordingError,
 };
 
 /// The next action for an error, if one is known. The error itself says what happened.
@@ -15,6 +16,9 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
         }
         if let Some(err) = cause.downcast_ref::<CaptureError>() {
             return Some(capture(err));
+        }
+        if let Some(err) = cause.downcast_ref::<NotImported>() {
+            return imported(err).map(Into::into);
         }
         cause.downcast_ref::<ConfigError>().map(|_| {
             "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into()
@@ -70,4 +74,20 @@ fn capture(err: &CaptureError) -> String {
         CaptureError::NoPictures { .. } => "Give a folder with PNG or JPEG pictures of the board.",
     }
     .into()
+}
+
+fn imported(err: &NotImported) -> Option<&'static str> {
+    match err {
+        NotImported::Model { .. } | NotImported::Coefficient { .. } => Some(
+            "Fit a lens that can be read with the program that wrote the file, or calibrate anew: boresight guide",
+        ),
+        NotImported::NoResult => Some("Its findings say why. Calibrate anew: boresight guide"),
+        NotImported::Schema { .. } => Some("Use the newer version that wrote it."),
+        NotImported::Missing { .. } | NotImported::Nonsense { .. } => {
+            Some("Mend the file, or write it again with the program that made it.")
+        }
+        NotImported::TooLong { .. }
+        | NotImported::UnknownFormat
+        | NotImported::Malformed { .. } => None,
+    }
 }

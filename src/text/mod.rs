@@ -10,13 +10,19 @@ mod errors;
 pub mod explore;
 mod findings;
 pub mod replay;
+pub mod report;
 pub mod settings;
+mod target;
 pub mod window;
 
 pub use controls::{Act, Control};
-pub use drift::{drift, drift_is_weak, drift_numbers, no_drift, other_camera};
+pub use drift::{
+    doubts_of_old, drift, drift_is_weak, drift_numbers, focal_is_a_mean, focal_varied, no_drift,
+    other_camera,
+};
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
+pub use target::{does_not_fit, other_square, target_lines, target_steps};
 
 use crate::{
     detection::{Miss, Side},

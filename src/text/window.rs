@@ -454,6 +454,14 @@ pub fn written(file: &Path) -> String {
     format!("Written: {}", file.display())
 }
 
+/// What the button for a file does.
+pub fn show_tip(file: &Path) -> String {
+    format!("Show {}", file.display())
+}
+
+/// The desktop does not say how to show a file.
+pub const NO_VIEWER: &str = "There is no program to show files with (xdg-open)";
+
 /// Where the session is stored.
 pub fn stored_in(folder: &Path) -> String {
     format!("Session: {}", folder.display())

@@ -339,6 +339,11 @@ impl App {
             },
             Ask::Remove(view) => self.command(ctx, Command::Remove { view }),
             Ask::Open(wish) => self.open(ctx, *wish),
+            Ask::Show(file) => {
+                if let Err(trouble) = self.desk.show(&file) {
+                    self.exported = Some(Err(trouble));
+                }
+            }
             Ask::Export(format) => {
                 if let Stage::Ended(ended) = &self.stage {
                     let folder = ended.folder.clone();

@@ -41,6 +41,13 @@ pub trait Desk {
     /// [`Trouble`].
     fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, Trouble>;
 
+    /// Shows a file in the program that the desktop has for it.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble`].
+    fn show(&mut self, file: &Path) -> Result<(), Trouble>;
+
     /// Whether the person asked the whole program to end.
     fn interrupted(&self) -> bool;
 }

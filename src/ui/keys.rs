@@ -15,6 +15,8 @@ pub enum Ask {
     Open(Box<super::desk::Wish>),
     /// Write the result in the format of this number.
     Export(usize),
+    /// Show this file.
+    Show(std::path::PathBuf),
 }
 
 /// The key of `act`.

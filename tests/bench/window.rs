@@ -159,6 +159,10 @@ impl Desk for Bench {
         Err(Trouble { what: "nothing to export".into(), action: None })
     }
 
+    fn show(&mut self, _file: &Path) -> Result<(), Trouble> {
+        Ok(())
+    }
+
     fn interrupted(&self) -> bool {
         false
     }

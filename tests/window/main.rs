@@ -141,6 +141,7 @@ fn every_moment_is_read_on_every_page() {
             }
         }
         result.get_by_role_and_label(Role::Button, "OpenCV");
+        result.get_by_role_and_label(Role::Button, "calibration.json");
         // It does not depend on the session; it must stand beside every one.
         harness(Page::Explore, &moment, Theme::Dark, 1.0).get_by_label("8.47 px");
     }

@@ -1,21 +1,40 @@
 //! Calibrations that this and other programs wrote, read back.
 //!
-//! | format | told by | brings |
+//! | format | told by | brings besides lens and size |
 //! |---|---|---|
-//! | [`own_json`] | its schema | lens, covariance, where the boards were |
+//! | `boresight.calibration/1` (`own`) | its schema | covariance, where the boards were, verdict, board, source |
+//! | OpenCV YAML and JSON (`matrices`) | a camera matrix | – |
+//! | ROS `camera_info` (`matrices`) | a camera matrix, and a `distortion_model`, `camera_name` or `projection_matrix` | – |
+//! | Kalibr camchain (`kalibr`) | `cam0` | how many cameras there are |
+//! | mrcal `.cameramodel` (`mrcal`) | `lensmodel` | – |
 //!
-//! Text comes in, numbers go out; nothing here opens a file.
+//! ```text
+//! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
+//! ```
+//!
+//! All of them count pixels from the centre of the top-left one and bend rays by OpenCV's polynomial, as we
+//! do: numbers are taken over bit for bit. A lens that needs more than k1, k2, p1, p2, k3 is refused, never
+//! cut down to them. Text comes in, numbers go out; nothing here opens a file.
 
+mod kalibr;
+mod literal;
+mod matrices;
+mod mrcal;
+mod numbers;
 mod own;
+mod syntax;
 
 use nalgebra::SMatrix;
 
-pub use own::own_json;
-
+use super::Verdict;
 use crate::{
+    board::Checkerboard,
     frame::ImageSize,
     geometry::{BoardOutline, Camera, LENS_PARAMETERS},
 };
+
+/// Longest text that is read. Calibrations have kilobytes; mrcal's with all their observations some megabytes.
+pub const MAX_BYTES: usize = 16 << 20;
 
 /// A calibration as some program left it.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,8 +51,16 @@ pub struct OldCalibration {
     pub outlines: Vec<BoardOutline>,
     /// Root mean square reprojection residual, if the file says.
     pub rms_px: Option<f64>,
-    /// What the camera is called, if the file says.
+    /// How far it was to be trusted, if the file says.
+    pub verdict: Option<Verdict>,
+    /// The board it was made with, if the file says.
+    pub board: Option<Checkerboard>,
+    /// What the camera is called, if the file says: this program's `source`, ROS's `camera_name`.
     pub source: Option<String>,
+    /// Whether the focal length is only the mean of views that each have their own.
+    pub focal_varies: bool,
+    /// Cameras in the file, of which this is the first.
+    pub camera_count: usize,
 }
 
 /// Formats that can be read.
@@ -41,13 +68,27 @@ pub struct OldCalibration {
 pub enum OldFormat {
     /// `boresight.calibration/1`.
     Own,
+    /// What OpenCV's `FileStorage` writes, YAML or JSON.
+    OpenCv,
+    /// What ROS's `camera_calibration` writes.
+    Ros,
+    /// A Kalibr camchain.
+    Kalibr,
+    /// An mrcal `.cameramodel`.
+    Mrcal,
 }
 
 /// Why a text is no calibration that can be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotImported {
+    /// More than [`MAX_BYTES`].
+    #[error("it has {bytes} bytes, which no calibration has")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+    },
     /// None of the formats.
-    #[error("not a calibration in a format that can be read")]
+    #[error("it is in none of the formats that can be read: {FORMATS}")]
     UnknownFormat,
     /// The text breaks the rules of its format.
     #[error("not well formed: {reason}")]
@@ -64,17 +105,27 @@ pub enum NotImported {
     /// The session ended without a calibration.
     #[error("it holds no result")]
     NoResult,
-    /// A value is missing or no number.
-    #[error("{name} is missing or not a number")]
+    /// A value is missing, no number, or not as many numbers as it should be.
+    #[error("{name} is missing or not {wanted}")]
     Missing {
         /// Name in the file.
         name: &'static str,
+        /// What it should be.
+        wanted: &'static str,
     },
-    /// A lens model other than pinhole with k1, k2, p1, p2, k3.
-    #[error("its lens model {found:?} cannot be read: want a pinhole with k1 k2 p1 p2 k3")]
+    /// A lens model other than a pinhole with OpenCV's polynomial.
+    #[error("its lens model is {found:?}; {KNOWN_LENS}")]
     Model {
         /// The model named.
         found: String,
+    },
+    /// A coefficient beyond k1, k2, p1, p2, k3 that is not zero.
+    #[error("its lens has {coefficient} = {value}; {KNOWN_LENS}")]
+    Coefficient {
+        /// Name of the coefficient.
+        coefficient: &'static str,
+        /// Its value, as text.
+        value: String,
     },
     /// Numbers that no camera has.
     #[error("{name} is {value}, which no camera has")]
@@ -84,6 +135,43 @@ pub enum NotImported {
         /// Its value, as text.
         value: String,
     },
+}
+
+const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel";
+const KNOWN_LENS: &str = "only pinholes with k1, k2, p1, p2, k3 can be read";
+
+impl OldFormat {
+    /// Its name as people know it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own => "boresight",
+            Self::OpenCv => "OpenCV",
+            Self::Ros => "ROS camera_info",
+            Self::Kalibr => "Kalibr camchain",
+            Self::Mrcal => "mrcal cameramodel",
+        }
+    }
+}
+
+/// Reads a calibration in any of the formats, recognised by its content.
+///
+/// # Errors
+///
+/// [`NotImported`].
+pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
+    if text.len() > MAX_BYTES {
+        return Err(NotImported::TooLong { bytes: text.len() });
+    }
+    let tree = syntax::parse(text)?;
+    if tree["schema"].as_str().is_some_and(|schema| schema.starts_with("boresight.")) {
+        own::read(&tree)
+    } else if tree.get("lensmodel").is_some() {
+        mrcal::read(&tree)
+    } else if tree.get("cam0").is_some() {
+        kalibr::read(&tree)
+    } else {
+        matrices::read(&tree)
+    }
 }
 
 impl OldCalibration {
@@ -113,7 +201,11 @@ impl OldCalibration {
             covariance: None,
             outlines: Vec::new(),
             rms_px: None,
+            verdict: None,
+            board: None,
             source: None,
+            focal_varies: false,
+            camera_count: 1,
         })
     }
 }

@@ -2,16 +2,14 @@ use nalgebra::{Point2, SMatrix};
 use serde_json::Value;
 
 use super::{NotImported, OldCalibration, OldFormat};
-use crate::geometry::{BoardOutline, LENS_PARAMETERS};
+use crate::{
+    board::Checkerboard,
+    calibration::Verdict,
+    geometry::{BoardOutline, LENS_PARAMETERS},
+};
 
 /// Reads `boresight.calibration/1`.
-///
-/// # Errors
-///
-/// [`NotImported`].
-pub fn own_json(text: &str) -> Result<OldCalibration, NotImported> {
-    let report: Value = serde_json::from_str(text)
-        .map_err(|err| NotImported::Malformed { reason: err.to_string() })?;
+pub(super) fn read(report: &Value) -> Result<OldCalibration, NotImported> {
     let schema = report["schema"].as_str().unwrap_or_default();
     if schema != "boresight.calibration/1" {
         return Err(NotImported::Schema { found: schema.into() });
@@ -21,7 +19,8 @@ pub fn own_json(text: &str) -> Result<OldCalibration, NotImported> {
         return Err(NotImported::NoResult);
     }
     let number = |name: &'static str, pointer: &str| {
-        report.pointer(pointer).and_then(Value::as_f64).ok_or(NotImported::Missing { name })
+        let value = report.pointer(pointer).and_then(Value::as_f64);
+        value.ok_or(NotImported::Missing { name, wanted: "a finite number" })
     };
     let lens = [
         number("f_px", "/result/f_px/0")?,
@@ -36,13 +35,24 @@ pub fn own_json(text: &str) -> Result<OldCalibration, NotImported> {
     ];
     let size = [number("image_size", "/image_size/0")?, number("image_size", "/image_size/1")?];
     let mut old = OldCalibration::new(OldFormat::Own, &lens, size)?;
-    old.source = report["source"].as_str().map(Into::into);
     old.rms_px = result["rms_px"].as_f64();
     // The doubt about coefficients held at zero moves with that of the others: cut off, it would grow.
     old.covariance =
         covariance(&result["covariance_all"]).or_else(|| covariance(&result["covariance"]));
     old.outlines = report["views"].as_array().into_iter().flatten().filter_map(outline).collect();
+    old.verdict = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy]
+        .into_iter()
+        .find(|verdict| report["verdict"] == verdict.code());
+    old.board = board(&report["board"]);
+    old.source = report["source"].as_str().map(Into::into);
+    old.focal_varies = result["focal"]["varies"] == true;
     Ok(old)
+}
+
+fn board(named: &Value) -> Option<Checkerboard> {
+    let count = |name: &str| named[name].as_u64().and_then(|count| count.try_into().ok());
+    let square_m = named["square_mm"].as_f64()? / 1000.0;
+    Checkerboard::new(count("columns")?, count("rows")?, square_m).ok()
 }
 
 /// The full matrix from its named rows; `None` if there is none or a name is unknown.

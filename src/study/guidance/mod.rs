@@ -21,7 +21,7 @@ use super::{parallel, params::Params};
 pub struct Runs {
     /// [`Strategy::code`].
     pub strategy: String,
-    /// [`Course::code`].
+    /// [`Course::code_of`].
     pub course: String,
     /// Marks of each run, one a view.
     pub runs: Vec<Vec<Mark>>,

@@ -86,9 +86,15 @@ fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<Ask
         Some(Err(trouble)) => trouble_lines(ui, trouble),
         None => {}
     }
-    for file in &ended.files {
-        ui.label(RichText::new(words::written(file)).small().weak());
-    }
+    ui.horizontal_wrapped(|ui| {
+        for file in &ended.files {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            if ui.button(name).on_hover_text(words::show_tip(file)).clicked() {
+                asks.push(Ask::Show(file.clone()));
+            }
+        }
+        ui.label(RichText::new(words::stored_in(&ended.folder)).small().weak());
+    });
 }
 
 fn trouble_lines(ui: &mut Ui, trouble: &Trouble) {

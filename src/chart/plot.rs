@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
+use super::escaped;
+
 /// Colours that are told apart in print and by most eyes (Okabe & Ito 2008).
-pub(super) const COLOURS: [&str; 7] =
+pub(crate) const COLOURS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
 
 const LEFT: f64 = 62.0;
@@ -15,41 +17,41 @@ const NAMES_INSIDE: usize = 5;
 
 /// A curve or a cloud.
 #[derive(Clone, Debug)]
-pub(super) struct Series {
-    pub(super) label: String,
-    pub(super) points: Vec<(f64, f64)>,
-    pub(super) line: bool,
+pub(crate) struct Series {
+    pub(crate) label: String,
+    pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) line: bool,
 }
 
 impl Series {
-    pub(super) fn line(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+    pub(crate) fn line(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Self { label: label.into(), points, line: true }
     }
 
-    pub(super) fn cloud(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+    pub(crate) fn cloud(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Self { label: label.into(), points, line: false }
     }
 }
 
 /// Axes, and what is drawn in them.
 #[derive(Clone, Debug)]
-pub(super) struct Plot {
-    pub(super) title: String,
-    pub(super) x: String,
-    pub(super) y: String,
-    pub(super) series: Vec<Series>,
+pub(crate) struct Plot {
+    pub(crate) title: String,
+    pub(crate) x: String,
+    pub(crate) y: String,
+    pub(crate) series: Vec<Series>,
     /// One unit is as long on both axes, and y points down, as in a picture.
-    pub(super) picture: bool,
-    pub(super) log_y: bool,
+    pub(crate) picture: bool,
+    pub(crate) log_y: bool,
 }
 
 impl Plot {
-    pub(super) fn new(title: &str, x: &str, y: &str, series: Vec<Series>) -> Self {
+    pub(crate) fn new(title: &str, x: &str, y: &str, series: Vec<Series>) -> Self {
         Self { title: title.into(), x: x.into(), y: y.into(), series, picture: false, log_y: false }
     }
 
     /// The drawing, 420 × 320 units; wider if there are too many names to stand among the curves.
-    pub(super) fn svg(&self) -> String {
+    pub(crate) fn svg(&self) -> String {
         let (inner_width, inner_height) = (420.0 - LEFT - RIGHT, 320.0 - TOP - BOTTOM);
         let beside = self.series.len() > NAMES_INSIDE;
         let (width, height) = (if beside { 540.0 } else { 420.0 }, 320.0);
@@ -162,10 +164,10 @@ impl Plot {
 }
 
 /// Curves are told apart without colour, too.
-const DASHES: [&str; 4] =
+pub(crate) const DASHES: [&str; 4] =
     ["", " stroke-dasharray=\"6 3\"", " stroke-dasharray=\"2 2\"", " stroke-dasharray=\"8 3 2 3\""];
 
-fn mark(k: usize, x: f64, y: f64, colour: &str) -> String {
+pub(crate) fn mark(k: usize, x: f64, y: f64, colour: &str) -> String {
     match k % 4 {
         0 => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\" fill=\"{colour}\"/>"),
         1 => format!(
@@ -183,7 +185,7 @@ fn mark(k: usize, x: f64, y: f64, colour: &str) -> String {
 }
 
 /// Round numbers between two, about five of them.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
+pub(crate) fn ticks(low: f64, high: f64) -> Vec<f64> {
     let rough = (high - low) / 5.0;
     if !(rough > 0.0 && rough.is_finite()) {
         return Vec::new();
@@ -211,7 +213,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     if value == 0.0 {
         "0".into()
     } else if value.abs() >= 1e5 || value.abs() < 1e-3 {
@@ -222,11 +224,7 @@ fn short(value: f64) -> String {
     }
 }
 
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// Writing to a text cannot fail.
-fn push(svg: &mut String, part: std::fmt::Arguments<'_>) {
+pub(crate) fn push(svg: &mut String, part: std::fmt::Arguments<'_>) {
     svg.write_fmt(part).ok();
 }

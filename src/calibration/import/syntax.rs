@@ -1,0 +1,54 @@
+use serde_json::Value;
+use serde_saphyr::options::NonFiniteFloatPolicy;
+
+use super::{NotImported, literal};
+
+/// The tree behind `text`: JSON, YAML, or the Python literal of an mrcal `.cameramodel`.
+///
+/// Depth and size are bounded by each parser. Numbers that are not finite come out as null.
+pub(super) fn parse(text: &str) -> Result<Value, NotImported> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let tree = if starts_with_brace(text) {
+        braced(text)?
+    } else {
+        yaml(text).map_err(|reason| NotImported::Malformed { reason })?
+    };
+    // A text in words is YAML, too: one long string.
+    if tree.is_object() { Ok(tree) } else { Err(NotImported::UnknownFormat) }
+}
+
+/// JSON, or mrcal's literal. JSON of older OpenCV has numbers such as `1.`, which only YAML allows.
+fn braced(text: &str) -> Result<Value, NotImported> {
+    if text.contains("lensmodel") {
+        return literal::parse(text);
+    }
+    serde_json::from_str(text)
+        .or_else(|as_json| yaml(text).map_err(|_| as_json))
+        .map_err(|err| NotImported::Malformed { reason: err.to_string() })
+}
+
+fn yaml(text: &str) -> Result<Value, String> {
+    // Before version 5 OpenCV writes a first line that no version of YAML has.
+    let body = match text.split_once('\n') {
+        Some((first, rest)) if first.starts_with("%YAML") => rest,
+        _ => text,
+    };
+    // `rostopic echo` closes each message with the mark that opens the next.
+    let body = body.trim_end().strip_suffix("\n---").unwrap_or(body);
+    // What is not finite becomes null, which is refused where a number is wanted and nowhere else.
+    let options =
+        serde_saphyr::options! { non_finite_float_policy: NonFiniteFloatPolicy::PassThrough };
+    serde_saphyr::from_str_with_options(body, options).map_err(|err| {
+        // The first line says it; the others quote the file.
+        let words = err.to_string();
+        words.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned()
+    })
+}
+
+/// Whether the first thing that is no comment is a brace.
+fn starts_with_brace(text: &str) -> bool {
+    let mut lines = text.lines().map(str::trim_start);
+    lines
+        .find(|line| !line.is_empty() && !line.starts_with('#'))
+        .is_some_and(|l| l.starts_with('{'))
+}

@@ -1,0 +1,250 @@
+//! The report of a session: what its folder holds, put together.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use serde_json::Value;
+
+use super::{
+    conclusion::calibration_json,
+    report::{quoted, versions},
+};
+use crate::{
+    calibration::DriftVerdict,
+    config::Config,
+    detection::Miss,
+    device::CameraEvent,
+    guidance::Progress,
+    recording::{
+        Header, Line, SessionFolder, Stored, replay,
+        save::{Overwrite, save},
+        stored_frame,
+    },
+    report::{
+        CalibrationFacts, CameraChange, CameraSection, DriftSection, Measured, Provenance, Refused,
+        Report, Thumbnail, page,
+    },
+    session::{Input, Session},
+    text::{self, report as words},
+};
+
+/// Where a session's own page stands.
+pub(super) fn page_path(session: &Path) -> PathBuf {
+    session.join("report.html")
+}
+
+/// Writes the page of a session that has just ended; it follows from the journal and may be replaced.
+pub(super) fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
+    let header = SessionFolder::header(path)?;
+    let contents = SessionFolder::journal(path)?;
+    let report = put_together(path, &header, &contents.lines, session)?;
+    let file = page_path(path);
+    save(&file, page(&report).as_bytes(), Overwrite::Allowed)?;
+    Ok(file)
+}
+
+/// The report of the session at `path`, calibrated anew from its journal.
+pub(super) fn of_folder(path: &Path) -> anyhow::Result<Report> {
+    let header = SessionFolder::header(path)?;
+    let contents = SessionFolder::journal(path)?;
+    let mut session = Session::new(header.config.session(header.image_size())?);
+    replay(&mut session, contents.lines.clone(), |_, _| ());
+    let mut report = put_together(path, &header, &contents.lines, &session)?;
+    if contents.cut {
+        report.notes.push(words::CUT.into());
+    }
+    if holds_another_result(path, &calibration_json(&session, &header)) {
+        report.notes.push(words::OTHER_RESULT.into());
+    }
+    Ok(report)
+}
+
+/// Whether the folder has a result that is not `ours`.
+fn holds_another_result(path: &Path, ours: &Value) -> bool {
+    let text = std::fs::read_to_string(path.join("calibration.json"));
+    let Ok(theirs) = text.map(|text| serde_json::from_str::<Value>(&text).unwrap_or(Value::Null))
+    else {
+        return false;
+    };
+    ["/verdict", "/result/f_px", "/result/pp_px", "/result/distortion"]
+        .iter()
+        .any(|pointer| theirs.pointer(pointer) != ours.pointer(pointer))
+}
+
+fn put_together(
+    path: &Path,
+    header: &Header,
+    lines: &[Line],
+    session: &Session,
+) -> anyhow::Result<Report> {
+    let stored: BTreeMap<u64, &Stored> = lines
+        .iter()
+        .filter_map(|line| line.stored.as_ref())
+        .map(|stored| (stored.frame, stored))
+        .collect();
+    // A picture that is gone or damaged leaves the board's outline; `doctor` names it.
+    let picture = |frame: u64| {
+        let stored = stored.get(&frame)?;
+        Thumbnail::of(&stored_frame(path, stored).ok()?)
+    };
+    let accepted = session.accepted();
+    let name = std::path::absolute(path)?;
+    let mut notes = Vec::new();
+    if session.progress() != Progress::Complete {
+        notes.push(text::progress(session.progress()).into());
+    }
+    let History { frames, refused, changes } = history(lines);
+    let mut rows = versions(&[&header.schema]);
+    rows.push((words::name::SESSION.into(), path.display().to_string()));
+    rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
+    Ok(Report {
+        name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        facts: CalibrationFacts::read(&calibration_json(session, header))?,
+        notes,
+        camera: CameraSection { rows: camera(header), changes },
+        corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
+        pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
+        drift: drift(path),
+        refused,
+        provenance: Provenance {
+            rows,
+            command: format!("boresight replay {}", quoted(&path.to_string_lossy())),
+        },
+    })
+}
+
+/// What the check found that this session was made for, if it was made for one.
+fn drift(path: &Path) -> Option<DriftSection> {
+    let json = std::fs::read_to_string(path.join("check.json")).ok()?;
+    let found: Value = serde_json::from_str(&json).ok()?;
+    let verdict = [DriftVerdict::Ok, DriftVerdict::Watch, DriftVerdict::Recalibrate]
+        .into_iter()
+        .find(|verdict| found["verdict"] == verdict.code())?;
+    let number = |pointer: &str| found.pointer(pointer).and_then(Value::as_f64);
+    let measured =
+        |value: &str, sd: &str| Some(Measured { value: number(value)?, sd: number(sd)? });
+    let words = |name: &str| found[name].as_str().unwrap_or_default().to_owned();
+    let is_weak = found["uncertainty_of_old"] == "assumed";
+    Some(DriftSection {
+        old_file: words("against"),
+        verdict,
+        action: words("action"),
+        focal_px: measured("/change/f_px", "/change/sigma/f_px")?,
+        pp_px: [
+            measured("/change/pp_px/0", "/change/sigma/pp_px/0")?,
+            measured("/change/pp_px/1", "/change/sigma/pp_px/1")?,
+        ],
+        smallest_focal_px: number("/visible/f_px"),
+        smallest_pp_px: number("/visible/pp_px"),
+        notes: is_weak.then(|| format!("{}.", text::drift_is_weak())).into_iter().collect(),
+    })
+}
+
+/// What the header says about the camera.
+fn camera(header: &Header) -> Vec<(String, String)> {
+    let mut rows = vec![
+        (words::name::SOURCE.into(), header.source.clone()),
+        (words::name::BEGUN.into(), header.created.clone()),
+    ];
+    let changed = changed_settings(&header.config);
+    if !changed.is_empty() {
+        rows.push((words::name::SETTINGS.into(), changed.join(", ")));
+    }
+    rows
+}
+
+/// Settings that are not the default ones, as `--set` takes them; the board is told elsewhere.
+fn changed_settings(config: &Config) -> Vec<String> {
+    let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();
+    let default = Config::load(None, &[]).map(|config| table(&config)).unwrap_or_default();
+    let mut changed = Vec::new();
+    for (group, values) in table(config).iter().filter(|(group, _)| *group != "board") {
+        for (name, value) in values.as_table().into_iter().flatten() {
+            if default.get(group).and_then(|values| values.get(name)) != Some(value) {
+                changed.push(format!("{group}.{name}={value}"));
+            }
+        }
+    }
+    changed
+}
+
+/// What a journal tells beside the views.
+struct History {
+    frames: usize,
+    /// The most frequent first.
+    refused: Vec<Refused>,
+    changes: Vec<CameraChange>,
+}
+
+fn history(lines: &[Line]) -> History {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    let mut frames = 0;
+    let mut changes = Vec::new();
+    let mut last_frame = None;
+    for line in lines {
+        let input = Input::from(line.input.clone());
+        if let Some(reason) = refusal(&input, line) {
+            *counts.entry(reason).or_default() += 1;
+        }
+        let mut change = |what: String| {
+            changes.push(CameraChange { when: words::at_frame(last_frame), what });
+        };
+        match input {
+            Input::Observed(observation) => {
+                frames += 1;
+                last_frame = Some(observation.frame_id.0);
+            }
+            Input::WorkerFailed { worker, reason } => change(words::failed(&worker, &reason)),
+            Input::Resumed => change(words::RESUMED.into()),
+            Input::Camera(CameraEvent::Lost { fault, detail }) => {
+                change(text::camera::with_detail(fault, &detail).0);
+            }
+            Input::Camera(CameraEvent::ControlChanged(moved)) => {
+                change(text::camera::moved(&moved));
+            }
+            Input::Camera(_) => {}
+            Input::Command(_) | Input::SourceEnded | Input::Stop => {}
+        }
+    }
+    let mut refused: Vec<Refused> = counts
+        .into_iter()
+        .map(|(code, count)| Refused { what: words::refusal_kind(&code).into(), count })
+        .collect();
+    refused.sort_by(|a, b| b.count.cmp(&a.count).then_with(|| a.what.cmp(&b.what)));
+    History { frames, refused, changes }
+}
+
+/// Why the frame was refused or a view taken back, as the person was told then: a stable name.
+fn refusal(input: &Input, line: &Line) -> Option<String> {
+    let decision: Value = serde_json::from_str(line.decision.get()).unwrap_or_default();
+    let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);
+    match (word("/outcome/outcome")?, word("/outcome/refusal/why")) {
+        ("removed", _) => Some("removed".into()),
+        // A frame of a hold that was going on.
+        ("refused", Some("holding")) => None,
+        ("refused", Some("not_found")) => match input {
+            Input::Observed(observation) => {
+                let miss = observation.seen.as_ref().err();
+                Some(miss.map_or("not_found", miss_code).into())
+            }
+            _ => Some("not_found".into()),
+        },
+        ("refused", why) => why.map(Into::into),
+        _ => None,
+    }
+}
+
+fn miss_code(miss: &Miss) -> &'static str {
+    match miss {
+        Miss::NoBoard => "no_board",
+        Miss::PartialBoard { .. } => "partial_board",
+        Miss::Glare { .. } => "glare",
+        Miss::OtherBoard { .. } => "other_board",
+        Miss::TooSmall { .. } => "too_small",
+        Miss::Blurred { .. } => "blurred",
+        Miss::LowContrast { .. } => "low_contrast",
+        Miss::OutOfTime => "out_of_time",
+    }
+}

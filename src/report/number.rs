@@ -1,0 +1,86 @@
+//! Numbers as the page shows them: as many digits as their uncertainty leaves, all of them beside it.
+
+use crate::chart::escaped;
+
+/// A number with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// The number.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+}
+
+/// Decimals that show two digits of `sd`.
+fn decimals(sd: f64) -> usize {
+    if !(sd > 0.0 && sd.is_finite()) {
+        return 2;
+    }
+    // Between 0 and 9 after clamping.
+    (1.0 - sd.log10().floor()).clamp(0.0, 9.0) as usize
+}
+
+/// A number with `decimals` digits after the point; all digits stand in its `value`.
+pub(super) fn plain(value: f64, decimals: usize) -> String {
+    format!("<data value=\"{value}\">{}</data>", text(value, decimals))
+}
+
+/// With a minus sign that is one, and no minus before zero.
+pub(super) fn text(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|c| c == '0' || c == '.') => digits.into(),
+        Some(digits) => format!("\u{2212}{digits}"),
+        None => text,
+    }
+}
+
+/// About `digits` significant digits, for numbers between a hundred-thousandth and millions.
+pub(super) fn brief(value: f64, digits: i32) -> String {
+    text(value, brief_decimals(value, digits))
+}
+
+/// The same with all digits in its `value`.
+pub(super) fn brief_data(value: f64, digits: i32) -> String {
+    plain(value, brief_decimals(value, digits))
+}
+
+fn brief_decimals(value: f64, digits: i32) -> usize {
+    if value == 0.0 || !value.is_finite() {
+        return 0;
+    }
+    (f64::from(digits) - 1.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize
+}
+
+impl Measured {
+    /// `value ± sd`; both with all digits in their `value`.
+    pub(super) fn html(&self) -> String {
+        let decimals = decimals(self.sd);
+        format!("{} ± {}", plain(self.value, decimals), plain(self.sd, decimals))
+    }
+}
+
+/// A row of a table: name, and cells that are HTML already.
+pub(super) fn row(name: &str, cells: &[String]) -> String {
+    let cells: String = cells.iter().map(|cell| format!("<td class=\"n\">{cell}</td>")).collect();
+    format!("<tr><th scope=\"row\">{}</th>{cells}</tr>\n", escaped(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_follow_the_uncertainty() {
+        let text = |value, sd| Measured { value, sd }.html();
+        assert!(text(653.41234, 0.012).contains(">653.412</data> ± <"));
+        assert!(text(653.41234, 0.012).contains("value=\"653.41234\""));
+        assert!(text(653.41234, 3.1).contains(">653.4</data>"));
+        assert!(text(653.41234, 31.0).contains(">653</data>"));
+        assert!(text(-0.12, 0.001).contains(">\u{2212}0.1200</data>"));
+        assert!(text(0.0, 0.0).contains(">0.00</data>"));
+        assert_eq!(super::text(-0.001, 2), "0.00");
+        assert_eq!(brief(0.012345, 2), "0.012");
+        assert_eq!(brief(1234.5, 2), "1234");
+    }
+}

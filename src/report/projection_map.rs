@@ -1,0 +1,72 @@
+//! How uncertain the image of a ray is, over the picture: shades with their numbers.
+
+use nalgebra::Point2;
+
+use super::{
+    CalibrationFacts,
+    number::{brief, brief_data},
+    page::{figure, missing},
+};
+use crate::{
+    chart::{Canvas, Stroke},
+    frame::ImageSize,
+    geometry::{GRID_COLUMNS, GRID_ROWS, cell_centre_px},
+    text::report::{self as words, Section},
+};
+
+/// From the surest to the least certain.
+const SHADES: [&str; 7] =
+    ["#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c"];
+/// Shades on which dark numbers cannot be read.
+const DARK: usize = 5;
+
+/// The map.
+pub(super) fn drawing(facts: &CalibrationFacts) -> String {
+    let Some(projection) = facts.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
+    else {
+        return figure(Section::Projection, &missing(words::TOO_FEW), "");
+    };
+    let [width_px, height_px] = facts.image_size;
+    let size = ImageSize { width_px: width_px.max(1), height_px: height_px.max(1) };
+    let mut canvas = Canvas::large_picture(facts.size_px(), Section::Projection.heading());
+    let least = projection.grid.iter().map(|[_, _, sd]| *sd).fold(f64::INFINITY, f64::min);
+    let mut hatched = false;
+    for row in 0..GRID_ROWS {
+        for column in 0..GRID_COLUMNS {
+            let centre = cell_centre_px(size, column, row);
+            let known = projection
+                .grid
+                .iter()
+                .find(|[x, y, _]| (Point2::new(*x, *y) - centre).norm() < 0.25)
+                .map(|[_, _, sd]| *sd);
+            let Some(sd_px) = known else {
+                hatched = true;
+                canvas.hatch(&cell(size, column, row));
+                continue;
+            };
+            // Equal steps of the logarithm: uncertainty grows by factors towards the corners.
+            let share = if projection.max > least && least > 0.0 {
+                (sd_px / least).ln() / (projection.max / least).ln()
+            } else {
+                0.0
+            };
+            // From 0 to the last shade.
+            let shade = (share.clamp(0.0, 1.0) * (SHADES.len() - 1) as f64).round() as usize;
+            canvas.area(&cell(size, column, row), SHADES[shade], Stroke::thin("#fff"));
+            let ink = if shade >= DARK { "#fff" } else { "#111" };
+            canvas.number(centre, ink, brief(sd_px, 2).trim_start_matches('0'));
+        }
+    }
+    let [mean_px, max_px] = [projection.mean, projection.max].map(|sd_px| brief_data(sd_px, 2));
+    let note = words::projection_note(&mean_px, &max_px, hatched);
+    figure(Section::Projection, &canvas.svg(), &note)
+}
+
+/// Corners of a cell of the grid.
+pub(super) fn cell(size: ImageSize, column: u32, row: u32) -> [Point2<f64>; 4] {
+    let along =
+        |at: u32, cells: u32, size: u32| f64::from(at) / f64::from(cells) * f64::from(size) - 0.5;
+    let x = |at: u32| along(at, GRID_COLUMNS, size.width_px);
+    let y = |at: u32| along(at, GRID_ROWS, size.height_px);
+    [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| Point2::new(x(column + i), y(row + j)))
+}

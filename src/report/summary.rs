@@ -1,0 +1,244 @@
+//! The words and tables of the page: verdict, camera, numbers, findings, refusals, provenance.
+
+use super::{
+    CalibrationFacts, LensFacts, Report,
+    number::{Measured, brief_data, plain, row},
+    page::{section, section_with},
+};
+use crate::{
+    chart::{escaped, push},
+    text::report::{self as words, Section, name},
+};
+
+/// Verdict, what to do next, and what is to be known first.
+pub(super) fn verdict(report: &Report) -> String {
+    let facts = &report.facts;
+    let code = facts.verdict.as_str();
+    let mut body = format!(
+        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
+        words::verdict_sign(code),
+        words::verdict(code),
+        words::NEXT,
+        escaped(&next_action(facts))
+    );
+    if let Some(drift) = &report.drift {
+        let verdict = words::drift_verdict(drift.verdict.code());
+        push(&mut body, format_args!("<p class=\"next\"><b>{verdict}</b></p>\n"));
+    }
+    for note in &report.notes {
+        push(&mut body, format_args!("<p>{}</p>\n", escaped(note)));
+    }
+    section_with(Section::Verdict, "box", &body)
+}
+
+/// The action of the worst finding.
+fn next_action(facts: &CalibrationFacts) -> String {
+    let of = |severity: &str| facts.findings.iter().find(|finding| finding.severity == severity);
+    match of("bad").or_else(|| of("care")) {
+        Some(finding) if facts.verdict != "good" => finding.action.clone(),
+        _ => words::USE_IT.into(),
+    }
+}
+
+/// What is known about the camera, with what changed.
+pub(super) fn camera(report: &Report) -> String {
+    let facts = &report.facts;
+    let mut rows = String::new();
+    let mut say = |name: &str, what: &str| {
+        push(
+            &mut rows,
+            format_args!(
+                "<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n",
+                escaped(name),
+                escaped(what)
+            ),
+        );
+    };
+    for (name, what) in &report.camera.rows {
+        say(name, what);
+    }
+    say(name::PICTURE, &words::picture(facts.image_size));
+    if let Some(board) = facts.board {
+        say(name::BOARD, &words::board(board.columns, board.rows, &board.square_mm.to_string()));
+    }
+    let changes = &report.camera.changes;
+    if changes.is_empty() && !report.camera.rows.is_empty() {
+        say(name::CHANGES, words::NO_CHANGES);
+    }
+    for change in changes {
+        say(&change.when, &change.what);
+    }
+    section(Section::Camera, &format!("<table><tbody>\n{rows}</tbody></table>\n"))
+}
+
+/// The estimates with their standard deviations; reprojection RMS last.
+pub(super) fn numbers(facts: &CalibrationFacts) -> String {
+    let Some(lens) = &facts.result else {
+        let body = format!("<p>{}</p>\n", words::NO_CALIBRATION);
+        return section(Section::Numbers, &body);
+    };
+    let [x, y] = [0, 1].map(|k| Measured { value: lens.pp_px[k], sd: lens.sigma.pp_px[k] }.html());
+    let mut rows = row(name::PRINCIPAL_POINT, &[format!("{x}, {y} px")]);
+    rows += &focal_length(lens);
+    rows += &distortion(lens);
+    if let Some(projection) = &facts.projection_sd_px {
+        let both =
+            format!("{}, {} px", brief_data(projection.mean, 2), brief_data(projection.max, 2));
+        rows += &row(name::PROJECTION, &[both]);
+    }
+    if let Some(noise_px) = lens.noise_px {
+        rows += &row(name::NOISE, &[format!("{} px", brief_data(noise_px, 2))]);
+    }
+    if let Some(coverage) = facts.coverage {
+        rows += &row(name::COVERAGE, &[format!("{} %", plain(100.0 * coverage, 0))]);
+    }
+    let used = facts.used().count();
+    rows += &row(name::VIEWS, &[format!("{used} / {}", facts.views.len())]);
+    if let Some(rms_px) = lens.rms_px {
+        rows += &row(name::RMS, &[format!("{} px", brief_data(rms_px, 3))]);
+    }
+    section(Section::Numbers, &format!("<table><tbody>\n{rows}</tbody></table>\n"))
+}
+
+fn focal_length(lens: &LensFacts) -> String {
+    let [fx, fy] = [0, 1].map(|k| Measured { value: lens.f_px[k], sd: lens.sigma.f_px[k] });
+    if lens.focal_varies() {
+        let scatter_px = lens.focal.and_then(|focal| focal.scatter_px).unwrap_or_default();
+        return row(name::FOCAL_MEAN, &[format!("{} px", plain(fx.value, 2))])
+            + &row(name::FOCAL_SCATTER, &[format!("{} px", brief_data(scatter_px, 3))]);
+    }
+    if lens.square_pixels() {
+        row(name::FOCAL_LENGTH, &[format!("{} px", fx.html())])
+    } else {
+        row(name::FOCAL_LENGTHS, &[format!("{}, {} px", fx.html(), fy.html())])
+    }
+}
+
+/// The lens model and its coefficients, those that it holds at zero left out.
+fn distortion(lens: &LensFacts) -> String {
+    let (value, sd) = (lens.distortion, lens.sigma.distortion);
+    let all = [
+        ("k1", value.k1, sd.k1),
+        ("k2", value.k2, sd.k2),
+        ("p1", value.p1, sd.p1),
+        ("p2", value.p2, sd.p2),
+        ("k3", value.k3, sd.k3),
+    ];
+    let free = all.iter().filter(|(_, value, sd)| *value != 0.0 || *sd > 0.0);
+    let mut rows = row(name::LENS_MODEL, &[escaped(&lens.model)]);
+    for (name, value, sd) in free {
+        rows += &row(name, &[Measured { value: *value, sd: *sd }.html()]);
+    }
+    rows
+}
+
+/// Findings that stand one below the other.
+const FEW_FINDINGS: usize = 4;
+
+/// What the checks found: what, and what to do.
+pub(super) fn findings(facts: &CalibrationFacts) -> String {
+    if facts.findings.is_empty() {
+        return section(Section::Findings, &format!("<p>{}</p>\n", words::NO_FINDINGS));
+    }
+    let class = if facts.findings.len() > FEW_FINDINGS { "columns" } else { "" };
+    let mut body = format!("<ul class=\"{class}\">\n");
+    for finding in &facts.findings {
+        push(
+            &mut body,
+            format_args!(
+                "<li class=\"{}\"><b>{}</b> ({}): {}. {}</li>\n",
+                escaped(&finding.severity),
+                escaped(&finding.code),
+                words::severity(&finding.severity),
+                escaped(&finding.message),
+                escaped(&finding.action)
+            ),
+        );
+    }
+    body += "</ul>\n";
+    section(Section::Findings, &body)
+}
+
+/// Characters of a command that stand on paper.
+const LONG_COMMAND: usize = 700;
+/// Reasons shown on paper; names shown after one.
+const REASONS: usize = 12;
+const NAMES: usize = 6;
+
+/// What was refused: reasons with counts, pictures by reason.
+pub(super) fn refused(report: &Report) -> String {
+    let mut items: Vec<(String, usize, Vec<&str>)> = report
+        .refused
+        .iter()
+        .map(|refused| (refused.what.clone(), refused.count, Vec::new()))
+        .collect();
+    for view in report.facts.views.iter().filter(|view| !view.used) {
+        let reason = view.reason.as_deref().unwrap_or_default();
+        match items.iter_mut().find(|(what, _, names)| what == reason && !names.is_empty()) {
+            Some((_, count, names)) => {
+                *count += 1;
+                names.push(&view.name);
+            }
+            None => items.push((reason.into(), 1, vec![&view.name])),
+        }
+    }
+    if items.is_empty() {
+        return section(Section::Refused, &format!("<p>{}</p>\n", words::NOTHING_REFUSED));
+    }
+    let list = |items: &[(String, usize, Vec<&str>)], most_names: usize| -> String {
+        let item = |(what, count, names): &(String, usize, Vec<&str>)| {
+            let (shown, rest) = names.split_at(names.len().min(most_names));
+            let mut line = format!("<li>{}: {count}", escaped(what));
+            if !shown.is_empty() {
+                push(&mut line, format_args!(" ({}", escaped(&shown.join(", "))));
+                line += if rest.is_empty() { ")" } else { ", …)" };
+            }
+            line + "</li>\n"
+        };
+        items.iter().map(item).collect()
+    };
+    let (shown, rest) = items.split_at(items.len().min(REASONS));
+    let mut body = format!("<ul class=\"columns\">\n{}</ul>\n", list(shown, NAMES));
+    if !rest.is_empty() {
+        push(
+            &mut body,
+            format_args!("<p class=\"note\">{}</p>\n", words::more_reasons(rest.len())),
+        );
+    }
+    if !rest.is_empty() || items.iter().any(|(_, _, names)| names.len() > NAMES) {
+        push(
+            &mut body,
+            format_args!(
+                "<details class=\"screen\"><summary>{}</summary><ul>\n{}</ul></details>\n",
+                words::ALL_REFUSED,
+                list(&items, usize::MAX)
+            ),
+        );
+    }
+    section(Section::Refused, &body)
+}
+
+/// Versions, and the command that gives the same again.
+pub(super) fn provenance(report: &Report) -> String {
+    let mut rows = String::new();
+    for (name, what) in &report.provenance.rows {
+        push(
+            &mut rows,
+            format_args!(
+                "<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n",
+                escaped(name),
+                escaped(what)
+            ),
+        );
+    }
+    push(
+        &mut rows,
+        format_args!(
+            "<tr><th scope=\"row\">{}</th><td><div class=\"command\"><code>{}</code></div>{}</td></tr>\n",
+            name::REPEAT,
+            escaped(&report.provenance.command),
+            if report.provenance.command.len() > LONG_COMMAND { words::CUT_ON_PAPER } else { "" }
+        ),
+    );
+    section(Section::Provenance, &format!("<table><tbody>\n{rows}</tbody></table>\n"))
+}

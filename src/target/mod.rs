@@ -1,0 +1,23 @@
+//! The board on paper or on a screen, in true size.
+//!
+//! ```text
+//! paper: which page ─▶ plan: which square, how much white around it ─▶ sheet: what is black, in millimetres
+//!                                                                        └─▶ pdf · svg · png
+//! ```
+//!
+//! A page is measured in millimetres from its top-left corner, `y` down. Everything on a sheet is black on
+//! white: axis-aligned rectangles and words, the same in all three formats.
+
+mod paper;
+mod pdf;
+mod plan;
+mod png;
+mod sheet;
+mod svg;
+
+pub use paper::{Page, Paper, Resolution};
+pub use pdf::pdf;
+pub use plan::{DoesNotFit, Plan, Square, plan};
+pub use png::{NotWritten, png};
+pub use sheet::{LINES, Rectangle, Sheet, Words, sheet};
+pub use svg::svg;

@@ -1,0 +1,67 @@
+use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+
+use super::{Sheet, Words};
+
+/// A point, the unit of a PDF, is 1/72 inch.
+const POINTS_PER_MM: f64 = 72.0 / 25.4;
+/// Width of Helvetica's digits as a share of their size.
+const DIGIT_WIDTH: f64 = 0.556;
+
+/// The sheet as a PDF of one page. Equal sheets give equal bytes.
+///
+/// The content is drawn in millimetres under one scale, so that a viewer's numbers are those of the sheet. The
+/// file asks to be printed without scaling, which some viewers then propose.
+pub fn pdf(sheet: &Sheet) -> Vec<u8> {
+    let [catalog, pages, page, regular, bold, content, info] = [1, 2, 3, 4, 5, 6, 7].map(Ref::new);
+    let mut pdf = Pdf::new();
+    let mut root = pdf.catalog(catalog);
+    root.pages(pages);
+    root.viewer_preferences().pair(Name(b"PrintScaling"), Name(b"None"));
+    root.finish();
+    pdf.pages(pages).kids([page]).count(1);
+    let points = |mm: f64| (mm * POINTS_PER_MM) as f32;
+    let mut only = pdf.page(page);
+    only.media_box(Rect::new(0.0, 0.0, points(sheet.width_mm), points(sheet.height_mm)));
+    only.parent(pages).contents(content);
+    let mut resources = only.resources();
+    resources.fonts().pair(Name(b"R"), regular).pair(Name(b"B"), bold);
+    resources.finish();
+    only.finish();
+    pdf.type1_font(regular).base_font(Name(b"Helvetica"));
+    pdf.type1_font(bold).base_font(Name(b"Helvetica-Bold"));
+    pdf.document_info(info).title(TextStr(&sheet.title)).producer(TextStr("boresight"));
+    pdf.stream(content, &drawn(sheet));
+    pdf.finish()
+}
+
+fn drawn(sheet: &Sheet) -> Vec<u8> {
+    let mut content = Content::new();
+    let scale = POINTS_PER_MM as f32;
+    // Millimetres from the top-left corner, y down.
+    content.transform([scale, 0.0, 0.0, -scale, 0.0, (sheet.height_mm * POINTS_PER_MM) as f32]);
+    content.set_fill_gray(0.0);
+    for black in sheet.squares.iter().chain(&sheet.ruler) {
+        let [left, top, width, height] =
+            [black.left_mm, black.top_mm, black.width_mm, black.height_mm].map(|mm| mm as f32);
+        content.rect(left, top, width, height);
+    }
+    content.fill_nonzero();
+    content.begin_text();
+    for words in &sheet.words {
+        let Words { text, x_mm, baseline_mm, size_mm, bold, centred } = words;
+        let shift_mm = if *centred { DIGIT_WIDTH * text.len() as f64 * size_mm / 2.0 } else { 0.0 };
+        content.set_font(Name(if *bold { b"B" } else { b"R" }), *size_mm as f32);
+        // Letters stand upright in a page whose y points down.
+        content.set_text_matrix([
+            1.0,
+            0.0,
+            0.0,
+            -1.0,
+            (x_mm - shift_mm) as f32,
+            *baseline_mm as f32,
+        ]);
+        content.show(Str(text.as_bytes()));
+    }
+    content.end_text();
+    content.finish().to_vec()
+}

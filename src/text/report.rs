@@ -1,0 +1,386 @@
+//! The calibration report in words.
+
+/// Headings of the page, in its order, with the names by which a link reaches them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    /// Whether to trust it, and what to do.
+    Verdict,
+    /// Identity, mode, controls, board.
+    Camera,
+    /// Estimates with their standard deviations.
+    Numbers,
+    /// What the honesty checks say.
+    Findings,
+    /// Principal lines in the picture.
+    Fan,
+    /// The principal point by every method.
+    Estimates,
+    /// The same for the methods that model the lens.
+    EstimatesNear,
+    /// Estimates with views left out.
+    Skip,
+    /// Uncertainty of projection over the picture.
+    Projection,
+    /// Distortion against the distance from the principal point.
+    Lens,
+    /// Where the boards were.
+    Coverage,
+    /// What the corners are off.
+    Residuals,
+    /// Every view.
+    Views,
+    /// Against an older calibration.
+    Drift,
+    /// What was refused.
+    Refused,
+    /// Versions, and the command that repeats it.
+    Provenance,
+}
+
+impl Section {
+    /// Stable name.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Verdict => "verdict",
+            Self::Camera => "camera",
+            Self::Numbers => "numbers",
+            Self::Findings => "findings",
+            Self::Fan => "principal-lines",
+            Self::Estimates => "estimates",
+            Self::EstimatesNear => "estimates-near",
+            Self::Skip => "skip",
+            Self::Projection => "projection",
+            Self::Lens => "lens",
+            Self::Coverage => "coverage",
+            Self::Residuals => "residuals",
+            Self::Views => "views",
+            Self::Drift => "drift",
+            Self::Refused => "refused",
+            Self::Provenance => "provenance",
+        }
+    }
+
+    /// Heading.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::Verdict => "Verdict",
+            Self::Camera => "Camera and board",
+            Self::Numbers => "Numbers",
+            Self::Findings => "Findings",
+            Self::Fan => "Principal lines",
+            Self::Estimates => "Principal point by every method",
+            Self::EstimatesNear => "Those that model the lens",
+            Self::Skip => "Estimates with n views left out",
+            Self::Projection => "Projection uncertainty",
+            Self::Lens => "Distortion",
+            Self::Coverage => "Coverage",
+            Self::Residuals => "Residuals",
+            Self::Views => "Views",
+            Self::Drift => "Drift",
+            Self::Refused => "What was refused, and why",
+            Self::Provenance => "Versions, and how to repeat it",
+        }
+    }
+}
+
+/// Title of the page.
+pub fn title(name: &str) -> String {
+    format!("Calibration report: {name}")
+}
+
+/// The verdict in words, from its stable name.
+pub fn verdict(code: &str) -> &'static str {
+    match code {
+        "good" => "GOOD: nothing speaks against this calibration",
+        "care" => "USABLE WITH CARE: read the findings",
+        _ => "NOT TRUSTWORTHY: do not use this calibration",
+    }
+}
+
+/// A sign that stands for the verdict, told apart by its shape.
+pub fn verdict_sign(code: &str) -> &'static str {
+    match code {
+        "good" => "✓",
+        "care" => "!",
+        _ => "✗",
+    }
+}
+
+/// What to do with a calibration that nothing speaks against.
+pub const USE_IT: &str = "Use it. Keep focus, zoom and picture size as they are, and keep this calibration to check the camera against later.";
+
+/// Before the next action.
+pub const NEXT: &str = "Next:";
+
+/// Where there is no calibration.
+pub const NO_CALIBRATION: &str = "There is no calibration to show.";
+
+/// Where the corners would be needed.
+pub const NEEDS_CORNERS: &str = "Not shown: this file does not hold the corners. The report of the session, or `calibrate --report`, has them.";
+
+/// Where the covariance would be needed.
+pub const NEEDS_COVARIANCE: &str = "Its uncertainty is not in this file.";
+
+/// Where there are too few lines or views for a drawing.
+pub const TOO_FEW: &str = "Not shown: there are too few views for it.";
+
+/// Where nothing was found.
+pub const NO_FINDINGS: &str = "None of the checks found anything.";
+
+/// Where nothing was refused.
+pub const NOTHING_REFUSED: &str = "Nothing was refused.";
+
+/// Below the first reasons.
+pub fn more_reasons(count: usize) -> String {
+    format!("And {count} more; on a screen all of them open below.")
+}
+
+/// What opens the list of everything that was refused.
+pub const ALL_REFUSED: &str = "Everything that was refused";
+
+/// Below a command that does not fit on paper.
+pub const CUT_ON_PAPER: &str = "(On paper it is cut; the file has it whole.)";
+
+/// Severity in a word.
+pub fn severity(code: &str) -> &'static str {
+    match code {
+        "info" => "good to know",
+        "care" => "care",
+        _ => "bad",
+    }
+}
+
+/// Name of a method.
+pub fn method(code: &str) -> &'static str {
+    match code {
+        "pl_unweighted" => "principal lines",
+        "pl_weighted" => "weighted lines",
+        "pl_ring" => "lines and ring",
+        "free_homography" => "free homographies",
+        "bundle" => "bundle adjustment",
+        _ => "Zhang, k1 k2",
+    }
+}
+
+/// What marks the method whose principal point is the result.
+pub const THE_RESULT: &str = "the result";
+
+/// Columns of the table of methods.
+pub const METHOD_COLUMNS: [&str; 4] = ["method", "x px", "y px", "from the result px"];
+
+/// Below the fan.
+pub const FAN_NOTE: &str = "Each view's line as seen in the picture, numbered; opposed views share a dash. They meet in the principal point (cross; ellipse 2 sd) as far as the lens does not bend them.";
+
+/// Below the estimates.
+pub const ESTIMATES_NOTE: &str = "Ellipses hold 2 sd. Principal lines are of the corners as seen: distortion pulls them towards the middle of the boards.";
+
+/// Below the estimates of the methods that model the lens.
+pub const ESTIMATES_NEAR_NOTE: &str = "The free homographies need no common focal length: the independent check of the bundle adjustment.";
+
+/// Below the cloud.
+pub const SKIP_NOTE: &str = "Every n views that follow each other in direction left out, once from each view on. The scatter says how much the result hangs on single views. It is stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
+
+/// Where each view has its own focal length.
+pub const SKIP_NO_BUNDLE: &str =
+    "Each view has its own focal length, so there is no bundle adjustment to repeat.";
+
+/// Where the corners would be needed to adjust them again.
+pub const SKIP_NEEDS_CORNERS: &str =
+    "Bundle adjustment needs the corners, which this file does not hold.";
+
+/// Where there were more views than starts.
+pub fn skip_starts(starts: usize, views: usize) -> String {
+    format!("Bundle adjustment: from {starts} of the {views} views on.")
+}
+
+/// Above the table of estimates with views left out.
+pub const SKIP_CAPTION: &str = "Stability with n views left out";
+
+/// Columns of the table of estimates with views left out, after n.
+pub const SKIP_COLUMNS: [&str; 3] = ["estimates", "centroid x, y px", "sd x, y px"];
+
+/// Below the map.
+pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
+    let places = if hatched { " Hatched: the lens model has no ray there." } else { "" };
+    format!(
+        "Standard deviation in px of where a ray is seen, a turn of the camera set aside: {mean_px} px on average, {max_px} px at worst; darker is less certain.{places}"
+    )
+}
+
+/// Below the distortion curve.
+pub const LENS_NOTE: &str = "How far the lens moves a point outwards, against its distance from the principal point; the band holds 2 sd. Beyond the dotted line no board has been.";
+
+/// Tangential distortion at the farthest corner.
+pub fn tangential(shift_px: &str) -> String {
+    format!("Tangential distortion moves points by up to {shift_px} px more.")
+}
+
+/// Below the map of outlines.
+pub const COVERAGE_NOTE: &str =
+    "Outlines of the boards' inner corners. Hatched: no board has been there.";
+
+/// Share of the picture that was covered.
+pub fn covered(percent: &str) -> String {
+    format!("Covered: {percent} %.")
+}
+
+/// Below the residuals.
+pub fn residuals_note(times: &str, shown: usize, of: usize) -> String {
+    let which =
+        if shown < of { format!("{shown} of {of} corners") } else { format!("{of} corners") };
+    format!("Measured less predicted, {times} times as long as they are; {which}.")
+}
+
+/// Below the views.
+pub fn views_note(shown: usize, of: usize) -> String {
+    let more =
+        if shown < of { format!(" The first {shown} of {of} are shown.") } else { String::new() };
+    format!(
+        "Number; tilt, to the direction in which the board recedes (0° is right, 90° down); focal length from this view alone; residual. Bold line: its principal line.{more}"
+    )
+}
+
+/// Where views have no picture.
+pub const NO_PICTURES: &str = "Pictures are not at hand: the boards' outlines are shown.";
+
+/// Columns of the table of views.
+pub const VIEW_COLUMNS: [&str; 7] =
+    ["view", "picture", "tilt °", "direction °", "line off px", "f px", "RMS px"];
+
+/// What opens the table of views.
+pub const VIEW_TABLE: &str = "All views as a table";
+
+/// Where no changes of the camera are recorded.
+pub const NO_CHANGES: &str = "No change was recorded while the views were taken.";
+
+/// Names of rows and axes.
+#[expect(missing_docs, reason = "the words say it")]
+pub mod name {
+    pub const PICTURE: &str = "Picture";
+    pub const BOARD: &str = "Board";
+    pub const SOURCE: &str = "Source";
+    pub const BEGUN: &str = "Begun";
+    pub const SETTINGS: &str = "Settings changed";
+    pub const CHANGES: &str = "Changes";
+    pub const PRINCIPAL_POINT: &str = "Principal point x, y";
+    pub const FOCAL_LENGTH: &str = "Focal length";
+    pub const FOCAL_LENGTHS: &str = "Focal lengths x, y";
+    pub const FOCAL_MEAN: &str = "Focal length, mean of the views' own";
+    pub const FOCAL_SCATTER: &str = "Its sd from view to view";
+    pub const LENS_MODEL: &str = "Lens model";
+    pub const PROJECTION: &str = "Projection sd, mean and max";
+    pub const NOISE: &str = "Error of a corner";
+    pub const COVERAGE: &str = "Coverage";
+    pub const VIEWS: &str = "Views used";
+    pub const RMS: &str = "Reprojection RMS (no measure of quality)";
+    pub const SKIPPED: &str = "n";
+    pub const RADIUS: &str = "distance from the principal point (px)";
+    pub const SHIFT: &str = "outwards (px)";
+    pub const X: &str = "x (px)";
+    pub const Y: &str = "y (px)";
+    pub const LAST_BOARD: &str = "farthest board";
+    pub const PROGRAM: &str = "Program";
+    pub const SCHEMAS: &str = "Schemas";
+    pub const SESSION: &str = "Session";
+    pub const FILE: &str = "File";
+    pub const FRAMES: &str = "Frames";
+    pub const REPEAT: &str = "Repeat with";
+}
+
+/// The board in words.
+pub fn board(columns: u32, rows: u32, square: &str) -> String {
+    format!("{columns}×{rows} inner corners, squares of {square} mm")
+}
+
+/// Size of the picture.
+pub fn picture([width, height]: [u32; 2]) -> String {
+    format!("{width}×{height} px")
+}
+
+/// Verdict of a drift check.
+pub fn drift_verdict(code: &str) -> &'static str {
+    match code {
+        "ok" => "OK: the old calibration holds",
+        "watch" => "WATCH: something may have moved",
+        _ => "RECALIBRATE: the camera is no longer the one that was calibrated",
+    }
+}
+
+/// Rows of the drift section.
+#[expect(missing_docs, reason = "the words say it")]
+pub mod drift {
+    pub const OLD: &str = "Old calibration";
+    pub const CHANGE_F: &str = "Change of focal length";
+    pub const CHANGE_PP: &str = "Change of principal point x, y";
+    pub const SMALLEST_F: &str = "Smallest change of focal length that would have been seen";
+    pub const SMALLEST_PP: &str = "Smallest change of principal point that would have been seen";
+    pub const NOTE: &str = "Change of the principal point against the old calibration (0, 0); ellipse 2 sd, dotted circle the smallest change that would have been seen.";
+    pub const X: &str = "change of x (px)";
+    pub const Y: &str = "change of y (px)";
+}
+
+/// A reason for refusing a frame, from its stable name: `why` of a refusal, or the name of a miss.
+pub fn refusal_kind(code: &str) -> &str {
+    match code {
+        "no_board" | "not_found" => "No board found",
+        "partial_board" => "Part of the board hidden or outside of the picture",
+        "glare" => "Light blinded the camera on the board",
+        "other_board" => "Another board than the one named",
+        "too_small" => "Squares too small to measure",
+        "blurred" => "Blurred",
+        "low_contrast" => "Too little contrast",
+        "out_of_time" => "Picture too busy to search in time",
+        "no_line" => "Board faced the camera",
+        "too_flat" => "Board not tipped enough",
+        "too_steep" => "Board tipped too far",
+        "unclear" => "Direction of the board unclear",
+        "too_far" => "Board too far away",
+        "at_the_edge" => "Board too close to the picture's edge",
+        "already_covered" => "Direction already taken",
+        "partner_off" => "Opposite, but beside the mirrored place",
+        "between_slots" => "Between two directions",
+        "inconsistent" => "Contradicted the other views",
+        "moving" => "Board moved",
+        "holding" => "Held still, another frame of the hold was taken or it was cut short",
+        "other_size" => "Picture of another size",
+        "camera_not_ready" => "Camera lost, frozen, or its focus or zoom moved",
+        "not_collecting" => "While no views were taken",
+        "removed" => "View taken back",
+        other => other,
+    }
+}
+
+/// When something happened in a session.
+pub fn at_frame(frame: Option<u64>) -> String {
+    frame.map_or_else(|| "before the first frame".into(), |frame| format!("after frame {frame}"))
+}
+
+/// The session went on after an interruption.
+pub const RESUMED: &str = "The session went on after an interruption";
+
+/// A worker failed.
+pub fn failed(worker: &str, reason: &str) -> String {
+    format!("The {worker} failed: {reason}")
+}
+
+/// What was calibrated, if it is files.
+pub fn files(folder: &str, count: usize) -> String {
+    let files = if count == 1 { "1 file" } else { &format!("{count} files") };
+    if folder.is_empty() { files.into() } else { format!("{folder}, {files}") }
+}
+
+/// Frames of a session.
+pub fn frames(looked_at: usize, taken: usize) -> String {
+    format!("{looked_at} looked at, {taken} taken")
+}
+
+/// Where the page could not be written at the end of a session.
+pub fn not_written(session: &std::path::Path) -> String {
+    format!("The report could not be written; try again: boresight report {}", session.display())
+}
+
+/// Where the folder's result holds other numbers than its journal gives.
+pub const OTHER_RESULT: &str = "calibration.json in this folder holds other numbers than the journal gives now: it is older than the last view, or of another version. This page shows what the journal gives.";
+
+/// Where a cut or damaged journal was read as far as it is whole.
+pub const CUT: &str = "The journal's last line was cut; it is left out.";

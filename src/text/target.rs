@@ -1,0 +1,107 @@
+//! Words on a printed board, and what to do with it.
+
+use crate::target::{DoesNotFit, LINES, Plan};
+
+/// What stands on the sheet beside the ruler.
+pub fn target_lines(plan: &Plan) -> [String; LINES] {
+    let Plan { columns, rows, ruler_mm, .. } = plan;
+    let (square, width) = (millimetres(plan.square_mm), millimetres(plan.board_width_mm()));
+    let [show, mount] = if plan.page.pixels.is_some() {
+        [
+            "Show at 100 %, nothing scaled, full brightness.",
+            "Clean the screen; keep reflections off it.",
+        ]
+    } else {
+        [
+            "Print at 100 % (actual size), not \"fit to page\".",
+            "Glue it flat: no gap under a straight edge.",
+        ]
+    };
+    [
+        format!("Checkerboard {columns}x{rows} (inner corners), square {square}"),
+        show.into(),
+        format!("Measure: ruler {}, board {width} wide.", millimetres(*ruler_mm)),
+        mount.into(),
+        format!("boresight guide {}", arguments(plan)),
+    ]
+}
+
+/// What to do with the written file, step by step.
+pub fn target_steps(plan: &Plan) -> Vec<String> {
+    let ruler = millimetres(plan.ruler_mm);
+    let (across, width) = (plan.columns + 1, millimetres(plan.board_width_mm()));
+    let measure = |again: &str| {
+        format!(
+            "Measure with a steel rule: the printed ruler is {ruler} long, the board's {across} squares are {width} wide. If not, {again}, or pass the width that you measure, divided by {across}, as --square."
+        )
+    };
+    let mut steps = if plan.page.pixels.is_some() {
+        vec![
+            "Show it full screen at 100 %, so that each of its pixels is one of the screen's.".into(),
+            measure("correct --dpi"),
+            "Clean the screen, turn it to full brightness, and keep reflections off it. It is flat enough if it is not curved.".into(),
+        ]
+    } else {
+        vec![
+            "Print it at 100 % (\"actual size\", never \"fit to page\") on matt paper.".into(),
+            measure("print again"),
+            "Glue it all over to something stiff and flat (glass, aluminium, board of 5 mm or more). Lay a straight edge along both diagonals: three sheets of office paper, 0.3 mm, must not slip under it.".into(),
+        ]
+    };
+    if plan.white_mm() < 0.999 * plan.square_mm {
+        steps.push(format!(
+            "The white around the board is {} wide, narrower than a square: keep what lies behind the paper's edge light, and hands off the squares.",
+            millimetres((10.0 * plan.white_mm()).floor() / 10.0)
+        ));
+    }
+    steps.push(format!("Calibrate: boresight guide {}", arguments(plan)));
+    steps
+}
+
+/// What fits instead.
+pub fn does_not_fit(err: &DoesNotFit) -> String {
+    match err {
+        DoesNotFit::TooLarge { largest_mm, paper, .. } => {
+            let largest = match largest_mm {
+                Some(mm) => {
+                    format!("the largest squares that fit there are {}", millimetres(*mm))
+                }
+                None => "no squares fit there: take fewer of them".into(),
+            };
+            let paper = match paper {
+                Some(paper) => format!("{} is the smallest paper for it", paper.name()),
+                None => "neither A4, Letter nor A3 holds it".into(),
+            };
+            format!("{largest}; {paper}")
+        }
+        DoesNotFit::TooSmall { least_mm, .. } => {
+            format!("the smallest are {}", millimetres(*least_mm))
+        }
+    }
+}
+
+/// That the squares are others than asked for, if they are: a screen's squares are whole pixels.
+pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
+    ((plan.square_mm - asked_mm).abs() > 5e-4).then(|| {
+        format!(
+            "Squares of {} instead of {}: whole pixels of the screen",
+            millimetres(plan.square_mm),
+            millimetres(asked_mm)
+        )
+    })
+}
+
+fn arguments(plan: &Plan) -> String {
+    format!(
+        "--board {}x{} --square {}",
+        plan.columns,
+        plan.rows,
+        millimetres(plan.square_mm).replace(' ', "")
+    )
+}
+
+/// A length to a micrometre, with its unit.
+fn millimetres(mm: f64) -> String {
+    let text = format!("{mm:.3}");
+    format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
+}
