@@ -64,3 +64,35 @@ impl FrameSource for Paced {
         Ok(Arrival::Frame(frame))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        capture::Recorded,
+        frame::{FrameId, FrameKind},
+    };
+
+    #[test]
+    fn every_frame_comes_in_order_however_impatient_one_is() {
+        let frame = |id: u64| Frame {
+            id: FrameId(id),
+            captured_at: CaptureTime { nanos: id * 5_000_000 },
+            kind: FrameKind::Video,
+            name: String::new(),
+            image: image::GrayImage::new(4, 4),
+        };
+        let identity = SourceIdentity { name: "recorded".into(), image_size: None };
+        let recorded = Recorded::new(identity, (0..6).map(move |id| Ok(frame(id))));
+        let mut paced = Paced::new(Box::new(recorded));
+        let mut ids = Vec::new();
+        loop {
+            match paced.next_frame(Duration::from_millis(1)).expect("whole") {
+                Arrival::Frame(frame) => ids.push(frame.id.0),
+                Arrival::NothingYet => {}
+                Arrival::End => break,
+            }
+        }
+        assert_eq!(ids, [0, 1, 2, 3, 4, 5]);
+    }
+}

@@ -31,6 +31,9 @@ pub(super) struct Running {
     opened: Opened,
     /// What the session's inbox had no room for yet.
     unsent: VecDeque<Command>,
+    /// Whether views were wanted at some time: a session that is gone on with may be complete already, and
+    /// is then ended by hand, or by what is done to it.
+    has_collected: bool,
 }
 
 /// What happened since the last look.
@@ -44,7 +47,7 @@ pub(super) struct News {
 
 impl Running {
     pub(super) fn new(opened: Opened, first: Option<Command>) -> Self {
-        Self { opened, unsent: first.into_iter().collect() }
+        Self { opened, unsent: first.into_iter().collect(), has_collected: false }
     }
 
     pub(super) fn command(&mut self, command: Command) {
@@ -71,7 +74,9 @@ impl Running {
         }
         screen.frames_replaced = self.opened.pipeline.frames_replaced();
         if let Some(snapshot) = showing.newest_snapshot() {
-            news.over = is_over(&snapshot) && self.unsent.is_empty();
+            let collecting = snapshot.decision.progress == Progress::Collecting;
+            self.has_collected |= collecting;
+            news.over = (self.has_collected && !collecting) || has_stopped(&snapshot);
             screen.snapshot = Some(snapshot);
         }
         // The session thread ends early if nothing can be stored any more.
@@ -99,8 +104,6 @@ impl Running {
     }
 }
 
-fn is_over(snapshot: &Snapshot) -> bool {
-    snapshot.decision.progress != Progress::Collecting
-        || snapshot.source_ended
-        || !snapshot.failures.is_empty()
+fn has_stopped(snapshot: &Snapshot) -> bool {
+    snapshot.source_ended || !snapshot.failures.is_empty()
 }

@@ -3,7 +3,10 @@
 use egui::{Color32, Frame, RichText, Ui};
 
 use super::super::{screen::Screen, theme};
-use crate::text::{self, window as words};
+use crate::{
+    guidance::Progress,
+    text::{self, window as words},
+};
 
 /// Longer than this without a picture is worth saying.
 const STALLED_SECS: f64 = 2.0;
@@ -36,7 +39,8 @@ pub(super) fn troubles(screen: &Screen) -> Vec<(String, String)> {
         }
     }
     let silent = screen.picture.came_secs.map_or(0.0, |came| screen.now_secs - came);
-    let still_going = !snapshot.source_ended && !snapshot.paused;
+    let collecting = snapshot.decision.progress == Progress::Collecting;
+    let still_going = collecting && !snapshot.source_ended && !snapshot.paused;
     if troubles.is_empty() && still_going && silent > STALLED_SECS {
         troubles.push((words::stalled(silent), words::STALLED_ACTION.into()));
     }
