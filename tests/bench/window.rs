@@ -215,7 +215,7 @@ impl eframe::App for Watched {
             self.shown = newest;
             let times = self.times.lock().expect("whole");
             let came = newest.and_then(|frame| times.came.get(&frame));
-            self.to_paint.extend(came.filter(|_| is_warm).map(|came| came.elapsed()));
+            self.to_paint.extend(came.filter(|_| is_warm).map(Instant::elapsed));
         }
         // As often as it can.
         ui.ctx().request_repaint();
