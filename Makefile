@@ -4,6 +4,8 @@
 ARGS ?=
 # What the build needs from Debian besides the Rust toolchain.
 PACKAGES = gcc libc6-dev libclang-dev
+# What the window opens at run time.
+PACKAGES += libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
 # What the tests on the kernel's own camera drivers need besides (tests/vm).
 VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3
 

@@ -38,6 +38,7 @@
 //! | `chart` | drawings as SVG text | – |
 //! | [`study`] | the paper's experiments, and strategies of guidance compared | chart, capture, guidance and below |
 //! | [`report`] | a calibration as one page to read and print | chart, text, calibration and below |
+//! | [`ui`] | the window: panels that see the newest snapshot and picture | pipeline, text and below |
 //! | [`cli`] | one subcommand a file | everything |
 //!
 //! # Invariants
@@ -70,3 +71,4 @@ pub mod session;
 pub mod study;
 pub mod target;
 pub mod text;
+pub mod ui;

@@ -234,6 +234,7 @@ fn input() -> impl Strategy<Value = Input> {
             Input::Command(Command::ForceNext),
             Input::Command(Command::UndoLast),
             Input::Command(Command::Remove { view: 7 }),
+            Input::Command(Command::Restore),
             Input::Command(Command::Pause),
             Input::Command(Command::Resume),
             Input::Resumed,

@@ -32,6 +32,23 @@ fn wanted(config: &Config) -> Wanted {
     config.camera.wanted().unwrap_or_default()
 }
 
+/// The cameras that are there: what finds each again, and what it calls itself.
+#[cfg(target_os = "linux")]
+pub(super) fn names() -> Vec<(String, String)> {
+    let found = discover(&mut Linux::default());
+    found
+        .cameras
+        .iter()
+        .map(|camera| (camera.stable_name(), text::camera::printable(&camera.name)))
+        .collect()
+}
+
+/// There are no live cameras on this system.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn names() -> Vec<(String, String)> {
+    Vec::new()
+}
+
 #[cfg(target_os = "linux")]
 impl ChosenCamera {
     /// The camera that `name` means.

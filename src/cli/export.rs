@@ -73,6 +73,39 @@ enum Format {
     Vnl,
 }
 
+/// Names of the formats, and what a file of each is called.
+const FILES: [(Format, &str, &str); 9] = [
+    (Format::OpencvYaml, "OpenCV", "opencv.yaml"),
+    (Format::RosYaml, "ROS", "ros.yaml"),
+    (Format::Kalibr, "Kalibr", "kalibr.yaml"),
+    (Format::Colmap, "COLMAP", "cameras.txt"),
+    (Format::Mrcal, "mrcal", "camera.cameramodel"),
+    (Format::Matlab, "MATLAB", "camera.m"),
+    (Format::Json, "JSON", "camera.json"),
+    (Format::ViewsCsv, "Views", "views.csv"),
+    (Format::Vnl, "Corners", "corners.vnl"),
+];
+
+/// Names of the formats, in a fixed order.
+pub(super) fn format_names() -> Vec<&'static str> {
+    FILES.iter().map(|(_, name, _)| *name).collect()
+}
+
+/// Writes the result of the session in `folder` in the format of that number beside it, under a name that
+/// is free.
+pub(super) fn beside(folder: &Path, number: usize) -> anyhow::Result<PathBuf> {
+    let (format, _, file) = FILES.get(number).context("there is no such format")?;
+    let (stem, ending) = file.split_once('.').unwrap_or((file, ""));
+    let out = (2..1000)
+        .map(|n| folder.join(format!("{stem}-{n}.{ending}")))
+        .fold(folder.join(file), |free, next| if free.exists() { next } else { free });
+    let (input, out, format) = (folder.to_path_buf(), Some(out), *format);
+    let arguments = Arguments { input, format, name: None, out, force: false, json: false };
+    let written = arguments.out.clone().unwrap_or_default();
+    arguments.run()?;
+    Ok(written)
+}
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let format = if self.json { Format::Json } else { self.format };

@@ -26,8 +26,9 @@ use crate::{
         FrameSource,
         synthetic::{SyntheticSource, TruthLog},
     },
+    config::Config,
     guidance::{Progress, Refusal},
-    pipeline::{Judged, Pipeline, SOURCE_PATIENCE, Setup},
+    pipeline::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
     recording::{
         Header, SessionFolder, replay,
         save::{Overwrite, save},
@@ -38,8 +39,10 @@ use crate::{
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
 ///
-/// Example: boresight guide --headless --source sim --board 9x6 --square 25mm
+/// Example: boresight guide --board 9x6 --square 25mm
+/// Example: boresight guide --headless --source sim
 ///
+/// Opens a window; in it F12 shows all keys, and none is needed.
 /// A session ends by itself when the plan is complete, and at Ctrl-C; nothing that was shown as taken is
 /// ever lost, and `--session DIR` goes on where it stopped.
 #[derive(Debug, Args)]
@@ -49,7 +52,7 @@ pub(super) struct Arguments {
     /// takes the only real camera, else the simulated one, and says which.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
-    /// Guide by words in the terminal.
+    /// Guide by words in the terminal instead of a window.
     #[arg(long)]
     headless: bool,
     #[command(flatten)]
@@ -86,6 +89,19 @@ pub(super) struct Run {
     pub(super) resumed: bool,
 }
 
+/// What a session is opened with: the arguments, or what the window's settings make of them.
+pub(super) struct Opening {
+    pub(super) source: String,
+    pub(super) config: Config,
+    /// The session to go on with.
+    pub(super) session: Option<PathBuf>,
+    /// The calibration that it replaces.
+    pub(super) replaces: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
+    pub(super) record_stream: bool,
+    pub(super) max_frames: u64,
+}
+
 impl Arguments {
     /// A full session of a camera whose calibration in `old` no longer holds.
     pub(super) fn full(
@@ -109,18 +125,45 @@ impl Arguments {
     }
 
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let opening = self.opening()?;
+        if !self.headless {
+            return super::window::run(opening, self.json);
+        }
+        let (run, _) = opening.open()?;
+        run.finish(self.json)
+    }
+
+    fn opening(&self) -> anyhow::Result<Opening> {
+        Ok(Opening {
+            source: self.source.clone(),
+            config: self.board.config()?,
+            session: self.session.clone(),
+            replaces: self.replaces.clone(),
+            out: self.out.clone(),
+            record_stream: self.record_stream,
+            max_frames: self.max_frames,
+        })
+    }
+}
+
+impl Opening {
+    /// Opens source and folder. Returns what can be run, and what a person at a window should know.
+    pub(super) fn open(&self) -> anyhow::Result<(Run, Option<String>)> {
         let (config, resumed) = match &self.session {
             Some(path) => {
                 let opened = SessionFolder::open(path)?;
                 (opened.1.config.clone(), Some(opened))
             }
-            None => (self.board.config()?, None),
+            None => (self.config.clone(), None),
         };
         let name = match &resumed {
             Some((_, header, _)) if self.source == "auto" => header.source.clone(),
             _ => self.source.clone(),
         };
         let name = SourceName::parse(&name, &config)?;
+        // With one camera, or none, the person did not choose.
+        let note = matches!(name, SourceName::Simulated(_) if self.source == "auto")
+            .then(|| text::window::NO_CAMERA.to_owned());
         let (source, judged, truth) = open(&name, self.max_frames)?;
         let image_size =
             source.identity().image_size.context("the source does not say its picture size")?;
@@ -162,7 +205,7 @@ impl Arguments {
             first_frame,
             resumed: is_resumed,
         };
-        run.finish(self.json)
+        Ok((run, note))
     }
 }
 
@@ -175,6 +218,8 @@ pub(super) fn spelled(name: &SourceName, given: &str) -> String {
     }
 }
 
+/// What the result is called in the session's folder.
+pub(super) const RESULT_FILE: &str = "calibration.json";
 /// Frames that a simulated camera may have under way at once.
 const IN_FLIGHT: usize = 24;
 
@@ -231,10 +276,26 @@ impl Run {
 
     /// Runs until the plan is complete, the source ends, or Ctrl-C.
     pub(super) fn carry_out(self) -> anyhow::Result<Ran> {
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-            signal_hook::flag::register(signal, Arc::clone(&stop))?;
+        let stop = stop_flag()?;
+        let (setup, rest) = self.setup()?;
+        let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
+        // Ends when the session thread does, too: a full disk closes the link.
+        let mut camera_words = CameraWords::default();
+        // A camera that is lost sends no snapshots; Ctrl-C must be heard nevertheless.
+        while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
+            let ended = snapshot.as_ref().is_some_and(ended);
+            if let Some(snapshot) = snapshot {
+                camera_words.tell(&snapshot.camera);
+            }
+            if stop.load(Ordering::Relaxed) || ended {
+                break;
+            }
         }
+        rest.ran(pipeline.stop())
+    }
+
+    /// What the threads are started with, and what is needed once they have ended.
+    pub(super) fn setup(self) -> anyhow::Result<(Setup, Rest)> {
         let path = self.folder.path().to_path_buf();
         say(&format!("Session: {}", path.display()));
         let Self {
@@ -261,27 +322,37 @@ impl Run {
             first_frame,
             judged: Box::new(told(judged)),
         };
-        let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
-        // Ends when the session thread does, too: a full disk closes the link.
-        let mut camera_words = CameraWords::default();
-        // A camera that is lost sends no snapshots; Ctrl-C must be heard nevertheless.
-        while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
-            let ended = snapshot.as_ref().is_some_and(ended);
-            if let Some(snapshot) = snapshot {
-                camera_words.tell(&snapshot.camera);
-            }
-            if stop.load(Ordering::Relaxed) || ended {
-                break;
-            }
-        }
-        let finished = pipeline.stop()?;
-        Ok(Ran { session: finished.session, path, truth, first_frame })
+        Ok((setup, Rest { path, truth, first_frame }))
+    }
+}
+
+/// A flag that Ctrl-C and a polite kill set.
+pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    Ok(stop)
+}
+
+/// What is needed once the threads have ended.
+pub(super) struct Rest {
+    pub(super) path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
+impl Rest {
+    /// The session that has run.
+    pub(super) fn ran(self, finished: Result<Finished, PipelineError>) -> anyhow::Result<Ran> {
+        let Self { path, truth, first_frame } = self;
+        Ok(Ran { session: finished?.session, path, truth, first_frame })
     }
 }
 
 impl Ran {
     /// Tells the result and writes it into the session's folder.
-    fn conclude(self, json: bool) -> anyhow::Result<Exit> {
+    pub(super) fn conclude(self, json: bool) -> anyhow::Result<Exit> {
         let Self { session, path, truth, first_frame } = self;
         let header = SessionFolder::header(&path)?;
         let Conclusion { exit, report } = conclude(&session, &header);
@@ -298,7 +369,7 @@ impl Ran {
             }
             truth::write(&path, &truth, first_frame)?;
         }
-        let file = path.join("calibration.json");
+        let file = path.join(RESULT_FILE);
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
@@ -324,7 +395,7 @@ fn told(mut judged: Listener) -> impl FnMut(Judged<'_>) + Send {
         {
             say(&format!("  Left out: {}", text::refusal(refusal)));
         }
-        let advice = text::advice(&snapshot.decision.advice, Some(frame.observation));
+        let advice = text::advice(&snapshot.decision.advice, frame.observation.seen.as_ref().err());
         // The same advice with another number is not news on a terminal.
         let gist: String = advice.chars().filter(|c| !c.is_ascii_digit()).collect();
         if gist != last {

@@ -23,6 +23,7 @@ mod source;
 mod study;
 mod target;
 mod truth;
+mod window;
 
 use std::{io::Write, process::ExitCode};
 

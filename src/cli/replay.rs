@@ -6,6 +6,7 @@ use std::{
     thread::available_parallelism,
 };
 
+use anyhow::Context;
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -14,6 +15,7 @@ use super::{
     board_args::setting,
     conclusion::{Conclusion, conclude},
     print, say,
+    window::or_say_why,
 };
 use crate::{
     board::Checkerboard,
@@ -21,6 +23,7 @@ use crate::{
     pipeline::detect_many,
     recording::{Difference, Line, SessionFolder, Stored, replay, stored_frame},
     session::{Input, Observation, Session},
+    ui::{self, replay::Replayed},
 };
 
 /// Run recorded sessions through the same decisions again, from the corners that were recorded.
@@ -43,6 +46,9 @@ pub(super) struct Arguments {
     /// Ask "what if": change one setting, for example guidance.min_tilt_deg=25. May be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
+    /// Watch it in a window: step through the decisions, see why each frame was taken or not.
+    #[arg(long)]
+    gui: bool,
     /// Print one JSON object per session on stdout.
     #[arg(long)]
     json: bool,
@@ -77,7 +83,12 @@ impl Arguments {
         let count = lines.len();
         let mut session = Session::new(config.session(header.image_size())?);
         let mut checksum = crc32fast::Hasher::new();
-        let differences = replay(&mut session, lines, |_, decision| {
+        let stored: Vec<Stored> = lines.iter().filter_map(|line| line.stored.clone()).collect();
+        let mut steps = Vec::new();
+        let differences = replay(&mut session, lines, |session, decision| {
+            if self.gui {
+                steps.push(session.snapshot(*decision));
+            }
             // The same text that a recording holds, so that equal checksums mean equal decisions.
             checksum.update(serde_json::to_string(decision).unwrap_or_default().as_bytes());
             checksum.update(b"\n");
@@ -98,6 +109,18 @@ impl Arguments {
             report["decisions"] =
                 json!({ "count": count, "crc32": crc32, "different": differences });
             print(&report.to_string())?;
+        }
+        if self.gui {
+            let different: Vec<usize> = differences.iter().map(|d| d.line - 1).collect();
+            let folder = path.to_path_buf();
+            let load = move |frame: u64| {
+                let stored = stored.iter().find(|stored| stored.frame == frame)?;
+                stored_frame(&folder, stored).ok()
+            };
+            let name = path.display().to_string();
+            let replayed = Replayed::new(steps, &different, name, Box::new(load))
+                .context("there is nothing in this recording")?;
+            or_say_why(ui::run_replay(replayed))?;
         }
         Ok(exit)
     }

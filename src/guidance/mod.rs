@@ -27,7 +27,7 @@ pub use advice::{Advice, advise};
 pub use gate::{Refusal, gate};
 pub use independence::{Role, partner_of, role_of};
 pub use stillness::Hold;
-pub use stop::{Progress, progress, progress_without_target};
+pub use stop::{Progress, forecast, progress, progress_without_target};
 pub use target::{Purpose, Target, next_target};
 pub use view::{Belief, View, measure};
 

@@ -54,6 +54,17 @@ fn largest_step_px(before: &[Corner], after: &[Corner]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Speed of the fastest corner between two frames. `None` without an earlier frame, or if it is too long
+/// ago to say anything about motion in between.
+pub fn speed_px_per_s(
+    before: Option<(CaptureTime, &[Corner])>,
+    now: (CaptureTime, &[Corner]),
+) -> Option<f64> {
+    let (then, corners) = before?;
+    let secs = now.0.secs_since(then);
+    (secs > 0.0 && secs < 0.5).then(|| largest_step_px(corners, now.1) / secs)
+}
+
 /// Whether the board stands still between two frames.
 ///
 /// # Errors
@@ -71,11 +82,7 @@ pub fn still(
         return Ok(());
     }
     let wanted_px_per_s = params.still_widths_per_sec * width_px;
-    let speed_px_per_s = before.map_or(f64::MAX, |(then, corners)| {
-        let secs = now.0.secs_since(then);
-        // A longer gap than half a second says nothing about motion in between.
-        if secs > 0.0 && secs < 0.5 { largest_step_px(corners, now.1) / secs } else { f64::MAX }
-    });
+    let speed_px_per_s = speed_px_per_s(before, now).unwrap_or(f64::MAX);
     if speed_px_per_s <= wanted_px_per_s {
         Ok(())
     } else {

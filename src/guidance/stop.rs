@@ -71,3 +71,49 @@ pub fn progress(
         Progress::Collecting
     }
 }
+
+/// How many more views it will probably take, METHOD section 3.5: partners that are missing, then as many
+/// as bring the standard deviations down with the root of their number, in whole pairs. `None` if nothing
+/// is known yet, or the session is over.
+pub fn forecast(
+    accepted: &[View],
+    precision: Option<&Precision>,
+    params: &GuidanceParams,
+) -> Option<usize> {
+    if progress(accepted, precision, params) != Progress::Collecting {
+        return None;
+    }
+    let views = accepted.len();
+    let lonely = (0..views).filter(|&i| partner_of(i, accepted).is_none()).count();
+    let planned = match params.plan {
+        Plan::Quick => 4,
+        Plan::Full => 8,
+        Plan::Adaptive => params.min_views,
+    };
+    let complete = planned.max(views + lonely);
+    let wanted = match (params.plan, precision) {
+        // Before every view has its opposite, noise does not fall with the root of their number.
+        (Plan::Adaptive, Some(precision)) if views >= params.min_views => {
+            let excess = (precision.pp_sigma_px / params.stop_pp_sigma_px)
+                .max(precision.projection_sigma_px / params.stop_projection_sigma_px);
+            let by_noise = (views as f64 * excess * excess).min(params.max_views as f64).ceil();
+            // At least a pair more where doubts or gaps remain.
+            let doubts = usize::from(!(precision.trusted && precision.covered)) * 2;
+            complete.max(by_noise as usize).max(views + lonely + doubts)
+        }
+        _ => complete,
+    };
+    Some((wanted.next_multiple_of(2).min(params.max_views).max(views + 1)) - views)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_session_is_as_far_away_as_its_plan() {
+        let params = GuidanceParams::default();
+        assert_eq!(forecast(&[], None, &params), Some(4));
+        assert_eq!(forecast(&[], None, &GuidanceParams { plan: Plan::Full, ..params }), Some(8));
+    }
+}

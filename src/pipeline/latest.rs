@@ -102,6 +102,12 @@ impl<T> LatestReceiver<T> {
         self.shared.lock().value.take()
     }
 
+    /// Whether the sender is gone and the slot is empty.
+    pub fn is_closed(&self) -> bool {
+        let slot = self.shared.lock();
+        slot.closed && slot.value.is_none()
+    }
+
     /// How many values were replaced before anyone took them.
     pub fn replaced(&self) -> u64 {
         self.shared.lock().replaced

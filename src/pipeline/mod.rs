@@ -12,10 +12,16 @@
 //! then join the session.
 
 mod detect_many;
+mod ending;
 mod latest;
+mod paced;
 mod run;
+mod showing;
 mod worker;
 
 pub use detect_many::{Seen, detect_many};
+pub use ending::Ending;
 pub use latest::{Closed, LatestReceiver, LatestSender, latest};
+pub use paced::Paced;
 pub use run::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};
+pub use showing::{Showing, Taken};

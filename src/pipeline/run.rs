@@ -10,7 +10,9 @@ use std::{
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
 
 use super::{
+    ending::Ending,
     latest::{LatestReceiver, latest},
+    showing::{Showing, Taken, showing},
     worker::Worker,
 };
 use crate::{
@@ -118,6 +120,44 @@ impl Pipeline {
         setup: Setup,
         wake: impl Fn() + Send + 'static,
     ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
+        Self::start_with(setup, wake, |_| (), |_| ())
+    }
+
+    /// Starts the threads and shows a window the newest picture before the detector has looked at it.
+    /// `wake` is called after each new picture and snapshot.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_shown(
+        setup: Setup,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, Showing), PipelineError> {
+        let wake = Arc::new(wake);
+        let (frames, taken, frames_out, taken_out) = showing();
+        let (pipeline, snapshots) = Self::start_with(
+            setup,
+            {
+                let wake = Arc::clone(&wake);
+                move || wake()
+            },
+            move |frame| {
+                if frames.publish(Arc::clone(frame)).is_ok() {
+                    wake();
+                }
+            },
+            // A window that does not read misses thumbnails, nothing else.
+            move |view| drop(taken.try_send(view)),
+        )?;
+        Ok((pipeline, Showing::new(frames_out, snapshots, taken_out)))
+    }
+
+    fn start_with(
+        setup: Setup,
+        wake: impl Fn() + Send + 'static,
+        look: impl Fn(&Arc<Frame>) + Send + 'static,
+        taken: impl Fn(Taken) + Send + 'static,
+    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
         let Setup { source, session, folder, lossless, record_stream, first_frame, judged } = setup;
         let turnstile = Arc::new(Turnstile::default());
         let stop = Arc::new(AtomicBool::new(false));
@@ -134,6 +174,7 @@ impl Pipeline {
             move || {
                 let mut published = 0;
                 capture(source, &stop, &inbox, |frame| {
+                    look(&frame);
                     let open = frames_in.publish(frame).is_ok();
                     published += 1;
                     if lossless {
@@ -171,7 +212,10 @@ impl Pipeline {
         let session = Worker::spawn("session", inbox.clone(), move || {
             let recorder =
                 Recorder { folder, record_stream, pictures: pictures_out, kept: VecDeque::new() };
-            fold(session, recorder, &inbox_out, first_frame, judged, |snapshot| {
+            fold(session, recorder, &inbox_out, first_frame, judged, |snapshot, new_view| {
+                if let Some(view) = new_view {
+                    taken(view);
+                }
                 if snapshot.decision.frame.is_some() {
                     turnstile.count_one();
                 }
@@ -195,6 +239,24 @@ impl Pipeline {
             | TrySendError::Disconnected(Input::Command(command)) => command,
             _ => command,
         })
+    }
+
+    /// Frames that newer ones replaced before the detector was free, so far.
+    pub fn frames_replaced(&self) -> u64 {
+        self.replaced.load(Ordering::Relaxed)
+    }
+
+    /// Ends the threads as [`Self::stop`] does, without waiting: `then` makes of the outcome what the
+    /// window shows, on a thread of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`]; the threads have ended then, too.
+    pub fn stop_then<T: Send + 'static>(
+        self,
+        then: impl FnOnce(Result<Finished, PipelineError>) -> T + Send + 'static,
+    ) -> Result<Ending<T>, PipelineError> {
+        Ending::start(move || then(self.stop()))
     }
 
     /// Ends the threads in the order the data flows and returns what the session holds.
@@ -304,17 +366,21 @@ fn fold(
     inbox: &Receiver<Input>,
     first_frame: u64,
     mut judged: Box<dyn FnMut(Judged<'_>) + Send>,
-    show: impl Fn(Snapshot),
+    show: impl Fn(Snapshot, Option<Taken>),
 ) -> Result<Session, RecordingError> {
     while let Ok(input) = inbox.recv() {
         let decision = session.handle(&input);
-        recorder.record(&session, &input, &decision, first_frame)?;
+        let picture = recorder.record(&session, &input, &decision, first_frame)?;
+        let taken = match decision.outcome {
+            Outcome::Accepted { view, .. } => picture.map(|frame| Taken { view, frame }),
+            _ => None,
+        };
         let snapshot = session.snapshot(decision);
         if let Input::Observed(observation) = &input {
             let source_frame = FrameId(observation.frame_id.0 - first_frame);
             judged(Judged { source_frame, observation, snapshot: &snapshot });
         }
-        show(snapshot);
+        show(snapshot, taken);
         if input == Input::Stop {
             break;
         }
@@ -357,13 +423,14 @@ struct Recorder {
 }
 
 impl Recorder {
+    /// Writes the input down. Returns the picture of a view that was taken.
     fn record(
         &mut self,
         session: &Session,
         input: &Input,
         decision: &Decision,
         first_frame: u64,
-    ) -> Result<(), RecordingError> {
+    ) -> Result<Option<Arc<Frame>>, RecordingError> {
         let mut current = None;
         if let Input::Observed(observation) = input {
             let id = observation.frame_id.0 - first_frame;
@@ -377,13 +444,11 @@ impl Recorder {
             Outcome::Accepted { frame, .. } => Some(frame - first_frame),
             _ => None,
         };
+        let picture =
+            accepted.and_then(|id| self.kept.iter().find(|picture| picture.id.0 == id).cloned());
         if let Some(folder) = &mut self.folder {
             // With the whole stream recorded, the accepted frame was stored when it was seen.
-            let to_store = if self.record_stream {
-                current.clone()
-            } else {
-                accepted.and_then(|id| self.kept.iter().find(|picture| picture.id.0 == id).cloned())
-            };
+            let to_store = if self.record_stream { current.clone() } else { picture.clone() };
             let stored = to_store
                 .map(|frame| folder.store_frame(FrameId(frame.id.0 + first_frame), &frame))
                 .transpose()?;
@@ -398,6 +463,6 @@ impl Recorder {
             // Pictures of observations still in the inbox are newer than this one.
             self.kept.retain(|picture| picture.id.0 > newest || Some(picture.id.0) == in_hand);
         }
-        Ok(())
+        Ok(picture)
     }
 }

@@ -144,6 +144,8 @@ pub enum CommandLine {
         /// Number of the view.
         view: u32,
     },
+    /// See [`Command::Restore`].
+    Restore,
     /// See [`Command::Pause`].
     Pause,
     /// See [`Command::Resume`].
@@ -180,6 +182,7 @@ impl From<&Input> for InputLine {
                 Command::ForceNext => CommandLine::ForceNext,
                 Command::UndoLast => CommandLine::UndoLast,
                 Command::Remove { view } => CommandLine::Remove { view },
+                Command::Restore => CommandLine::Restore,
                 Command::Pause => CommandLine::Pause,
                 Command::Resume => CommandLine::Resume,
             }),
@@ -202,6 +205,7 @@ impl From<InputLine> for Input {
                 CommandLine::ForceNext => Command::ForceNext,
                 CommandLine::UndoLast => Command::UndoLast,
                 CommandLine::Remove { view } => Command::Remove { view },
+                CommandLine::Restore => Command::Restore,
                 CommandLine::Pause => Command::Pause,
                 CommandLine::Resume => Command::Resume,
             }),

@@ -44,6 +44,11 @@ pub enum Outcome {
         /// Its number.
         view: u32,
     },
+    /// A view that had been taken back is there again.
+    Restored {
+        /// Its number.
+        view: u32,
+    },
     /// Nothing changed for the views.
     Noted,
 }

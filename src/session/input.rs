@@ -59,6 +59,8 @@ pub enum Command {
         /// Its number.
         view: u32,
     },
+    /// Bring back the view that was taken back last.
+    Restore,
     /// Take nothing until [`Command::Resume`].
     Pause,
     /// Go on.

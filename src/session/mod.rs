@@ -12,7 +12,7 @@ mod snapshot;
 pub use camera::{CameraState, Stream};
 pub use decision::{Decision, Outcome};
 pub use input::{Command, Input, Observation};
-pub use snapshot::{Snapshot, ViewSummary};
+pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, across_px};
 
 use std::sync::Arc;
 
@@ -24,8 +24,9 @@ use crate::{
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::Corner,
     guidance::{
-        Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, advise, gate,
-        measure, next_target, progress, progress_without_target, role_of, stillness::still,
+        Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, advise,
+        forecast, gate, measure, next_target, progress, progress_without_target, role_of,
+        stillness::{speed_px_per_s, still},
         stop::Precision,
     },
 };
@@ -69,8 +70,10 @@ type Judgement = Result<(View, Role), (Option<Box<View>>, Refusal)>;
 /// One calibration in progress.
 #[derive(Clone, Debug)]
 pub struct Session {
-    setup: SessionSetup,
+    setup: Arc<SessionSetup>,
     accepted: Vec<AcceptedView>,
+    /// Views taken back, newest last, with where they stood.
+    removed: Vec<(usize, AcceptedView)>,
     next_view: u32,
     belief: Belief,
     calibration: Option<Result<Arc<Calibration>, NotCalibrated>>,
@@ -79,6 +82,10 @@ pub struct Session {
     hold: Option<Hold>,
     hold_name: String,
     last_seen: Option<(CaptureTime, Vec<Corner>)>,
+    live: Option<Arc<LiveView>>,
+    views: Arc<[ViewSummary]>,
+    pairs: Arc<[PairSummary]>,
+    views_to_go: Option<usize>,
     progress: Progress,
     source_ended: bool,
     paused: bool,
@@ -92,9 +99,11 @@ impl Session {
     pub fn new(setup: SessionSetup) -> Self {
         let belief = Belief::guess(setup.image_size);
         let target = next_target(&[], &setup.board, &belief, None, &setup.guidance);
+        let views_to_go = forecast(&[], None, &setup.guidance);
         Self {
-            setup,
+            setup: Arc::new(setup),
             accepted: Vec::new(),
+            removed: Vec::new(),
             next_view: 0,
             belief,
             calibration: None,
@@ -103,6 +112,10 @@ impl Session {
             hold: None,
             hold_name: String::new(),
             last_seen: None,
+            live: None,
+            views: Arc::new([]),
+            pairs: Arc::new([]),
+            views_to_go,
             progress: Progress::Collecting,
             source_ended: false,
             paused: false,
@@ -160,6 +173,17 @@ impl Session {
 
     fn observe(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
         let judged = self.judge(observation);
+        let view = match &judged {
+            Ok((view, _)) => Some(view),
+            Err((view, _)) => view.as_deref(),
+        };
+        let speed_px_per_s = self.speed_px_per_s(observation);
+        self.live = Some(Arc::new(LiveView::of(
+            observation,
+            view,
+            speed_px_per_s,
+            &self.belief.camera.pp_px,
+        )));
         let (view, refusal) = match judged {
             Ok((view, role)) => {
                 if let Some(accepted) = self.hold_on(observation, view.clone(), role) {
@@ -188,6 +212,12 @@ impl Session {
             &self.setup.guidance,
         );
         (Outcome::Refused { refusal }, Some(advice))
+    }
+
+    fn speed_px_per_s(&self, observation: &Observation) -> Option<f64> {
+        let corners = &observation.seen.as_ref().ok()?.corners;
+        let before = self.last_seen.as_ref().map(|(time, corners)| (*time, corners.as_slice()));
+        speed_px_per_s(before, (observation.captured_at, corners))
     }
 
     /// Whether the frame is worth taking, and for what; with the view as far as it could be measured.
@@ -298,17 +328,26 @@ impl Session {
                 None => Outcome::Noted,
             },
             Command::Remove { view } => self.remove(view),
+            Command::Restore => self.restore(),
         }
     }
 
     fn remove(&mut self, view: u32) -> Outcome {
-        let before = self.accepted.len();
-        self.accepted.retain(|accepted| accepted.id != view);
-        if self.accepted.len() == before {
+        let Some(index) = self.accepted.iter().position(|accepted| accepted.id == view) else {
             return Outcome::Noted;
-        }
+        };
+        let removed = self.accepted.remove(index);
+        self.removed.push((index, removed));
         self.solve();
         Outcome::Removed { view }
+    }
+
+    fn restore(&mut self) -> Outcome {
+        let Some((index, accepted)) = self.removed.pop() else { return Outcome::Noted };
+        let view = accepted.id;
+        self.accepted.insert(index.min(self.accepted.len()), accepted);
+        self.solve();
+        Outcome::Restored { view }
     }
 
     /// Recomputes everything that follows from the accepted views.
@@ -353,6 +392,13 @@ impl Session {
             }
         }
         self.target_serial += 1;
+        let calibration = self.calibration().cloned();
+        (self.views, self.pairs) =
+            snapshot::summaries(&self.accepted, &self.belief, calibration.as_deref());
+        self.views_to_go = match self.progress {
+            Progress::Collecting => forecast(&views, precision.as_ref(), &self.setup.guidance),
+            Progress::Complete | Progress::Exhausted => None,
+        };
     }
 
     fn precision(&self) -> Option<Precision> {
@@ -421,20 +467,18 @@ impl Session {
     /// What a window or a command line shows after `decision`.
     pub fn snapshot(&self, decision: Decision) -> Snapshot {
         Snapshot {
+            setup: Arc::clone(&self.setup),
             decision,
+            live: self.live.clone(),
             target: self.target.clone(),
             pp_px: self.calibration().map_or(self.setup.image_size.centre_px(), |c| c.camera.pp_px),
+            pp_covariance_px2: self.belief.covariance.map(|_| self.belief.pp_covariance_px2()),
+            lens: self.belief.camera,
             calibration: self.calibration().cloned(),
-            views: self
-                .accepted
-                .iter()
-                .map(|accepted| ViewSummary {
-                    id: accepted.id,
-                    role: accepted.role,
-                    slot_rad: accepted.view.slot_rad(),
-                    tilt_rad: accepted.view.tilt_rad,
-                })
-                .collect(),
+            views: Arc::clone(&self.views),
+            pairs: Arc::clone(&self.pairs),
+            removed: self.removed.last().map(|(_, accepted)| accepted.id),
+            views_to_go: self.views_to_go,
             camera: self.camera.clone(),
             source_ended: self.source_ended,
             paused: self.paused,

@@ -1,26 +1,43 @@
 use std::sync::Arc;
 
-use nalgebra::Point2;
+use nalgebra::{Matrix2, Point2};
 
-use super::{CameraState, Decision};
+use super::{AcceptedView, CameraState, Decision, Observation, SessionSetup};
 use crate::{
     calibration::Calibration,
-    guidance::{Role, Target},
+    detection::Miss,
+    frame::{CaptureTime, FrameId},
+    geometry::{Camera, FocalLength, PrincipalLine},
+    guidance::{Belief, Role, Target, View, partner_of},
 };
 
 /// What a window or a command line shows: plain data, cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
+    /// What the session is about, with the limits that views are held against.
+    pub setup: Arc<SessionSetup>,
     /// The newest decision.
     pub decision: Decision,
+    /// What the newest frame showed.
+    pub live: Option<Arc<LiveView>>,
     /// The pose asked for.
     pub target: Option<Target>,
     /// Principal point as believed now.
     pub pp_px: Point2<f64>,
+    /// Its covariance; `None` before the views say anything about it.
+    pub pp_covariance_px2: Option<Matrix2<f64>>,
+    /// The lens as believed now: ghosts and lines are drawn through it.
+    pub lens: Camera,
     /// The calibration so far.
     pub calibration: Option<Arc<Calibration>>,
-    /// The accepted views.
-    pub views: Vec<ViewSummary>,
+    /// The accepted views, oldest first.
+    pub views: Arc<[ViewSummary]>,
+    /// The opposed pairs among them.
+    pub pairs: Arc<[PairSummary]>,
+    /// The view that would be brought back next.
+    pub removed: Option<u32>,
+    /// How many more views it will probably take.
+    pub views_to_go: Option<usize>,
     /// The live camera, if the source is one.
     pub camera: CameraState,
     /// Whether the source has no more frames.
@@ -31,15 +48,147 @@ pub struct Snapshot {
     pub failures: Vec<(String, String)>,
 }
 
+/// What one frame showed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveView {
+    /// The frame.
+    pub frame_id: FrameId,
+    /// When it was taken.
+    pub captured_at: CaptureTime,
+    /// Where the inner corners are, in numbering order; or why there is no board.
+    pub corners_px: Result<Vec<Point2<f64>>, Miss>,
+    /// What they measure; `None` without a board, or if it faces the camera.
+    pub measured: Option<Measured>,
+    /// Width of the blur of the board's edges.
+    pub blur_px: Option<f64>,
+    /// Speed of the fastest corner since the frame before.
+    pub speed_px_per_s: Option<f64>,
+}
+
+/// What the corners of a frame measure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Principal line, undistorted by the lens as believed then.
+    pub line: PrincipalLine,
+    /// Direction in which the board recedes.
+    pub slot_rad: f64,
+    /// Angle between board and image plane; `None` if the line does not fit the principal point.
+    pub tilt_rad: Option<f64>,
+    /// Larger of the shares of the picture's width and height that the corners span.
+    pub fill: f64,
+    /// Distance of the board's middle from the principal point across the line: see [`across_px`].
+    pub across_px: f64,
+}
+
 /// An accepted view in short.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ViewSummary {
     /// Its number.
     pub id: u32,
+    /// The frame it comes from.
+    pub frame_id: FrameId,
     /// What it is for.
     pub role: Role,
     /// Direction in which the board recedes.
     pub slot_rad: f64,
     /// Tilt of the board.
     pub tilt_rad: Option<f64>,
+    /// Principal line, undistorted by the lens as believed now.
+    pub line: PrincipalLine,
+    /// Signed distance of the line from the principal point as believed now.
+    pub pl_residual_px: f64,
+    /// Focal length from this view alone.
+    pub focal: Option<FocalLength>,
+    /// Root mean square reprojection residual, once there is a calibration.
+    pub rms_px: Option<f64>,
+    /// Corners as seen, in numbering order.
+    pub corners_px: Arc<[Point2<f64>]>,
+    /// Index of its opposed partner among the views.
+    pub partner: Option<usize>,
+}
+
+/// Two opposed views.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairSummary {
+    /// Index of the earlier one.
+    pub first: usize,
+    /// Index of the later one.
+    pub second: usize,
+    /// Mean signed distance of the two lines from the principal point, along one normal: what the pair
+    /// leaves uncancelled.
+    pub balance_px: f64,
+}
+
+/// Signed distance of `middle_px` from `pp_px` across the principal line of a board that recedes towards
+/// `slot_rad`; positive to the right of someone who looks that way.
+pub fn across_px(slot_rad: f64, middle_px: &Point2<f64>, pp_px: &Point2<f64>) -> f64 {
+    let offset = middle_px - pp_px;
+    offset.y * slot_rad.cos() - offset.x * slot_rad.sin()
+}
+
+impl LiveView {
+    /// Of an `observation`, as far as it could be measured.
+    pub(super) fn of(
+        observation: &Observation,
+        view: Option<&View>,
+        speed_px_per_s: Option<f64>,
+        pp_px: &Point2<f64>,
+    ) -> Self {
+        let seen = observation.seen.as_ref();
+        Self {
+            frame_id: observation.frame_id,
+            captured_at: observation.captured_at,
+            corners_px: match seen {
+                Ok(seen) => Ok(seen.corners.iter().map(|corner| corner.px).collect()),
+                Err(miss) => Err(*miss),
+            },
+            measured: view.map(|view| Measured {
+                line: view.line.clone(),
+                slot_rad: view.slot_rad(),
+                tilt_rad: view.tilt_rad,
+                fill: view.fill,
+                across_px: across_px(view.slot_rad(), &view.mean_px, pp_px),
+            }),
+            blur_px: seen.ok().map(|seen| seen.quality.blur_px),
+            speed_px_per_s,
+        }
+    }
+}
+
+/// The accepted views and their pairs in short.
+pub(super) fn summaries(
+    accepted: &[AcceptedView],
+    belief: &Belief,
+    calibration: Option<&Calibration>,
+) -> (Arc<[ViewSummary]>, Arc<[PairSummary]>) {
+    let views: Vec<View> = accepted.iter().map(|accepted| accepted.view.clone()).collect();
+    let pp = belief.camera.pp_px;
+    let partners: Vec<_> = (0..views.len()).map(|index| partner_of(index, &views)).collect();
+    let pairs = partners.iter().enumerate().filter_map(|(first, partner)| {
+        let second = partner.filter(|second| *second > first)?;
+        let (one, other) = (&views[first].line, &views[second].line);
+        // The sign of a line's normal is arbitrary.
+        let sign = one.normal().dot(&other.normal()).signum();
+        let balance_px = 0.5 * (one.distance_px(&pp) + sign * other.distance_px(&pp));
+        Some(PairSummary { first, second, balance_px })
+    });
+    let pairs = pairs.collect();
+    let summary = |(index, accepted): (usize, &AcceptedView)| {
+        let view = &accepted.view;
+        let result = calibration.and_then(|calibration| calibration.views.get(index));
+        ViewSummary {
+            id: accepted.id,
+            frame_id: view.frame_id,
+            role: accepted.role,
+            slot_rad: view.slot_rad(),
+            tilt_rad: view.tilt_rad,
+            line: view.line.clone(),
+            pl_residual_px: view.line.distance_px(&pp),
+            focal: result.and_then(|result| result.focal),
+            rms_px: result.map(|result| result.residual_rms_px),
+            corners_px: view.corners.iter().map(|corner| corner.px).collect(),
+            partner: partners[index],
+        }
+    };
+    (accepted.iter().enumerate().map(summary).collect(), pairs)
 }

@@ -17,6 +17,7 @@
 
 pub mod directionality;
 mod estimate;
+pub mod explore;
 pub mod guidance;
 pub mod monotonicity;
 pub mod outcome;

@@ -1,7 +1,7 @@
 //! The live camera in words.
 
 use crate::{
-    device::{CameraEvent, Control, Fault, Lock, Mode},
+    device::{CameraEvent, Control, ControlChange, Fault, Lock, Mode},
     session::{CameraState, Stream},
 };
 
@@ -113,17 +113,17 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     }
     if let Some(change) = camera.changed.values().find(|change| change.control.moves_geometry()) {
         return Some((
-            format!(
-                "{} moved from {} to {}: nothing is taken until it is back",
-                capital(control(change.control)),
-                change.from,
-                change.to
-            ),
+            format!("{}: nothing is taken until it is back", moved(change)),
             fault(Fault::GeometryMoved).1.into(),
         ));
     }
     let (doubt, detail) = camera.doubts.get_key_value(&Fault::Frozen)?;
     Some(with_detail(*doubt, detail))
+}
+
+/// A control that is not what it was, such as `Focus moved from 30 to 45`.
+pub fn moved(change: &ControlChange) -> String {
+    format!("{} moved from {} to {}", capital(control(change.control)), change.from, change.to)
 }
 
 /// A fault with what is known besides: what happened, and what to do.

@@ -3,12 +3,19 @@
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
 pub mod camera;
+pub mod charts;
+mod controls;
 mod drift;
 mod errors;
+pub mod explore;
 mod findings;
+pub mod replay;
 pub mod report;
+pub mod settings;
 mod target;
+pub mod window;
 
+pub use controls::{Act, Control};
 pub use drift::{
     doubts_of_old, drift, drift_is_weak, drift_numbers, focal_is_a_mean, focal_varied,
     lock_differs, no_drift, other_camera,
@@ -19,22 +26,26 @@ pub use target::{does_not_fit, other_square, target_lines, target_steps};
 
 use crate::{
     detection::{Miss, Side},
-    guidance::{Advice, Progress, Refusal, Role},
-    session::{Observation, Outcome, Snapshot},
+    guidance::{Advice, Progress, Refusal, Role, direction_difference_rad},
+    session::{Outcome, Snapshot},
 };
 
-/// What to do next, in one sentence.
-pub fn advice(advice: &Advice, observation: Option<&Observation>) -> String {
+/// What to do next, in one sentence; `no_board` says why the newest frame shows none.
+pub fn advice(advice: &Advice, no_board: Option<&Miss>) -> String {
     match *advice {
-        Advice::ShowBoard => match observation.map(|observation| &observation.seen) {
-            Some(Err(reason)) => miss(reason),
-            _ => "Show the whole board".into(),
-        },
+        Advice::ShowBoard => no_board.map_or_else(|| miss(&Miss::NoBoard), miss),
         Advice::TipTowards { slot_rad: None, wanted_rad } => {
             format!("Tip the {} edge away", edge(wanted_rad))
         }
         Advice::TipTowards { slot_rad: Some(slot_rad), wanted_rad } => {
-            format!("Tip the {} edge away, not the {}", edge(wanted_rad), edge(slot_rad))
+            let (now, wanted) = (edge(slot_rad), edge(wanted_rad));
+            if now == wanted {
+                let turn_rad = direction_difference_rad(wanted_rad, slot_rad);
+                let way = if turn_rad > 0.0 { "clockwise" } else { "counterclockwise" };
+                format!("Tip the {wanted} edge away, {}° more {way}", deg(turn_rad.abs()))
+            } else {
+                format!("Tip the {wanted} edge away, not the {now}")
+            }
         }
         Advice::Tilt { tilt_rad, wanted_rad, slot_rad } => {
             let way = if tilt_rad < wanted_rad { "away" } else { "back" };
@@ -179,6 +190,7 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
             Some(format!("Taken: view {}, {what}{slot}", snapshot.views.len()))
         }
         Outcome::Removed { view } => Some(format!("Removed: view {}", view + 1)),
+        Outcome::Restored { view } => Some(format!("Brought back: view {}", view + 1)),
         Outcome::Refused { .. } | Outcome::Noted => None,
     }
 }
@@ -222,6 +234,19 @@ mod tests {
         assert_eq!(edge(-0.1), "right");
         assert_eq!(edge(359_f64.to_radians()), "right");
         assert_eq!(edge(315_f64.to_radians()), "top right");
+    }
+
+    #[test]
+    fn nobody_is_told_to_tip_an_edge_and_not_to() {
+        let off = |from: f64, to: f64| Advice::TipTowards {
+            slot_rad: Some(from.to_radians()),
+            wanted_rad: to.to_radians(),
+        };
+        assert_eq!(advice(&off(0.0, 180.0), None), "Tip the left edge away, not the right");
+        let clockwise = "Tip the bottom left edge away, 18° more clockwise";
+        assert_eq!(advice(&off(120.0, 138.0), None), clockwise);
+        let back = "Tip the right edge away, 20° more counterclockwise";
+        assert_eq!(advice(&off(5.0, 345.0), None), back);
     }
 
     #[test]

@@ -1,0 +1,189 @@
+//! The program around the window: sources, folders, settings, results.
+
+use std::{
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use anyhow::{Context, bail};
+use image::GrayImage;
+
+use super::{
+    Exit, camera, export,
+    guide::{Opening, RESULT_FILE, Run, stop_flag},
+    session_report,
+};
+use crate::{
+    config::PlanName,
+    guidance::Plan,
+    pipeline::{Paced, Pipeline},
+    recording::{SessionFolder, Stored, stored_frame},
+    session::Session,
+    text,
+    ui::{
+        self, NoWindow,
+        desk::{Desk, Ended, Opened, Trouble, Wake, Wish},
+    },
+};
+
+/// Runs sessions in a window until it is closed. The last session's result decides the exit code.
+pub(super) fn run(opening: Opening, json: bool) -> anyhow::Result<Exit> {
+    let exit = Arc::new(Mutex::new(Exit::Good));
+    let program = Program { opening, json, stop: stop_flag()?, exit: Arc::clone(&exit) };
+    or_say_why(ui::run(Box::new(program)))?;
+    Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Turns the lack of a window into an error with its next action.
+pub(super) fn or_say_why(outcome: Result<(), NoWindow>) -> anyhow::Result<()> {
+    match outcome {
+        Ok(()) => Ok(()),
+        Err(err @ NoWindow::NoDisplay) => bail!("{err}\n{}", text::window::NO_DISPLAY_ACTION),
+        Err(err @ NoWindow::Refused { .. }) => bail!("{err}\n{}", text::window::NO_WINDOW_ACTION),
+    }
+}
+
+struct Program {
+    opening: Opening,
+    json: bool,
+    stop: Arc<AtomicBool>,
+    exit: Arc<Mutex<Exit>>,
+}
+
+impl Desk for Program {
+    fn first_wish(&self) -> Wish {
+        let config = &self.opening.config;
+        let plan = match config.guidance.plan {
+            PlanName::Quick => Plan::Quick,
+            PlanName::Full => Plan::Full,
+            PlanName::Adaptive => Plan::Adaptive,
+        };
+        Wish {
+            source: self.opening.source.clone(),
+            mode: config.camera.mode.clone(),
+            board: [config.board.columns, config.board.rows],
+            square_m: config.board.square_mm * 1e-3,
+            plan,
+            go_on_with: self.opening.session.clone(),
+            first: None,
+        }
+    }
+
+    fn open(&mut self, wish: &Wish, wake: Wake) -> Result<Opened, Trouble> {
+        self.opened(wish, wake).map_err(|err| trouble(&err))
+    }
+
+    fn sources(&mut self) -> Vec<(String, String)> {
+        let mut sources = vec![("auto".into(), text::window::SOURCE_AUTO.into())];
+        sources.extend(camera::names());
+        sources.push(("sim".into(), text::window::SOURCE_SIMULATED.into()));
+        sources
+    }
+
+    fn formats(&self) -> Vec<&'static str> {
+        export::format_names()
+    }
+
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, Trouble> {
+        export::beside(folder, format).map_err(|err| trouble(&err))
+    }
+
+    fn show(&mut self, file: &Path) -> Result<(), Trouble> {
+        let shown = Command::new("xdg-open")
+            .arg(file)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        shown.map(drop).map_err(|_| Trouble {
+            what: text::window::NO_VIEWER.into(),
+            action: Some(text::window::written(file)),
+        })
+    }
+
+    fn interrupted(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+impl Program {
+    fn opened(&mut self, wish: &Wish, wake: Wake) -> anyhow::Result<Opened> {
+        let mut config = self.opening.config.clone();
+        [config.board.columns, config.board.rows] = wish.board;
+        config.board.square_mm = wish.square_m * 1e3;
+        config.camera.mode.clone_from(&wish.mode);
+        // What was typed is checked as a settings file is.
+        let mut config = config.with(&[])?;
+        config.guidance.plan = match wish.plan {
+            Plan::Quick => PlanName::Quick,
+            Plan::Full => PlanName::Full,
+            Plan::Adaptive => PlanName::Adaptive,
+        };
+        let opening = Opening {
+            source: wish.source.clone(),
+            config,
+            session: wish.go_on_with.clone(),
+            replaces: self.opening.replaces.clone(),
+            // A folder named for the first session is that session's; the next gets its own.
+            out: self.opening.out.take().filter(|_| wish.go_on_with.is_none()),
+            ..self.opening
+        };
+        let (run, note) = opening.open().inspect_err(|_| {
+            self.opening.out.clone_from(&opening.out);
+        })?;
+        let pictures = pictures(&run)?;
+        let source = run.source.identity().name;
+        let (mut setup, rest) = run.setup()?;
+        if setup.lossless {
+            setup.source = Box::new(Paced::new(setup.source));
+        }
+        let folder = rest.path.clone();
+        let (pipeline, showing) = Pipeline::start_shown(setup, move || wake())?;
+        let (json, exit) = (self.json, Arc::clone(&self.exit));
+        let conclude = Box::new(move |finished| {
+            let folder = rest.path.clone();
+            let outcome = rest.ran(finished).and_then(|ran| ran.conclude(json));
+            let code = outcome.as_ref().map_or(Exit::Failed, |code| *code);
+            *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
+            let files = [session_report::page_path(&folder), folder.join(RESULT_FILE)]
+                .into_iter()
+                .filter(|file| outcome.is_ok() && file.is_file())
+                .collect();
+            let trouble = outcome.err().map(|err| trouble(&err));
+            Ended { folder, files, trouble }
+        });
+        Ok(Opened { pipeline, showing, source, folder, pictures, note, conclude })
+    }
+}
+
+/// The stored pictures of the views that are there already.
+fn pictures(run: &Run) -> anyhow::Result<Vec<(u32, GrayImage)>> {
+    let session: &Session = &run.session;
+    if session.accepted().is_empty() {
+        return Ok(Vec::new());
+    }
+    let path = run.folder.path();
+    let lines = SessionFolder::journal(path)?.lines;
+    let stored: Vec<Stored> = lines.into_iter().filter_map(|line| line.stored).collect();
+    session
+        .accepted()
+        .iter()
+        .filter_map(|view| {
+            let frame = view.view.frame_id.0;
+            let stored = stored.iter().find(|stored| stored.frame == frame)?;
+            Some((view.id, stored))
+        })
+        .map(|(id, stored)| {
+            let picture = stored_frame(path, stored).context("a view's picture is gone")?;
+            Ok((id, picture))
+        })
+        .collect()
+}
+
+fn trouble(err: &anyhow::Error) -> Trouble {
+    Trouble { what: format!("{err:#}"), action: text::explain(err) }
+}

@@ -1,0 +1,574 @@
+//! The words of the window: sentences, labels, tooltips.
+
+use std::path::Path;
+
+use crate::{
+    calibration::{Calibration, PrincipalPoints},
+    detection::{Miss, Side},
+    guidance::{Advice, GuidanceParams, Plan, Progress, Refusal},
+    session::{CameraState, LiveView, PairSummary, Snapshot, Stream, ViewSummary},
+};
+
+use super::{deg, edge, percent};
+
+/// The window's title.
+pub const TITLE: &str = "boresight";
+
+/// The one sentence that is read from across the room. With `mirrored`, left and right are those of the
+/// person who stands in front of the camera.
+pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
+    if snapshot.decision.progress != Progress::Collecting {
+        return super::progress(snapshot.decision.progress).into();
+    }
+    if !snapshot.failures.is_empty() {
+        return "The session has stopped".into();
+    }
+    if let Some((what, _)) = super::camera::obstacle(&snapshot.camera) {
+        return what;
+    }
+    if snapshot.paused {
+        return "Paused".into();
+    }
+    if snapshot.source_ended {
+        return "There are no more pictures".into();
+    }
+    let advice = &snapshot.decision.advice;
+    let miss = snapshot.live.as_ref().and_then(|live| live.corners_px.as_ref().err());
+    if mirrored {
+        super::advice(&mirrored_advice(advice), miss.map(mirrored_miss).as_ref())
+    } else {
+        super::advice(advice, miss)
+    }
+}
+
+/// Said for a moment after a view was taken: "Taken: 3 of 8".
+pub fn taken(views: usize, views_to_go: Option<usize>) -> String {
+    match views_to_go {
+        Some(to_go) => format!("Taken: {views} of {}", views + to_go),
+        None => format!("Taken: {views}"),
+    }
+}
+
+/// Before the first frame has been looked at.
+pub const STARTING: &str = "Starting";
+
+/// While the result is being computed and stored.
+pub const ENDING: &str = "Storing the result";
+
+fn mirrored_slot(slot_rad: f64) -> f64 {
+    std::f64::consts::PI - slot_rad
+}
+
+/// The advice with left and right exchanged.
+fn mirrored_advice(advice: &Advice) -> Advice {
+    match *advice {
+        Advice::TipTowards { slot_rad, wanted_rad } => Advice::TipTowards {
+            slot_rad: slot_rad.map(mirrored_slot),
+            wanted_rad: mirrored_slot(wanted_rad),
+        },
+        Advice::Tilt { tilt_rad, wanted_rad, slot_rad } => {
+            Advice::Tilt { tilt_rad, wanted_rad, slot_rad: mirrored_slot(slot_rad) }
+        }
+        Advice::Shift { right_px, down_px } => Advice::Shift { right_px: -right_px, down_px },
+        other => other,
+    }
+}
+
+fn mirrored_miss(miss: &Miss) -> Miss {
+    match *miss {
+        Miss::PartialBoard { found, wanted, cut_off_by: Some(Side::Left) } => {
+            Miss::PartialBoard { found, wanted, cut_off_by: Some(Side::Right) }
+        }
+        Miss::PartialBoard { found, wanted, cut_off_by: Some(Side::Right) } => {
+            Miss::PartialBoard { found, wanted, cut_off_by: Some(Side::Left) }
+        }
+        other => other,
+    }
+}
+
+/// Name of a direction of the wheel, as seen in the picture.
+pub fn slot_name(slot_rad: f64, mirrored: bool) -> &'static str {
+    edge(if mirrored { mirrored_slot(slot_rad) } else { slot_rad })
+}
+
+/// State of one slot of the wheel.
+pub fn slot_state(slot_rad: f64, taken: Option<usize>, wanted: bool, mirrored: bool) -> String {
+    let name = slot_name(slot_rad, mirrored);
+    match (taken, wanted) {
+        (_, true) => format!("{name} edge away: wanted now"),
+        (Some(view), false) => format!("{name} edge away: view {}", view + 1),
+        (None, false) => format!("{name} edge away: open"),
+    }
+}
+
+/// What the wheel is.
+pub const WHEEL: &str = "Directions";
+/// Its explanation.
+pub const WHEEL_TIP: &str = "Each dot is a direction in which the board is tipped away from the camera. Opposite dots are partners: together they cancel what the lens does to each.";
+
+/// A gauge's name and explanation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gauge {
+    /// Angle between board and picture.
+    Tilt,
+    /// Direction in which the board is tipped.
+    Direction,
+    /// Share of the picture that the board spans.
+    Size,
+    /// Offset across the principal line.
+    Across,
+    /// Motion.
+    Still,
+    /// Blur.
+    Sharp,
+}
+
+impl Gauge {
+    /// All, in the order in which they are shown.
+    pub const ALL: [Self; 6] =
+        [Self::Tilt, Self::Direction, Self::Size, Self::Across, Self::Still, Self::Sharp];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tilt => "Tilt",
+            Self::Direction => "Direction",
+            Self::Size => "Size",
+            Self::Across => "Off the line",
+            Self::Still => "Motion",
+            Self::Sharp => "Blur",
+        }
+    }
+
+    /// What it measures.
+    pub fn tip(self) -> &'static str {
+        match self {
+            Self::Tilt => "How far the board is tipped away from the camera.",
+            Self::Direction => "How far its direction is from the one that is asked for.",
+            Self::Size => "How much of the picture's width or height the corners span.",
+            Self::Across => {
+                "How far the board's middle is from where it should be, across its principal line: only this deflects the line."
+            }
+            Self::Still => "Speed of the fastest corner.",
+            Self::Sharp => "Width of the blur of the board's edges.",
+        }
+    }
+
+    /// Value and wish in words; `None` says that there is nothing to measure.
+    pub fn words(self, value: Option<f64>, wanted: (f64, f64)) -> String {
+        let (low, high) = wanted;
+        let measured = |unit: &dyn Fn(f64) -> String| value.map_or("–".into(), unit);
+        match self {
+            Self::Tilt => {
+                format!(
+                    "{}, want {}–{}°",
+                    measured(&|v| format!("{}°", deg(v))),
+                    deg(low),
+                    deg(high)
+                )
+            }
+            Self::Direction => format!(
+                "{}, want within {}°",
+                measured(&|v| format!("{}° off", deg(v.abs()))),
+                deg(high)
+            ),
+            Self::Size => {
+                format!("{}, want {} or more", measured(&|v| percent(v)), percent(low))
+            }
+            Self::Across => {
+                format!("{}, want within {high:.0} px", measured(&|v| format!("{:.0} px", v.abs())))
+            }
+            Self::Still => {
+                format!("{}, want at most {high:.0} px/s", measured(&|v| format!("{v:.0} px/s")))
+            }
+            Self::Sharp => {
+                format!("{}, want at most {high:.1} px", measured(&|v| format!("{v:.1} px")))
+            }
+        }
+    }
+}
+
+/// "653.4 ± 0.2, 348.2 ± 0.2 px", or that it is not known yet.
+pub fn principal_point(snapshot: &Snapshot) -> String {
+    match &snapshot.calibration {
+        Some(calibration) => {
+            let [_, _, x, y, ..] = calibration.camera.lens_parameters();
+            let [_, _, sd_x, sd_y, ..] = calibration.sd();
+            format!("{x:.1} ± {}, {y:.1} ± {} px", small(sd_x), small(sd_y))
+        }
+        None => "not known yet".into(),
+    }
+}
+
+/// A standard deviation with as many digits as say something.
+fn small(sd: f64) -> String {
+    if sd < 0.095 { format!("{sd:.2}") } else { format!("{sd:.1}") }
+}
+
+/// "980.0 ± 0.2 px", or that it is not known yet.
+pub fn focal_length(snapshot: &Snapshot) -> String {
+    match &snapshot.calibration {
+        Some(calibration) => {
+            let (f_px, sd_px) = (calibration.camera.f_px.x, calibration.sd()[0]);
+            format!("{f_px:.1} ± {} px", small(sd_px))
+        }
+        None => "not known yet".into(),
+    }
+}
+
+/// Number of views and how many are to come.
+pub fn views(snapshot: &Snapshot) -> String {
+    let views = snapshot.views.len();
+    match snapshot.views_to_go {
+        Some(to_go) => format!("{views}, about {to_go} to go"),
+        None => format!("{views}"),
+    }
+}
+
+/// Wanted and reached precision of the principal point.
+pub fn precision(snapshot: &Snapshot) -> Option<String> {
+    let calibration = snapshot.calibration.as_ref()?;
+    let sd = calibration.sd();
+    let guidance = &snapshot.setup.guidance;
+    let reached = sd[2].max(sd[3]);
+    let (reached, over_all) = (small(reached), small(calibration.projection_sd.mean_px));
+    Some(match guidance.plan {
+        Plan::Adaptive => format!(
+            "{reached} of {:.1} px, all {over_all} of {:.1} px",
+            guidance.stop_pp_sigma_px, guidance.stop_projection_sigma_px
+        ),
+        Plan::Quick | Plan::Full => format!("{reached} px, all {over_all} px"),
+    })
+}
+
+/// What the newest pair leaves uncancelled.
+pub fn pair_balance(pairs: &[PairSummary]) -> String {
+    match pairs.last() {
+        Some(pair) => {
+            format!("{:+.1} px, views {} and {}", pair.balance_px, pair.first + 1, pair.second + 1)
+        }
+        None => "no pair yet".into(),
+    }
+}
+
+/// Share of the picture that boards have covered.
+pub fn coverage(snapshot: &Snapshot) -> String {
+    percent(snapshot.calibration.as_ref().map_or(0.0, |calibration| calibration.coverage))
+}
+
+/// Names of the numbers beside the picture, with their explanations.
+pub const NUMBERS: [(&str, &str); 7] = [
+    (
+        "PP",
+        "Principal point: where the optical axis meets the picture, with one standard deviation.",
+    ),
+    ("f", "Focal length with one standard deviation, from all views together."),
+    (
+        "sd",
+        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture; and what is wanted.",
+    ),
+    ("Views", "Taken so far, and the forecast of how many it will take."),
+    (
+        "Pair",
+        "How far the newest opposed pair's lines pass the principal point on average: 0 if what the lens does to them cancels.",
+    ),
+    ("Area", "Share of the picture in which a board has stood."),
+    (
+        "f here",
+        "Focal length from the newest accepted view alone: a jump says that focus or zoom moved.",
+    ),
+];
+
+/// Focal length of the newest view alone.
+pub fn newest_focal(views: &[ViewSummary]) -> String {
+    match views.iter().rev().find_map(|view| view.focal) {
+        Some(focal) => format!("{:.0} ± {:.0} px", focal.f_px, focal.sigma_px),
+        None => "not known yet".into(),
+    }
+}
+
+/// Below a thumbnail.
+pub fn thumbnail(number: usize, view: &ViewSummary, mirrored: bool) -> String {
+    format!("{number} {} {:+.1} px", slot_name(view.slot_rad, mirrored), view.pl_residual_px)
+}
+
+/// All that is known of an accepted view.
+pub fn thumbnail_tip(number: usize, view: &ViewSummary, mirrored: bool) -> String {
+    let tilt = view.tilt_rad.map_or("?".into(), deg);
+    let partner = match view.partner {
+        Some(partner) => format!("Partner: view {}.", partner + 1),
+        None => "No partner yet.".into(),
+    };
+    let rms = view.rms_px.map_or(String::new(), |rms| format!(" Corners fit to {rms:.2} px."));
+    format!(
+        "View {number}: {} edge away, tilt {tilt}°. Its principal line passes the principal point at {:+.1} px. {partner}{rms}",
+        slot_name(view.slot_rad, mirrored),
+        view.pl_residual_px
+    )
+}
+
+/// On a thumbnail's button.
+pub fn remove_view(number: usize) -> String {
+    format!("Remove view {number}")
+}
+
+/// How old the drawing on the picture is.
+pub fn overlay_age(age_secs: f64) -> String {
+    format!("drawing {:.0} ms old", 1e3 * age_secs.max(0.0))
+}
+
+/// What came from the source, and what newer frames replaced.
+pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
+    let rate = per_sec.map_or("no pictures".into(), |rate| format!("{rate:.0} pictures/s"));
+    match replaced {
+        0 => rate,
+        1 => format!("{rate}, 1 skipped"),
+        n => format!("{rate}, {n} skipped"),
+    }
+}
+
+/// What "skipped" means.
+pub const FRAMES_TIP: &str = "Pictures from the source. A skipped one came while the one before was still being looked at; it was shown, but not measured.";
+
+/// No new picture for a while.
+pub fn stalled(secs: f64) -> String {
+    format!("No picture for {secs:.0} s")
+}
+
+/// What to do when no picture comes.
+pub const STALLED_ACTION: &str =
+    "The views are safe. Check the cable; the session goes on by itself when pictures come again.";
+
+/// A worker that failed.
+pub fn failed(worker: &str, reason: &str) -> String {
+    format!("The {worker} failed: {}", super::camera::printable(reason))
+}
+
+/// What to do then.
+pub const FAILED_ACTION: &str = "Every view that was shown as taken is safe. Mend the cause, then go on with this session on the Result page.";
+
+/// The live picture, for those who do not see it.
+pub const PICTURE: &str = "Live picture";
+/// Before the first view.
+pub const NO_VIEWS: &str =
+    "No views yet. They are taken by themselves when the board is held still on the outline.";
+/// What removing does.
+pub const REMOVE_TIP: &str = "Take this view back. \"Bring back\" (R) undoes it.";
+/// Heading of the camera's controls.
+pub const CAMERA: &str = "Camera";
+/// What they are.
+pub const CAMERA_TIP: &str = "How the controls stand, as read back from the camera. Focus and zoom must not change during a session.";
+
+/// The live camera's mode, controls and losses; nothing if the source is none.
+pub fn camera_lines(camera: &CameraState) -> Vec<(&'static str, String)> {
+    if camera.stream == Stream::NotLive {
+        return Vec::new();
+    }
+    let mut lines = Vec::new();
+    lines.extend(camera.mode.as_ref().map(|mode| ("mode", super::camera::mode(mode))));
+    let locks = camera.locks;
+    for (name, lock) in [("focus", locks.focus), ("zoom", locks.zoom), ("exposure", locks.exposure)]
+    {
+        lines.push((name, super::camera::lock(lock)));
+    }
+    lines.push(("lost pictures", camera.dropped.to_string()));
+    if camera.rejected > 0 {
+        lines.push(("damaged", camera.rejected.to_string()));
+    }
+    lines
+}
+
+/// Why the newest frame was not taken, for replay.
+pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
+    match (refusal, live.map(|live| &live.corners_px)) {
+        (Refusal::NotFound, Some(Err(miss))) => super::miss(miss),
+        (refusal, _) => super::refusal(refusal),
+    }
+}
+
+/// What a plan is.
+pub fn plan(plan: Plan) -> (&'static str, &'static str) {
+    match plan {
+        Plan::Quick => ("Quick", "Two opposed pairs at right angles: four views."),
+        Plan::Full => ("Full", "Four opposed pairs, 45° apart: eight views."),
+        Plan::Adaptive => {
+            ("Adaptive", "Two pairs, then pairs where they tell most, until it is precise enough.")
+        }
+    }
+}
+
+/// How far apart directions must be, in words for the wheel's tooltip.
+pub fn wanted_tilt(guidance: &GuidanceParams) -> String {
+    format!("tilt {}–{}°", deg(guidance.min_tilt_rad), deg(guidance.max_tilt_rad))
+}
+
+/// What to do without a display.
+pub const NO_DISPLAY_ACTION: &str =
+    "Use --headless to be guided by words in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";
+/// What to do if the window system refuses.
+pub const NO_WINDOW_ACTION: &str = "Install what is missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless to be guided by words in the terminal.";
+/// The source was not named and no camera is there.
+pub const NO_CAMERA: &str =
+    "There is no camera: this is the simulated camera with a simulated technician.";
+/// Sources that are always there.
+pub const SOURCE_AUTO: &str = "The camera if there is one, else the simulated one.";
+/// See [`SOURCE_AUTO`].
+pub const SOURCE_SIMULATED: &str = "A simulated camera with a simulated technician.";
+
+/// Heading of the page for a session that could not be started.
+pub const NOT_STARTED: &str = "The session could not be started";
+/// Its buttons and what they do.
+pub const TRY_AGAIN: &str = "Try again";
+/// See [`TRY_AGAIN`].
+pub const TRY_AGAIN_TIP: &str = "The same source once more.";
+/// See [`TRY_AGAIN`].
+pub const OTHER_SOURCE: &str = "Choose another source";
+/// See [`TRY_AGAIN`].
+pub const SIMULATED: &str = "Try it with the simulated camera";
+/// See [`TRY_AGAIN`].
+pub const SIMULATED_TIP: &str = "A simulated technician follows the guidance; nothing is needed.";
+
+/// The result could not be stored and nobody knows why.
+pub const ENDING_FAILED: &str = "Storing the result failed";
+/// Heading of the list of keys.
+pub const HELP: &str = "Keys";
+/// Before the buttons that export.
+pub const EXPORT: &str = "Export:";
+/// On the result page before there is one.
+pub const NO_RESULT: &str =
+    "There is no calibration yet: it needs two views that are tipped in different directions.";
+/// If nothing was found.
+pub const NO_FINDINGS: &str = "Every check passed.";
+/// Heading of the principal point by every method.
+pub const METHODS: &str = "Principal point by every method";
+/// What it means.
+pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lines from corners as seen are pulled towards the middle of the boards by the lens.";
+
+/// What the button for a format does.
+pub fn export_tip(format: &str) -> String {
+    format!("Write the result as {format} into the session's folder.")
+}
+
+/// A file that was written.
+pub fn written(file: &Path) -> String {
+    format!("Written: {}", file.display())
+}
+
+/// What the button for a file does.
+pub fn show_tip(file: &Path) -> String {
+    format!("Show {}", file.display())
+}
+
+/// The desktop does not say how to show a file.
+pub const NO_VIEWER: &str = "There is no program to show files with (xdg-open)";
+
+/// Where the session is stored.
+pub fn stored_in(folder: &Path) -> String {
+    format!("Session: {}", folder.display())
+}
+
+/// The result: names and values.
+pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
+    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
+    let [sd_fx, sd_fy, sd_cx, sd_cy, sd_k1, sd_k2, sd_p1, sd_p2, sd_k3] = calibration.sd();
+    let mut lines =
+        vec![("Principal point", format!("({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"))];
+    lines.push(if (fx - fy).abs() < 1e-9 {
+        ("Focal length", format!("{fx:.2} ± {sd_fx:.2} px"))
+    } else {
+        ("Focal lengths", format!("{fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"))
+    });
+    lines.push(("Lens model", calibration.model.code().into()));
+    let distortion = [
+        ("k1", k1, sd_k1),
+        ("k2", k2, sd_k2),
+        ("p1", p1, sd_p1),
+        ("p2", p2, sd_p2),
+        ("k3", k3, sd_k3),
+    ];
+    for (name, value, sd) in distortion {
+        if sd > 0.0 {
+            lines.push((name, format!("{value:.5} ± {sd:.5}")));
+        }
+    }
+    let sd = &calibration.projection_sd;
+    lines.push((
+        "Projection",
+        format!("± {:.3} px on average, {:.3} px at worst", sd.mean_px, sd.max_px),
+    ));
+    lines.push((
+        "Corners",
+        format!("{:.3} px RMS in {} views", calibration.rms_px, calibration.views.len()),
+    ));
+    lines.push(("Covered", percent(calibration.coverage)));
+    lines
+}
+
+/// The principal point by every method: name, value, what it is.
+pub fn method_lines(points: &PrincipalPoints) -> Vec<(&'static str, String, &'static str)> {
+    let all = [
+        (
+            "Bundle adjustment",
+            points.bundle,
+            "The result: all corners, the lens model that they support.",
+        ),
+        (
+            "Free homographies",
+            points.free_homography,
+            "The independent check: no common focal length.",
+        ),
+        ("Principal lines, weighted", points.pl_weighted, "Of the corners as seen."),
+        (
+            "Principal lines",
+            points.pl_unweighted,
+            "Of the corners as seen, as in the source paper.",
+        ),
+        (
+            "Principal lines and ring",
+            points.pl_ring,
+            "Of the corners as seen, with a common focal length.",
+        ),
+        ("Zhang", points.zhang, "Zhang's method with k1, k2 and two focal lengths."),
+    ];
+    all.into_iter()
+        .filter_map(|(name, point, tip)| {
+            let point = point?;
+            let value = match point.covariance_px2 {
+                Some(c) => format!(
+                    "({:.2} ± {:.2}, {:.2} ± {:.2}) px",
+                    point.px.x,
+                    c[(0, 0)].max(0.0).sqrt(),
+                    point.px.y,
+                    c[(1, 1)].max(0.0).sqrt()
+                ),
+                None => format!("({:.2}, {:.2}) px", point.px.x, point.px.y),
+            };
+            Some((name, value, tip))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mirror_exchanges_left_and_right_only() {
+        let right = Advice::TipTowards { slot_rad: None, wanted_rad: 0.0 };
+        assert_eq!(super::super::advice(&mirrored_advice(&right), None), "Tip the left edge away");
+        let top = Advice::Tilt { tilt_rad: 0.3, wanted_rad: 0.7, slot_rad: 270_f64.to_radians() };
+        assert_eq!(
+            super::super::advice(&mirrored_advice(&top), None),
+            super::super::advice(&top, None)
+        );
+        let shift = Advice::Shift { right_px: 40.0, down_px: 0.0 };
+        assert_eq!(super::super::advice(&mirrored_advice(&shift), None), "Move left: 40 px");
+    }
+
+    #[test]
+    fn gauges_say_measured_and_wanted() {
+        let limits = (30_f64.to_radians(), 55_f64.to_radians());
+        assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22°, want 30–55°");
+        assert_eq!(Gauge::Still.words(None, (0.0, 26.0)), "–, want at most 26 px/s");
+    }
+}

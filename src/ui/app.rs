@@ -1,0 +1,371 @@
+//! The window's frame: pages, keys, and the session behind them.
+
+use std::{path::PathBuf, sync::Arc, time::Duration};
+
+use egui::{CentralPanel, Context, Frame, Panel, RichText, ThemePreference, Ui, ViewportCommand};
+
+use super::{
+    desk::{Desk, Ended, Trouble, Wake, Wish},
+    explore::{self, Explored},
+    guide,
+    keys::{self, Ask, toggle},
+    result,
+    screen::Screen,
+    settings,
+    sound::{Sound, Tone},
+    stage::{Running, Stage},
+    trouble,
+};
+use crate::{
+    session::Command,
+    text::{Act, charts::Chart, window as words},
+};
+
+/// How often the picture is painted while something moves that does not come from the source.
+const MOVING: Duration = Duration::from_millis(16);
+/// How often the window looks around while nothing comes.
+const IDLE: Duration = Duration::from_millis(500);
+/// How long the flash and the words after a view move.
+const FLASH_SECS: f64 = 1.3;
+
+/// What is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Page {
+    /// The live picture and what to do next.
+    Guide,
+    /// The calibration.
+    Result,
+    /// The paper's effect to play with.
+    Explore,
+    /// The next session, and how the window looks and sounds.
+    Settings,
+}
+
+/// The whole window.
+pub struct App {
+    desk: Box<dyn Desk>,
+    wish: Wish,
+    /// What the settings page says of the next session.
+    draft: Wish,
+    sources: Vec<(String, String)>,
+    stage: Stage,
+    screen: Screen,
+    page: Page,
+    explored: Explored,
+    chart: Chart,
+    sound: Sound,
+    help: bool,
+    note: Option<String>,
+    exported: Option<Result<PathBuf, Trouble>>,
+    wake: Wake,
+}
+
+impl App {
+    /// Starts the first session.
+    pub fn new(ctx: &Context, desk: Box<dyn Desk>) -> Self {
+        let wake: Wake = {
+            let ctx = ctx.clone();
+            // Not at once: several wakes within a moment paint once.
+            Arc::new(move || ctx.request_repaint_after(Duration::from_millis(1)))
+        };
+        super::theme::apply(ctx);
+        let wish = desk.first_wish();
+        let nothing = Trouble { what: String::new(), action: None };
+        let mut app = Self {
+            desk,
+            wish: wish.clone(),
+            draft: wish.clone(),
+            sources: Vec::new(),
+            stage: Stage::NotStarted(nothing),
+            screen: Screen::default(),
+            page: Page::Guide,
+            explored: Explored::default(),
+            chart: Chart::default(),
+            sound: Sound::new(),
+            help: false,
+            note: None,
+            exported: None,
+            wake,
+        };
+        app.open(ctx, wish);
+        app
+    }
+
+    /// What the panels see now.
+    pub fn screen(&self) -> &Screen {
+        &self.screen
+    }
+
+    /// What is seen now.
+    pub fn page(&self) -> Page {
+        self.page
+    }
+
+    /// The session that ended, once its result is stored.
+    pub fn ended(&self) -> Option<&Ended> {
+        match &self.stage {
+            Stage::Ended(ended) => Some(ended),
+            _ => None,
+        }
+    }
+
+    /// What needs no painting, also while the window is hidden: the session goes on and ends by itself.
+    pub fn look(&mut self, ctx: &Context) {
+        self.screen.now_secs = ctx.time();
+        if self.desk.interrupted() {
+            ctx.send_viewport_cmd(ViewportCommand::Close);
+        }
+        match &mut self.stage {
+            Stage::Running(running) => {
+                let news = running.look(ctx, &mut self.screen);
+                if news.taken && self.screen.preferences.tone {
+                    self.sound.play(Tone::Taken);
+                }
+                if self.screen.preferences.speech {
+                    self.sound.say(&guide::sentence_words(&self.screen).0);
+                }
+                if news.over {
+                    self.end();
+                }
+            }
+            Stage::Ending(ending) => {
+                if let Some(ended) = ending.outcome() {
+                    let tone = if ended.trouble.is_some() { Tone::Trouble } else { Tone::Complete };
+                    if self.screen.preferences.tone {
+                        self.sound.play(tone);
+                    }
+                    self.stage = Stage::Ended(ended);
+                    self.page = Page::Result;
+                } else if ending.is_over() {
+                    self.stage = Stage::NotStarted(Trouble {
+                        what: words::ENDING_FAILED.into(),
+                        action: Some(words::FAILED_ACTION.into()),
+                    });
+                }
+            }
+            Stage::NotStarted(_) | Stage::Ended(_) => {}
+        }
+    }
+
+    /// Paints the page and does what is asked for.
+    pub fn paint(&mut self, ui: &mut Ui) {
+        let mut asks: Vec<Ask> = keys::pressed(ui.ctx()).into_iter().map(Ask::Act).collect();
+        self.bar(ui, &mut asks);
+        match (&self.stage, self.page) {
+            (Stage::NotStarted(trouble), Page::Guide) => {
+                trouble::show(ui, trouble, &self.wish, &mut asks);
+            }
+            (_, Page::Settings) => {
+                let preferences = self.screen.preferences;
+                settings::show(ui, &mut self.draft, &self.sources, &preferences, &mut asks);
+            }
+            (_, Page::Explore) => explore::show(ui, &mut self.explored),
+            (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
+            (stage, Page::Result) => {
+                let state = match stage {
+                    Stage::NotStarted(_) => result::State::Nothing,
+                    Stage::Running(_) => result::State::Running,
+                    Stage::Ending(_) => result::State::Ending,
+                    Stage::Ended(ended) => result::State::Ended(ended),
+                };
+                let formats = self.desk.formats();
+                let exported = self.exported.as_ref();
+                let context = result::Context { state, formats: &formats, exported };
+                result::show(ui, &self.screen, &context, &mut self.chart, &mut asks);
+            }
+        }
+        self.help(ui);
+        for ask in asks {
+            self.obey(ui.ctx(), ask);
+        }
+        let moving = self.screen.since_taken_secs().is_some_and(|since| since < FLASH_SECS);
+        ui.ctx().request_repaint_after(if moving { MOVING } else { IDLE });
+    }
+
+    /// Stores what there is; the window is closing.
+    pub fn close(&mut self) {
+        self.end();
+        // Dropping what is being ended waits for it.
+        self.stage = Stage::NotStarted(Trouble { what: String::new(), action: None });
+    }
+
+    fn bar(&self, ui: &mut Ui, asks: &mut Vec<Ask>) {
+        Panel::top("bar").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 4.0;
+                ui.spacing_mut().button_padding.x = 6.0;
+                for (page, act) in [
+                    (Page::Guide, Act::GuidePage),
+                    (Page::Result, Act::ResultPage),
+                    (Page::Explore, Act::ExplorePage),
+                    (Page::Settings, Act::SettingsPage),
+                ] {
+                    toggle(ui, act, self.page == page, asks);
+                }
+                match &self.stage {
+                    Stage::Running(_) => {
+                        ui.separator();
+                        guide::buttons(ui, &self.screen, asks);
+                    }
+                    Stage::Ended(_) => {
+                        ui.separator();
+                        keys::button(ui, Act::GoOn, asks);
+                        keys::button(ui, Act::New, asks);
+                    }
+                    Stage::NotStarted(_) | Stage::Ending(_) => {}
+                }
+                ui.separator();
+                let preferences = &self.screen.preferences;
+                for (act, on) in [
+                    (Act::Mirror, preferences.mirrored),
+                    (Act::Tone, preferences.tone),
+                    (Act::Speech, preferences.speech),
+                    (Act::Panels, preferences.panels),
+                    (Act::Help, self.help),
+                ] {
+                    toggle(ui, act, on, asks);
+                }
+                if let Some(note) = &self.note {
+                    ui.add(egui::Label::new(RichText::new(note).small().weak()).truncate());
+                }
+            });
+        });
+    }
+
+    fn help(&mut self, ui: &Ui) {
+        if !self.help {
+            return;
+        }
+        let mut open = true;
+        egui::Window::new(words::HELP).open(&mut open).collapsible(false).show(ui.ctx(), |ui| {
+            egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+                for act in Act::ALL {
+                    let control = act.words();
+                    ui.label(RichText::new(control.key).strong().monospace());
+                    ui.label(format!("{}: {}", control.label, control.tip));
+                    ui.end_row();
+                }
+            });
+        });
+        self.help = open;
+    }
+
+    fn open(&mut self, ctx: &Context, wish: Wish) {
+        self.end();
+        let preferences = self.screen.preferences;
+        self.screen = Screen { preferences, now_secs: ctx.time(), ..Screen::default() };
+        (self.exported, self.note, self.page) = (None, None, Page::Guide);
+        self.stage = match self.desk.open(&wish, Arc::clone(&self.wake)) {
+            Ok(opened) => {
+                self.screen.source.clone_from(&opened.source);
+                self.screen.folder = Some(opened.folder.clone());
+                self.note.clone_from(&opened.note);
+                for (view, picture) in &opened.pictures {
+                    self.screen.add_thumbnail(ctx, *view, picture);
+                }
+                Stage::Running(Box::new(Running::new(opened, wish.first)))
+            }
+            Err(trouble) => Stage::NotStarted(trouble),
+        };
+        self.wish = Wish { first: None, ..wish };
+    }
+
+    /// Ends the running session, if there is one.
+    fn end(&mut self) {
+        let nothing = Stage::NotStarted(Trouble { what: String::new(), action: None });
+        self.stage = match std::mem::replace(&mut self.stage, nothing) {
+            Stage::Running(running) => running.end(Arc::clone(&self.wake)),
+            other => other,
+        };
+    }
+
+    fn command(&mut self, ctx: &Context, command: Command) {
+        match &mut self.stage {
+            Stage::Running(running) => running.command(command),
+            // Going on is how an ended session changes.
+            Stage::Ended(ended) => {
+                let folder = ended.folder.clone();
+                let wish =
+                    Wish { go_on_with: Some(folder), first: Some(command), ..self.wish.clone() };
+                self.open(ctx, wish);
+            }
+            Stage::NotStarted(_) | Stage::Ending(_) => {}
+        }
+    }
+
+    fn obey(&mut self, ctx: &Context, ask: Ask) {
+        let preferences = &mut self.screen.preferences;
+        match ask {
+            Ask::Act(act) => match act {
+                Act::Force => self.command(ctx, Command::ForceNext),
+                Act::Undo => self.command(ctx, Command::UndoLast),
+                Act::Restore => self.command(ctx, Command::Restore),
+                Act::Pause => {
+                    let paused = self.screen.snapshot.as_ref().is_some_and(|s| s.paused);
+                    self.command(ctx, if paused { Command::Resume } else { Command::Pause });
+                }
+                Act::Finish => self.end(),
+                Act::New => {
+                    let wish = Wish { go_on_with: None, first: None, ..self.wish.clone() };
+                    self.open(ctx, wish);
+                }
+                Act::GoOn => {
+                    if let Stage::Ended(ended) = &self.stage {
+                        let folder = Some(ended.folder.clone());
+                        self.open(ctx, Wish { go_on_with: folder, ..self.wish.clone() });
+                    }
+                }
+                Act::Mirror => preferences.mirrored ^= true,
+                Act::Tone => preferences.tone ^= true,
+                Act::Speech => preferences.speech ^= true,
+                Act::Panels => preferences.panels ^= true,
+                Act::FullScreen => {
+                    let full = ctx.input(|input| input.viewport().fullscreen.unwrap_or(false));
+                    ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!full));
+                }
+                Act::Theme => {
+                    let dark = ctx.theme() == egui::Theme::Dark;
+                    let other = if dark { ThemePreference::Light } else { ThemePreference::Dark };
+                    ctx.set_theme(other);
+                }
+                Act::Help => self.help ^= true,
+                Act::GuidePage => self.page = Page::Guide,
+                Act::ResultPage => self.page = Page::Result,
+                Act::ExplorePage => self.page = Page::Explore,
+                Act::SettingsPage => {
+                    self.page = Page::Settings;
+                    self.sources = self.desk.sources();
+                }
+            },
+            Ask::Remove(view) => self.command(ctx, Command::Remove { view }),
+            Ask::Open(wish) => self.open(ctx, *wish),
+            Ask::Show(file) => {
+                if let Err(trouble) = self.desk.show(&file) {
+                    self.exported = Some(Err(trouble));
+                }
+            }
+            Ask::Export(format) => {
+                if let Stage::Ended(ended) = &self.stage {
+                    let folder = ended.folder.clone();
+                    self.exported = Some(self.desk.export(&folder, format));
+                }
+            }
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
+        self.look(ctx);
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        // The background of what no panel covers.
+        let fill = ui.visuals().panel_fill;
+        CentralPanel::no_frame().frame(Frame::new().fill(fill)).show(ui, |ui| self.paint(ui));
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.close();
+    }
+}

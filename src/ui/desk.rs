@@ -1,0 +1,110 @@
+//! What the window asks of the program around it, which knows sources, folders and settings.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use image::GrayImage;
+
+use crate::{
+    guidance::Plan,
+    pipeline::{Finished, Pipeline, PipelineError, Showing},
+    session::Command,
+};
+
+/// Wakes the window; may be called from any thread.
+pub type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// The program around the window.
+pub trait Desk {
+    /// What the first session is about.
+    fn first_wish(&self) -> Wish;
+
+    /// Starts or goes on with a session.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble`] with what the person can do; the same wish may be tried again.
+    fn open(&mut self, wish: &Wish, wake: Wake) -> Result<Opened, Trouble>;
+
+    /// Sources that can be named now: a name, and what it is.
+    fn sources(&mut self) -> Vec<(String, String)>;
+
+    /// Names of the formats that a result can be written in.
+    fn formats(&self) -> Vec<&'static str>;
+
+    /// Writes the result of the session in `folder` in the format of that number beside it. Returns the file.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble`].
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, Trouble>;
+
+    /// Shows a file in the program that the desktop has for it.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble`].
+    fn show(&mut self, file: &Path) -> Result<(), Trouble>;
+
+    /// Whether the person asked the whole program to end.
+    fn interrupted(&self) -> bool;
+}
+
+/// What a session should be about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    /// Name of the source.
+    pub source: String,
+    /// Mode of a live camera, as in the settings file.
+    pub mode: String,
+    /// Inner corners of the board: columns, rows.
+    pub board: [u16; 2],
+    /// Side of a square.
+    pub square_m: f64,
+    /// How many views.
+    pub plan: Plan,
+    /// Folder of the session to go on with.
+    pub go_on_with: Option<PathBuf>,
+    /// What to do first.
+    pub first: Option<Command>,
+}
+
+/// A running session.
+pub struct Opened {
+    /// Its threads.
+    pub pipeline: Pipeline,
+    /// What they show.
+    pub showing: Showing,
+    /// What the source calls itself.
+    pub source: String,
+    /// Where it is stored.
+    pub folder: PathBuf,
+    /// Pictures of views that are there already, by their numbers.
+    pub pictures: Vec<(u32, GrayImage)>,
+    /// Something to be told at the start, such as which source was chosen.
+    pub note: Option<String>,
+    /// Stores the result. Runs beside the window.
+    pub conclude: Box<dyn FnOnce(Result<Finished, PipelineError>) -> Ended + Send>,
+}
+
+/// What a session left behind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ended {
+    /// Where it is stored.
+    pub folder: PathBuf,
+    /// Files with the result.
+    pub files: Vec<PathBuf>,
+    /// What went wrong, if anything did.
+    pub trouble: Option<Trouble>,
+}
+
+/// Something that did not work, and what to do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trouble {
+    /// What happened.
+    pub what: String,
+    /// The next action, if one is known.
+    pub action: Option<String>,
+}

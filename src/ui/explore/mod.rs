@@ -1,0 +1,90 @@
+//! The explore page: what lens distortion does to principal lines, to play with.
+
+mod controls;
+mod picture;
+
+use egui::{CentralPanel, Color32, Frame, Panel, RichText, ScrollArea, Ui};
+use nalgebra::Vector2;
+
+use crate::{
+    study::{
+        Params,
+        explore::{Boards, Seen, Wish, look},
+        setup::Setup,
+    },
+    text::explore as words,
+};
+
+/// What is played with, and what it gives.
+#[derive(Clone, Debug)]
+pub struct Explored {
+    wish: Wish,
+    seen: Seen,
+}
+
+impl Default for Explored {
+    fn default() -> Self {
+        let wish = Wish {
+            setup: Setup::of(&Params::default()),
+            slot_rad: 0.0,
+            shift_m: Vector2::new(0.05, 0.0),
+            boards: Boards::One,
+            skipped: 0,
+        };
+        Self { seen: look(&wish), wish }
+    }
+}
+
+impl Explored {
+    /// What is seen now.
+    pub fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    /// Changes what is played with.
+    pub fn change(&mut self, change: impl FnOnce(&mut Wish)) {
+        change(&mut self.wish);
+        self.seen = look(&self.wish);
+    }
+}
+
+/// Shows the page.
+pub fn show(ui: &mut Ui, explored: &mut Explored) {
+    let mut wish = explored.wish.clone();
+    let mut changed = false;
+    Panel::right("explore").resizable(false).exact_size(330.0).show(ui, |ui| {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            changed |= controls::show(ui, &mut wish);
+            ui.separator();
+            numbers(ui, &explored.seen, &wish);
+        });
+    });
+    CentralPanel::no_frame().frame(Frame::new().fill(Color32::from_gray(40))).show(ui, |ui| {
+        changed |= picture::show(ui, &mut wish, &explored.seen);
+    });
+    if changed {
+        explored.change(|now| *now = wish);
+        ui.ctx().request_repaint();
+    }
+}
+
+fn numbers(ui: &mut Ui, seen: &Seen, wish: &Wish) {
+    let mut lines = Vec::new();
+    match &seen.deflection {
+        Some(row) => lines.extend(words::deflection(row.offset_px, row.angle_rad)),
+        None => lines.push(words::no_line()),
+    }
+    if let Some((sum_px, angle_rad)) = seen.pair_sum_px.zip(seen.pair_angle_rad) {
+        lines.extend(words::pair(sum_px, angle_rad));
+    }
+    if let (Some(meet), Boards::TwoPairs | Boards::Eight) = (&seen.meet_px, wish.boards) {
+        lines.push(words::meet((meet - wish.setup.camera.pp_px).norm()));
+    }
+    if let Some(rms_px) = seen.skipped_rms_px.filter(|_| wish.skipped > 0) {
+        lines.push(words::skipped(seen.skipped_px.len(), rms_px));
+    }
+    for (name, value, tip) in lines {
+        ui.label(RichText::new(name).weak()).on_hover_text(tip);
+        ui.label(RichText::new(value).size(20.0).strong()).on_hover_text(tip);
+    }
+}

@@ -1,0 +1,48 @@
+//! What is wrong, over the picture, with its next action.
+
+use egui::{Color32, Frame, RichText, Ui};
+
+use super::super::{screen::Screen, theme};
+use crate::{
+    guidance::Progress,
+    text::{self, window as words},
+};
+
+/// Longer than this without a picture is worth saying.
+const STALLED_SECS: f64 = 2.0;
+
+/// Shows what is wrong, if anything is.
+pub(super) fn show(ui: &mut Ui, screen: &Screen) {
+    for (what, action) in troubles(screen) {
+        Frame::new().fill(theme::RED.gamma_multiply(0.9)).inner_margin(8.0).show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            ui.label(RichText::new(what).size(18.0).strong().color(Color32::WHITE));
+            if !action.is_empty() {
+                ui.label(RichText::new(action).size(16.0).color(Color32::WHITE));
+            }
+        });
+    }
+}
+
+/// What is wrong and what to do, most important first.
+pub(super) fn troubles(screen: &Screen) -> Vec<(String, String)> {
+    let mut troubles = Vec::new();
+    let Some(snapshot) = &screen.snapshot else { return troubles };
+    for (worker, reason) in &snapshot.failures {
+        troubles.push((words::failed(worker, reason), words::FAILED_ACTION.into()));
+    }
+    troubles.extend(text::camera::obstacle(&snapshot.camera));
+    for (doubt, detail) in &snapshot.camera.doubts {
+        let trouble = text::camera::with_detail(*doubt, detail);
+        if !troubles.contains(&trouble) {
+            troubles.push(trouble);
+        }
+    }
+    let silent = screen.picture.came_secs.map_or(0.0, |came| screen.now_secs - came);
+    let collecting = snapshot.decision.progress == Progress::Collecting;
+    let still_going = collecting && !snapshot.source_ended && !snapshot.paused;
+    if troubles.is_empty() && still_going && silent > STALLED_SECS {
+        troubles.push((words::stalled(silent), words::STALLED_ACTION.into()));
+    }
+    troubles
+}

@@ -1,0 +1,109 @@
+//! What was measured in the newest frame against what is wanted.
+
+use egui::{Color32, RichText, Sense, Stroke, Ui, Vec2, pos2};
+use nalgebra::Point2;
+
+use super::super::{screen::Screen, theme};
+use crate::{
+    guidance::direction_difference_rad,
+    session::{Snapshot, across_px},
+    text::window::Gauge,
+};
+
+/// A gauge's reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reading {
+    /// What was measured, if anything.
+    pub(super) value: Option<f64>,
+    /// Lowest and highest good value.
+    pub(super) wanted: (f64, f64),
+    /// Ends of the scale.
+    pub(super) scale: (f64, f64),
+}
+
+/// Reads `gauge` off the snapshot.
+pub(super) fn reading(gauge: Gauge, snapshot: &Snapshot) -> Reading {
+    let guidance = &snapshot.setup.guidance;
+    let live = snapshot.live.as_deref();
+    let measured = live.and_then(|live| live.measured.as_ref());
+    let target = snapshot.target.as_ref();
+    let read = |value, wanted, scale| Reading { value, wanted, scale };
+    match gauge {
+        Gauge::Tilt => read(
+            measured.and_then(|measured| measured.tilt_rad),
+            (guidance.min_tilt_rad, guidance.max_tilt_rad),
+            (0.0, 75_f64.to_radians()),
+        ),
+        Gauge::Direction => {
+            let off = measured
+                .zip(target)
+                .map(|(m, target)| direction_difference_rad(m.slot_rad, target.slot_rad));
+            let limit = guidance.max_slot_error_rad;
+            read(off, (-limit, limit), (-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2))
+        }
+        Gauge::Size => read(measured.map(|m| m.fill), (guidance.min_fill, 1.0), (0.0, 1.0)),
+        Gauge::Across => {
+            let pp = &snapshot.pp_px;
+            let wanted = target
+                .map_or(0.0, |target| across_px(target.slot_rad, &middle(&target.ghost_px), pp));
+            let limit = guidance.partner_offset_px;
+            let off = measured.map(|m| m.across_px - wanted);
+            read(off, (-limit, limit), (-4.0 * limit, 4.0 * limit))
+        }
+        Gauge::Still => {
+            let width_px = f64::from(snapshot.setup.image_size.width_px);
+            let limit = guidance.still_widths_per_sec * width_px;
+            read(live.and_then(|live| live.speed_px_per_s), (0.0, limit), (0.0, 4.0 * limit))
+        }
+        Gauge::Sharp => {
+            let limit = guidance.max_blur_px;
+            read(live.and_then(|live| live.blur_px), (0.0, limit), (0.0, 2.0 * limit))
+        }
+    }
+}
+
+fn middle(points: &[Point2<f64>]) -> Point2<f64> {
+    let sum = points.iter().fold(nalgebra::Vector2::zeros(), |sum, p| sum + p.coords);
+    Point2::from(sum / points.len().max(1) as f64)
+}
+
+/// Shows all gauges.
+pub(super) fn show(ui: &mut Ui, screen: &Screen) {
+    let Some(snapshot) = &screen.snapshot else { return };
+    for gauge in Gauge::ALL {
+        let reading = reading(gauge, snapshot);
+        let words = gauge.words(reading.value, reading.wanted);
+        ui.spacing_mut().item_spacing = Vec2::new(4.0, 1.0);
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(gauge.name()).size(11.0).strong()).on_hover_text(gauge.tip());
+            ui.label(RichText::new(words).size(11.0)).on_hover_text(gauge.tip());
+        });
+        bar(ui, &reading);
+        ui.add_space(3.0);
+    }
+}
+
+fn bar(ui: &mut Ui, reading: &Reading) {
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), 6.0), Sense::hover());
+    let painter = ui.painter_at(rect.expand(2.0));
+    let (low, high) = reading.scale;
+    let at = |value: f64| {
+        let share = ((value - low) / (high - low)).clamp(0.0, 1.0) as f32;
+        rect.left() + share * rect.width()
+    };
+    painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
+    let good = egui::Rect::from_min_max(
+        pos2(at(reading.wanted.0), rect.top()),
+        pos2(at(reading.wanted.1), rect.bottom()),
+    );
+    painter.rect_filled(good, 3.0, theme::GREEN.gamma_multiply(0.35));
+    let Some(value) = reading.value else { return };
+    let is_good = (reading.wanted.0..=reading.wanted.1).contains(&value);
+    let color: Color32 = if is_good { theme::GREEN } else { theme::AMBER };
+    painter.vline(
+        at(value),
+        rect.expand(2.0).y_range(),
+        Stroke::new(6.0, ui.visuals().strong_text_color()),
+    );
+    painter.vline(at(value), rect.expand(1.0).y_range(), Stroke::new(4.0, color));
+}

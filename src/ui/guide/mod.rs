@@ -1,0 +1,85 @@
+//! The guide page: the live picture, what to do next, and how far it is.
+
+mod banner;
+mod gauges;
+mod ghost;
+mod numbers;
+pub(super) mod overlay;
+mod sentence;
+mod views;
+mod wheel;
+
+use egui::{
+    CentralPanel, Color32, Frame, Image, Panel, RichText, ScrollArea, Sense, Ui, WidgetInfo,
+    accesskit::Role,
+};
+
+use super::{
+    keys::{Ask, button, toggle},
+    picture::Placed,
+    screen::Screen,
+};
+use crate::text::{Act, window as words};
+
+pub(super) use sentence::words as sentence_words;
+
+/// Shows the page.
+pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+    Panel::top("sentence").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
+        sentence::show(ui, screen);
+        banner::show(ui, screen);
+    });
+    if screen.preferences.panels {
+        Panel::right("numbers").resizable(false).exact_size(252.0).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+                wheel::show(ui, screen);
+                gauges::show(ui, screen);
+                ui.separator();
+                numbers::show(ui, screen);
+                numbers::camera(ui, screen);
+                ui.separator();
+                status(ui, screen);
+            });
+        });
+        Panel::bottom("views").resizable(false).show(ui, |ui| {
+            views::show(ui, screen, asks);
+        });
+    }
+    CentralPanel::no_frame().frame(Frame::new().fill(Color32::BLACK)).show(ui, |ui| {
+        picture(ui, screen);
+    });
+}
+
+fn picture(ui: &mut Ui, screen: &Screen) {
+    let Some(snapshot) = &screen.snapshot else { return };
+    let area = ui.available_rect_before_wrap();
+    let placed = Placed::within(area, snapshot.setup.image_size, screen.preferences.mirrored);
+    let response = ui.allocate_rect(area, Sense::hover());
+    if let Some(texture) = screen.picture.texture() {
+        Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
+    }
+    overlay::paint(&ui.painter_at(placed.rect), &placed, screen);
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::PICTURE));
+}
+
+/// What can be done by hand while views are taken.
+pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+    let snapshot = screen.snapshot.as_ref();
+    let paused = snapshot.is_some_and(|snapshot| snapshot.paused);
+    let has_views = snapshot.is_some_and(|snapshot| !snapshot.views.is_empty());
+    let removed = snapshot.is_some_and(|snapshot| snapshot.removed.is_some());
+    button(ui, Act::Force, asks);
+    toggle(ui, Act::Pause, paused, asks);
+    ui.add_enabled_ui(has_views, |ui| button(ui, Act::Undo, asks));
+    ui.add_enabled_ui(removed, |ui| button(ui, Act::Restore, asks));
+    button(ui, Act::Finish, asks);
+}
+
+fn status(ui: &mut Ui, screen: &Screen) {
+    let frames = words::frames(screen.picture.per_sec(), screen.frames_replaced);
+    ui.label(RichText::new(frames).small()).on_hover_text(words::FRAMES_TIP);
+    ui.label(RichText::new(&screen.source).small().weak());
+    if let Some(folder) = &screen.folder {
+        ui.label(RichText::new(words::stored_in(folder)).small().weak());
+    }
+}

@@ -1,0 +1,46 @@
+//! The calibration so far in numbers.
+
+use egui::{Grid, RichText, Ui};
+
+use super::super::screen::Screen;
+use crate::text::window as words;
+
+/// Shows them.
+pub(super) fn show(ui: &mut Ui, screen: &Screen) {
+    let Some(snapshot) = &screen.snapshot else { return };
+    let values = [
+        Some(words::principal_point(snapshot)),
+        Some(words::focal_length(snapshot)),
+        words::precision(snapshot),
+        Some(words::views(snapshot)),
+        Some(words::pair_balance(&snapshot.pairs)),
+        Some(words::coverage(snapshot)),
+        Some(words::newest_focal(&snapshot.views)),
+    ];
+    Grid::new("numbers").num_columns(2).spacing([8.0, 1.0]).show(ui, |ui| {
+        for ((name, tip), value) in words::NUMBERS.into_iter().zip(values) {
+            let Some(value) = value else { continue };
+            ui.label(RichText::new(name).size(11.0).weak()).on_hover_text(tip);
+            ui.label(RichText::new(value).size(13.0).strong()).on_hover_text(tip);
+            ui.end_row();
+        }
+    });
+}
+
+/// How the camera's controls stand, if it is a live one.
+pub(super) fn camera(ui: &mut Ui, screen: &Screen) {
+    let Some(snapshot) = &screen.snapshot else { return };
+    let lines = words::camera_lines(&snapshot.camera);
+    if lines.is_empty() {
+        return;
+    }
+    ui.separator();
+    ui.label(RichText::new(words::CAMERA).strong()).on_hover_text(words::CAMERA_TIP);
+    Grid::new("camera").num_columns(2).show(ui, |ui| {
+        for (name, state) in lines {
+            ui.label(RichText::new(name).small());
+            ui.label(RichText::new(state).small());
+            ui.end_row();
+        }
+    });
+}

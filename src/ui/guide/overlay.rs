@@ -1,0 +1,204 @@
+//! What is drawn on the live picture. It comes from an older frame than the picture and fades with its age.
+
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2};
+use nalgebra::{Matrix2, Point2, SymmetricEigen};
+
+use super::{
+    super::{picture::Placed, screen::Screen, theme},
+    ghost,
+};
+use crate::{
+    geometry::{Camera, PrincipalLine},
+    guidance::Advice,
+    session::Snapshot,
+    text,
+};
+
+/// Until then the drawing counts as the picture's own.
+const FRESH_SECS: f64 = 0.12;
+/// Drawing older than this is hardly seen.
+const OLD_SECS: f64 = 0.7;
+/// How long the flash of a view taken is seen.
+const FLASH_SECS: f64 = 0.45;
+
+/// Draws everything that belongs on the picture.
+pub(super) fn paint(painter: &Painter, placed: &Placed, screen: &Screen) {
+    let Some(snapshot) = &screen.snapshot else { return };
+    let opacity = opacity(screen.overlay_age_secs());
+    views(painter, placed, snapshot);
+    ghost::paint(painter, placed, snapshot);
+    live(painter, placed, snapshot, opacity);
+    principal_point(painter, placed, snapshot);
+    if let Advice::Holding { progress } = snapshot.decision.advice {
+        ring(painter, placed, snapshot, progress as f32);
+    }
+    if let Some(since) = screen.since_taken_secs().filter(|since| *since < FLASH_SECS) {
+        let strength = (1.0 - since / FLASH_SECS) as f32;
+        painter.rect_filled(placed.rect, 0.0, Color32::WHITE.gamma_multiply(0.75 * strength));
+        painter.rect_stroke(
+            placed.rect.shrink(6.0),
+            0.0,
+            Stroke::new(12.0, theme::GREEN.gamma_multiply(strength)),
+            egui::StrokeKind::Middle,
+        );
+    }
+    if let Some(age_secs) = screen.overlay_age_secs() {
+        let words = text::window::overlay_age(age_secs);
+        let at = placed.rect.right_bottom() - Vec2::splat(8.0);
+        shaded_text(painter, at, Align2::RIGHT_BOTTOM, &words, 12.0);
+    }
+}
+
+/// How strongly something of that age is drawn.
+fn opacity(age_secs: Option<f64>) -> f32 {
+    let age_secs = age_secs.unwrap_or(0.0);
+    (1.0 - (age_secs - FRESH_SECS) / (OLD_SECS - FRESH_SECS)).clamp(0.15, 1.0) as f32
+}
+
+/// The accepted views' lines: thin, one colour per direction.
+fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
+    for view in snapshot.views.iter() {
+        let line = line_on_screen(placed, snapshot, &view.line);
+        for stroke in theme::strokes(1.5, theme::direction(view.slot_rad), 0.8) {
+            painter.add(Shape::line(line.clone(), stroke));
+        }
+    }
+}
+
+/// This frame's corners and its line, bold.
+fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
+    let Some(live) = &snapshot.live else { return };
+    let Ok(corners_px) = &live.corners_px else { return };
+    let radius = (0.0025 * placed.rect.width()).clamp(2.0, 5.0);
+    for px in corners_px {
+        let at = placed.pos(px);
+        painter.circle_filled(
+            at,
+            radius + 1.0,
+            Color32::from_black_alpha(110).gamma_multiply(opacity),
+        );
+        painter.circle_filled(at, radius, theme::LIVE.gamma_multiply(opacity));
+    }
+    if let Some(measured) = &live.measured {
+        let line = line_on_screen(placed, snapshot, &measured.line);
+        for stroke in theme::strokes(4.0, theme::LIVE, opacity) {
+            painter.add(Shape::line(line.clone(), stroke));
+        }
+    }
+}
+
+/// The sensor's centre, and the principal point with its ellipse of two standard deviations.
+fn principal_point(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
+    let centre = placed.pos(&snapshot.setup.image_size.centre_px());
+    cross(painter, centre, 7.0, theme::GREY);
+    let Some(covariance) = &snapshot.pp_covariance_px2 else { return };
+    let outline: Vec<Pos2> =
+        ellipse_px(&snapshot.pp_px, covariance, 2.0).iter().map(|px| placed.pos(px)).collect();
+    for stroke in theme::strokes(2.0, theme::AMBER, 1.0) {
+        painter.add(Shape::closed_line(outline.clone(), stroke));
+    }
+    cross(painter, placed.pos(&snapshot.pp_px), 10.0, theme::AMBER);
+}
+
+fn cross(painter: &Painter, at: Pos2, arm: f32, color: Color32) {
+    for stroke in theme::strokes(1.5, color, 1.0) {
+        painter.line_segment([at - Vec2::new(arm, 0.0), at + Vec2::new(arm, 0.0)], stroke);
+        painter.line_segment([at - Vec2::new(0.0, arm), at + Vec2::new(0.0, arm)], stroke);
+    }
+}
+
+/// Countdown of the hold around the board.
+fn ring(painter: &Painter, placed: &Placed, snapshot: &Snapshot, progress: f32) {
+    let corners = snapshot.live.as_ref().and_then(|live| live.corners_px.as_ref().ok());
+    let Some(corners) = corners else { return };
+    let bounds = corners
+        .iter()
+        .fold(Rect::NOTHING, |bounds, px| bounds.union(Rect::from_pos(placed.pos(px))));
+    let (centre, radius) = (bounds.center(), 0.16 * placed.rect.height());
+    painter.circle_filled(centre, radius, Color32::from_black_alpha(70));
+    painter.circle_stroke(centre, radius, Stroke::new(10.0, theme::GREY.gamma_multiply(0.4)));
+    let turn = |share: f32| {
+        let angle = std::f32::consts::TAU * share - std::f32::consts::FRAC_PI_2;
+        centre + radius * Vec2::angled(angle)
+    };
+    let steps = (48.0 * progress).ceil().max(1.0) as usize;
+    let arc = (0..=steps).map(|i| turn(progress * i as f32 / steps as f32)).collect();
+    painter.add(Shape::line(arc, Stroke::new(10.0, theme::GREEN)));
+}
+
+/// The line as the lens shows it: straight lines of the ideal picture are bent in the real one.
+fn line_on_screen(placed: &Placed, snapshot: &Snapshot, line: &PrincipalLine) -> Vec<Pos2> {
+    let size = snapshot.setup.image_size;
+    let reach_px = f64::from(size.width_px) + f64::from(size.height_px);
+    let foot = line.origin_px + line.normal() * line.c_px;
+    (-40..=40)
+        .map(|i| foot + line.direction() * (reach_px * f64::from(i) / 60.0))
+        .filter_map(|px| through_lens(&snapshot.lens, &px))
+        .map(|px| placed.pos(&px))
+        .collect()
+}
+
+/// Where a pixel of the undistorted picture is in the real one. `None` far outside, where lens models turn
+/// back on themselves.
+fn through_lens(lens: &Camera, px: &Point2<f64>) -> Option<Point2<f64>> {
+    let ideal = Point2::from((px - lens.pp_px).component_div(&lens.f_px));
+    let seen = lens.px_from_ideal(&ideal);
+    let back = lens.undistort_px(&seen)?;
+    ((back - px).norm() < 1.0).then_some(seen)
+}
+
+/// Points on the ellipse of `sigmas` standard deviations.
+pub(in super::super) fn ellipse_px(
+    centre: &Point2<f64>,
+    covariance_px2: &Matrix2<f64>,
+    sigmas: f64,
+) -> Vec<Point2<f64>> {
+    let eigen = SymmetricEigen::new(*covariance_px2);
+    let axes = [0, 1]
+        .map(|i| eigen.eigenvectors.column(i) * (sigmas * eigen.eigenvalues[i].max(0.0).sqrt()));
+    (0..48)
+        .map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 48.0).sin_cos();
+            centre + axes[0] * cos + axes[1] * sin
+        })
+        .collect()
+}
+
+/// Words on the picture.
+pub(in super::super) fn shaded_text(
+    painter: &Painter,
+    at: Pos2,
+    align: Align2,
+    words: &str,
+    size: f32,
+) {
+    let galley = painter.layout_no_wrap(words.into(), FontId::proportional(size), Color32::WHITE);
+    let rect = align.anchor_size(at, galley.size());
+    painter.rect_filled(rect.expand2(Vec2::new(5.0, 2.0)), 3.0, theme::SHADE);
+    painter.galley(pos2(rect.min.x, rect.min.y), galley, Color32::WHITE);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ellipse_reaches_as_far_as_its_standard_deviations() {
+        let covariance = Matrix2::new(4.0, 0.0, 0.0, 9.0);
+        let points = ellipse_px(&Point2::new(10.0, 20.0), &covariance, 2.0);
+        let reach = |get: fn(&Point2<f64>) -> f64| {
+            points.iter().map(get).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)))
+        };
+        let (left, right) = reach(|p| p.x);
+        let (top, bottom) = reach(|p| p.y);
+        assert!((right - left - 8.0).abs() < 0.1, "{left} {right}");
+        assert!((bottom - top - 12.0).abs() < 0.1, "{top} {bottom}");
+    }
+
+    #[test]
+    fn what_is_old_is_faint() {
+        assert!((opacity(Some(0.05)) - 1.0).abs() < 1e-6);
+        assert!(opacity(Some(0.4)) < 0.7);
+        assert!((opacity(Some(5.0)) - 0.15).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,89 @@
+//! Eight directions around a circle, partners opposite each other.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+
+use egui::{Align2, Color32, FontId, Sense, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role};
+
+use super::super::{screen::Screen, theme};
+use crate::{
+    guidance::direction_difference_rad,
+    session::Snapshot,
+    text::window::{WHEEL, WHEEL_TIP, slot_state},
+};
+
+/// One dot of the wheel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Slot {
+    /// Its direction in the picture.
+    pub(super) slot_rad: f64,
+    /// Index of the newest view in it.
+    pub(super) view: Option<usize>,
+    /// Whether it is asked for.
+    pub(super) wanted: bool,
+}
+
+/// The eight slots, clockwise from the right.
+pub(super) fn slots(snapshot: &Snapshot) -> [Slot; 8] {
+    std::array::from_fn(|i| {
+        let slot_rad = FRAC_PI_4 * i as f64;
+        let here = |direction_rad: f64| {
+            direction_difference_rad(direction_rad, slot_rad).abs() <= FRAC_PI_4 / 2.0
+        };
+        Slot {
+            slot_rad,
+            view: snapshot.views.iter().rposition(|view| here(view.slot_rad)),
+            wanted: snapshot.target.as_ref().is_some_and(|target| here(target.slot_rad)),
+        }
+    })
+}
+
+/// Shows the wheel.
+pub(super) fn show(ui: &mut Ui, screen: &Screen) {
+    let Some(snapshot) = &screen.snapshot else { return };
+    let mirrored = screen.preferences.mirrored;
+    let side = (0.24 * ui.ctx().content_rect().height()).clamp(124.0, 190.0);
+    let (rect, response) =
+        ui.allocate_exact_size(Vec2::new(ui.available_width(), side), Sense::hover());
+    let painter = ui.painter_at(rect);
+    let (centre, radius) = (rect.center(), 0.5 * side - 18.0);
+    let towards = |direction_rad: f64| {
+        let across = if mirrored { PI - direction_rad } else { direction_rad };
+        Vec2::angled(across as f32)
+    };
+    let line = ui.visuals().weak_text_color();
+    painter.circle_stroke(centre, radius, Stroke::new(1.0, line.gamma_multiply(0.5)));
+    for pair in snapshot.pairs.iter() {
+        let ends = [pair.first, pair.second]
+            .map(|view| centre + radius * towards(snapshot.views[view].slot_rad));
+        let color = theme::direction(snapshot.views[pair.first].slot_rad);
+        painter.line_segment(ends, Stroke::new(3.0, color));
+    }
+    let slots = slots(snapshot);
+    for slot in slots {
+        let at = centre + radius * towards(slot.slot_rad);
+        match slot.view {
+            Some(view) => {
+                painter.circle_filled(at, 11.0, theme::direction(snapshot.views[view].slot_rad));
+                let number = (view + 1).to_string();
+                let font = FontId::proportional(12.0);
+                painter.text(at, Align2::CENTER_CENTER, number, font, Color32::BLACK);
+            }
+            None => {
+                painter.circle_filled(at, 9.0, ui.visuals().extreme_bg_color);
+                painter.circle_stroke(at, 9.0, Stroke::new(1.0, line));
+            }
+        }
+        if slot.wanted {
+            painter.circle_stroke(at, 14.0, Stroke::new(3.0, theme::AMBER));
+        }
+    }
+    if let Some(measured) = snapshot.live.as_ref().and_then(|live| live.measured.as_ref()) {
+        let tip = 0.72 * radius * towards(measured.slot_rad);
+        painter.arrow(centre, tip, Stroke::new(3.0, theme::LIVE));
+    }
+    let states = slots.map(|slot| slot_state(slot.slot_rad, slot.view, slot.wanted, mirrored));
+    response.widget_info(|| {
+        WidgetInfo::labeled(Role::Image, true, format!("{WHEEL}: {}", states.join("; ")))
+    });
+    response.on_hover_text(format!("{WHEEL_TIP}\n\n{}", states.join("\n")));
+}

@@ -1,0 +1,98 @@
+//! Keys and buttons for everything that can be done.
+
+use egui::{Button, Context, Key, Response, Ui};
+
+use crate::text::Act;
+
+/// What a panel asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ask {
+    /// One of the fixed things.
+    Act(Act),
+    /// Take back one view.
+    Remove(u32),
+    /// Start with these settings.
+    Open(Box<super::desk::Wish>),
+    /// Write the result in the format of this number.
+    Export(usize),
+    /// Show this file.
+    Show(std::path::PathBuf),
+}
+
+/// The key of `act`.
+fn key(act: Act) -> Key {
+    match act {
+        Act::Force => Key::Space,
+        Act::Undo => Key::U,
+        Act::Restore => Key::R,
+        Act::Pause => Key::P,
+        Act::Finish => Key::E,
+        Act::GoOn => Key::G,
+        Act::New => Key::N,
+        Act::Mirror => Key::M,
+        Act::Tone => Key::T,
+        Act::Speech => Key::S,
+        Act::Panels => Key::H,
+        Act::FullScreen => Key::F11,
+        Act::Theme => Key::L,
+        Act::Help => Key::F12,
+        Act::GuidePage => Key::F1,
+        Act::ResultPage => Key::F2,
+        Act::ExplorePage => Key::F3,
+        Act::SettingsPage => Key::F4,
+    }
+}
+
+/// What the keys pressed since the last pass ask for. Letters belong to a text field that has the focus, and
+/// Space to a control that has it.
+pub(super) fn pressed(ctx: &Context) -> Vec<Act> {
+    let writing = ctx.egui_wants_keyboard_input();
+    let focused = ctx.memory(|memory| memory.focused().is_some());
+    ctx.input(|input| {
+        let pressed = |act: &Act| {
+            let free = match act {
+                Act::Force => !focused,
+                _ => !writing || act.words().key.starts_with('F'),
+            };
+            free && input.modifiers.is_none() && input.key_pressed(key(*act))
+        };
+        Act::ALL.iter().copied().filter(pressed).collect()
+    })
+}
+
+/// A button for `act`, with its tooltip and key.
+pub(super) fn button(ui: &mut Ui, act: Act, asks: &mut Vec<Ask>) -> Response {
+    let words = act.words();
+    let response = with_tip(ui.button(words.label), act);
+    if response.clicked() {
+        asks.push(Ask::Act(act));
+    }
+    response
+}
+
+/// A button that stays pressed while `on`.
+pub(super) fn toggle(ui: &mut Ui, act: Act, on: bool, asks: &mut Vec<Ask>) -> Response {
+    let response = with_tip(ui.add(Button::selectable(on, act.words().label)), act);
+    if response.clicked() {
+        asks.push(Ask::Act(act));
+    }
+    response
+}
+
+fn with_tip(response: Response, act: Act) -> Response {
+    let words = act.words();
+    response.on_hover_text(format!("{} ({})", words.tip, words.key))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_act_has_a_key_of_its_own_that_bears_its_name() {
+        for (i, act) in Act::ALL.iter().enumerate() {
+            assert_eq!(key(*act).name(), act.words().key);
+            assert!(Act::ALL[..i].iter().all(|other| key(*other) != key(*act)), "{act:?}");
+        }
+    }
+}

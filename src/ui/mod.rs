@@ -1,0 +1,44 @@
+//! The window: guidance by picture, words and sound, and the result.
+//!
+//! Panels see a [`Screen`] only: the newest [`crate::session::Snapshot`], the newest picture and how the
+//! person wants to see them. What they want done they put into a list of [`Ask`]s; [`App`] does it. The
+//! window never waits: pictures and snapshots are latest-wins, commands go out when there is room, and a
+//! session is ended and stored beside it.
+//!
+//! | file | is |
+//! |---|---|
+//! | `run` | the window system: opens, or says why not |
+//! | `app` | pages, keys, the session behind them |
+//! | `desk` | what the window asks of the program around it |
+//! | `stage` | a session from its start to its stored result |
+//! | `screen`, `picture`, `theme` | what panels see, and in which colours |
+//! | `keys`, `sound` | what can be done by hand; what is heard |
+//! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, accepted views |
+//! | `result` | verdict, findings, numbers, exports |
+//! | `explore` | the paper's effect to play with |
+//! | `replay` | a recording, decision by decision |
+//! | `settings` | the next session, and how the window looks and sounds |
+//! | `trouble` | a session that could not be started |
+
+mod app;
+pub mod desk;
+pub mod explore;
+pub mod guide;
+mod keys;
+mod picture;
+pub mod replay;
+pub mod result;
+mod run;
+mod screen;
+pub mod settings;
+mod sound;
+mod stage;
+mod theme;
+pub mod trouble;
+
+pub use app::{App, Page};
+pub use keys::Ask;
+pub use picture::{Picture, Placed};
+pub use run::{NoWindow, SMALLEST, run, run_replay};
+pub use screen::{Preferences, Screen};
+pub use theme::apply as apply_theme;

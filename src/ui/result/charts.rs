@@ -1,0 +1,225 @@
+//! Charts of what the result rests on.
+
+use egui::{
+    Align2, Button, Color32, Mesh, Painter, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2,
+    WidgetInfo, accesskit::Role, pos2, vec2,
+};
+use nalgebra::{Point2, Point3};
+
+use super::super::{
+    guide::overlay::{ellipse_px, shaded_text},
+    picture::Placed,
+    screen::Screen,
+    theme,
+};
+use crate::{
+    calibration::{Calibration, skip::consecutive},
+    frame::ImageSize,
+    geometry::{GRID_COLUMNS, GRID_ROWS, PrincipalLine, intersect_unweighted},
+    session::Snapshot,
+    text::charts::{self as words, Chart},
+};
+
+/// Shows the choice of charts and the chosen one.
+pub(super) fn show(ui: &mut Ui, screen: &Screen, chart: &mut Chart) {
+    ui.horizontal_wrapped(|ui| {
+        for other in Chart::ALL {
+            let button = Button::selectable(*chart == other, other.name());
+            if ui.add(button).on_hover_text(other.tip()).clicked() {
+                *chart = other;
+            }
+        }
+    });
+    let Some(snapshot) = &screen.snapshot else { return };
+    let Some(calibration) = snapshot.calibration.as_deref() else { return };
+    let area = ui.available_rect_before_wrap();
+    let response = ui.allocate_rect(area, Sense::hover());
+    let placed = Placed::within(area.shrink2(vec2(4.0, 26.0)), calibration.image_size, false);
+    let painter = ui.painter_at(placed.rect);
+    painter.rect_filled(placed.rect, 0.0, Color32::from_gray(28));
+    let note = match chart {
+        Chart::Uncertainty => uncertainty(&painter, &placed, calibration),
+        Chart::Residuals => residuals(&painter, &placed, snapshot, calibration),
+        Chart::Lines => lines(&painter, &placed, snapshot, calibration),
+        Chart::Skipped => skipped(&painter, &placed, snapshot, calibration),
+        Chart::Undistorted => undistorted(&painter, &placed, screen, calibration),
+    };
+    let at = area.left_bottom() + vec2(8.0, -4.0);
+    shaded_text(ui.painter(), at, Align2::LEFT_BOTTOM, &note, 14.0);
+    let described = format!("{}: {note}", chart.name());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &described));
+    response.on_hover_text(RichText::new(chart.tip()));
+}
+
+/// Cells of the picture by the standard deviation of projection there.
+fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) -> String {
+    let sd = &calibration.projection_sd;
+    let cell =
+        vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
+    for place in &sd.grid {
+        let share = (place.sd_px / sd.max_px.max(1e-12)) as f32;
+        // Dark where it is known well; the numbers are in the line below.
+        let color = Color32::from_gray(30).lerp_to_gamma(theme::AMBER, share.sqrt());
+        let rect = Rect::from_center_size(placed.pos(&place.px), cell);
+        painter.rect_filled(rect.shrink(0.5), 0.0, color);
+        let number = if place.sd_px < 0.095 {
+            format!("{:.3}", place.sd_px)
+        } else {
+            format!("{:.2}", place.sd_px)
+        };
+        let font = egui::FontId::proportional((0.28 * cell.y).clamp(8.0, 14.0));
+        let ink = if share > 0.35 { Color32::BLACK } else { Color32::WHITE };
+        painter.text(rect.center(), Align2::CENTER_CENTER, number, font, ink);
+    }
+    words::uncertainty_scale(sd.mean_px, sd.max_px)
+}
+
+/// From where each corner should be to where it was seen.
+fn residuals(
+    painter: &Painter,
+    placed: &Placed,
+    snapshot: &Snapshot,
+    calibration: &Calibration,
+) -> String {
+    let corners = snapshot.setup.board.corners_in_board_m();
+    let wide_px = f64::from(calibration.image_size.width_px);
+    // A typical residual becomes an arrow of a hundredth of the picture's width.
+    let times = (0.01 * wide_px / calibration.rms_px.max(1e-6)).clamp(1.0, 1e5);
+    for (view, fitted) in snapshot.views.iter().zip(&calibration.views) {
+        let color = theme::direction(view.slot_rad);
+        for (corner, seen) in corners.iter().zip(view.corners_px.iter()) {
+            let in_cam = fitted.cam_from_board * Point3::new(corner.x, corner.y, 0.0);
+            let Some(expected) = calibration.camera.project(&in_cam) else { continue };
+            let from = placed.pos(&expected);
+            let to = placed.pos(&(expected + (seen - expected) * times));
+            painter.line_segment([from, to], Stroke::new(1.2, color));
+            painter.circle_filled(from, 1.5, color);
+        }
+    }
+    words::residual_scale(times, calibration.rms_px)
+}
+
+/// A window of `width_px` around the principal point, as large as the area allows.
+fn around(placed: &Placed, pp: &Point2<f64>, width_px: f64) -> Placed {
+    // A picture so large that the wanted part of it fills the area, moved so that the point is in the middle.
+    let scale = f64::from(placed.rect.width()) / width_px;
+    let size = ImageSize { width_px: 1, height_px: 1 };
+    let side = scale as f32;
+    let min =
+        placed.rect.center() - vec2(((pp.x + 0.5) * scale) as f32, ((pp.y + 0.5) * scale) as f32);
+    Placed::within(Rect::from_min_size(min, Vec2::splat(side)), size, false)
+}
+
+/// The lines without distortion, and the principal point with its ellipse.
+fn lines(
+    painter: &Painter,
+    placed: &Placed,
+    snapshot: &Snapshot,
+    calibration: &Calibration,
+) -> String {
+    let pp = calibration.camera.pp_px;
+    let covariance = calibration.pp_covariance_px2();
+    let farthest = snapshot.views.iter().map(|v| v.pl_residual_px.abs()).fold(0.0, f64::max);
+    let sd_px = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt();
+    let width_px = (6.0 * farthest.max(sd_px)).max(1e-3);
+    let near = around(placed, &pp, width_px);
+    for view in snapshot.views.iter() {
+        let foot = view.line.origin_px + view.line.normal() * view.line.c_px;
+        let along = view.line.direction();
+        let middle = foot + along * along.dot(&(pp - foot));
+        let ends = [middle - along * width_px, middle + along * width_px];
+        let color = theme::direction(view.slot_rad);
+        painter.line_segment(ends.map(|px| near.pos(&px)), Stroke::new(2.0, color));
+    }
+    let outline = ellipse_px(&pp, &covariance, 2.0).iter().map(|px| near.pos(px)).collect();
+    painter.add(Shape::closed_line(outline, Stroke::new(2.0, theme::AMBER)));
+    painter.circle_filled(near.pos(&pp), 4.0, theme::AMBER);
+    words::width(width_px)
+}
+
+/// Where the lines meet with one, two or three neighbours in direction left out.
+fn skipped(
+    painter: &Painter,
+    placed: &Placed,
+    snapshot: &Snapshot,
+    calibration: &Calibration,
+) -> String {
+    let mut by_direction: Vec<&PrincipalLine> = snapshot.views.iter().map(|v| &v.line).collect();
+    by_direction.sort_by(|a, b| a.slot_rad.total_cmp(&b.slot_rad));
+    let pp = calibration.camera.pp_px;
+    let clouds = [1, 2, 3].map(|left_out| -> Vec<Point2<f64>> {
+        if by_direction.len() < left_out + 3 {
+            return Vec::new();
+        }
+        consecutive(by_direction.len(), left_out)
+            .iter()
+            .filter_map(|kept| {
+                let lines: Vec<PrincipalLine> =
+                    kept.iter().map(|i| by_direction[*i].clone()).collect();
+                intersect_unweighted(&lines).ok().map(|point| point.px)
+            })
+            .collect()
+    });
+    let farthest = clouds.iter().flatten().map(|px| (px - pp).norm()).fold(0.0, f64::max);
+    if farthest == 0.0 {
+        return words::TOO_FEW.into();
+    }
+    let width_px = 3.0 * farthest;
+    let near = around(placed, &pp, width_px);
+    let covariance = calibration.pp_covariance_px2();
+    let outline = ellipse_px(&pp, &covariance, 2.0).iter().map(|px| near.pos(px)).collect();
+    painter.add(Shape::closed_line(outline, Stroke::new(2.0, theme::AMBER)));
+    painter.circle_filled(near.pos(&pp), 4.0, theme::AMBER);
+    let colors = [theme::LIVE, theme::GREEN, theme::RED];
+    for (cloud, color) in clouds.iter().zip(colors) {
+        for px in cloud {
+            painter.circle_filled(near.pos(px), 4.0, color);
+        }
+    }
+    words::skipped_scale(width_px, clouds.map(|cloud| cloud.len()))
+}
+
+/// The newest picture through the lens model's inverse, drawn as a grid of pieces.
+fn undistorted(
+    painter: &Painter,
+    placed: &Placed,
+    screen: &Screen,
+    calibration: &Calibration,
+) -> String {
+    let Some(texture) = screen.picture.texture() else { return words::NO_PICTURE.into() };
+    const ACROSS: u32 = 48;
+    const DOWN: u32 = 30;
+    let ImageSize { width_px, height_px } = calibration.image_size;
+    let camera = &calibration.camera;
+    let mut mesh = Mesh::with_texture(texture.id());
+    for row in 0..=DOWN {
+        for column in 0..=ACROSS {
+            let share = |i: u32, n: u32, size: u32| f64::from(i) / f64::from(n) * f64::from(size);
+            let px = Point2::new(
+                share(column, ACROSS, width_px) - 0.5,
+                share(row, DOWN, height_px) - 0.5,
+            );
+            let ideal = Point2::from((px - camera.pp_px).component_div(&camera.f_px));
+            let seen = camera.px_from_ideal(&ideal);
+            let uv = pos2(
+                ((seen.x + 0.5) / f64::from(width_px)) as f32,
+                ((seen.y + 0.5) / f64::from(height_px)) as f32,
+            );
+            mesh.vertices.push(egui::epaint::Vertex {
+                pos: placed.pos(&px),
+                uv,
+                color: Color32::WHITE,
+            });
+        }
+    }
+    for row in 0..DOWN {
+        for column in 0..ACROSS {
+            let corner = row * (ACROSS + 1) + column;
+            let below = corner + ACROSS + 1;
+            mesh.add_triangle(corner, corner + 1, below);
+            mesh.add_triangle(corner + 1, below + 1, below);
+        }
+    }
+    painter.add(Shape::mesh(mesh));
+    calibration.model.code().into()
+}

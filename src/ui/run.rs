@@ -1,0 +1,113 @@
+//! Opens the window, or says why there is none.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use egui::{Vec2, ViewportBuilder};
+
+use super::{
+    app::App,
+    desk::Desk,
+    replay::{self, Replayed},
+};
+use crate::text::window as words;
+
+/// Smallest window in which nothing is cut off.
+pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
+
+/// Why there is no window.
+#[derive(Debug, thiserror::Error)]
+pub enum NoWindow {
+    /// Neither X11 nor Wayland is there.
+    #[error("there is no display to open a window on")]
+    NoDisplay,
+    /// A library is missing, or the display refuses.
+    #[error("the window could not be opened: {reason}")]
+    Refused {
+        /// What the system said.
+        reason: String,
+    },
+}
+
+/// Runs the window until it is closed.
+///
+/// # Errors
+///
+/// [`NoWindow`]; no session has been started then.
+pub fn run(desk: Box<dyn Desk>) -> Result<(), NoWindow> {
+    open(|ctx| Box::new(App::new(ctx, desk)))
+}
+
+/// Shows a recording until the window is closed.
+///
+/// # Errors
+///
+/// [`NoWindow`].
+pub fn run_replay(replayed: Replayed) -> Result<(), NoWindow> {
+    open(|ctx| {
+        super::theme::apply(ctx);
+        Box::new(ReplayWindow(replayed))
+    })
+}
+
+struct ReplayWindow(Replayed);
+
+impl eframe::App for ReplayWindow {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        replay::show(ui, &mut self.0);
+    }
+}
+
+fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
+    let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name)) {
+        return Err(NoWindow::NoDisplay);
+    }
+    let options = eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title(words::TITLE)
+            .with_app_id(words::TITLE)
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size(SMALLEST),
+        renderer: eframe::Renderer::Glow,
+        ..eframe::NativeOptions::default()
+    };
+    // A missing library makes the window system's client panic; until the window is there, that is only
+    // a reason to be told.
+    let before = Arc::new(Mutex::new(Some(take_hook())));
+    set_hook(Box::new(|_| ()));
+    let restore = {
+        let before = Arc::clone(&before);
+        move || {
+            if let Some(hook) = before.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                set_hook(hook);
+            }
+        }
+    };
+    let opened = restore.clone();
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        eframe::run_native(
+            words::TITLE,
+            options,
+            Box::new(move |creation| {
+                opened();
+                Ok(app(&creation.egui_ctx))
+            }),
+        )
+    }));
+    let was_open = before.lock().unwrap_or_else(PoisonError::into_inner).is_none();
+    restore();
+    match outcome {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(err)) => Err(NoWindow::Refused { reason: err.to_string() }),
+        Err(payload) if was_open => std::panic::resume_unwind(payload),
+        Err(payload) => {
+            let reason = payload
+                .downcast_ref::<&str>()
+                .map(ToString::to_string)
+                .or_else(|| payload.downcast_ref::<String>().cloned())
+                .unwrap_or_default();
+            Err(NoWindow::Refused { reason })
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! What the panels see: the newest snapshot and picture, and how the person wants to see them.
+
+use std::collections::BTreeMap;
+
+use egui::{ColorImage, Context, TextureHandle, TextureOptions};
+use image::GrayImage;
+
+use super::picture::Picture;
+use crate::session::Snapshot;
+
+/// Width of a thumbnail's texture.
+const THUMBNAIL_PX: u32 = 192;
+
+/// How the person wants to see and hear it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Preferences {
+    /// Like a mirror, with left and right of the person in front of the camera.
+    pub mirrored: bool,
+    /// A tone for each view taken.
+    pub tone: bool,
+    /// The sentence spoken.
+    pub speech: bool,
+    /// Numbers beside the picture.
+    pub panels: bool,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self { mirrored: false, tone: true, speech: false, panels: true }
+    }
+}
+
+/// Everything that the panels may see.
+#[derive(Default)]
+pub struct Screen {
+    /// The newest state of the session.
+    pub snapshot: Option<Snapshot>,
+    /// The newest picture.
+    pub picture: Picture,
+    /// Small pictures of the accepted views, by their numbers.
+    pub thumbnails: BTreeMap<u32, TextureHandle>,
+    /// What the source calls itself.
+    pub source: String,
+    /// Where the session is stored.
+    pub folder: Option<std::path::PathBuf>,
+    /// Frames that newer ones replaced before they were looked at.
+    pub frames_replaced: u64,
+    /// When the last view was taken, by the window's clock.
+    pub taken_secs: Option<f64>,
+    /// The window's clock.
+    pub now_secs: f64,
+    /// See [`Preferences`].
+    pub preferences: Preferences,
+}
+
+impl Screen {
+    /// How much older the drawing is than the picture below it.
+    pub fn overlay_age_secs(&self) -> Option<f64> {
+        let live = self.snapshot.as_ref()?.live.as_ref()?;
+        Some(self.picture.captured_at?.secs_since(live.captured_at).max(0.0))
+    }
+
+    /// Keeps a small copy of the picture of view `id`.
+    pub fn add_thumbnail(&mut self, ctx: &Context, id: u32, image: &GrayImage) {
+        let height = THUMBNAIL_PX * image.height().max(1) / image.width().max(1);
+        let small = image::imageops::thumbnail(image, THUMBNAIL_PX, height.max(1));
+        let size = [small.width() as usize, small.height() as usize];
+        let pixels = ColorImage::from_gray(size, small.as_raw());
+        let texture = ctx.load_texture(format!("view {id}"), pixels, TextureOptions::LINEAR);
+        self.thumbnails.insert(id, texture);
+    }
+
+    /// How long ago the last view was taken.
+    pub fn since_taken_secs(&self) -> Option<f64> {
+        self.taken_secs.map(|taken| self.now_secs - taken)
+    }
+}

@@ -1,0 +1,295 @@
+//! How long the window takes: pictures of 1920×1080 at 30 fps, the detector running, in a real window.
+//!
+//! `cargo bench --bench window` needs a display (Xvfb will do). Prints the time between two paintings, the
+//! time from a picture's arrival to the snapshot with its sentence and to the painting that shows it, and
+//! how the program's memory grows. `BORESIGHT_SECS` sets how long it runs.
+
+#![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex},
+    time::{Duration, Instant},
+};
+
+use boresight::{
+    capture::{
+        Arrival, CaptureError, FrameSource, SourceIdentity,
+        synthetic::{NoCues, Scene, SyntheticSource},
+    },
+    config::Config,
+    frame::{CaptureTime, Frame, FrameId, ImageSize},
+    geometry::Camera,
+    guidance::Plan,
+    pipeline::{Judged, Pipeline, Setup},
+    session::Session,
+    ui::{
+        App,
+        desk::{Desk, Ended, Opened, Trouble, Wake, Wish},
+    },
+};
+use eframe::egui;
+use nalgebra::{Point2, Vector2};
+
+const SIZE: ImageSize = ImageSize { width_px: 1920, height_px: 1080 };
+const INTERVAL: Duration = Duration::from_nanos(33_333_333);
+/// Pictures drawn before the clock starts; played again and again.
+const PICTURES: u64 = 45;
+
+/// When each picture came, and how long until its snapshot.
+#[derive(Default)]
+struct Times {
+    came: BTreeMap<u64, Instant>,
+    to_snapshot: Vec<Duration>,
+}
+
+/// Plays drawn pictures like a live camera.
+struct Camera30 {
+    pictures: Vec<Arc<Frame>>,
+    next: u64,
+    started: Option<Instant>,
+    times: Arc<Mutex<Times>>,
+}
+
+impl FrameSource for Camera30 {
+    fn identity(&self) -> SourceIdentity {
+        SourceIdentity { name: "1920x1080 at 30 fps".into(), image_size: Some(SIZE) }
+    }
+
+    fn waits(&self) -> bool {
+        false
+    }
+
+    fn next_frame(&mut self, _patience: Duration) -> Result<Arrival, CaptureError> {
+        let started = *self.started.get_or_insert_with(Instant::now);
+        let due = started + INTERVAL * u32::try_from(self.next).expect("a short run");
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        // There and back, so that the board does not jump.
+        let swing = self.next % (2 * PICTURES - 2);
+        let index = swing.min(2 * PICTURES - 2 - swing);
+        let image = self.pictures[index as usize].image.clone();
+        let template = &self.pictures[0];
+        let captured_at = CaptureTime { nanos: (INTERVAL.as_nanos() as u64) * (self.next + 1) };
+        let (kind, name) = (template.kind, String::new());
+        let frame = Frame { id: FrameId(self.next), captured_at, kind, name, image };
+        self.times.lock().expect("whole").came.insert(self.next, Instant::now());
+        self.next += 1;
+        Ok(Arrival::Frame(Arc::new(frame)))
+    }
+}
+
+fn pictures() -> Vec<Arc<Frame>> {
+    let mut scene = Scene::default_720p(1);
+    scene.image_size = SIZE;
+    scene.camera = Camera {
+        f_px: Vector2::new(1470.0, 1470.0),
+        pp_px: Point2::new(980.0, 522.0),
+        ..scene.camera
+    };
+    let mut source = SyntheticSource::new(scene, Box::new(NoCues), Some(PICTURES), 0);
+    (0..PICTURES)
+        .map(|_| match source.next_frame(Duration::from_secs(1)).expect("drawn") {
+            Arrival::Frame(frame) => frame,
+            other => unreachable!("{other:?}"),
+        })
+        .collect()
+}
+
+struct Bench {
+    pictures: Vec<Arc<Frame>>,
+    times: Arc<Mutex<Times>>,
+}
+
+impl Desk for Bench {
+    fn first_wish(&self) -> Wish {
+        Wish {
+            source: String::new(),
+            mode: "auto".into(),
+            board: [9, 6],
+            square_m: 0.025,
+            plan: Plan::Adaptive,
+            go_on_with: None,
+            first: None,
+        }
+    }
+
+    fn open(&mut self, _wish: &Wish, wake: Wake) -> Result<Opened, Trouble> {
+        let config = Config::load(None, &[]).expect("valid");
+        let (pictures, times) = (self.pictures.clone(), Arc::clone(&self.times));
+        let source = Camera30 { pictures, next: 0, started: None, times: Arc::clone(&times) };
+        let setup = Setup {
+            source: Box::new(source),
+            session: Session::new(config.session(SIZE).expect("valid")),
+            folder: None,
+            lossless: false,
+            record_stream: false,
+            first_frame: 0,
+            judged: Box::new(move |judged: Judged<'_>| {
+                let mut times = times.lock().expect("whole");
+                if let Some(came) = times.came.get(&judged.source_frame.0) {
+                    let took = came.elapsed();
+                    times.to_snapshot.push(took);
+                }
+            }),
+        };
+        let (pipeline, showing) = Pipeline::start_shown(setup, move || wake()).expect("threads");
+        let conclude =
+            Box::new(|_| Ended { folder: PathBuf::new(), files: Vec::new(), trouble: None });
+        Ok(Opened {
+            pipeline,
+            showing,
+            source: "bench".into(),
+            folder: PathBuf::new(),
+            pictures: Vec::new(),
+            note: None,
+            conclude,
+        })
+    }
+
+    fn sources(&mut self) -> Vec<(String, String)> {
+        Vec::new()
+    }
+
+    fn formats(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    fn export(&mut self, _folder: &Path, _format: usize) -> Result<PathBuf, Trouble> {
+        Err(Trouble { what: "nothing to export".into(), action: None })
+    }
+
+    fn show(&mut self, _file: &Path) -> Result<(), Trouble> {
+        Ok(())
+    }
+
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
+/// The window with a stopwatch.
+struct Watched {
+    app: App,
+    started: Instant,
+    last: Option<Instant>,
+    shown: Option<u64>,
+    between: Vec<Duration>,
+    inside: Vec<Duration>,
+    to_paint: Vec<Duration>,
+    kib: Vec<u64>,
+    times: Arc<Mutex<Times>>,
+    length: Duration,
+}
+
+/// The first seconds are spent on fonts, shaders and caches.
+const WARM: Duration = Duration::from_secs(3);
+
+impl eframe::App for Watched {
+    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.app.look(ctx);
+        if self.started.elapsed() > self.length {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        let secs = self.started.elapsed().as_secs();
+        while (self.kib.len() as u64) < secs {
+            self.kib.push(resident_kib());
+        }
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let now = Instant::now();
+        let is_warm = self.started.elapsed() > WARM;
+        if let Some(last) = self.last.replace(now).filter(|_| is_warm) {
+            self.between.push(now - last);
+        }
+        let live = self.app.screen().snapshot.as_ref().and_then(|s| s.live.as_ref());
+        let newest = live.map(|live| live.frame_id.0);
+        let fill = ui.visuals().panel_fill;
+        let frame = egui::Frame::new().fill(fill);
+        egui::CentralPanel::no_frame().frame(frame).show(ui, |ui| self.app.paint(ui));
+        if is_warm {
+            self.inside.push(now.elapsed());
+        }
+        if newest != self.shown {
+            self.shown = newest;
+            let times = self.times.lock().expect("whole");
+            let came = newest.and_then(|frame| times.came.get(&frame));
+            self.to_paint.extend(came.filter(|_| is_warm).map(Instant::elapsed));
+        }
+        // As often as it can.
+        ui.ctx().request_repaint();
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.app.close();
+        let told = |what: &str, times: &mut Vec<Duration>| {
+            times.sort_unstable();
+            let at = |share: f64| {
+                let index = ((times.len() - 1) as f64 * share) as usize;
+                times[index].as_secs_f64() * 1e3
+            };
+            println!(
+                "{what:44} p50 {:6.1} ms  p95 {:6.1} ms  max {:6.1} ms  ({} times)",
+                at(0.5),
+                at(0.95),
+                at(1.0),
+                times.len()
+            );
+        };
+        told("from painting to painting", &mut self.between);
+        told("of that, laying out the page", &mut self.inside);
+        let mut times = self.times.lock().expect("whole");
+        told("picture to snapshot with its sentence", &mut times.to_snapshot);
+        told("picture to page with its sentence", &mut self.to_paint);
+        println!("pictures that came {}, looked at {}", times.came.len(), times.to_snapshot.len());
+        if let (Some(early), Some(late)) = (self.kib.get(9), self.kib.last()) {
+            let grown = *late as f64 - *early as f64;
+            println!(
+                "memory after 10 s {early} KiB, at the end {late} KiB: {:+.1} MiB",
+                grown / 1024.0
+            );
+        }
+    }
+}
+
+/// What the program holds in memory; 0 where the system does not say.
+fn resident_kib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    line.and_then(|line| line.trim().split(' ').next()?.parse().ok()).unwrap_or(0)
+}
+
+fn main() {
+    let secs =
+        std::env::var("BORESIGHT_SECS").ok().and_then(|secs| secs.parse().ok()).unwrap_or(20);
+    let times = Arc::new(Mutex::new(Times::default()));
+    let bench = Bench { pictures: pictures(), times: Arc::clone(&times) };
+    let mut options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default().with_inner_size([1280.0, 800.0]),
+        renderer: eframe::Renderer::Glow,
+        ..eframe::NativeOptions::default()
+    };
+    options.glow_options.vsync = false;
+    let outcome = eframe::run_native(
+        "boresight",
+        options,
+        Box::new(move |creation| {
+            Ok(Box::new(Watched {
+                app: App::new(&creation.egui_ctx, Box::new(bench)),
+                started: Instant::now(),
+                last: None,
+                shown: None,
+                between: Vec::new(),
+                inside: Vec::new(),
+                to_paint: Vec::new(),
+                kib: Vec::new(),
+                times,
+                length: Duration::from_secs(secs),
+            }))
+        }),
+    );
+    if let Err(err) = outcome {
+        println!("no window to measure: {err}");
+    }
+}

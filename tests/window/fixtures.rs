@@ -1,0 +1,179 @@
+//! Moments of a session, as a window sees them.
+
+use std::sync::Arc;
+
+use boresight::{
+    calibration::{Calibration, Finding, FindingCode, Severity, Verdict},
+    detection::{Miss, Side},
+    device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, PixelLayout},
+    frame::CaptureTime,
+    guidance::{Advice, Purpose, Refusal},
+    session::{Command, Input, Outcome, Session, Snapshot},
+    text,
+};
+
+use crate::world::{SIZE, guided, setup};
+
+/// A moment, and the sentence that must be read.
+pub(crate) struct Moment {
+    pub(crate) name: String,
+    pub(crate) snapshot: Snapshot,
+    pub(crate) sentence: String,
+    /// Whether a view was taken just now.
+    pub(crate) taken: bool,
+}
+
+/// Every kind of moment there is.
+pub(crate) fn moments() -> Vec<Moment> {
+    let mut moments = Vec::new();
+    let mut add = |name: &str, snapshot: &Snapshot, sentence: &str| {
+        moments.push(Moment {
+            name: name.into(),
+            snapshot: snapshot.clone(),
+            sentence: sentence.into(),
+            taken: name == "accepted",
+        });
+    };
+    let story = story();
+    add("fresh", &fresh(), "Show the whole board");
+    add("searching", &missed(Miss::NoBoard), "Show the whole board");
+    let cut = Miss::PartialBoard { found: 40, wanted: 54, cut_off_by: Some(Side::Left) };
+    let words = "The left edge of the picture cuts the board off: 40 of 54 corners";
+    add("cut off", &missed(cut), words);
+    let first = |is: &dyn Fn(&Snapshot) -> bool| {
+        story.iter().find(|snapshot| is(snapshot)).expect("a session has this moment")
+    };
+    let holding =
+        first(&|s| matches!(s.decision.advice, Advice::Holding { progress } if progress > 0.4));
+    let Advice::Holding { progress } = holding.decision.advice else { unreachable!() };
+    add("holding", holding, &format!("Hold still: {:.0} %", 100.0 * progress));
+    let accepted = first(&|s| matches!(s.decision.outcome, Outcome::Accepted { .. }));
+    let of = 1 + accepted.views_to_go.expect("not done after one view");
+    add("accepted", accepted, &format!("Taken: 1 of {of}"));
+    let partner = first(&|s| {
+        matches!(s.target.as_ref().map(|t| t.purpose), Some(Purpose::Partner { .. }))
+            && matches!(s.decision.advice, Advice::TipTowards { .. } | Advice::Holding { .. })
+    });
+    add("partner wanted", partner, &text::advice(&partner.decision.advice, None));
+    let done = story.last().expect("a session has an end");
+    add("done good", done, "The plan is complete");
+    add("done untrustworthy", &untrustworthy(done), "The plan is complete");
+    let middle = first(&|s| s.views.len() == 2 && s.live.is_some());
+    for refusal in refusals() {
+        let mut snapshot = middle.clone();
+        snapshot.decision.outcome = Outcome::Refused { refusal };
+        snapshot.decision.advice = Advice::Mend { refusal };
+        add(&format!("refused: {refusal:?}"), &snapshot, &text::refusal(&refusal));
+    }
+    let lost = CameraEvent::Lost { fault: Fault::Unplugged, detail: String::new() };
+    add("camera lost", &after(vec![started(), lost]), "The camera is unplugged");
+    let change = ControlChange {
+        control: Control::Focus,
+        from: 30,
+        to: 45,
+        good_until: CaptureTime { nanos: 0 },
+    };
+    add(
+        "focus moved",
+        &after(vec![started(), locked(), CameraEvent::ControlChanged(change)]),
+        "Focus moved from 30 to 45: nothing is taken until it is back",
+    );
+    let mut paused = middle.clone();
+    paused.paused = true;
+    add("paused", &paused, "Paused");
+    let mut failed = middle.clone();
+    failed.failures = vec![("detector".into(), "out of memory".into())];
+    add("worker failed", &failed, "The session has stopped");
+    moments
+}
+
+/// The snapshot after every input of a guided session.
+pub(crate) fn story() -> Vec<Snapshot> {
+    let mut inputs = Vec::new();
+    let (world, ..) = guided(3, |input, _| inputs.push(input.clone()));
+    let mut session = Session::new(setup(world.board));
+    inputs
+        .iter()
+        .map(|input| {
+            let decision = session.handle(input);
+            session.snapshot(decision)
+        })
+        .collect()
+}
+
+fn session() -> Session {
+    let world = crate::world::World::new(1);
+    Session::new(setup(world.board))
+}
+
+fn fresh() -> Snapshot {
+    let mut session = session();
+    let decision = session.handle(&Input::Command(Command::Resume));
+    session.snapshot(decision)
+}
+
+fn missed(miss: Miss) -> Snapshot {
+    let mut session = session();
+    let observation = boresight::session::Observation {
+        frame_id: boresight::frame::FrameId(1),
+        captured_at: CaptureTime { nanos: 33_000_000 },
+        kind: boresight::frame::FrameKind::Video,
+        name: String::new(),
+        image_size: SIZE,
+        seen: Err(miss),
+    };
+    let decision = session.handle(&Input::Observed(observation));
+    session.snapshot(decision)
+}
+
+fn after(events: Vec<CameraEvent>) -> Snapshot {
+    let mut session = session();
+    let mut last = None;
+    for event in events {
+        last = Some(session.handle(&Input::Camera(event)));
+    }
+    session.snapshot(last.expect("an event"))
+}
+
+fn started() -> CameraEvent {
+    let mode = Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) };
+    CameraEvent::Started { mode }
+}
+
+fn locked() -> CameraEvent {
+    let locks = Locks {
+        focus: Lock::Locked { value: 30 },
+        exposure: Lock::Locked { value: 156 },
+        ..Locks::default()
+    };
+    CameraEvent::Locked { locks }
+}
+
+fn untrustworthy(done: &Snapshot) -> Snapshot {
+    let calibration: &Calibration = done.calibration.as_ref().expect("calibrated");
+    let moved = FindingCode::FocusMoved { gain: 80.0, relative_sd: 0.031 };
+    let findings = vec![Finding { code: moved, severity: Severity::Bad }];
+    let calibration =
+        Calibration { findings, verdict: Verdict::Untrustworthy, ..calibration.clone() };
+    Snapshot { calibration: Some(Arc::new(calibration)), ..done.clone() }
+}
+
+/// One of every kind.
+fn refusals() -> Vec<Refusal> {
+    vec![
+        Refusal::NoLine,
+        Refusal::TooFlat { tilt_rad: 0.4, wanted_rad: 0.52 },
+        Refusal::TooSteep { tilt_rad: 1.1, wanted_rad: 0.96 },
+        Refusal::Unclear { sigma_rad: 0.05, wanted_rad: 0.035 },
+        Refusal::TooFar { fill: 0.38, wanted: 0.5 },
+        Refusal::AtTheEdge { margin_px: 2.0, wanted_px: 8.0 },
+        Refusal::Blurred { blur_px: 4.2, wanted_px: 3.5 },
+        Refusal::AlreadyCovered { nearest_rad: 0.1, wanted_rad: 0.35 },
+        Refusal::PartnerOff { offset_px: 61.0, wanted_px: 25.0 },
+        Refusal::BetweenSlots { error_rad: 0.35, wanted_rad: 0.26 },
+        Refusal::Inconsistent { sigmas: 5.1, wanted: 3.5 },
+        Refusal::Moving { speed_px_per_s: 120.0, wanted_px_per_s: 26.0 },
+        Refusal::OtherSize { size_px: (640, 480), wanted_px: (1280, 720) },
+        Refusal::NotCollecting,
+    ]
+}

@@ -1,0 +1,386 @@
+//! The window's pages at every kind of moment: what is read, by eye and by a screen reader.
+
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod fixtures;
+mod paint;
+#[path = "../world/mod.rs"]
+mod world;
+
+use boresight::{
+    frame::{CaptureTime, Frame, FrameId, FrameKind},
+    guidance::Plan,
+    session::{Outcome, Snapshot},
+    text::{Act, charts::Chart},
+    ui::{
+        Ask, Preferences, SMALLEST, Screen, apply_theme,
+        desk::{Ended, Trouble, Wish},
+        explore::{self, Explored},
+        guide,
+        replay::{self, Replayed},
+        result, settings, trouble,
+    },
+};
+use egui::{Theme, accesskit::Role};
+use egui_kittest::{
+    Harness, SnapshotResults,
+    kittest::{NodeT, Queryable},
+};
+use fixtures::{Moment, moments};
+use image::GrayImage;
+use paint::Painter;
+use world::SIZE;
+
+/// What is on the table of a test.
+struct Table {
+    screen: Screen,
+    page: Page,
+    chart: Chart,
+    explored: Explored,
+    asks: Vec<Ask>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Page {
+    Guide,
+    Result,
+    Explore,
+}
+
+fn show(ui: &mut egui::Ui, table: &mut Table) {
+    match &table.page {
+        Page::Guide => guide::show(ui, &table.screen, &mut table.asks),
+        Page::Result => {
+            let ended = Ended {
+                folder: "sessions/one".into(),
+                files: vec!["sessions/one/calibration.json".into()],
+                trouble: None,
+            };
+            let context = result::Context {
+                state: result::State::Ended(&ended),
+                formats: &["OpenCV", "ROS"],
+                exported: None,
+            };
+            result::show(ui, &table.screen, &context, &mut table.chart, &mut table.asks);
+        }
+        Page::Explore => explore::show(ui, &mut table.explored),
+    }
+}
+
+/// The page at a moment; `scale` is of the display.
+fn harness(page: Page, moment: &Moment, theme: Theme, scale: f32) -> Harness<'static, Table> {
+    let mut screen = Screen {
+        snapshot: Some(moment.snapshot.clone()),
+        source: "sim:everyday".into(),
+        now_secs: 10.0,
+        taken_secs: moment.taken.then_some(9.4),
+        ..Screen::default()
+    };
+    let captured_at =
+        moment.snapshot.live.as_ref().map_or(CaptureTime { nanos: 0 }, |live| live.captured_at);
+    let frame = Frame {
+        id: FrameId(1),
+        captured_at,
+        kind: FrameKind::Video,
+        name: String::new(),
+        image: GrayImage::from_fn(320, 180, |x, _| image::Luma([if x < 160 { 90 } else { 150 }])),
+    };
+    let table = Table {
+        screen: Screen::default(),
+        page,
+        chart: Chart::default(),
+        explored: Explored::default(),
+        asks: Vec::new(),
+    };
+    let mut harness = Harness::builder()
+        .with_size(SMALLEST)
+        .with_pixels_per_point(scale)
+        .with_theme(theme)
+        .renderer(Painter::default())
+        .with_context_setup(apply_theme)
+        .build_ui_state(show, table);
+    screen.picture.show_frame(&harness.ctx, &frame, 9.99);
+    for view in moment.snapshot.views.iter() {
+        screen.add_thumbnail(&harness.ctx, view.id, &frame.image);
+    }
+    harness.state_mut().screen = screen;
+    harness.run();
+    harness
+}
+
+#[test]
+fn every_moment_is_read_on_every_page() {
+    for moment in moments() {
+        println!("{}", moment.name);
+        let guide = harness(Page::Guide, &moment, Theme::Dark, 1.0);
+        guide.get_by_role_and_label(Role::Status, &moment.sentence);
+        guide.get_by_role_and_label(Role::Image, "Live picture");
+        let wheel = |node: &egui_kittest::Node<'_>| {
+            node.accesskit_node().label().is_some_and(|l| l.starts_with("Directions: "))
+        };
+        assert_eq!(guide.get_all_by_role(Role::Image).filter(wheel).count(), 1, "{}", moment.name);
+        for name in ["Tilt", "Direction", "Size", "Off the line", "Motion", "Blur", "PP", "Views"] {
+            guide.get_by_label(name);
+        }
+        for number in 1..=moment.snapshot.views.len() {
+            guide.get_by_role_and_label(Role::Button, &format!("Remove view {number}"));
+        }
+        let result = harness(Page::Result, &moment, Theme::Dark, 1.0);
+        match &moment.snapshot.calibration {
+            Some(calibration) => {
+                result.get_by_label(boresight::text::verdict(calibration.verdict));
+                result.get_by_label("Bundle adjustment");
+                for finding in &calibration.findings {
+                    let (what, action) = boresight::text::finding(finding);
+                    result.get_by_label(&format!("{what}."));
+                    result.get_all_by_label(action).next().expect("the next action");
+                }
+            }
+            None => {
+                result.get_by_label(boresight::text::window::NO_RESULT);
+            }
+        }
+        result.get_by_role_and_label(Role::Button, "OpenCV");
+        result.get_by_role_and_label(Role::Button, "calibration.json");
+        // It does not depend on the session; it must stand beside every one.
+        harness(Page::Explore, &moment, Theme::Dark, 1.0).get_by_label("8.47 px");
+    }
+}
+
+#[test]
+fn every_chart_says_what_it_shows() {
+    let moments = moments();
+    let done = moments.iter().find(|m| m.name == "done good").expect("there");
+    let mut result = harness(Page::Result, done, Theme::Dark, 1.0);
+    for chart in Chart::ALL {
+        result.get_by_role_and_label(Role::Button, chart.name()).click();
+        result.run();
+        let described = |label: Option<String>| {
+            label.is_some_and(|label| label.starts_with(&format!("{}: ", chart.name())))
+        };
+        let images = result.get_all_by_role(Role::Image);
+        assert_eq!(
+            images.filter(|n| described(n.accesskit_node().label())).count(),
+            1,
+            "{chart:?}"
+        );
+    }
+}
+
+#[test]
+fn a_dragged_board_deflects_its_line_and_a_partner_cancels_it() {
+    let moments = moments();
+    let mut page = harness(Page::Explore, &moments[0], Theme::Dark, 1.0);
+    page.get_by_label("0.303°");
+    page.get_by_label("With its partner").click();
+    page.run();
+    page.get_by_label("0 px");
+    let picture = page.get_by_role(Role::Image).rect();
+    let middle = picture.center();
+    page.drag_at(middle + egui::vec2(40.0, 0.0));
+    page.step();
+    page.hover_at(middle + egui::vec2(120.0, 0.0));
+    page.step();
+    page.drop_at(middle + egui::vec2(120.0, 0.0));
+    page.run();
+    let seen = page.state().explored.seen();
+    let offset_px = seen.deflection.expect("a line").offset_px.abs();
+    assert!(offset_px > 20.0, "dragged across its line: {offset_px}");
+    page.get_by_label("0 px");
+    page.get_by_label("As in the paper").click();
+    page.run();
+    page.get_by_label("8.47 px");
+}
+
+#[test]
+fn faults_come_with_their_next_action() {
+    let moments = moments();
+    let at = |name: &str| moments.iter().find(|m| m.name == name).expect("a moment of that name");
+    let lost = harness(Page::Guide, at("camera lost"), Theme::Dark, 1.0);
+    lost.get_by_label("Plug it in again, at any port; the session goes on with its views.");
+    let moved = harness(Page::Guide, at("focus moved"), Theme::Dark, 1.0);
+    moved.get_by_label("Switch autofocus and automatic framing off in the camera's own program.");
+    moved.get_by_label("locked at 30");
+    let failed = harness(Page::Guide, at("worker failed"), Theme::Dark, 1.0);
+    failed.get_by_label("The detector failed: out of memory");
+}
+
+#[test]
+fn a_view_is_removed_by_its_own_button() {
+    let moments = moments();
+    let done = moments.iter().find(|m| m.name == "done good").expect("there");
+    let mut guide = harness(Page::Guide, done, Theme::Dark, 1.0);
+    guide.get_by_label("Remove view 2").click();
+    guide.run();
+    let id = done.snapshot.views[1].id;
+    assert_eq!(guide.state().asks, [Ask::Remove(id)]);
+}
+
+#[test]
+fn a_mirror_speaks_from_the_technicians_side() {
+    let moments = moments();
+    let cut = moments.iter().find(|m| m.name == "cut off").expect("there");
+    let mut guide = harness(Page::Guide, cut, Theme::Dark, 1.0);
+    guide.state_mut().screen.preferences.mirrored = true;
+    guide.run();
+    let words = "The right edge of the picture cuts the board off: 40 of 54 corners";
+    guide.get_by_role_and_label(Role::Status, words);
+}
+
+#[test]
+fn a_session_that_cannot_start_says_what_to_do() {
+    let trouble = Trouble {
+        what: "This user may not open the camera".into(),
+        action: Some("Run: sudo usermod -aG video $USER, then log out and in".into()),
+    };
+    let wish = Wish {
+        source: "/dev/video0".into(),
+        mode: "auto".into(),
+        board: [9, 6],
+        square_m: 0.025,
+        plan: Plan::Adaptive,
+        go_on_with: None,
+        first: None,
+    };
+    let asked = wish.clone();
+    let mut harness =
+        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
+            move |ui, asks: &mut Vec<Ask>| trouble::show(ui, &trouble, &asked, asks),
+            Vec::new(),
+        );
+    harness.get_by_label("This user may not open the camera");
+    harness.get_by_label("Try again").click();
+    harness.run();
+    assert_eq!(*harness.state(), [Ask::Open(Box::new(wish))]);
+    harness.get_by_label("Choose another source").click();
+    harness.run();
+    assert_eq!(harness.state().last(), Some(&Ask::Act(Act::SettingsPage)));
+}
+
+#[test]
+fn a_replay_steps_through_decisions_and_says_why() {
+    let story = fixtures::story();
+    let (steps, taken) = (
+        story.len(),
+        story.iter().position(|s| matches!(s.decision.outcome, Outcome::Accepted { .. })),
+    );
+    let taken = taken.expect("a session takes views");
+    let picture = |frame: u64| frame.is_multiple_of(2).then(|| GrayImage::new(64, 36));
+    let replayed = Replayed::new(story, &[2], "sessions/one".into(), Box::new(picture));
+    let mut page = Harness::builder()
+        .with_size(SMALLEST)
+        .renderer(Painter::default())
+        .build_ui_state(replay::show, replayed.expect("there are steps"));
+    let says = |page: &Harness<'_, Replayed>, words: &str| {
+        let labels = page.get_all_by_role(Role::Label);
+        let found = labels.filter_map(|n| n.accesskit_node().value()).any(|l| l.starts_with(words));
+        assert!(found, "{words}");
+    };
+    says(&page, &format!("Decision 1 of {steps}"));
+    page.get_by_role_and_label(Role::Button, "Next view").click();
+    page.run();
+    assert_eq!(page.state().at(), taken);
+    says(&page, "Taken: view 1, a new direction");
+    page.get_by_role_and_label(Role::Button, "Back").click();
+    page.run();
+    says(&page, "Not taken: Hold still");
+    page.get_by_role_and_label(Role::Button, "View before").click();
+    page.run();
+    assert_eq!(page.state().at(), 0);
+    for _ in 0..2 {
+        page.key_press(egui::Key::ArrowRight);
+        page.run();
+    }
+    assert_eq!(page.state().at(), 2);
+    page.get_by_label("The recording decided differently here");
+}
+
+#[test]
+fn the_settings_start_the_session_that_they_say() {
+    let draft = Wish {
+        source: "sim".into(),
+        mode: "auto".into(),
+        board: [9, 6],
+        square_m: 0.025,
+        plan: Plan::Adaptive,
+        go_on_with: Some("sessions/one".into()),
+        first: None,
+    };
+    let sources = vec![("sim".to_owned(), "A simulated camera".to_owned())];
+    let mut page =
+        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
+            move |ui, (draft, asks): &mut (Wish, Vec<Ask>)| {
+                settings::show(ui, draft, &sources, &Preferences::default(), asks);
+            },
+            (draft, Vec::new()),
+        );
+    page.get_by_value("25 mm");
+    page.get_by_label("Quick").click();
+    page.run();
+    page.get_by_label("Start a new session").click();
+    page.run();
+    let [Ask::Open(wish)] = page.state().1.as_slice() else { panic!("{:?}", page.state().1) };
+    assert_eq!(wish.plan, Plan::Quick);
+    assert_eq!(wish.go_on_with, None, "a new session");
+    page.get_by_label("Speak").click();
+    page.run();
+    assert_eq!(page.state().1.last(), Some(&Ask::Act(Act::Speech)));
+}
+
+#[test]
+fn nothing_is_cut_off_in_the_smallest_window() {
+    let moments = moments();
+    for name in ["holding", "done good", "camera lost"] {
+        let moment = moments.iter().find(|m| m.name == name).expect("there");
+        for scale in [1.0, 2.0, 3.0] {
+            for page in [Page::Guide, Page::Result] {
+                let harness = harness(page.clone(), moment, Theme::Dark, scale);
+                let window = egui::Rect::from_min_size(egui::Pos2::ZERO, SMALLEST);
+                for node in harness.root().children_recursive() {
+                    let inside = node
+                        .accesskit_node()
+                        .bounding_box()
+                        .is_none_or(|_| window.expand(1.0).contains_rect(node.rect()));
+                    let label = node.accesskit_node().label();
+                    // A scrolled list of views may reach out of the window to the sides.
+                    let scrolled =
+                        label.as_ref().is_none_or(|l| l.contains("iew ") || l.contains("px"));
+                    assert!(
+                        inside || scrolled,
+                        "{name} {page:?} at {scale}: {label:?} {:?}",
+                        node.rect()
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn pages_look_as_they_did() {
+    let moments = moments();
+    let at = |name: &str| moments.iter().find(|m| m.name == name).expect("a moment of that name");
+    let mut results = SnapshotResults::new();
+    for (file, page, name, theme) in [
+        ("guide_fresh", Page::Guide, "fresh", Theme::Dark),
+        ("guide_holding", Page::Guide, "holding", Theme::Dark),
+        ("guide_partner_light", Page::Guide, "partner wanted", Theme::Light),
+        ("guide_camera_lost", Page::Guide, "camera lost", Theme::Dark),
+        ("result_good", Page::Result, "done good", Theme::Dark),
+        ("result_untrustworthy_light", Page::Result, "done untrustworthy", Theme::Light),
+        ("explore", Page::Explore, "fresh", Theme::Dark),
+    ] {
+        let mut harness = harness(page, at(name), theme, 1.0);
+        harness.snapshot(file);
+        results.extend_harness(&mut harness);
+    }
+}
+
+#[test]
+fn snapshots_are_cheap_to_clone() {
+    let done: Snapshot = fixtures::story().pop().expect("a session has an end");
+    let info = allocation_counter::measure(|| drop(done.clone()));
+    // The target's ghost, the names of failures and changed controls; nothing per view.
+    assert!(info.count_total <= 8, "{} allocations", info.count_total);
+    assert_eq!(done.setup.image_size, SIZE);
+}
