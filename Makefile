@@ -3,17 +3,27 @@
 
 ARGS ?=
 # What the build needs from Debian besides the Rust toolchain.
-PACKAGES = gcc libc6-dev
+PACKAGES = gcc libc6-dev libclang-dev
 # What the window opens at run time.
 PACKAGES += libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
+# What the tests on the kernel's own camera drivers need besides (tests/vm).
+VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3
 
-.PHONY: run test setup lint bench sessions
+
+.PHONY: run test test-vm setup lint bench sessions
 
 run: setup
 	cargo run --release --quiet -- $(ARGS)
 
+test: PACKAGES += $(VM_PACKAGES)
 test: setup lint
 	cargo test
+	tests/vm/run.sh
+
+# The camera on the kernel's own drivers, in a small virtual machine; needs neither root nor KVM.
+test-vm: PACKAGES += $(VM_PACKAGES)
+test-vm: setup
+	tests/vm/run.sh
 
 lint:
 	cargo fmt --check

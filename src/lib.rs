@@ -28,7 +28,7 @@
 //! | [`detection`] | picture → corners, or the reason why not | geometry, board |
 //! | [`calibration`] | views → lens with covariance, models, honesty checks | geometry, board |
 //! | [`guidance`] | what is this view worth, what should come next, are we done | geometry, board |
-//! | [`capture`] | frames in: folders, recordings, the simulated camera and its technician | geometry, board, device |
+//! | [`capture`] | frames in: folders, recordings, live cameras, the simulated camera and its technician | geometry, board, device |
 //! | [`session`] | the state of one session, and the only code that changes it | all of the above but capture |
 //! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
@@ -45,6 +45,8 @@
 //!
 //! - Below `recording` nothing reads a clock, a file, chance or another thread. `tests/layering.rs`
 //!   holds that and the table above.
+//! - Nothing is taken from a camera that is lost, frozen, or whose focus or zoom has moved; a frame that
+//!   is not whole never becomes a picture.
 //! - A view is shown as taken only after its picture and its journal line are on disk.
 //! - Frames are dropped in one place, the slot between capture and detector, and counted; sources that
 //!   can wait are never dropped from.

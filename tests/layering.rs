@@ -117,7 +117,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("serde_saphyr", &["calibration/import"]),
     ("clap", &["cli"]),
     ("anyhow", &["cli", "text"]),
-    ("unsafe ", &["capture"]), // Only capture::v4l2::linux; see the next test.
+    ("unsafe ", &["capture"]), // And there in one file: see below.
     ("egui", &["ui"]),
     ("eframe", &["ui"]),
     // People's units stop at the edge.
@@ -179,6 +179,20 @@ fn the_outside_world_is_touched_only_where_it_may_be() {
         }
     }
     assert!(problems.is_empty(), "\n{}\n", problems.join("\n"));
+}
+
+#[test]
+fn unsafe_code_stands_in_one_file() {
+    let with_unsafe: Vec<String> = sources()
+        .into_iter()
+        .filter(|source| {
+            let code = source.text.lines().map(|line| line.split("//").next().unwrap_or_default());
+            code.into_iter()
+                .any(|code| stands_in(code, "unsafe ") || stands_in(code, "unsafe_code"))
+        })
+        .map(|source| source.path)
+        .collect();
+    assert_eq!(with_unsafe, ["capture/v4l2/linux.rs"]);
 }
 
 #[test]

@@ -3,15 +3,14 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod pictures;
+mod program;
 
-use std::{collections::BTreeSet, fs, path::Path, process::Command};
+use std::{collections::BTreeSet, fs, path::Path};
 
-use boresight::{
-    calibration::DriftVerdict,
-    report::{CalibrationFacts, CameraSection, DriftSection, Measured, Provenance, Report, page},
-};
+use boresight::report::{CalibrationFacts, CameraSection, DriftSection, Provenance, Report, page};
 use image::GrayImage;
 use pictures::{PAIRS, picture};
+use program::{Ended, boresight, contents, says};
 use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -35,17 +34,6 @@ const PARTS: [&str; 15] = [
     "provenance",
 ];
 
-fn run(folder: &Path, arguments: &[&str]) -> (i32, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_boresight"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("started");
-    let said = String::from_utf8(output.stderr).expect("text");
-    assert!(!said.contains("panicked"), "{said}");
-    (output.status.code().expect("not killed"), said)
-}
-
 /// A folder `pictures` with this many views, and their paths.
 fn place(views: usize) -> (TempDir, Vec<String>) {
     let folder = TempDir::new().expect("folder");
@@ -59,11 +47,11 @@ fn place(views: usize) -> (TempDir, Vec<String>) {
     (folder, paths)
 }
 
-fn calibrate(folder: &Path, files: &[String], more: &[&str]) -> (i32, String) {
+fn calibrate(folder: &Path, files: &[String], more: &[&str]) -> Ended {
     let mut arguments = vec!["calibrate", "--board", "9x6"];
     arguments.extend(files.iter().map(String::as_str));
     arguments.extend(more);
-    run(folder, &arguments)
+    boresight(folder, &arguments)
 }
 
 fn read(path: &Path) -> String {
@@ -121,9 +109,9 @@ fn numbers(node: Node<'_, '_>) -> Vec<f64> {
 #[test]
 fn the_page_has_the_numbers_of_the_file() {
     let (folder, files) = place(6);
-    let (code, said) =
+    let ended =
         calibrate(folder.path(), &files, &["--out", "result.json", "--report", "page.html"]);
-    assert!(said.contains("Report: page.html"), "{said}");
+    says(&ended, ended.code, &["Report: page.html"]);
     let result: Value =
         serde_json::from_str(&read(&folder.path().join("result.json"))).expect("JSON");
     let html = read(&folder.path().join("page.html"));
@@ -164,7 +152,7 @@ fn the_page_has_the_numbers_of_the_file() {
         .position(|v| result["verdict"] == *v)
         .expect("known")];
     assert!(verdict.contains(word) && verdict.contains("Next:"), "{verdict}");
-    assert_eq!(code == 3, word == "NOT TRUSTWORTHY");
+    assert_eq!(ended.code == 3, word == "NOT TRUSTWORTHY");
     let repeat = text(part(&document, "provenance"));
     assert!(repeat.contains("boresight calibrate --board 9x6 pictures/0.png"), "{repeat}");
     // The full estimates stand in the paper's table, whose rows are n = 0 … 4 for six views.
@@ -180,8 +168,8 @@ fn the_page_has_the_numbers_of_the_file() {
     assert_eq!(html.matches("data:image/jpeg").count(), 6);
 
     // Nothing is overwritten unasked.
-    let (code, said) = calibrate(folder.path(), &files, &["--report", "page.html"]);
-    assert!(code == 1 && said.contains("already") && said.contains("--force"), "{said}");
+    let again = calibrate(folder.path(), &files, &["--report", "page.html"]);
+    says(&again, 1, &["already", "--force"]);
     assert_eq!(read(&folder.path().join("page.html")), html);
 }
 
@@ -195,8 +183,8 @@ fn a_session_ends_with_its_report() {
     })
     .expect("written");
     let guide = ["guide", "--headless", "--source", "pictures", "--out", "session"];
-    let (ended, said) = run(folder.path(), &guide);
-    assert!(said.contains("report.html"), "{said}");
+    let guided = boresight(folder.path(), &guide);
+    says(&guided, guided.code, &["session/report.html"]);
     let page = folder.path().join("session/report.html");
     let html = read(&page);
     let document = checked(&html, &PARTS);
@@ -212,29 +200,32 @@ fn a_session_ends_with_its_report() {
     let refused = text(part(&document, "refused"));
     assert!(refused.contains("No board found: 1"), "{refused}");
 
-    // The same again, from the folder or from the result in it; elsewhere only where nothing is.
+    // The same again, from the folder or from the result in it; nothing else is touched.
+    let before = contents(&folder.path().join("session"));
+    let code = if result["verdict"] == "untrustworthy" { 3 } else { 0 };
     for input in ["session", "session/calibration.json"] {
         fs::remove_file(&page).expect("removed");
-        let (code, said) = run(folder.path(), &["report", input]);
-        assert_eq!(code == 3, result["verdict"] == "untrustworthy", "{ended}: {said}");
-        let again = read(&page);
-        assert_eq!(again, html);
+        let again = boresight(folder.path(), &["report", input, "--json"]);
+        says(&again, code, &["session/report.html"]);
+        let told: Value = serde_json::from_str(&again.stdout).expect("JSON");
+        assert_eq!(told["schema"], "boresight.report/1");
+        assert_eq!(told["verdict"], result["verdict"]);
+        assert!(contents(&folder.path().join("session")) == before, "{input}: another page");
     }
+    // Elsewhere only where nothing is.
     let elsewhere = ["report", "session", "--out", "mine.html"];
-    assert_ne!(run(folder.path(), &elsewhere).0, 1);
-    let (code, said) = run(folder.path(), &elsewhere);
-    assert!(code == 1 && said.contains("--force"), "{said}");
-    assert_ne!(run(folder.path(), &[&elsewhere[..], &["--force"]].concat()).0, 1);
+    says(&boresight(folder.path(), &elsewhere), code, &["mine.html"]);
+    says(&boresight(folder.path(), &elsewhere), 1, &["already", "--force"]);
+    says(&boresight(folder.path(), &[&elsewhere[..], &["--force"]].concat()), code, &["mine.html"]);
 
     // A result that is not the journal's is said to be another.
-    let stale =
-        read(&folder.path().join("session/calibration.json")).replace("\"pp_px\"", "\"pp\"");
-    fs::write(folder.path().join("session/calibration.json"), stale).expect("written");
-    let (_, said) = run(folder.path(), &["report", "session"]);
-    assert!(said.contains("other numbers"), "{said}");
+    let mut stale = result.clone();
+    stale["result"]["pp_px"][0] = json!(1.0);
+    fs::write(folder.path().join("session/calibration.json"), stale.to_string()).expect("written");
+    says(&boresight(folder.path(), &["report", "session"]), code, &["other numbers"]);
     // Without its pictures the outlines are shown.
     fs::remove_dir_all(folder.path().join("session/frames")).expect("removed");
-    run(folder.path(), &["report", "session"]);
+    boresight(folder.path(), &["report", "session"]);
     let html = read(&page);
     checked(&html, &PARTS);
     assert_eq!(html.matches("data:image").count(), 0);
@@ -245,8 +236,8 @@ fn a_session_ends_with_its_report() {
 fn a_file_by_itself_shows_what_it_holds() {
     let (folder, files) = place(4);
     calibrate(folder.path(), &files, &["--out", "pictures/result.json"]);
-    let (_, said) = run(folder.path(), &["report", "pictures/result.json", "--json"]);
-    assert!(said.contains("pictures/result.html"), "{said}");
+    let ended = boresight(folder.path(), &["report", "pictures/result.json"]);
+    says(&ended, ended.code, &["pictures/result.html"]);
     let html = read(&folder.path().join("pictures/result.html"));
     let document = checked(&html, &PARTS);
     // The pictures lie beside it; the corners are nowhere.
@@ -256,7 +247,7 @@ fn a_file_by_itself_shows_what_it_holds() {
     let away = read(&folder.path().join("pictures/result.json"))
         .replace("\"0.png\"", "\"../pictures/0.png\"");
     fs::write(folder.path().join("pictures/away.json"), away).expect("written");
-    run(folder.path(), &["report", "pictures/away.json"]);
+    boresight(folder.path(), &["report", "pictures/away.json"]);
     let html = read(&folder.path().join("pictures/away.html"));
     assert_eq!(html.matches("data:image/jpeg").count(), 3);
     for (name, content, word) in [
@@ -265,8 +256,7 @@ fn a_file_by_itself_shows_what_it_holds() {
         ("half.json", "{\"schema\":\"boresight.calibration/1\"}", "not a whole calibration"),
     ] {
         fs::write(folder.path().join(name), content).expect("written");
-        let (code, said) = run(folder.path(), &["report", name]);
-        assert!(code == 1 && said.contains(word), "{said}");
+        says(&boresight(folder.path(), &["report", name]), 1, &[word, name]);
     }
 }
 
@@ -274,18 +264,15 @@ fn a_file_by_itself_shows_what_it_holds() {
 fn one_view_and_none_have_a_page_too() {
     let (folder, files) = place(1);
     GrayImage::new(640, 480).save(folder.path().join("empty.png")).expect("saved");
-    let (_, said) = calibrate(
-        folder.path(),
-        &[files[0].clone(), "empty.png".into()],
-        &["--report", "one.html"],
-    );
+    let both = [files[0].clone(), "empty.png".into()];
+    calibrate(folder.path(), &both, &["--report", "one.html"]);
     let html = read(&folder.path().join("one.html"));
     let document = checked(&html, &PARTS);
-    assert!(text(part(&document, "refused")).contains("empty.png"), "{said}");
+    assert!(text(part(&document, "refused")).contains("empty.png"));
     assert_eq!(html.matches("data:image/jpeg").count(), 1);
 
-    let (code, _) = calibrate(folder.path(), &["empty.png".into()], &["--report", "none.html"]);
-    assert_eq!(code, 3);
+    let none = calibrate(folder.path(), &["empty.png".into()], &["--report", "none.html"]);
+    says(&none, 3, &["No calibration", "none.html"]);
     let html = read(&folder.path().join("none.html"));
     let document = checked(&html, &PARTS);
     assert!(text(part(&document, "verdict")).contains("NOT TRUSTWORTHY"));
@@ -320,7 +307,7 @@ fn names_are_text_whatever_is_in_them() {
 
     // A session's folder, too.
     let session = "<i>se&ssion</i>".replace('/', "∕");
-    run(folder.path(), &["guide", "--headless", "--source", "pictures", "--out", &session]);
+    boresight(folder.path(), &["guide", "--headless", "--source", "pictures", "--out", &session]);
     let html = read(&folder.path().join(&session).join("report.html"));
     let document = checked(&html, &PARTS);
     assert!(document.descendants().all(|node| !node.has_tag_name("i")));
@@ -337,16 +324,12 @@ fn drift_is_shown_where_it_is_known() {
             "sigma": { "f_px": [1.0, 1.0], "pp_px": [0.5, 0.5], "k1": 0.01 } },
         "views": [],
     });
-    let drift = DriftSection {
-        old_file: "old <1>.json".into(),
-        verdict: DriftVerdict::Recalibrate,
-        action: "Calibrate anew.".into(),
-        focal_px: Measured { value: 3.25, sd: 0.7 },
-        pp_px: [Measured { value: -2.5, sd: 0.6 }, Measured { value: 0.25, sd: 0.6 }],
-        smallest_focal_px: Some(2.1),
-        smallest_pp_px: Some(2.2),
-        notes: vec!["The old file has no covariance.".into()],
-    };
+    let check = json!({
+        "schema": "boresight.check/1", "against": "old <1>.json", "verdict": "recalibrate",
+        "message": "RECALIBRATE: it has changed", "action": "Calibrate anew.",
+        "change": { "f_px": 3.25, "pp_px": [-2.5, 0.25], "sigma": { "f_px": 0.7, "pp_px": [0.6, 0.5] } },
+        "visible": { "pp_px": 2.2, "f_px": 2.1 }, "uncertainty_of_old": "assumed",
+    });
     let mut report = Report {
         name: "site".into(),
         facts: CalibrationFacts::read(&facts).expect("whole"),
@@ -361,17 +344,26 @@ fn drift_is_shown_where_it_is_known() {
     let without = page(&report);
     checked(&without, &PARTS);
     assert!(!without.contains("RECALIBRATE"));
-    report.drift = Some(drift);
+    report.drift = Some(DriftSection::read(&check).expect("whole"));
     let html = page(&report);
     let document = checked(&html, &PARTS);
     let section = part(&document, "drift");
-    for words in ["RECALIBRATE", "old <1>.json", "Calibrate anew.", "no covariance"] {
+    for words in ["RECALIBRATE", "old <1>.json", "Calibrate anew.", "states no uncertainty"] {
         assert!(text(section).contains(words), "{words}");
     }
     let shown = numbers(section);
-    for number in [3.25, 0.7, -2.5, 0.25, 0.6, 2.1, 2.2] {
+    for number in [3.25, 0.7, -2.5, 0.25, 0.6, 0.5, 2.1, 2.2] {
         assert!(shown.contains(&number), "{number}");
     }
-    assert!(text(part(&document, "verdict")).contains("RECALIBRATE"));
+    // On the page of a check its verdict stands first.
+    let verdict = text(part(&document, "verdict"));
+    let (first, then) = (verdict.find("RECALIBRATE"), verdict.find("USABLE WITH CARE"));
+    assert!(first.is_some() && first < then, "{verdict}");
+    // Without a verdict it is said why.
+    let none = json!({ "against": "old.json", "verdict": null, "message": "NO VERDICT: other size",
+        "action": "Set the mode." });
+    let drift = Some(DriftSection::read(&none).expect("whole"));
+    let html = page(&Report { drift, ..report.clone() });
+    assert!(text(part(&checked(&html, &PARTS), "drift")).contains("NO VERDICT"));
     assert!(text(part(&document, "findings")).contains("<m>. Do & see"));
 }

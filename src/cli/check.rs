@@ -22,6 +22,7 @@ use crate::{
         import::{self, OldCalibration},
     },
     config::{BoardConfig, Config, PlanName},
+    device::Control,
     frame::ImageSize,
     geometry::Corner,
     recording::{
@@ -121,11 +122,17 @@ impl Arguments {
         for (worker, reason) in ran.session.failures() {
             say(&format!("The {worker} failed: {reason}"));
         }
+        for (control, was) in [(Control::Focus, old.locked.focus), (Control::Zoom, old.locked.zoom)]
+        {
+            let is = ran.session.camera().locks.of(control);
+            if let Some(line) = was.and_then(|was| text::lock_differs(control, was, is)) {
+                say(&format!("{line}."));
+            }
+        }
         let found = self.compare(&ran.session, &config, image_size, &old)?;
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
-        let page = session_report::write(&ran.path, &ran.session)?;
-        say(&format!("Report: {}", page.display()));
+        session_report::write_and_tell(&ran.path, &ran.session);
         if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }

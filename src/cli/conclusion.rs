@@ -10,9 +10,10 @@ use super::{
 };
 use crate::{
     calibration::{Calibration, NotCalibrated},
+    device::{Control, Lock},
     guidance::Progress,
     recording::Header,
-    session::{AcceptedView, Session},
+    session::{AcceptedView, CameraState, Session},
     text,
 };
 
@@ -40,13 +41,14 @@ pub(super) fn conclude(session: &Session, header: &Header) -> Conclusion {
     Conclusion { exit, report }
 }
 
-/// `boresight.calibration/1` of what a session has so far.
+/// `boresight.calibration/1` of what a session, whose folder has `header`, has so far.
 pub(super) fn calibration_json(session: &Session, header: &Header) -> Value {
     let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
     let setup = session.setup();
     let mut report = json::calibration(result(session), setup.image_size, &setup.board, &names);
     report["source"] = json!(header.source);
     report["replaces"] = json!(header.against);
+    report["camera"] = camera(session.camera());
     report
 }
 
@@ -55,6 +57,21 @@ fn result(session: &Session) -> Result<&Calibration, &NotCalibrated> {
         Some(calibration) => Ok(calibration.as_ref()),
         None => Err(session.not_calibrated().unwrap_or(&NotCalibrated::NoViews)),
     }
+}
+
+/// Mode and locked controls of a live camera; null for every other source.
+fn camera(camera: &CameraState) -> Value {
+    let Some(mode) = camera.mode else { return Value::Null };
+    let locked = |control: Control| match camera.locks.of(control) {
+        Lock::Locked { value } => Some(value),
+        Lock::Unknown | Lock::Absent | Lock::Free | Lock::Ignored { .. } => None,
+    };
+    json!({
+        "format": mode.layout.name(), "rate_hz": mode.rate_hz(),
+        "focus": locked(Control::Focus), "zoom": locked(Control::Zoom),
+        "exposure": locked(Control::Exposure), "gain": locked(Control::Gain),
+        "white_balance": locked(Control::WhiteBalance),
+    })
 }
 
 fn name(accepted: &AcceptedView) -> ViewName {

@@ -34,7 +34,7 @@ use crate::{
         save::{Overwrite, save},
     },
     session::{Input, Outcome, Session, Snapshot},
-    text::{self, report as words},
+    text,
 };
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
@@ -373,11 +373,7 @@ impl Ran {
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
-        match session_report::write(&path, &session) {
-            Ok(page) => say(&format!("Report: {}", page.display())),
-            // The result is safe, and the page follows from it.
-            Err(err) => say(&format!("{} ({err:#})", words::not_written(&path))),
-        }
+        session_report::write_and_tell(&path, &session);
         if json {
             print(&report.to_string())?;
         }

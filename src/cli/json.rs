@@ -92,9 +92,10 @@ fn lens(calibration: &Calibration) -> Value {
         let row = |row: usize| of.iter().map(|&column| matrix[(row, column)]).collect();
         of.iter().map(|&i| row(i)).collect::<Vec<Vec<f64>>>()
     };
-    let order: Vec<&str> =
-        free.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect();
-    let all: Vec<usize> = (0..LENS_PARAMETERS).collect();
+    let all: Vec<usize> = (0..LENS_PARAMETERS).filter(|&i| !(square && i == 1)).collect();
+    let named = |of: &[usize]| -> Vec<&str> {
+        of.iter().map(|&i| if square && i == 0 { "f" } else { NAMES[i] }).collect()
+    };
     json!({
         "model": calibration.model.code(),
         "focal": focal(calibration.focal),
@@ -104,8 +105,8 @@ fn lens(calibration: &Calibration) -> Value {
             "f_px": [sd[0], sd[1]], "pp_px": [sd[2], sd[3]],
             "k1": sd[4], "k2": sd[5], "p1": sd[6], "p2": sd[7], "k3": sd[8],
         },
-        "covariance": { "order": order, "matrix": block(&calibration.covariance, &free) },
-        "covariance_all": { "order": NAMES, "matrix": block(&calibration.covariance_all, &all) },
+        "covariance": { "order": named(&free), "matrix": block(&calibration.covariance, &free) },
+        "covariance_all": { "order": named(&all), "matrix": block(&calibration.covariance_all, &all) },
         "rms_px": calibration.rms_px, "noise_px": calibration.noise_px,
         "excess_px": calibration.excess_px, "noise_factor": calibration.noise_factor,
     })

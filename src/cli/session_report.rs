@@ -5,17 +5,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use anyhow::Context;
 use serde_json::Value;
 
 use super::{
     conclusion::calibration_json,
     report::{quoted, versions},
+    say,
 };
 use crate::{
-    calibration::DriftVerdict,
-    config::Config,
+    config::{BoardConfig, Config},
     detection::Miss,
-    device::CameraEvent,
+    device::{Control, Lock},
     guidance::Progress,
     recording::{
         Header, Line, SessionFolder, Stored, replay,
@@ -23,8 +24,8 @@ use crate::{
         stored_frame,
     },
     report::{
-        CalibrationFacts, CameraChange, CameraSection, DriftSection, Measured, Provenance, Refused,
-        Report, Thumbnail, page,
+        CalibrationFacts, CameraChange, CameraSection, DriftSection, Provenance, Refused, Report,
+        Thumbnail, page,
     },
     session::{Input, Session},
     text::{self, report as words},
@@ -35,8 +36,17 @@ pub(super) fn page_path(session: &Path) -> PathBuf {
     session.join("report.html")
 }
 
-/// Writes the page of a session that has just ended; it follows from the journal and may be replaced.
-pub(super) fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
+/// Writes the page of a session that has just ended, and says where. What it follows from is safe, so that
+/// a page that cannot be written is said and no failure.
+pub(super) fn write_and_tell(path: &Path, session: &Session) {
+    match write(path, session) {
+        Ok(page) => say(&format!("Report: {}", page.display())),
+        Err(err) => say(&format!("{} ({err:#})", words::not_written(path))),
+    }
+}
+
+/// It follows from the journal and may be replaced.
+fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     let header = SessionFolder::header(path)?;
     let contents = SessionFolder::journal(path)?;
     let report = put_together(path, &header, &contents.lines, session)?;
@@ -90,6 +100,11 @@ fn put_together(
         Thumbnail::of(&stored_frame(path, stored).ok()?)
     };
     let accepted = session.accepted();
+    let drift = check(path)?;
+    let command = match (&drift, &header.against) {
+        (Some(_), Some(against)) => check_command(header, against),
+        _ => format!("boresight replay {}", quoted(&path.to_string_lossy())),
+    };
     let name = std::path::absolute(path)?;
     let mut notes = Vec::new();
     if session.progress() != Progress::Complete {
@@ -103,51 +118,55 @@ fn put_together(
         name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         facts: CalibrationFacts::read(&calibration_json(session, header))?,
         notes,
-        camera: CameraSection { rows: camera(header), changes },
+        camera: CameraSection { rows: camera(header, session), changes },
         corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
         pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
-        drift: drift(path),
+        drift,
         refused,
-        provenance: Provenance {
-            rows,
-            command: format!("boresight replay {}", quoted(&path.to_string_lossy())),
-        },
+        provenance: Provenance { rows, command },
     })
 }
 
-/// What the check found that this session was made for, if it was made for one.
-fn drift(path: &Path) -> Option<DriftSection> {
-    let json = std::fs::read_to_string(path.join("check.json")).ok()?;
-    let found: Value = serde_json::from_str(&json).ok()?;
-    let verdict = [DriftVerdict::Ok, DriftVerdict::Watch, DriftVerdict::Recalibrate]
-        .into_iter()
-        .find(|verdict| found["verdict"] == verdict.code())?;
-    let number = |pointer: &str| found.pointer(pointer).and_then(Value::as_f64);
-    let measured =
-        |value: &str, sd: &str| Some(Measured { value: number(value)?, sd: number(sd)? });
-    let words = |name: &str| found[name].as_str().unwrap_or_default().to_owned();
-    let is_weak = found["uncertainty_of_old"] == "assumed";
-    Some(DriftSection {
-        old_file: words("against"),
-        verdict,
-        action: words("action"),
-        focal_px: measured("/change/f_px", "/change/sigma/f_px")?,
-        pp_px: [
-            measured("/change/pp_px/0", "/change/sigma/pp_px/0")?,
-            measured("/change/pp_px/1", "/change/sigma/pp_px/1")?,
-        ],
-        smallest_focal_px: number("/visible/f_px"),
-        smallest_pp_px: number("/visible/pp_px"),
-        notes: is_weak.then(|| format!("{}.", text::drift_is_weak())).into_iter().collect(),
-    })
+/// What a check found, if the session is one.
+fn check(path: &Path) -> anyhow::Result<Option<DriftSection>> {
+    let path = path.join("check.json");
+    let text = match std::fs::read_to_string(&path) {
+        Err(err) if err.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        text => text.with_context(|| format!("could not read {path:?}"))?,
+    };
+    let damaged = || format!("not what a check writes: {path:?}");
+    let found: Value = serde_json::from_str(&text).with_context(damaged)?;
+    DriftSection::read(&found).map(Some).with_context(damaged)
 }
 
-/// What the header says about the camera.
-fn camera(header: &Header) -> Vec<(String, String)> {
+/// A check is had again by checking again: its journal alone does not hold the old calibration.
+fn check_command(header: &Header, against: &str) -> String {
+    let BoardConfig { columns, rows, square_mm } = header.config.board;
+    format!(
+        "boresight check --against {} --source {} --board {columns}x{rows} --square {square_mm}mm",
+        quoted(against),
+        quoted(&header.source)
+    )
+}
+
+/// What the header says about the camera, and how its mode and controls stood at the end.
+fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     let mut rows = vec![
         (words::name::SOURCE.into(), header.source.clone()),
         (words::name::BEGUN.into(), header.created.clone()),
     ];
+    let state = session.camera();
+    rows.extend(state.mode.map(|mode| (words::name::MODE.into(), text::camera::mode(&mode))));
+    for control in Control::ALL {
+        let lock = state.locks.of(control);
+        if lock != Lock::Unknown {
+            let name = text::camera::capital(text::camera::control(control));
+            rows.push((name, text::camera::lock(lock)));
+        }
+    }
+    if let Some(against) = &header.against {
+        rows.push((words::name::AGAINST.into(), against.clone()));
+    }
     let changed = changed_settings(&header.config);
     if !changed.is_empty() {
         rows.push((words::name::SETTINGS.into(), changed.join(", ")));
@@ -198,13 +217,11 @@ fn history(lines: &[Line]) -> History {
             }
             Input::WorkerFailed { worker, reason } => change(words::failed(&worker, &reason)),
             Input::Resumed => change(words::RESUMED.into()),
-            Input::Camera(CameraEvent::Lost { fault, detail }) => {
-                change(text::camera::with_detail(fault, &detail).0);
+            Input::Camera(event) => {
+                if let Some(what) = text::camera::event(&event) {
+                    change(what);
+                }
             }
-            Input::Camera(CameraEvent::ControlChanged(moved)) => {
-                change(text::camera::moved(&moved));
-            }
-            Input::Camera(_) => {}
             Input::Command(_) | Input::SourceEnded | Input::Stop => {}
         }
     }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::{
     board::Checkerboard,
-    calibration::LensModel,
+    calibration::{LensModel, import::named_covariance},
     geometry::{Camera, Corner, LENS_PARAMETERS, PrincipalLine},
 };
 
@@ -75,8 +75,8 @@ pub struct LensFacts {
     pub distortion: Coefficients,
     /// Standard deviations.
     pub sigma: SigmaFacts,
-    /// Of the lens parameters, doubt about those that the model holds at zero included.
-    pub covariance_all: Option<CovarianceFacts>,
+    /// Covariance of the named lens parameters, doubt about those that the model holds at zero included.
+    pub covariance_all: Option<serde_json::Value>,
     /// Root mean square reprojection residual per coordinate.
     pub rms_px: Option<f64>,
     /// Typical error of a corner coordinate.
@@ -85,13 +85,6 @@ pub struct LensFacts {
     pub excess_px: Option<f64>,
     /// Error of the corners as a multiple of what is claimed, that part included.
     pub noise_factor: Option<f64>,
-}
-
-/// A covariance over fx, fy, cx, cy, k1, k2, p1, p2, k3.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub struct CovarianceFacts {
-    /// Row by row.
-    pub matrix: [[f64; LENS_PARAMETERS]; LENS_PARAMETERS],
 }
 
 /// How the views' focal lengths go together.
@@ -291,8 +284,7 @@ impl LensFacts {
     }
 
     pub(super) fn covariance_all(&self) -> Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>> {
-        let rows = self.covariance_all.as_ref()?.matrix;
-        Some(SMatrix::from_fn(|i, j| rows[i][j]))
+        named_covariance(self.covariance_all.as_ref()?)
     }
 
     pub(super) fn lens_model(&self) -> Option<LensModel> {

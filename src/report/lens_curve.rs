@@ -53,7 +53,7 @@ pub(super) fn drawing(facts: &CalibrationFacts) -> String {
         canvas.at_top(reach_px, words::name::LAST_BOARD);
     }
     let mut note = words::LENS_NOTE.to_owned();
-    if lens.covariance_all.is_none() {
+    if lens.covariance_all().is_none() {
         note += " ";
         note += words::NEEDS_COVARIANCE;
     }

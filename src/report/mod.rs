@@ -26,13 +26,11 @@ mod summary;
 mod thumbnail;
 mod views;
 
-pub use drift::DriftSection;
+pub use drift::{Change, ChangeSigma, DriftSection, Visible};
 pub use facts::{
-    BoardFacts, CalibrationFacts, Coefficients, CovarianceFacts, EstimateFacts, FindingFacts,
-    FocalFacts, LensFacts, LineFacts, PoseFacts, PrincipalPointFacts, ProjectionFacts, SigmaFacts,
-    ViewFacts,
+    BoardFacts, CalibrationFacts, Coefficients, EstimateFacts, FindingFacts, FocalFacts, LensFacts,
+    LineFacts, PoseFacts, PrincipalPointFacts, ProjectionFacts, SigmaFacts, ViewFacts,
 };
-pub use number::Measured;
 pub use page::page;
 pub use thumbnail::Thumbnail;
 

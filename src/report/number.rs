@@ -4,11 +4,9 @@ use crate::chart::escaped;
 
 /// A number with its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
-    /// The number.
-    pub value: f64,
-    /// Its standard deviation.
-    pub sd: f64,
+pub(super) struct Measured {
+    pub(super) value: f64,
+    pub(super) sd: f64,
 }
 
 /// Decimals that show two digits of `sd`.

@@ -6,12 +6,12 @@ use super::{
     CalibrationFacts, Report,
     number::{brief, plain},
     page::{figure, missing},
-    projection_map::cell,
+    projection_map::cells,
 };
 use crate::{
     chart::{COLOURS, Canvas, Stroke},
     frame::ImageSize,
-    geometry::{BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px},
+    geometry::BoardOutline,
     text::report::{self as words, Section},
 };
 
@@ -34,12 +34,9 @@ pub(super) fn coverage(facts: &CalibrationFacts) -> String {
     let mut canvas = Canvas::picture(facts.size_px(), Section::Coverage.heading());
     let shapes: Vec<BoardOutline> =
         outlines.iter().filter_map(|(_, corners)| BoardOutline::around(*corners)).collect();
-    for row in 0..GRID_ROWS {
-        for column in 0..GRID_COLUMNS {
-            let centre = cell_centre_px(size, column, row);
-            if !shapes.iter().any(|outline| outline.covers(&centre)) {
-                canvas.hatch(&cell(size, column, row));
-            }
+    for (centre, cell) in cells(size) {
+        if !shapes.iter().any(|outline| outline.covers(&centre)) {
+            canvas.hatch(&cell);
         }
     }
     // Many layers of the faintest blue would hide what is below.
@@ -97,8 +94,8 @@ fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
         let Some(pose) = view.pose() else { continue };
         let camera = view.camera(lens);
         for (corner, point_m) in corners.iter().zip(&board_m) {
-            if let Some(predicted) = camera.project_board_point(&pose, point_m) {
-                arrows.push((corner.px, corner.px - predicted.px));
+            if let Some(predicted) = camera.px_from_board(&pose, point_m) {
+                arrows.push((corner.px, corner.px - predicted));
             }
         }
     }

@@ -10,20 +10,25 @@ use crate::{
     text::report::{self as words, Section, name},
 };
 
-/// Verdict, what to do next, and what is to be known first.
+/// Verdict, what to do next, and what is to be known first. On the page of a check, the check's.
 pub(super) fn verdict(report: &Report) -> String {
     let facts = &report.facts;
     let code = facts.verdict.as_str();
+    let (sign, lead, next) = match &report.drift {
+        Some(drift) => {
+            let code = drift.verdict.as_deref().unwrap_or("none");
+            (words::verdict_sign(code), drift.message.as_str(), drift.action.clone())
+        }
+        None => (words::verdict_sign(code), words::verdict(code), next_action(facts)),
+    };
     let mut body = format!(
-        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
-        words::verdict_sign(code),
-        words::verdict(code),
+        "<p class=\"lead\"><span class=\"sign\">{sign}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
+        escaped(lead),
         words::NEXT,
-        escaped(&next_action(facts))
+        escaped(&next)
     );
-    if let Some(drift) = &report.drift {
-        let verdict = words::drift_verdict(drift.verdict.code());
-        push(&mut body, format_args!("<p class=\"next\"><b>{verdict}</b></p>\n"));
+    if report.drift.is_some() {
+        push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code)));
     }
     for note in &report.notes {
         push(&mut body, format_args!("<p>{}</p>\n", escaped(note)));

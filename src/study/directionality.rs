@@ -6,10 +6,12 @@ use super::{
     estimate::view,
     outcome::{Check, Claim, Figure, Outcome, Table, Verdict, Within},
     params::Params,
-    plot::{Plot, Series},
     setup::Setup,
 };
-use crate::geometry::PrincipalLine;
+use crate::{
+    chart::{Plot, Series},
+    geometry::PrincipalLine,
+};
 
 /// The principal line of one shifted board.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -32,8 +32,6 @@ pub mod table1;
 pub mod tilt;
 pub mod varying_focal;
 
-use crate::chart as plot;
-
 pub use outcome::Outcome;
 pub use params::Params;
 

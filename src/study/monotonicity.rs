@@ -4,9 +4,9 @@ use super::{
     directionality::{Row, deflection, table},
     outcome::{Check, Claim, Figure, Outcome, Verdict, Within},
     params::Params,
-    plot::{Plot, Series},
     setup::Setup,
 };
+use crate::chart::{Plot, Series};
 
 /// Directions of the paper's figure: across the line, at 45° to it, along it.
 pub const DIRECTIONS_RAD: [f64; 3] =

@@ -1,9 +1,7 @@
 //! All outcomes on one page: claim, measured, verdict.
 
-use super::{
-    outcome::{Check, Outcome, Within},
-    plot::escaped,
-};
+use super::outcome::{Check, Outcome, Within};
+use crate::chart::escaped;
 
 const STYLE: &str = "body{font:15px/1.45 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#111;background:#fff}
 h1{font-size:1.6rem}h2{margin-top:2.2rem;border-top:1px solid #ccc;padding-top:1rem}

@@ -7,9 +7,9 @@ use super::{
     estimate::{View, by_principal_lines, view},
     outcome::{Check, Claim, Figure, Outcome, Table, Verdict, Within},
     params::Params,
-    plot::{Plot, Series},
     setup::{SLOTS, Setup, slot_rad},
 };
+use crate::chart::{Plot, Series};
 
 /// The lines of one slot and of the opposed one.
 #[derive(Clone, Copy, Debug, PartialEq)]

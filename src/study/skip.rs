@@ -7,11 +7,13 @@ use super::{
     outcome::{Check, Claim, Figure, Outcome, Table, Verdict, Within},
     parallel,
     params::Params,
-    plot::{Plot, Series},
     setup::{Corners, Setup, chance},
     statistics,
 };
-use crate::calibration::{LensModel, skip::consecutive};
+use crate::{
+    calibration::{LensModel, skip::consecutive},
+    chart::{Plot, Series},
+};
 
 /// Most slots left out at a time.
 pub const MOST_SKIPPED: usize = 5;

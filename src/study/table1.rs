@@ -14,7 +14,6 @@ use super::{
     outcome::{Check, Claim, Figure, Outcome, Table, Verdict, Within},
     parallel,
     params::Params,
-    plot::{Plot, Series},
     setup::{Corners, SLOTS, board, chance, slot_rad},
 };
 use crate::{
@@ -22,6 +21,7 @@ use crate::{
         LensModel,
         skip::{Spread, consecutive},
     },
+    chart::{Plot, Series},
     frame::ImageSize,
     geometry::{Camera, Distortion},
 };

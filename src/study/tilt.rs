@@ -7,12 +7,12 @@ use super::{
     outcome::{Claim, Figure, Outcome, Table, Verdict},
     parallel,
     params::Params,
-    plot::{Plot, Series},
     setup::{Corners, Setup, chance},
     statistics,
 };
 use crate::{
     calibration::LensModel,
+    chart::{Plot, Series},
     geometry::{Camera, PrincipalLine, intersect_weighted, principal_line_and_ring},
 };
 

@@ -7,12 +7,12 @@ use super::{
     outcome::{Check, Claim, Figure, Outcome, Table, Verdict, Within},
     parallel,
     params::Params,
-    plot::{Plot, Series},
     setup::{Corners, Setup, chance},
     statistics,
 };
 use crate::{
     calibration::LensModel,
+    chart::{Plot, Series},
     geometry::{Camera, PrincipalLine, intersect_weighted},
 };
 use rand_distr::{Distribution, StandardNormal};

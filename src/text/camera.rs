@@ -1,7 +1,7 @@
 //! The live camera in words.
 
 use crate::{
-    device::{Control, ControlChange, Fault, Lock, Mode},
+    device::{CameraEvent, Control, ControlChange, Fault, Lock, Mode},
     session::{CameraState, Stream},
 };
 
@@ -134,6 +134,25 @@ pub fn with_detail(what: Fault, detail: &str) -> (String, String) {
     (cause, action.into())
 }
 
+/// What happened to the camera, for a list of such; `None` for what is no news.
+pub fn event(event: &CameraEvent) -> Option<String> {
+    Some(match event {
+        CameraEvent::Started { mode: granted } => format!("streams {}", mode(granted)),
+        CameraEvent::Returned { mode: granted, .. } => format!("is back, {}", mode(granted)),
+        CameraEvent::Lost { fault, detail } | CameraEvent::Doubtful { fault, detail } => {
+            format!("{}: {}", fault.code(), with_detail(*fault, detail).0)
+        }
+        CameraEvent::Dispelled { fault } => format!("{}: over", fault.code()),
+        CameraEvent::ControlChanged(change) => {
+            format!("{} went from {} to {}", control(change.control), change.from, change.to)
+        }
+        CameraEvent::ControlRestored { control: which, .. } => {
+            format!("{} is back where it was", control(*which))
+        }
+        CameraEvent::Locked { .. } | CameraEvent::Counted { .. } => return None,
+    })
+}
+
 /// The name of a control.
 pub fn control(control: Control) -> &'static str {
     match control {
@@ -170,7 +189,8 @@ pub fn printable(text: &str) -> String {
     text.chars().filter(|c| !c.is_control()).collect()
 }
 
-fn capital(word: &str) -> String {
+/// With a capital letter, as at the start of a line.
+pub fn capital(word: &str) -> String {
     let mut letters = word.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

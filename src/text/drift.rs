@@ -1,6 +1,10 @@
 //! What a check of an installed camera found, and what to do.
 
-use crate::calibration::{Drift, DriftVerdict, NoDrift, Verdict, import::OldCalibration};
+use super::camera;
+use crate::{
+    calibration::{Drift, DriftVerdict, NoDrift, Verdict, import::OldCalibration},
+    device::{Control, Lock},
+};
 
 /// The verdict with its numbers, and the next action.
 pub fn drift(drift: &Drift) -> (String, &'static str) {
@@ -118,4 +122,26 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
 /// What an export of such a calibration holds.
 pub fn focal_is_a_mean() -> &'static str {
     "Each view has its own focal length; the file gets their mean. views-csv has them all"
+}
+
+/// That a control stands otherwise than when the old calibration was made; `None` if it does not.
+pub fn lock_differs(control: Control, was: i64, is: Lock) -> Option<String> {
+    if is == (Lock::Locked { value: was }) {
+        return None;
+    }
+    let (name, is) = (camera::control(control), camera::lock(is));
+    Some(format!("The {name} was locked at {was} when the camera was calibrated; now it is {is}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_control_that_stands_otherwise_is_told() {
+        assert_eq!(lock_differs(Control::Focus, 30, Lock::Locked { value: 30 }), None);
+        let told = lock_differs(Control::Focus, 30, Lock::Locked { value: 0 });
+        assert!(told.is_some_and(|told| told.contains("30") && told.contains("locked at 0")));
+        assert!(lock_differs(Control::Zoom, 100, Lock::Unknown).is_some());
+    }
 }

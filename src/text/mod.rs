@@ -17,8 +17,8 @@ pub mod window;
 
 pub use controls::{Act, Control};
 pub use drift::{
-    doubts_of_old, drift, drift_is_weak, drift_numbers, focal_is_a_mean, focal_varied, no_drift,
-    other_camera,
+    doubts_of_old, drift, drift_is_weak, drift_numbers, focal_is_a_mean, focal_varied,
+    lock_differs, no_drift, other_camera,
 };
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};

@@ -1,5 +1,7 @@
 //! The calibration report in words.
 
+use crate::calibration::Verdict;
+
 /// Headings of the page, in its order, with the names by which a link reaches them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
@@ -88,22 +90,25 @@ pub fn title(name: &str) -> String {
     format!("Calibration report: {name}")
 }
 
-/// The verdict in words, from its stable name.
+/// The verdict in words, from its stable name; what is unknown is not to be trusted.
 pub fn verdict(code: &str) -> &'static str {
+    let known = [Verdict::Good, Verdict::Care].into_iter().find(|verdict| verdict.code() == code);
+    super::verdict(known.unwrap_or(Verdict::Untrustworthy))
+}
+
+/// A sign that stands for a calibration's or a check's verdict, told apart by its shape.
+pub fn verdict_sign(code: &str) -> &'static str {
     match code {
-        "good" => "GOOD: nothing speaks against this calibration",
-        "care" => "USABLE WITH CARE: read the findings",
-        _ => "NOT TRUSTWORTHY: do not use this calibration",
+        "good" | "ok" => "✓",
+        "care" | "watch" => "!",
+        "none" => "?",
+        _ => "✗",
     }
 }
 
-/// A sign that stands for the verdict, told apart by its shape.
-pub fn verdict_sign(code: &str) -> &'static str {
-    match code {
-        "good" => "✓",
-        "care" => "!",
-        _ => "✗",
-    }
+/// The calibration's verdict on the page of a check.
+pub fn by_themselves(code: &str) -> String {
+    format!("The check's own views as a calibration: {}", verdict(code))
 }
 
 /// What to do with a calibration that nothing speaks against.
@@ -259,6 +264,7 @@ pub mod name {
     pub const PICTURE: &str = "Picture";
     pub const BOARD: &str = "Board";
     pub const SOURCE: &str = "Source";
+    pub const MODE: &str = "Mode";
     pub const BEGUN: &str = "Begun";
     pub const SETTINGS: &str = "Settings changed";
     pub const CHANGES: &str = "Changes";
@@ -284,6 +290,7 @@ pub mod name {
     pub const SESSION: &str = "Session";
     pub const FILE: &str = "File";
     pub const FRAMES: &str = "Frames";
+    pub const AGAINST: &str = "Old calibration";
     pub const REPEAT: &str = "Repeat with";
 }
 
@@ -295,15 +302,6 @@ pub fn board(columns: u32, rows: u32, square: &str) -> String {
 /// Size of the picture.
 pub fn picture([width, height]: [u32; 2]) -> String {
     format!("{width}×{height} px")
-}
-
-/// Verdict of a drift check.
-pub fn drift_verdict(code: &str) -> &'static str {
-    match code {
-        "ok" => "OK: the old calibration holds",
-        "watch" => "WATCH: something may have moved",
-        _ => "RECALIBRATE: the camera is no longer the one that was calibrated",
-    }
 }
 
 /// Rows of the drift section.

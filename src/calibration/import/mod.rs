@@ -24,6 +24,8 @@ mod numbers;
 mod own;
 mod syntax;
 
+pub use own::named_covariance;
+
 use nalgebra::SMatrix;
 
 use super::Verdict;
@@ -57,10 +59,21 @@ pub struct OldCalibration {
     pub board: Option<Checkerboard>,
     /// What the camera is called, if the file says: this program's `source`, ROS's `camera_name`.
     pub source: Option<String>,
+    /// Where focus and zoom were locked, in the driver's unit, if the file says.
+    pub locked: LockedLens,
     /// Whether the focal length is only the mean of views that each have their own.
     pub focal_varies: bool,
     /// Cameras in the file, of which this is the first.
     pub camera_count: usize,
+}
+
+/// Controls that the calibration depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LockedLens {
+    /// Distance at which the lens is sharp.
+    pub focus: Option<i64>,
+    /// Focal length.
+    pub zoom: Option<i64>,
 }
 
 /// Formats that can be read.
@@ -204,6 +217,7 @@ impl OldCalibration {
             verdict: None,
             board: None,
             source: None,
+            locked: LockedLens::default(),
             focal_varies: false,
             camera_count: 1,
         })

@@ -1,7 +1,7 @@
 use nalgebra::{Point2, SMatrix};
 use serde_json::Value;
 
-use super::{NotImported, OldCalibration, OldFormat};
+use super::{LockedLens, NotImported, OldCalibration, OldFormat};
 use crate::{
     board::Checkerboard,
     calibration::Verdict,
@@ -37,14 +37,18 @@ pub(super) fn read(report: &Value) -> Result<OldCalibration, NotImported> {
     let mut old = OldCalibration::new(OldFormat::Own, &lens, size)?;
     old.rms_px = result["rms_px"].as_f64();
     // The doubt about coefficients held at zero moves with that of the others: cut off, it would grow.
-    old.covariance =
-        covariance(&result["covariance_all"]).or_else(|| covariance(&result["covariance"]));
+    old.covariance = named_covariance(&result["covariance_all"])
+        .or_else(|| named_covariance(&result["covariance"]));
     old.outlines = report["views"].as_array().into_iter().flatten().filter_map(outline).collect();
     old.verdict = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy]
         .into_iter()
         .find(|verdict| report["verdict"] == verdict.code());
     old.board = board(&report["board"]);
     old.source = report["source"].as_str().map(Into::into);
+    old.locked = LockedLens {
+        focus: report["camera"]["focus"].as_i64(),
+        zoom: report["camera"]["zoom"].as_i64(),
+    };
     old.focal_varies = result["focal"]["varies"] == true;
     Ok(old)
 }
@@ -55,8 +59,10 @@ fn board(named: &Value) -> Option<Checkerboard> {
     Checkerboard::new(count("columns")?, count("rows")?, square_m).ok()
 }
 
-/// The full matrix from its named rows; `None` if there is none or a name is unknown.
-fn covariance(named: &Value) -> Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>> {
+/// The full matrix from its named rows, as `boresight.calibration/1` writes it: `order` and `matrix`.
+///
+/// `None` if there is none, a name is unknown or a number is missing.
+pub fn named_covariance(named: &Value) -> Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>> {
     // One f stands for fx and fy, which then move together.
     let indices = |name: &Value| -> Option<&'static [usize]> {
         Some(match name.as_str()? {

@@ -85,6 +85,7 @@ struct Headers {
     dc: [Option<Table>; 4],
     ac: [Option<Table>; 4],
     has_tables: bool,
+    has_other_tables: bool,
     restart_every: u32,
     scan_header_at: usize,
     scan_at: usize,
@@ -115,6 +116,7 @@ impl Headers {
             dc: [None, None, None, None],
             ac: [None, None, None, None],
             has_tables: false,
+            has_other_tables: false,
             restart_every: 0,
             scan_header_at: 0,
             scan_at: 0,
@@ -181,6 +183,7 @@ impl Headers {
             let total: usize = counts.iter().map(|count| usize::from(*count)).sum();
             let values = rest.get(..total).ok_or(Flaw::BadHeader)?.to_vec();
             let spec = super::huffman::TableSpec { counts: *counts, values };
+            self.has_other_tables |= !standard().contains(&(place, spec.clone()));
             self.set_table(place, Table::new(&spec))?;
             self.has_tables = true;
             body = &rest[total..];
@@ -244,7 +247,12 @@ impl Headers {
             Ok(Part { dc, ac, blocks, dc_step })
         };
         let parts = self.components.iter().map(part).collect::<Result<_, _>>()?;
-        Ok(Expected { parts, units, restart_every: self.restart_every })
+        Ok(Expected {
+            parts,
+            units,
+            restart_every: self.restart_every,
+            zeros_are_foreign: !self.has_other_tables,
+        })
     }
 }
 

@@ -25,6 +25,8 @@ pub(super) struct Expected<'a> {
     pub(super) units: u32,
     /// Units between restart markers; 0 for none.
     pub(super) restart_every: u32,
+    /// Whether no picture gives a long run of zero bytes: so with the usual tables.
+    pub(super) zeros_are_foreign: bool,
 }
 
 /// How a scan ended.
@@ -55,6 +57,9 @@ pub(super) fn walk(
             0 => left,
             every => every.min(left),
         };
+        if expected.zeros_are_foreign && has_zeros(clean) {
+            return Err(Flaw::BrokenScan);
+        }
         let surplus = blocks(clean, expected, units)?;
         left -= units;
         if left == 0 {
@@ -73,6 +78,22 @@ pub(super) fn walk(
         restart = (restart + 1) % 8;
         at += 2;
     }
+}
+
+/// Whether there is a run of zero bytes as a lost packet leaves it. Zeros are codes, too, and would pass for
+/// a picture; but one whose every coefficient is -1.
+fn has_zeros(data: &[u8]) -> bool {
+    const RUN: usize = 16;
+    // Every run of that length covers one of these pieces.
+    let pieces = data.chunks_exact(RUN / 2).enumerate();
+    let mut zero = pieces.filter(|(_, piece)| piece.iter().all(|byte| *byte == 0));
+    zero.any(|(at, _)| {
+        let (before, behind) = data.split_at(at * RUN / 2);
+        let zeros = |byte: &&u8| **byte == 0;
+        let run = before.iter().rev().take_while(zeros).count()
+            + behind.iter().take(RUN).take_while(zeros).count();
+        run >= RUN
+    })
 }
 
 /// Copies the data from `at` up to the next marker without its stuffed bytes; leaves `at` at the marker

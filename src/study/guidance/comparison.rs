@@ -1,11 +1,13 @@
 //! What the runs say: medians, intervals, curves and words.
 
 use super::{Course, Mark, Runs, STRATEGIES};
-use crate::study::{
-    outcome::{Claim, Figure, Outcome, Table, Verdict},
-    params::Params,
-    plot::{Plot, Series},
-    statistics::{median, median_interval, rms},
+use crate::{
+    chart::{Plot, Series},
+    study::{
+        outcome::{Claim, Figure, Outcome, Table, Verdict},
+        params::Params,
+        statistics::{median, median_interval, rms},
+    },
 };
 
 /// Precision that a run is to reach.

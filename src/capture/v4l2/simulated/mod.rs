@@ -186,7 +186,7 @@ impl World {
         for fault in &mut camera.frame_faults {
             fault(number, &mut frame);
         }
-        if !frame.delivered || open.queue.is_empty() {
+        if !frame.delivered || camera.poll_error || open.queue.is_empty() {
             return;
         }
         let index = open.queue.remove(0);

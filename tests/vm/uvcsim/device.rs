@@ -1,0 +1,436 @@
+//! One simulated USB camera: the USB/IP protocol towards the kernel's vhci-hcd, and the stream.
+//!
+//! vhci-hcd gets one end of a socket pair; on the other end this program answers the kernel's requests (URBs).
+//! A request that was taken back must not be answered any more: vhci drops the device then.
+
+use std::{
+    collections::VecDeque,
+    fs::File,
+    io::{Read, Write},
+    os::{fd::AsRawFd, unix::net::UnixStream},
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    thread::JoinHandle,
+    time::{Duration, Instant},
+};
+
+use crate::{
+    controls::{self, Control},
+    modes::{Format, Mode, PACKET, configuration},
+    pictures::{Pictures, without_tables},
+};
+
+const VHCI: &str = "/sys/devices/platform/vhci_hcd.0";
+/// A device of high speed.
+const HIGH_SPEED: u32 = 3;
+const STALLED: i32 = -32;
+const TAKEN_BACK: i32 = -104;
+
+/// What goes wrong with the stream; numbers count down frames.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Faults {
+    pub(crate) freeze: bool,
+    pub(crate) error_bits: u32,
+    pub(crate) short: u32,
+    pub(crate) bad_jpeg: u32,
+    pub(crate) dropped: u32,
+    pub(crate) no_tables: bool,
+    pub(crate) stall_commit: bool,
+    pub(crate) stall_stream: bool,
+    pub(crate) slow_millis: u64,
+}
+
+/// A request for data of the stream: its number and the lengths of its packets.
+struct Request {
+    number: u32,
+    packets: Vec<u32>,
+}
+
+#[derive(Default)]
+struct Requests {
+    waiting: VecDeque<Request>,
+    /// Number of the one that is being filled.
+    held: Option<u32>,
+}
+
+/// What the threads of one device share.
+pub(crate) struct Shared {
+    requests: Mutex<Requests>,
+    more: Condvar,
+    mode: Mutex<Mode>,
+    pub(crate) faults: Mutex<Faults>,
+    pub(crate) controls: Mutex<Vec<Control>>,
+    out: Mutex<UnixStream>,
+    state: Mutex<State>,
+}
+
+struct State {
+    alive: bool,
+    /// Counts starts and stops of the stream.
+    run: u64,
+}
+
+/// A device that is plugged in.
+pub(crate) struct Device {
+    pub(crate) shared: Arc<Shared>,
+    protocol: JoinHandle<()>,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Device {
+    /// Plugs a camera into `port`.
+    pub(crate) fn plug(
+        name: &str,
+        serial: &str,
+        pictures: Arc<Pictures>,
+        port: u32,
+    ) -> std::io::Result<Self> {
+        let (ours, kernels) = UnixStream::pair()?;
+        let attach = format!("{port} {} {} {HIGH_SPEED}", kernels.as_raw_fd(), 0x10002 + port);
+        File::options().write(true).open(format!("{VHCI}/attach"))?.write_all(attach.as_bytes())?;
+        drop(kernels);
+        let shared = Arc::new(Shared {
+            requests: Mutex::default(),
+            more: Condvar::new(),
+            mode: Mutex::new(Mode::START),
+            faults: Mutex::default(),
+            controls: Mutex::new(controls::all()),
+            out: Mutex::new(ours.try_clone()?),
+            state: Mutex::new(State { alive: true, run: 0 }),
+        });
+        let names = [name.to_owned(), serial.to_owned()];
+        let of_protocol = Arc::clone(&shared);
+        let protocol = std::thread::Builder::new().name("usb".into()).spawn(move || {
+            let of_stream = Arc::clone(&of_protocol);
+            let stream = std::thread::Builder::new()
+                .name("stream".into())
+                .spawn(move || Stream::new(&of_stream, &pictures).run());
+            of_protocol.answer(ours, &names);
+            locked(&of_protocol.state).alive = false;
+            of_protocol.more.notify_all();
+            if let Ok(stream) = stream {
+                stream.join().ok();
+            }
+        })?;
+        Ok(Self { shared, protocol })
+    }
+
+    /// Pulls it out.
+    pub(crate) fn unplug(self) {
+        locked(&self.shared.out).shutdown(std::net::Shutdown::Both).ok();
+        self.protocol.join().ok();
+    }
+}
+
+impl Shared {
+    fn alive(&self) -> bool {
+        locked(&self.state).alive
+    }
+
+    fn run(&self) -> u64 {
+        locked(&self.state).run
+    }
+
+    /// Sends an answer: `command` 3 to a request, 4 to one that is taken back.
+    fn reply(&self, command: u32, number: u32, status: i32, data: &[u8], packets: &[(u32, u32)]) {
+        let mut message = vec![0; 48];
+        message[0..4].copy_from_slice(&command.to_be_bytes());
+        message[4..8].copy_from_slice(&number.to_be_bytes());
+        message[20..24].copy_from_slice(&status.to_be_bytes());
+        message[24..28].copy_from_slice(&(data.len() as u32).to_be_bytes());
+        message[32..36].copy_from_slice(&(packets.len() as u32).to_be_bytes());
+        message.extend_from_slice(data);
+        let mut offset = 0_u32;
+        for (length, used) in packets {
+            for value in [offset, *length, *used, 0] {
+                message.extend(value.to_be_bytes());
+            }
+            offset += length;
+        }
+        locked(&self.out).write_all(&message).ok();
+    }
+
+    /// Answers the kernel until it or the person ends the connection.
+    fn answer(&self, mut from: UnixStream, names: &[String; 2]) {
+        let mut probe = Mode::START;
+        let mut header = [0; 48];
+        while from.read_exact(&mut header).is_ok() {
+            let word = |at: usize| {
+                u32::from_be_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]])
+            };
+            let (command, number, is_in, endpoint, length) =
+                (word(0), word(4), word(12) == 1, word(16), word(24));
+            if command == 2 {
+                self.take_back(number, word(20));
+                continue;
+            }
+            let mut data = vec![0; if is_in { 0 } else { length as usize }];
+            if from.read_exact(&mut data).is_err() {
+                return;
+            }
+            if endpoint == 1 && is_in {
+                let mut table = vec![0; word(32) as usize * 16];
+                if from.read_exact(&mut table).is_err() {
+                    return;
+                }
+                let packets = table
+                    .chunks_exact(16)
+                    .map(|row| u32::from_be_bytes([row[4], row[5], row[6], row[7]]))
+                    .collect();
+                locked(&self.requests).waiting.push_back(Request { number, packets });
+                self.more.notify_all();
+                continue;
+            }
+            let mut setup = [0; 8];
+            setup.copy_from_slice(&header[40..48]);
+            match self.control(setup, &data, names, &mut probe) {
+                Some(mut answer) if is_in => {
+                    answer.truncate(usize::from(u16::from_le_bytes([setup[6], setup[7]])));
+                    self.reply(3, number, 0, &answer, &[]);
+                }
+                Some(_) => self.reply_out(number, data.len()),
+                None => self.reply(3, number, STALLED, &[], &[]),
+            }
+        }
+    }
+
+    /// Says that all bytes of a request to write were taken.
+    fn reply_out(&self, number: u32, taken: usize) {
+        let mut message = vec![0; 48];
+        message[0..4].copy_from_slice(&3_u32.to_be_bytes());
+        message[4..8].copy_from_slice(&number.to_be_bytes());
+        message[24..28].copy_from_slice(&(taken as u32).to_be_bytes());
+        locked(&self.out).write_all(&message).ok();
+    }
+
+    fn take_back(&self, number: u32, which: u32) {
+        locked(&self.state).run += 1;
+        let mut requests = locked(&self.requests);
+        let before = requests.waiting.len();
+        requests.waiting.retain(|request| request.number != which);
+        let was_waiting = requests.waiting.len() < before;
+        let was_held = requests.held.take_if(|held| *held == which).is_some();
+        // Under the lock: the stream must not answer it after this.
+        self.reply(4, number, if was_waiting || was_held { TAKEN_BACK } else { 0 }, &[], &[]);
+        drop(requests);
+    }
+
+    /// Answers a control request; `None` refuses it.
+    fn control(
+        &self,
+        setup: [u8; 8],
+        data: &[u8],
+        [name, serial]: &[String; 2],
+        probe: &mut Mode,
+    ) -> Option<Vec<u8>> {
+        let [kind, request, low, high, interface, unit, ..] = setup;
+        let of_stream = interface == 1 && (high == 1 || high == 2);
+        match (kind, request) {
+            (0x80, 6) => match high {
+                1 => Some(vec![
+                    18, 1, 0, 2, 0xef, 2, 1, 64, 0x6b, 0x1d, 0x02, 0x01, 0, 1, 1, 2, 3, 1,
+                ]),
+                2 => Some(configuration()),
+                3 => match low {
+                    0 => Some(vec![4, 3, 9, 4]),
+                    1 => Some(text("uvcsim")),
+                    2 => Some(text(name)),
+                    3 => Some(text(serial)),
+                    _ => None,
+                },
+                6 => Some(vec![10, 6, 0, 2, 0xef, 2, 1, 64, 1, 0]),
+                _ => None,
+            },
+            (0x80, 8) => Some(vec![1]),
+            (0x81, 10) => Some(vec![0]),
+            (0x80..=0x82, 0) => Some(vec![0, 0]),
+            (0x00, 1 | 3 | 9) | (0x01, 11) | (0x02, 1 | 3) => Some(vec![]),
+            (0xa1, _) if of_stream => match request {
+                0x81 if high == 2 => Some(locked(&self.mode).to_block()),
+                0x81..=0x83 => Some(probe.to_block()),
+                0x85 => Some(vec![34, 0]),
+                0x86 => Some(vec![3]),
+                0x87 => Some(Mode::START.to_block()),
+                _ => None,
+            },
+            (0x21, 1) if of_stream && data.len() >= 26 => {
+                let mode = Mode::from_block(data);
+                if high == 1 {
+                    *probe = mode;
+                } else if locked(&self.faults).stall_commit {
+                    return None;
+                } else {
+                    eprintln!("uvcsim: {mode:?}");
+                    *locked(&self.mode) = mode;
+                    locked(&self.state).run += 1;
+                }
+                Some(vec![])
+            }
+            (0xa1, _) if unit > 0 => {
+                controls::find(&mut locked(&self.controls), unit, high)?.read(request)
+            }
+            (0x21, 1) if unit > 0 => {
+                let mut all = locked(&self.controls);
+                let control = controls::find(&mut all, unit, high)?;
+                control.set(data).then(|| {
+                    eprintln!("uvcsim: {} is set to {}", control.name, control.value);
+                    vec![]
+                })
+            }
+            // Power mode and error code.
+            (0xa1, 0x81) => Some(vec![0]),
+            _ => None,
+        }
+    }
+}
+
+fn text(text: &str) -> Vec<u8> {
+    let units: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).take(252).collect();
+    let mut descriptor = vec![2 + units.len() as u8, 3];
+    descriptor.extend(units);
+    descriptor
+}
+
+/// The thread that sends frames.
+struct Stream<'a> {
+    shared: &'a Shared,
+    pictures: &'a Pictures,
+    number: u64,
+    /// Toggles with each frame.
+    frame_bit: u8,
+    due: Instant,
+}
+
+impl<'a> Stream<'a> {
+    fn new(shared: &'a Shared, pictures: &'a Pictures) -> Self {
+        Self { shared, pictures, number: 0, frame_bit: 0, due: Instant::now() }
+    }
+
+    fn run(&mut self) {
+        while let Some(request) = self.take() {
+            let mode = *locked(&self.shared.mode);
+            let run = self.shared.run();
+            let mut frame = self.pictures.frame(mode, self.number);
+            self.wait_until_due(mode);
+            self.number += 1;
+            let mut faults = locked(&self.shared.faults);
+            if std::mem::take(&mut faults.stall_stream) {
+                drop(faults);
+                self.give(
+                    &request,
+                    STALLED,
+                    &[],
+                    &request.packets.iter().map(|l| (*l, 0)).collect::<Vec<_>>(),
+                );
+                continue;
+            }
+            if once(&mut faults.dropped) {
+                drop(faults);
+                self.put_back(request);
+                continue;
+            }
+            let is_jpeg = mode.format == Format::Mjpeg;
+            if faults.no_tables && is_jpeg {
+                frame = without_tables(&frame);
+            }
+            let error_bit = if once(&mut faults.error_bits) { 0x40 } else { 0 };
+            if once(&mut faults.short) {
+                frame.truncate(frame.len() / 3);
+            }
+            if once(&mut faults.bad_jpeg) {
+                let length = frame.len();
+                frame[length / 4..length / 2].iter_mut().step_by(7).for_each(|byte| *byte ^= 0x5a);
+            }
+            let slow = Duration::from_millis(faults.slow_millis);
+            drop(faults);
+            std::thread::sleep(slow);
+            self.send(request, &frame, error_bit, run);
+        }
+    }
+
+    fn wait_until_due(&mut self, mode: Mode) {
+        let interval = Duration::from_nanos(u64::from(mode.interval) * 100);
+        let now = Instant::now();
+        self.due += interval;
+        if self.due + interval < now || self.due > now + interval * 2 {
+            self.due = now;
+        }
+        std::thread::sleep(self.due.saturating_duration_since(now));
+    }
+
+    /// Sends a frame in as many requests as it needs; gives up when the stream is started anew.
+    fn send(&mut self, mut request: Request, frame: &[u8], error_bit: u8, run: u64) {
+        self.frame_bit ^= 1;
+        let mut sent = 0;
+        loop {
+            let (mut data, mut packets, mut ended) = (Vec::new(), Vec::new(), false);
+            for length in &request.packets {
+                let room = (*length).min(PACKET) as usize;
+                if ended || room < 3 {
+                    packets.push((*length, 0));
+                    continue;
+                }
+                let part = (room - 2).min(frame.len() - sent);
+                ended = sent + part == frame.len();
+                let end_bit = if ended { 2 } else { 0 };
+                data.extend([2, 0x80 | self.frame_bit | error_bit | end_bit]);
+                data.extend_from_slice(&frame[sent..sent + part]);
+                sent += part;
+                packets.push((*length, part as u32 + 2));
+            }
+            self.give(&request, 0, &data, &packets);
+            if ended {
+                return;
+            }
+            match self.take() {
+                Some(next) => request = next,
+                None => return,
+            }
+            if self.shared.run() != run {
+                self.put_back(request);
+                return;
+            }
+        }
+    }
+
+    /// The next waiting request; `None` when the device is gone.
+    fn take(&self) -> Option<Request> {
+        let mut requests = locked(&self.shared.requests);
+        loop {
+            if !self.shared.alive() {
+                return None;
+            }
+            let frozen = locked(&self.shared.faults).freeze;
+            if !frozen && let Some(request) = requests.waiting.pop_front() {
+                requests.held = Some(request.number);
+                return Some(request);
+            }
+            let wait = self.shared.more.wait_timeout(requests, Duration::from_millis(50));
+            requests = wait.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Answers a request, unless it was taken back meanwhile.
+    fn give(&self, request: &Request, status: i32, data: &[u8], packets: &[(u32, u32)]) {
+        let mut requests = locked(&self.shared.requests);
+        if requests.held.take_if(|held| *held == request.number).is_some() {
+            self.shared.reply(3, request.number, status, data, packets);
+        }
+    }
+
+    fn put_back(&self, request: Request) {
+        let mut requests = locked(&self.shared.requests);
+        if requests.held.take_if(|held| *held == request.number).is_some() {
+            requests.waiting.push_front(request);
+        }
+    }
+}
+
+/// Counts down; whether there was something left.
+fn once(left: &mut u32) -> bool {
+    let any = *left > 0;
+    *left -= u32::from(any);
+    any
+}
