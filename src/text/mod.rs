@@ -11,6 +11,7 @@ pub mod explore;
 mod findings;
 pub mod replay;
 pub mod report;
+mod result;
 pub mod settings;
 mod target;
 pub mod window;

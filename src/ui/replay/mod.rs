@@ -137,7 +137,13 @@ impl Replayed {
         let step = &self.steps[self.at];
         self.screen.snapshot = Some(step.clone());
         self.screen.picture = Picture::default();
-        if let Some(picture) = step.decision.frame.and_then(|frame| (self.load)(frame)) {
+        // A view's picture is the sharpest of its hold, not the one of the frame that ended it.
+        let frame = match step.decision.outcome {
+            Outcome::Accepted { frame, .. } => Some(frame),
+            _ => step.decision.frame,
+        };
+        self.screen.taken_secs = self.is_taken(self.at).then_some(self.screen.now_secs);
+        if let Some(picture) = frame.and_then(|frame| (self.load)(frame)) {
             self.screen.picture.show_image(ui.ctx(), &picture);
             self.screen.picture.captured_at = step.live.as_ref().map(|live| live.captured_at);
         }
