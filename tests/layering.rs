@@ -15,7 +15,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("guidance", &["board", "frame", "geometry"]),
     ("capture", &["board", "device", "frame", "geometry"]),
     ("session", &["board", "device", "frame", "geometry", "detection", "calibration", "guidance"]),
-    ("config", &["board", "device", "frame", "geometry", "calibration", "guidance", "capture", "session"]),
+    (
+        "config",
+        &["board", "device", "frame", "geometry", "calibration", "guidance", "capture", "session"],
+    ),
     ("recording", &["board", "device", "frame", "geometry", "detection", "session", "config"]),
     ("pipeline", &["board", "device", "frame", "detection", "capture", "session", "recording"]),
     ("study", &["board", "frame", "geometry", "detection", "calibration", "guidance", "capture"]),
@@ -128,7 +131,8 @@ fn unsafe_code_stands_in_one_file() {
         .into_iter()
         .filter(|source| {
             let code = source.text.lines().map(|line| line.split("//").next().unwrap_or_default());
-            code.into_iter().any(|code| stands_in(code, "unsafe ") || stands_in(code, "unsafe_code"))
+            code.into_iter()
+                .any(|code| stands_in(code, "unsafe ") || stands_in(code, "unsafe_code"))
         })
         .map(|source| source.path)
         .collect();
