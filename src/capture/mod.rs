@@ -1,5 +1,7 @@
 //! Frames in: every source of pictures behind one trait.
 
+#[cfg(unix)]
+mod ffmpeg;
 mod image_folder;
 pub mod integrity;
 mod pixel_format;
@@ -9,6 +11,8 @@ pub mod technician;
 #[cfg(target_os = "linux")]
 pub mod v4l2;
 
+#[cfg(unix)]
+pub use ffmpeg::{Ffmpeg, is_address};
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
 pub use pixel_format::Unpacker;
 pub use recorded::Recorded;

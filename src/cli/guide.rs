@@ -21,6 +21,8 @@ use super::{
     source::{SourceName, open_folder, open_session},
     truth,
 };
+#[cfg(unix)]
+use crate::capture::Ffmpeg;
 use crate::{
     capture::{
         FrameSource,
@@ -48,8 +50,8 @@ use crate::{
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Where pictures come from: a camera (its name from `boresight devices`, or its node such as
-    /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures; auto
-    /// takes the only real camera, else the simulated one, and says which.
+    /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a video
+    /// file, or a stream such as rtsp://… and http://… (both need ffmpeg); auto takes the only real camera, else the simulated one, and says which.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
     /// Guide by words in the terminal instead of a window.
@@ -253,6 +255,10 @@ pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened>
             (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), Some(truth))
         }
         SourceName::Camera(camera) => (camera.open()?, Box::new(|_: Judged<'_>| ()), None),
+        #[cfg(unix)]
+        SourceName::Video(name) => {
+            (Box::new(Ffmpeg::open(name)?), Box::new(|_: Judged<'_>| ()), None)
+        }
         SourceName::Session(path) => (open_session(path)?, Box::new(|_: Judged<'_>| ()), None),
         SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: Judged<'_>| ()), None),
     })

@@ -8,6 +8,8 @@ use super::{
     camera::{self, ChosenCamera},
     say,
 };
+#[cfg(unix)]
+use crate::capture::is_address;
 use crate::{
     capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, synthetic::Scene},
     config::{Config, SceneFile},
@@ -23,6 +25,9 @@ pub(super) enum SourceName {
     Simulated(Box<Scene>),
     /// A live camera.
     Camera(ChosenCamera),
+    /// A network stream or a video file.
+    #[cfg(unix)]
+    Video(String),
     /// A recorded session.
     Session(PathBuf),
     /// A folder of pictures.
@@ -53,6 +58,10 @@ impl SourceName {
             scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
         }
+        #[cfg(unix)]
+        if is_address(name) || is_video(Path::new(name)) {
+            return Ok(Self::Video(name.into()));
+        }
         if camera::is_name(name) {
             return ChosenCamera::named(name, config).map(Self::Camera);
         }
@@ -76,6 +85,14 @@ impl SourceName {
             "no source {name:?}: try a name from `boresight devices`, sim, a session folder, or a folder of pictures"
         )
     }
+}
+
+/// Whether `path` is a file of moving pictures.
+#[cfg(unix)]
+fn is_video(path: &Path) -> bool {
+    const ENDINGS: [&str; 9] = ["mp4", "mov", "mkv", "avi", "webm", "m4v", "mjpeg", "mjpg", "ts"];
+    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
+    path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
 }
 
 /// Opens a folder of pictures.

@@ -19,15 +19,15 @@ use crate::{
     board::Checkerboard,
     capture::{Arrival, FrameSource},
     detection::{Detector, DetectorParams, Search, Track},
-    frame::{Frame, FrameId, ImageSize},
+    frame::{CaptureTime, Frame, FrameId, ImageSize},
     recording::{RecordingError, SessionFolder},
     session::{Command, Decision, Input, Observation, Outcome, Session, Snapshot},
 };
 
 /// Longest a source may wait before it looks at the stop flag again.
 pub const SOURCE_PATIENCE: Duration = Duration::from_millis(100);
-/// Longest look at one frame of a live stream. Far more than any picture needs on an idle machine; on a
-/// busy one the next frame is worth more.
+/// Longest look at one frame of a live stream, unless the next one comes later. Far more than any picture
+/// needs on an idle machine; on a busy one the next frame is worth more.
 const LONGEST_LOOK: Duration = Duration::from_millis(250);
 /// Small, so that a slow session holds back the detector and old frames are replaced upstream.
 const INBOX_CAPACITY: usize = 4;
@@ -192,6 +192,7 @@ impl Pipeline {
             move || {
                 let mut detector = Detector::new(DetectorParams::default());
                 let mut track = Track::default();
+                let mut last = None;
                 while let Some(frame) = frames_out.recv() {
                     replaced.store(frames_out.replaced(), Ordering::Relaxed);
                     let observation = observe(
@@ -199,8 +200,9 @@ impl Pipeline {
                         &mut track,
                         &board,
                         &frame,
-                        (first_frame, longest_look),
+                        (first_frame, longest_look.map(|least| least.max(interval(last, &frame)))),
                     );
+                    last = Some((frame.id, frame.captured_at));
                     if pictures.send(frame).is_err()
                         || inbox.send(Input::Observed(observation)).is_err()
                     {
@@ -324,6 +326,13 @@ fn capture(
             }
         }
     }
+}
+
+/// Time from picture to picture of a stream, from the one before `frame`; zero before there is one.
+fn interval(last: Option<(FrameId, CaptureTime)>, frame: &Frame) -> Duration {
+    let Some((id, time)) = last else { return Duration::ZERO };
+    let frames = frame.id.0.saturating_sub(id.0).max(1);
+    Duration::from_nanos(frame.captured_at.nanos.saturating_sub(time.nanos) / frames)
 }
 
 fn with_causes(err: &dyn std::error::Error) -> String {

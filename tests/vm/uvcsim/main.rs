@@ -1,5 +1,5 @@
 //! A USB camera in user space, so that the kernel's own USB and camera drivers can be tested with faults on
-//! demand: `uvcsim [--name NAME] [--serial SERIAL] [--pictures FOLDER] [--twin]`, commands on standard input.
+//! demand: `uvcsim [--name NAME] [--serial SERIAL] [--pictures FOLDER [--before N]] [--twin]`, commands on standard input.
 //!
 //! It needs the module vhci-hcd, and root; the test machine (`tests/vm/vm.sh`) has both. Commands, one a line:
 //!
@@ -37,7 +37,10 @@ fn run() -> std::io::Result<()> {
     };
     let mut name = value("--name").unwrap_or_else(|| "uvcsim HD camera".into());
     let mut serial = value("--serial").unwrap_or_else(|| "0001".into());
-    let pictures = Arc::new(Pictures::of(value("--pictures").map(PathBuf::from).as_deref()));
+    let pictures = Arc::new(Pictures::of(
+        value("--pictures").map(PathBuf::from).as_deref(),
+        value("--before").and_then(|count| count.parse().ok()).unwrap_or(0),
+    ));
     let plug =
         |name: &str, serial: &str, port| Device::plug(name, serial, Arc::clone(&pictures), port);
     let mut device = Some(plug(&name, &serial, 0)?);

@@ -2,9 +2,9 @@
 
 /// Sizes that it offers.
 pub(crate) const SIZES: [(u16, u16); 4] = [(640, 480), (640, 360), (1280, 720), (1920, 1080)];
-/// Times from frame to frame in 100 ns: 60, 30, 15 and 7.5 frames per second. They must rise, or the
+/// Times from frame to frame in 100 ns: 60, 30, 15, 7.5 and 2.5 frames per second. They must rise, or the
 /// kernel picks wrongly.
-pub(crate) const INTERVALS: [u32; 4] = [166_666, 333_333, 666_666, 1_333_333];
+pub(crate) const INTERVALS: [u32; 5] = [166_666, 333_333, 666_666, 1_333_333, 4_000_000];
 /// 30 frames per second.
 const USUAL_INTERVAL: u32 = INTERVALS[1];
 /// Bytes of an isochronous packet: 3 transactions of 1024.

@@ -10,11 +10,13 @@ use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder, imageops};
 
 use crate::modes::{Format, Mode};
 
-/// Frames ready to be sent: by format, size and number.
-type Ready = BTreeMap<(Format, (u16, u16), usize), Vec<u8>>;
+/// Frames ready to be sent: by format, size, whether they are drawn, and number.
+type Ready = BTreeMap<(Format, (u16, u16), bool, usize), Vec<u8>>;
 
 /// A supply of frames. Those that are asked for again are kept.
 pub(crate) struct Pictures {
+    /// Drawn pictures before the first file: while a program settles its camera.
+    before: u64,
     files: Vec<PathBuf>,
     ready: Mutex<Ready>,
 }
@@ -26,7 +28,7 @@ const KEPT: usize = 64;
 
 impl Pictures {
     /// The PNG files of `folder` in the order of their names; drawn pictures if there are none.
-    pub(crate) fn of(folder: Option<&Path>) -> Self {
+    pub(crate) fn of(folder: Option<&Path>, before: u64) -> Self {
         let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok());
         let mut files: Vec<PathBuf> = entries
             .into_iter()
@@ -36,28 +38,33 @@ impl Pictures {
             .filter(|path| path.extension().is_some_and(|extension| extension == "png"))
             .collect();
         files.sort();
-        Self { files, ready: Mutex::default() }
+        Self { before, files, ready: Mutex::default() }
     }
 
     /// Frame `number` in `mode`; after the last file the first follows.
     pub(crate) fn frame(&self, mode: Mode, number: u64) -> Vec<u8> {
-        let count = if self.files.is_empty() { DRAWN } else { self.files.len() as u64 };
-        let which = (number % count) as usize;
-        let key = (mode.format, mode.size, which);
+        let is_drawn = self.files.is_empty() || number < self.before;
+        let which = if is_drawn {
+            (number % DRAWN) as usize
+        } else {
+            ((number - self.before) % self.files.len() as u64) as usize
+        };
+        let key = (mode.format, mode.size, is_drawn, which);
         let mut ready = self.ready.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(frame) = ready.get(&key) {
             return frame.clone();
         }
-        let frame = encoded(&self.picture(mode.size, which), mode.format);
+        let frame = encoded(&self.picture(mode.size, is_drawn, which), mode.format);
         if ready.len() < KEPT {
             ready.insert(key, frame.clone());
         }
         frame
     }
 
-    fn picture(&self, (width, height): (u16, u16), which: usize) -> GrayImage {
+    fn picture(&self, (width, height): (u16, u16), is_drawn: bool, which: usize) -> GrayImage {
         let size = (u32::from(width), u32::from(height));
-        match self.files.get(which).and_then(|path| image::open(path).ok()) {
+        let file = self.files.get(which).filter(|_| !is_drawn);
+        match file.and_then(|path| image::open(path).ok()) {
             Some(picture) => {
                 let picture = picture.into_luma8();
                 if picture.dimensions() == size {
