@@ -7,7 +7,10 @@ mod pictures;
 use std::{
     fs,
     path::Path,
-    sync::{Arc, Mutex},
+    sync::{
+        Arc, Mutex, Weak,
+        atomic::{AtomicUsize, Ordering},
+    },
     time::Duration,
 };
 
@@ -162,6 +165,63 @@ fn a_live_source_loses_frames_in_the_slot_only_and_in_order() {
     assert!(frames.windows(2).all(|pair| pair[0] < pair[1]));
     assert_eq!(frames.len() as u64 + replaced, 3000, "each frame is judged or counted");
     assert_eq!(frames.last(), Some(&2999), "the newest is never the one that is lost");
+}
+
+/// A source that delivers as many frames as are wanted, and remembers each without keeping it.
+struct Remembered {
+    pictures: Pictures,
+    frames: Arc<Mutex<Vec<Weak<Frame>>>>,
+    wanted: Arc<AtomicUsize>,
+}
+
+impl FrameSource for Remembered {
+    fn identity(&self) -> SourceIdentity {
+        self.pictures.identity()
+    }
+
+    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
+        if self.frames.lock().expect("whole").len() >= self.wanted.load(Ordering::SeqCst) {
+            return Ok(Arrival::NothingYet);
+        }
+        let arrival = self.pictures.next_frame(patience)?;
+        if let Arrival::Frame(frame) = &arrival {
+            self.frames.lock().expect("whole").push(Arc::downgrade(frame));
+        }
+        Ok(arrival)
+    }
+}
+
+#[test]
+fn however_slow_the_judge_frames_do_not_pile_up() {
+    const FRAMES: usize = 3000;
+    const FRAMES_PER_JUDGEMENT: usize = 100;
+    // One in the slot, one being looked at, four observed and four pictures on their way to the judge, one
+    // there, and the one that the source has in hand.
+    const HELD: usize = 12;
+    let frames = Arc::new(Mutex::new(Vec::<Weak<Frame>>::new()));
+    let wanted = Arc::new(AtomicUsize::new(FRAMES_PER_JUDGEMENT));
+    let most = Arc::new(Mutex::new(0));
+    let (seen, more, found) = (Arc::clone(&frames), Arc::clone(&wanted), Arc::clone(&most));
+    let judged = move |_: Judged<'_>| {
+        // Slow: many frames come meanwhile.
+        let until = more.fetch_add(FRAMES_PER_JUDGEMENT, Ordering::SeqCst) + FRAMES_PER_JUDGEMENT;
+        while seen.lock().expect("whole").len() < until.min(FRAMES) {
+            std::thread::yield_now();
+        }
+        let held = seen.lock().expect("whole").iter().filter(|f| f.strong_count() > 0).count();
+        let mut most = found.lock().expect("whole");
+        *most = held.max(*most);
+    };
+    let source = Remembered { pictures: blank(FRAMES as u64, Then::End), frames, wanted };
+    let setup = Setup {
+        source: Box::new(source),
+        judged: Box::new(judged),
+        ..setup(blank(1, Then::End), false)
+    };
+    let finished = run(setup).expect("clean");
+    let most = *most.lock().expect("whole");
+    assert!((1..=HELD).contains(&most), "{most}");
+    assert!(finished.frames_replaced > FRAMES as u64 / 2, "{}", finished.frames_replaced);
 }
 
 #[test]
