@@ -10,13 +10,11 @@ use super::free_homography::{self, DistortionCentrePrior, FreeHomographies};
 use super::lens_model::{LensModel, LensPrior};
 use super::model_choice::{ModelChoice, ModelSearch, fit_models};
 use super::result::{Calibration, CalibrationParams, NotCalibrated};
-use super::start::{AsSeen, as_seen, distinct_views, start, typical_sigma_px};
+use super::start::{AsSeen, as_seen, distinct_views, noise_floor, start};
 use crate::board::Checkerboard;
 use crate::frame::ImageSize;
 use crate::geometry::Corner;
 
-/// No corner is believed to be found better than this.
-const NOISE_FLOOR_PX: f64 = 1e-3;
 /// Different views from which the lens stands without weak beliefs.
 pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
 /// A focal length less certain than this share of itself needs a belief.
@@ -116,7 +114,7 @@ pub(super) struct Solution {
 
 impl Inputs<'_> {
     pub(super) fn noise_floor(&self) -> f64 {
-        NOISE_FLOOR_PX / typical_sigma_px(self.views)
+        noise_floor(self.views)
     }
 
     /// Lens models that this many different views may be asked about.

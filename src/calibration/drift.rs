@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector3};
 use super::arrow::inverse;
 use super::bundle::{Bundle, BundleState, Observations, adjust, information_at};
 use super::lens_model::LensModel;
-use super::start::typical_sigma_px;
+use super::start::noise_floor;
 use crate::board::Checkerboard;
 use crate::frame::ImageSize;
 use crate::geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose};
@@ -303,7 +303,7 @@ impl Change {
         let richest = LensModel::K1K2P1P2K3.freedom(true);
         let free = adjust(&observations, &richest, None, bundle.state.clone());
         let information = information_at(&observations, &richest, &bundle.state)?;
-        let of = |bundle: &Bundle| bundle.noise_factor().max(1e-3 / typical_sigma_px(views));
+        let of = |bundle: &Bundle| bundle.noise_factor().max(noise_floor(views));
         let noise_factor = of(&bundle);
         let now = bundle.state.camera;
         let off = now.pp_px - old.pp_px;

@@ -11,6 +11,8 @@ use crate::geometry::{
     intersect_weighted, mean_px, pose_from_homography, principal_line_and_ring,
 };
 
+/// No corner is believed to be found better than this.
+const NOISE_FLOOR_PX: f64 = 1e-3;
 /// Two views whose corners differ by less than this share of the picture's width are the same view.
 const ALIKE: f64 = 0.01;
 /// A board seen thinner than this is seen from its edge.
@@ -72,6 +74,11 @@ fn thinness(corners: &[Corner]) -> f64 {
     });
     let eigenvalues = SymmetricEigen::new(scatter).eigenvalues;
     (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
+}
+
+/// The least error of the corners that is believed, as a multiple of what they claim.
+pub(super) fn noise_floor(views: &[Vec<Corner>]) -> f64 {
+    NOISE_FLOOR_PX / typical_sigma_px(views)
 }
 
 /// Typical claimed error of a corner coordinate: root mean square.

@@ -49,16 +49,7 @@ fn next_action(facts: &CalibrationFacts) -> String {
 pub(super) fn camera(report: &Report) -> String {
     let facts = &report.facts;
     let mut rows = String::new();
-    let mut say = |name: &str, what: &str| {
-        push(
-            &mut rows,
-            format_args!(
-                "<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n",
-                escaped(name),
-                escaped(what)
-            ),
-        );
-    };
+    let mut say = |name: &str, what: &str| rows += &said(name, what);
     for (name, what) in &report.camera.rows {
         say(name, what);
     }
@@ -223,18 +214,16 @@ pub(super) fn refused(report: &Report) -> String {
     section(Section::Refused, &body)
 }
 
+/// A row with words for a value.
+fn said(name: &str, what: &str) -> String {
+    format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escaped(name), escaped(what))
+}
+
 /// Versions, and the command that gives the same again.
 pub(super) fn provenance(report: &Report) -> String {
     let mut rows = String::new();
     for (name, what) in &report.provenance.rows {
-        push(
-            &mut rows,
-            format_args!(
-                "<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n",
-                escaped(name),
-                escaped(what)
-            ),
-        );
+        rows += &said(name, what);
     }
     push(
         &mut rows,

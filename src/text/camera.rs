@@ -122,7 +122,7 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
 }
 
 /// A control that is not what it was, such as `Focus moved from 30 to 45`.
-pub fn moved(change: &ControlChange) -> String {
+fn moved(change: &ControlChange) -> String {
     format!("{} moved from {} to {}", capital(control(change.control)), change.from, change.to)
 }
 
