@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
-use egui::{CentralPanel, Context, Frame, Panel, RichText, ThemePreference, Ui, ViewportCommand};
+use egui::{Context, Panel, RichText, ThemePreference, Ui, ViewportCommand};
 
 use super::{
     desk::{Desk, Ended, Trouble, Wake, Wish},
@@ -10,6 +10,7 @@ use super::{
     guide,
     keys::{self, Ask, toggle},
     result,
+    run::background,
     screen::Screen,
     settings,
     sound::{Sound, Tone},
@@ -360,9 +361,11 @@ impl eframe::App for App {
     }
 
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
-        // The background of what no panel covers.
-        let fill = ui.visuals().panel_fill;
-        CentralPanel::no_frame().frame(Frame::new().fill(fill)).show(ui, |ui| self.paint(ui));
+        self.paint(ui);
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        background(visuals)
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {

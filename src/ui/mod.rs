@@ -39,6 +39,6 @@ pub mod trouble;
 pub use app::{App, Page};
 pub use keys::Ask;
 pub use picture::{Picture, Placed};
-pub use run::{NoWindow, SMALLEST, run, run_replay};
+pub use run::{NoWindow, SMALLEST, options, run, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::apply as apply_theme;

@@ -88,6 +88,16 @@ impl Placed {
         Self { rect: Rect::from_center_size(area.center(), size_px * scale), size_px, mirrored }
     }
 
+    /// What it leaves free of `area`, before and after it. Painted instead of all of `area`: a pixel that
+    /// is painted twice costs twice, most of all where there is no graphics card.
+    pub fn bars(&self, area: Rect) -> [Rect; 2] {
+        if self.rect.width() < area.width() {
+            [area.with_max_x(self.rect.left()), area.with_min_x(self.rect.right())]
+        } else {
+            [area.with_max_y(self.rect.top()), area.with_min_y(self.rect.bottom())]
+        }
+    }
+
     /// Where a pixel stands; pixel (0, 0) is the centre of the top-left pixel.
     pub fn pos(&self, px: &Point2<f64>) -> Pos2 {
         let share = Vec2::new(px.x as f32 + 0.5, px.y as f32 + 0.5) / self.size_px;

@@ -56,6 +56,30 @@ impl eframe::App for ReplayWindow {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         replay::show(ui, &mut self.0);
     }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        background(visuals)
+    }
+}
+
+/// What is seen where no panel stands.
+pub(super) fn background(visuals: &egui::Visuals) -> [f32; 4] {
+    visuals.panel_fill.to_normalized_gamma_f32()
+}
+
+/// How the window is opened.
+pub fn options() -> eframe::NativeOptions {
+    eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title(words::TITLE)
+            .with_app_id(words::TITLE)
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size(SMALLEST),
+        renderer: eframe::Renderer::Glow,
+        // It only smooths gradients, of which there are none, at a cost for each painted pixel.
+        dithering: false,
+        ..eframe::NativeOptions::default()
+    }
 }
 
 fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
@@ -63,15 +87,6 @@ fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), 
     if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name)) {
         return Err(NoWindow::NoDisplay);
     }
-    let options = eframe::NativeOptions {
-        viewport: ViewportBuilder::default()
-            .with_title(words::TITLE)
-            .with_app_id(words::TITLE)
-            .with_inner_size([1280.0, 800.0])
-            .with_min_inner_size(SMALLEST),
-        renderer: eframe::Renderer::Glow,
-        ..eframe::NativeOptions::default()
-    };
     // A missing library makes the window system's client panic; until the window is there, that is only
     // a reason to be told.
     let before = Arc::new(Mutex::new(Some(take_hook())));
@@ -88,7 +103,7 @@ fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), 
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         eframe::run_native(
             words::TITLE,
-            options,
+            options(),
             Box::new(move |creation| {
                 opened();
                 Ok(app(&creation.egui_ctx))

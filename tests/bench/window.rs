@@ -27,6 +27,7 @@ use boresight::{
     ui::{
         App,
         desk::{Desk, Ended, Opened, Trouble, Wake, Wish},
+        options,
     },
 };
 use eframe::egui;
@@ -205,9 +206,7 @@ impl eframe::App for Watched {
         }
         let live = self.app.screen().snapshot.as_ref().and_then(|s| s.live.as_ref());
         let newest = live.map(|live| live.frame_id.0);
-        let fill = ui.visuals().panel_fill;
-        let frame = egui::Frame::new().fill(fill);
-        egui::CentralPanel::no_frame().frame(frame).show(ui, |ui| self.app.paint(ui));
+        self.app.paint(ui);
         if is_warm {
             self.inside.push(now.elapsed());
         }
@@ -219,6 +218,10 @@ impl eframe::App for Watched {
         }
         // As often as it can.
         ui.ctx().request_repaint();
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        self.app.clear_color(visuals)
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
@@ -265,11 +268,7 @@ fn main() {
         std::env::var("BORESIGHT_SECS").ok().and_then(|secs| secs.parse().ok()).unwrap_or(20);
     let times = Arc::new(Mutex::new(Times::default()));
     let bench = Bench { pictures: pictures(), times: Arc::clone(&times) };
-    let mut options = eframe::NativeOptions {
-        viewport: egui::ViewportBuilder::default().with_inner_size([1280.0, 800.0]),
-        renderer: eframe::Renderer::Glow,
-        ..eframe::NativeOptions::default()
-    };
+    let mut options = options();
     options.glow_options.vsync = false;
     let outcome = eframe::run_native(
         "boresight",

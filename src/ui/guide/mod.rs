@@ -10,7 +10,7 @@ mod views;
 mod wheel;
 
 use egui::{
-    CentralPanel, Color32, Frame, Image, Panel, RichText, ScrollArea, Sense, Ui, WidgetInfo,
+    CentralPanel, Color32, Frame, Image, Panel, Rect, RichText, ScrollArea, Sense, Ui, WidgetInfo,
     accesskit::Role,
 };
 
@@ -45,16 +45,24 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
             views::show(ui, screen, asks);
         });
     }
-    CentralPanel::no_frame().frame(Frame::new().fill(Color32::BLACK)).show(ui, |ui| {
-        picture(ui, screen);
-    });
+    CentralPanel::no_frame().show(ui, |ui| picture(ui, screen));
 }
 
 fn picture(ui: &mut Ui, screen: &Screen) {
-    let Some(snapshot) = &screen.snapshot else { return };
     let area = ui.available_rect_before_wrap();
+    let Some(snapshot) = &screen.snapshot else {
+        ui.painter().rect_filled(area, 0.0, Color32::BLACK);
+        return;
+    };
     let placed = Placed::within(area, snapshot.setup.image_size, screen.preferences.mirrored);
     let response = ui.allocate_rect(area, Sense::hover());
+    let around = match screen.picture.texture() {
+        Some(_) => placed.bars(area),
+        None => [area, Rect::NOTHING],
+    };
+    for bar in around {
+        ui.painter().rect_filled(bar, 0.0, Color32::BLACK);
+    }
     if let Some(texture) = screen.picture.texture() {
         Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
     }
