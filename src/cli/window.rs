@@ -43,6 +43,7 @@ pub(super) fn or_say_why(outcome: Result<(), NoWindow>) -> anyhow::Result<()> {
     match outcome {
         Ok(()) => Ok(()),
         Err(err @ NoWindow::NoDisplay) => bail!("{err}\n{}", text::window::NO_DISPLAY_ACTION),
+        Err(err @ NoWindow::Lost { .. }) => bail!("{err}\n{}", text::window::LOST_DISPLAY_ACTION),
         Err(err @ NoWindow::Refused { .. }) => bail!("{err}\n{}", text::window::NO_WINDOW_ACTION),
     }
 }

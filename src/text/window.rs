@@ -403,6 +403,9 @@ pub fn wanted_tilt(guidance: &GuidanceParams) -> String {
 /// What to do without a display.
 pub const NO_DISPLAY_ACTION: &str =
     "Use --headless to be guided by words in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";
+/// What to do if the display went away under an open window.
+pub const LOST_DISPLAY_ACTION: &str =
+    "Every view that was shown as taken is stored; guide --session DIR goes on where it stopped.";
 /// What to do if the window system refuses.
 pub const NO_WINDOW_ACTION: &str = "Install what is missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless to be guided by words in the terminal.";
 /// The source was not named and no camera is there.

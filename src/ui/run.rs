@@ -21,6 +21,12 @@ pub enum NoWindow {
     /// Neither X11 nor Wayland is there.
     #[error("there is no display to open a window on")]
     NoDisplay,
+    /// The display went away while the window was open; the session has been ended and stored.
+    #[error("the display went away: {reason}")]
+    Lost {
+        /// What the system said.
+        reason: String,
+    },
     /// A library is missing, or the display refuses.
     #[error("the window could not be opened: {reason}")]
     Refused {
@@ -114,6 +120,7 @@ fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), 
     restore();
     match outcome {
         Ok(Ok(())) => Ok(()),
+        Ok(Err(err)) if was_open => Err(NoWindow::Lost { reason: err.to_string() }),
         Ok(Err(err)) => Err(NoWindow::Refused { reason: err.to_string() }),
         Err(payload) if was_open => std::panic::resume_unwind(payload),
         Err(payload) => {

@@ -2,7 +2,8 @@
 //!
 //! `cargo bench --bench window` needs a display (Xvfb will do). Prints the time between two paintings, the
 //! time from a picture's arrival to the snapshot with its sentence and to the painting that shows it, and
-//! how the program's memory grows. `BORESIGHT_SECS` sets how long it runs.
+//! how the program's memory grows. `BORESIGHT_SECS` sets how long it runs; with `BORESIGHT_HIDDEN` the
+//! window is hidden once it is warm, and the program goes on behind it.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
 
@@ -181,6 +182,7 @@ struct Watched {
     kib: Vec<u64>,
     times: Arc<Mutex<Times>>,
     length: Duration,
+    hidden: bool,
 }
 
 /// The first seconds are spent on fonts, shaders and caches.
@@ -191,6 +193,10 @@ impl eframe::App for Watched {
         self.app.look(ctx);
         if self.started.elapsed() > self.length {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        if self.hidden && self.started.elapsed() > WARM {
+            self.hidden = false;
+            ctx.send_viewport_cmd(egui::ViewportCommand::Visible(false));
         }
         let secs = self.started.elapsed().as_secs();
         while (self.kib.len() as u64) < secs {
@@ -285,6 +291,7 @@ fn main() {
                 kib: Vec::new(),
                 times,
                 length: Duration::from_secs(secs),
+                hidden: std::env::var_os("BORESIGHT_HIDDEN").is_some(),
             }))
         }),
     );
