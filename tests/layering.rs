@@ -101,13 +101,14 @@ const PANELS_USE: &[&str] =
 /// A word and the modules, or folders of one, in which alone it may stand.
 const ONLY_IN: &[(&str, &[&str])] = &[
     // Decisions are a pure fold: no threads, channels, files, clocks, chance or logging below.
-    ("std::thread", &["pipeline", "cli"]),
-    ("thread::", &["pipeline", "study", "cli"]),
+    // nokhwa's calls may never return: it has a thread that can be left behind.
+    ("std::thread", &["pipeline", "cli", "capture/nokhwa"]),
+    ("thread::", &["pipeline", "study", "cli", "capture/nokhwa"]),
     ("crossbeam_channel", &["pipeline", "cli"]),
     ("std::fs", &["capture", "config", "recording", "cli"]),
     ("fs::", &["capture", "config", "recording", "cli"]),
     ("File::", &["capture", "recording", "cli"]),
-    ("Instant", &["pipeline", "cli"]),
+    ("Instant", &["pipeline", "cli", "capture/nokhwa"]),
     ("SystemTime", &[]),
     ("jiff", &["recording", "cli"]),
     ("rand", &["capture", "study"]),

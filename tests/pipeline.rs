@@ -10,15 +10,18 @@ use std::{
     sync::{
         Arc, Mutex, Weak,
         atomic::{AtomicUsize, Ordering},
+        mpsc,
     },
     time::Duration,
 };
 
 use boresight::{
+    board::Checkerboard,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
+    detection::{Detection, Miss, Search},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
-    pipeline::{Finished, Judged, LatestReceiver, Pipeline, PipelineError, Setup, latest},
+    pipeline::{Finished, Judged, LatestReceiver, Looks, Pipeline, PipelineError, Setup, latest},
     recording::{Header, SessionFolder},
     session::{Command, Outcome, Session, Snapshot},
 };
@@ -222,6 +225,98 @@ fn however_slow_the_judge_frames_do_not_pile_up() {
     let most = *most.lock().expect("whole");
     assert!((1..=HELD).contains(&most), "{most}");
     assert!(finished.frames_replaced > FRAMES as u64 / 2, "{}", finished.frames_replaced);
+}
+
+/// Delivers pictures that carry their number, as many as are wanted, and remembers each without keeping it.
+struct Numbered {
+    frames: Arc<Mutex<Vec<Weak<Frame>>>>,
+    wanted: Arc<AtomicUsize>,
+}
+
+impl FrameSource for Numbered {
+    fn identity(&self) -> SourceIdentity {
+        let size = ImageSize { width_px: 64, height_px: 48 };
+        SourceIdentity { name: "numbered".into(), image_size: Some(size) }
+    }
+
+    fn next_frame(&mut self, _patience: Duration) -> Result<Arrival, CaptureError> {
+        let mut frames = self.frames.lock().expect("whole");
+        let number = frames.len();
+        if number >= self.wanted.load(Ordering::SeqCst) {
+            return Ok(Arrival::NothingYet);
+        }
+        let mut image = GrayImage::new(64, 48);
+        image.as_mut()[..2].copy_from_slice(&(number as u16).to_le_bytes());
+        let id = FrameId(number as u64);
+        let captured_at = CaptureTime { nanos: id.0 * 33_000_000 };
+        let (kind, name) = (FrameKind::Video, String::new());
+        let frame = Arc::new(Frame { id, captured_at, kind, name, image });
+        frames.push(Arc::downgrade(&frame));
+        Ok(Arrival::Frame(frame))
+    }
+}
+
+/// In the detector's place: tells which frame it looks at, and looks until it is told to stop.
+struct Held {
+    looks_at: mpsc::Sender<u64>,
+    let_go: mpsc::Receiver<()>,
+}
+
+impl Looks for Held {
+    fn look(
+        &mut self,
+        image: &GrayImage,
+        _board: &Checkerboard,
+        _search: Search<'_>,
+    ) -> Result<Detection, Miss> {
+        let number = u16::from_le_bytes([image.as_raw()[0], image.as_raw()[1]]);
+        // Both ends are gone when the test is over.
+        self.looks_at.send(number.into()).ok();
+        self.let_go.recv().ok();
+        Err(Miss::NoBoard)
+    }
+}
+
+#[test]
+fn however_slow_the_detector_one_frame_waits_and_it_is_the_newest() {
+    const FRAMES_PER_LOOK: usize = 50;
+    let frames = Arc::new(Mutex::new(Vec::<Weak<Frame>>::new()));
+    let wanted = Arc::new(AtomicUsize::new(1));
+    let source = Numbered { frames: Arc::clone(&frames), wanted: Arc::clone(&wanted) };
+    let (looks_at, looked_at) = mpsc::channel();
+    let (go, let_go) = mpsc::channel();
+    let setup = Setup { source: Box::new(source), ..setup(blank(1, Then::End), false) };
+    let (pipeline, showing) =
+        Pipeline::start_shown_looking(setup, Box::new(Held { looks_at, let_go }), || ())
+            .expect("threads");
+    let alive = || -> Vec<u64> {
+        let frames = frames.lock().expect("whole");
+        let numbers = frames.iter().enumerate().filter(|(_, frame)| frame.strong_count() > 0);
+        numbers.map(|(number, _)| number as u64).collect()
+    };
+    let mut in_hand = looked_at.recv().expect("looks");
+    for _ in 0..20 {
+        let newest = wanted.fetch_add(FRAMES_PER_LOOK, Ordering::SeqCst) + FRAMES_PER_LOOK - 1;
+        let newest = newest as u64;
+        // The picture goes on while the detector is busy.
+        let mut shown = None;
+        while shown != Some(newest) {
+            shown = showing.newest_frame().map(|frame| frame.id.0).or(shown);
+            // Besides the one looked at: one waits, one is being put in its place, one is shown.
+            let waiting = alive().into_iter().filter(|number| *number > in_hand).count();
+            assert!(waiting <= 3, "{:?}", alive());
+        }
+        while alive() != [in_hand, newest] {
+            std::thread::yield_now();
+        }
+        assert!(looked_at.try_recv().is_err(), "one look at a time");
+        go.send(()).expect("held");
+        in_hand = looked_at.recv().expect("looks");
+        assert_eq!(in_hand, newest, "what waited is the newest");
+    }
+    drop(go);
+    let finished = pipeline.stop().expect("clean");
+    assert_eq!(finished.frames_replaced, 20 * (FRAMES_PER_LOOK as u64 - 1));
 }
 
 #[test]

@@ -2,8 +2,11 @@
 
 #[cfg(unix)]
 mod ffmpeg;
+mod health;
 mod image_folder;
 pub mod integrity;
+pub mod nokhwa;
+mod offer;
 mod pixel_format;
 mod recorded;
 pub mod synthetic;
@@ -14,6 +17,7 @@ pub mod v4l2;
 #[cfg(unix)]
 pub use ffmpeg::{Ffmpeg, is_address};
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+pub use offer::{Offer, choose, layout};
 pub use pixel_format::Unpacker;
 pub use recorded::Recorded;
 

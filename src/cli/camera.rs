@@ -1,21 +1,46 @@
 //! Which live camera is used.
 
 use anyhow::bail;
+use clap::ValueEnum;
 
-use crate::{capture::FrameSource, config::Config, device::Wanted};
+#[cfg(not(target_os = "linux"))]
+use crate::capture::nokhwa::{find, list};
 #[cfg(target_os = "linux")]
 use crate::{
-    capture::{
-        CaptureError,
-        v4l2::{Camera, Found, Linux, LiveCamera, discover, find},
-    },
+    capture::v4l2::{Camera, Found, Linux, LiveCamera, discover, find},
     device::Fault,
+};
+use crate::{
+    capture::{CaptureError, FrameSource, nokhwa::NokhwaCamera},
+    config::{Backend, Config},
+    device::Wanted,
     text,
 };
 
+/// Through what a live camera is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum BackendName {
+    /// The kernel's own interface, on Linux only: controls are locked and watched, every frame is checked and timed
+    V4l,
+    /// The library nokhwa, on every system: controls are neither locked nor watched, frames come without time and
+    /// number; `boresight devices` says what else it cannot promise
+    Nokhwa,
+}
+
+impl From<BackendName> for Backend {
+    fn from(name: BackendName) -> Self {
+        match name {
+            BackendName::V4l => Self::V4l,
+            BackendName::Nokhwa => Self::Nokhwa,
+        }
+    }
+}
+
 /// Whether `name` is that of a camera and of nothing else.
 pub(super) fn is_name(name: &str) -> bool {
-    ["/dev/", "usb:", "place:"].iter().any(|start| name.starts_with(start))
+    let starts: &[&str] =
+        if cfg!(target_os = "linux") { &["/dev/", "usb:", "place:"] } else { &["nokhwa:"] };
+    starts.iter().any(|start| name.starts_with(start))
 }
 
 /// A camera that was found, not yet opened.
@@ -23,7 +48,11 @@ pub(super) fn is_name(name: &str) -> bool {
 pub(super) struct ChosenCamera {
     #[cfg(target_os = "linux")]
     camera: Camera,
-    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "no camera can be opened"))]
+    #[cfg(target_os = "linux")]
+    backend: Backend,
+    /// Its name in nokhwa's list.
+    #[cfg(not(target_os = "linux"))]
+    source: String,
     wanted: Wanted,
 }
 
@@ -32,31 +61,49 @@ fn wanted(config: &Config) -> Wanted {
     config.camera.wanted().unwrap_or_default()
 }
 
+/// Says which of several cameras could be meant.
+fn several(names: &[(String, String)]) -> anyhow::Error {
+    let lines: Vec<String> =
+        names.iter().map(|(source, name)| format!("  {source}  {name}")).collect();
+    anyhow::anyhow!("there are several cameras; say which with --source:\n{}", lines.join("\n"))
+}
+
 /// The cameras that are there: what finds each again, and what it calls itself.
 #[cfg(target_os = "linux")]
 pub(super) fn names() -> Vec<(String, String)> {
-    let found = discover(&mut Linux::default());
-    found
-        .cameras
+    named(&discover(&mut Linux::default()).cameras)
+}
+
+#[cfg(target_os = "linux")]
+fn named(cameras: &[Camera]) -> Vec<(String, String)> {
+    cameras
         .iter()
         .map(|camera| (camera.stable_name(), text::camera::printable(&camera.name)))
         .collect()
 }
 
-/// There are no live cameras on this system.
+/// The cameras that are there: what finds each again, and what it calls itself.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn names() -> Vec<(String, String)> {
-    Vec::new()
+    let listed = list().unwrap_or_default();
+    listed
+        .into_iter()
+        .map(|camera| (camera.source, text::camera::printable(&camera.name)))
+        .collect()
 }
 
 #[cfg(target_os = "linux")]
 impl ChosenCamera {
+    fn new(camera: Camera, config: &Config) -> Self {
+        Self { camera, backend: config.camera.backend, wanted: wanted(config) }
+    }
+
     /// The camera that `name` means.
     pub(super) fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
         let found = discover(&mut Linux::default());
         let camera =
             find(&found, name).map_err(|(fault, detail)| CaptureError::Camera { fault, detail })?;
-        Ok(Self { camera, wanted: wanted(config) })
+        Ok(Self::new(camera, config))
     }
 
     /// The only camera that is no virtual or infrared one; `None` if there is none.
@@ -64,13 +111,7 @@ impl ChosenCamera {
         let Found { cameras, others } = discover(&mut Linux::default());
         let mut ordinary: Vec<Camera> = cameras.into_iter().filter(Camera::is_ordinary).collect();
         if ordinary.len() > 1 {
-            let names: Vec<String> = ordinary
-                .iter()
-                .map(|camera| {
-                    format!("  {}  {}", camera.stable_name(), text::camera::printable(&camera.name))
-                })
-                .collect();
-            bail!("there are several cameras; say which with --source:\n{}", names.join("\n"));
+            bail!(several(&named(&ordinary)));
         }
         let Some(camera) = ordinary.pop() else {
             // A camera that is there and cannot be used must not be passed over in silence.
@@ -87,7 +128,7 @@ impl ChosenCamera {
             text::camera::printable(&camera.name),
             camera.stable_name()
         ));
-        Ok(Some(Self { camera, wanted: wanted(config) }))
+        Ok(Some(Self::new(camera, config)))
     }
 
     /// What finds it again.
@@ -97,30 +138,45 @@ impl ChosenCamera {
 
     /// Opens it.
     pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+        if self.backend.is_nokhwa() {
+            return Ok(Box::new(NokhwaCamera::of(&self.camera, &self.wanted)?));
+        }
         Ok(Box::new(LiveCamera::open(Linux::default(), self.camera.clone(), &self.wanted)?))
     }
 }
 
 #[cfg(not(target_os = "linux"))]
 impl ChosenCamera {
-    /// There are no live cameras on this system.
-    pub(super) fn named(name: &str, _config: &Config) -> anyhow::Result<Self> {
-        bail!("{name:?}: live cameras are supported on Linux only")
+    /// The camera that `name` means.
+    pub(super) fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
+        if !config.camera.backend.is_nokhwa() {
+            bail!(text::backend::V4L_ELSEWHERE);
+        }
+        let failed = |(fault, detail)| CaptureError::Camera { fault, detail };
+        let source = find(&list().map_err(failed)?, name).map_err(failed)?.source;
+        Ok(Self { source, wanted: wanted(config) })
     }
 
-    /// There is none.
+    /// The only camera; `None` if there is none.
     pub(super) fn only(config: &Config) -> anyhow::Result<Option<Self>> {
-        let _ = wanted(config);
-        Ok(None)
+        let names = names();
+        match names.as_slice() {
+            [] => Ok(None),
+            [(source, name)] => {
+                super::say(&format!("Camera: {name} ({source})"));
+                Self::named(source, config).map(Some)
+            }
+            names => bail!(several(names)),
+        }
     }
 
-    /// Never called: there is none.
+    /// What finds it again.
     pub(super) fn stable_name(&self) -> String {
-        String::new()
+        self.source.clone()
     }
 
-    /// Never called: there is none.
+    /// Opens it.
     pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
-        bail!("live cameras are supported on Linux only")
+        Ok(Box::new(NokhwaCamera::named(&self.source, &self.wanted)?))
     }
 }

@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use super::{
     Exit,
     board_args::BoardArguments,
+    camera::BackendName,
     guide::{self, Run, new_session_path, open, spelled},
     print, say, session_report,
     source::SourceName,
@@ -51,6 +52,9 @@ pub(super) struct Arguments {
     /// Where pictures come from, as for guide.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
+    /// Through what a live camera is read [default: v4l on Linux, nokhwa elsewhere].
+    #[arg(long, value_name = "BACKEND")]
+    backend: Option<BackendName>,
     #[command(flatten)]
     board: BoardArguments,
     /// It is the same camera, though its name differs from the one in the file.
@@ -91,6 +95,9 @@ impl Arguments {
         }
         let mut config = self.board.config()?;
         config.guidance.plan = PlanName::Quick;
+        if let Some(backend) = self.backend {
+            config.camera.backend = backend.into();
+        }
         let name = SourceName::parse(&self.source, &config)?;
         let source_name = spelled(&name, &self.source);
         if old.focal_varies {
@@ -251,8 +258,14 @@ impl Arguments {
 
     /// A full session with the same source and board; its result names the old file.
     fn full_calibration(self) -> anyhow::Result<Exit> {
-        guide::Arguments::full(self.source, self.board, self.against, self.max_frames, self.json)
-            .run()
+        guide::Arguments::full(
+            self.source,
+            self.board,
+            self.against,
+            (self.backend, self.max_frames),
+            self.json,
+        )
+        .run()
     }
 }
 

@@ -6,17 +6,23 @@ use serde_json::{Value, json};
 use super::{Exit, print, say};
 #[cfg(target_os = "linux")]
 use crate::{
-    capture::v4l2::{
-        Camera, Found, Linux, Offer, Standing, discover,
-        kernel::Kernel,
-        mode::{choose, layout},
-        standings,
+    capture::{
+        Offer, choose, layout,
+        v4l2::{Camera, Found, Linux, Standing, discover, kernel::Kernel, standings},
     },
-    device::{Fault, Wanted},
-    text::camera::{self as words, printable},
+    device::Wanted,
+};
+use crate::{
+    device::Fault,
+    text::{
+        self,
+        backend::BackendWords,
+        camera::{self as words, printable},
+    },
 };
 
-/// List the cameras that are there: the name that finds each again, its modes, its controls.
+/// List the cameras that are there: the name that finds each again, its modes, its controls; and what each
+/// backend cannot promise.
 ///
 /// Example: boresight devices
 ///
@@ -43,10 +49,57 @@ impl Arguments {
 /// The report, and whether there is a camera. Tells the person if `tell`.
 #[cfg(not(target_os = "linux"))]
 fn list(tell: bool) -> (Value, bool) {
+    let (cameras, others) = match crate::capture::nokhwa::list() {
+        Ok(cameras) => (cameras, Vec::new()),
+        Err((fault, detail)) => {
+            let (cause, action) = words::with_detail(fault, &detail);
+            if tell {
+                say(&format!("{}: {cause}. {action}", fault.code()));
+            }
+            (Vec::new(), vec![json!({ "code": fault.code(), "detail": printable(&detail) })])
+        }
+    };
     if tell {
-        say("Live cameras are supported on Linux only.");
+        for camera in &cameras {
+            say(&format!("{}  {}", printable(&camera.source), printable(&camera.name)));
+        }
+        if cameras.is_empty() {
+            tell_none();
+        }
+        tell_backends();
     }
-    (json!({ "schema": "boresight.devices/1", "cameras": [], "others": [] }), false)
+    let listed: Vec<Value> = cameras
+        .iter()
+        .map(|camera| json!({ "source": camera.source, "name": printable(&camera.name) }))
+        .collect();
+    let report = json!({ "schema": "boresight.devices/1", "cameras": listed, "others": others,
+                         "backends": backends() });
+    (report, !cameras.is_empty())
+}
+
+fn tell_none() {
+    let (cause, action) = ("There is no camera", words::fault(Fault::NotFound).1);
+    say(&format!("{}: {cause}. {action}", Fault::NotFound.code()));
+}
+
+/// Says through what cameras are read, and what that cannot promise.
+fn tell_backends() {
+    for BackendWords { name, is, is_default, cannot } in text::backend::backends() {
+        let default = if is_default { ", the default" } else { "" };
+        say(&format!("backend {name}{default}: {is}. It cannot promise everything:"));
+        for limit in cannot {
+            say(&format!("  - {limit}"));
+        }
+    }
+}
+
+fn backends() -> Vec<Value> {
+    text::backend::backends()
+        .into_iter()
+        .map(|BackendWords { name, is, is_default, cannot }| {
+            json!({ "name": name, "is": is, "default": is_default, "cannot": cannot })
+        })
+        .collect()
 }
 
 #[cfg(target_os = "linux")]
@@ -67,8 +120,7 @@ fn list(tell: bool) -> (Value, bool) {
     }
     if tell {
         if cameras.is_empty() {
-            let (cause, action) = ("There is no camera", words::fault(Fault::NotFound).1);
-            say(&format!("{}: {cause}. {action}", Fault::NotFound.code()));
+            tell_none();
         }
         // Metadata nodes come with every camera; they are no news.
         for other in others.iter().filter(|other| other.why != Fault::NotACamera) {
@@ -76,6 +128,7 @@ fn list(tell: bool) -> (Value, bool) {
             let node = other.node.path.display();
             say(&format!("{node}  {}: {cause}. {action}", other.why.code()));
         }
+        tell_backends();
     }
     let others: Vec<Value> = others
         .iter()
@@ -84,7 +137,8 @@ fn list(tell: bool) -> (Value, bool) {
                     "detail": printable(&other.detail) })
         })
         .collect();
-    let report = json!({ "schema": "boresight.devices/1", "cameras": listed, "others": others });
+    let report = json!({ "schema": "boresight.devices/1", "cameras": listed, "others": others,
+                         "backends": backends() });
     (report, !cameras.is_empty())
 }
 

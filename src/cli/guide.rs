@@ -14,6 +14,7 @@ use clap::Args;
 use super::{
     Exit,
     board_args::BoardArguments,
+    camera::BackendName,
     camera_words::CameraWords,
     conclusion::{Conclusion, conclude},
     cue_link::cue_link,
@@ -54,6 +55,9 @@ pub(super) struct Arguments {
     /// file, or a stream such as rtsp://… and http://… (both need ffmpeg); auto takes the only real camera, else the simulated one, and says which.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
+    /// Through what a live camera is read [default: v4l on Linux, nokhwa elsewhere].
+    #[arg(long, value_name = "BACKEND")]
+    backend: Option<BackendName>,
     /// Guide by words in the terminal instead of a window.
     #[arg(long)]
     headless: bool,
@@ -94,6 +98,8 @@ pub(super) struct Run {
 /// What a session is opened with: the arguments, or what the window's settings make of them.
 pub(super) struct Opening {
     pub(super) source: String,
+    /// Instead of the configuration's.
+    pub(super) backend: Option<BackendName>,
     pub(super) config: Config,
     /// The session to go on with.
     pub(super) session: Option<PathBuf>,
@@ -110,11 +116,12 @@ impl Arguments {
         source: String,
         board: BoardArguments,
         old: PathBuf,
-        max_frames: u64,
+        (backend, max_frames): (Option<BackendName>, u64),
         json: bool,
     ) -> Self {
         Self {
             source,
+            backend,
             headless: true,
             board,
             session: None,
@@ -138,6 +145,7 @@ impl Arguments {
     fn opening(&self) -> anyhow::Result<Opening> {
         Ok(Opening {
             source: self.source.clone(),
+            backend: self.backend,
             config: self.board.config()?,
             session: self.session.clone(),
             replaces: self.replaces.clone(),
@@ -151,13 +159,16 @@ impl Arguments {
 impl Opening {
     /// Opens source and folder. Returns what can be run, and what a person at a window should know.
     pub(super) fn open(&self) -> anyhow::Result<(Run, Option<String>)> {
-        let (config, resumed) = match &self.session {
+        let (mut config, resumed) = match &self.session {
             Some(path) => {
                 let opened = SessionFolder::open(path)?;
                 (opened.1.config.clone(), Some(opened))
             }
             None => (self.config.clone(), None),
         };
+        if let Some(backend) = self.backend {
+            config.camera.backend = backend.into();
+        }
         let name = match &resumed {
             Some((_, header, _)) if self.source == "auto" => header.source.clone(),
             _ => self.source.clone(),

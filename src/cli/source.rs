@@ -24,7 +24,7 @@ pub(super) enum SourceName {
     /// The simulated camera.
     Simulated(Box<Scene>),
     /// A live camera.
-    Camera(ChosenCamera),
+    Camera(Box<ChosenCamera>),
     /// A network stream or a video file.
     #[cfg(unix)]
     Video(String),
@@ -63,11 +63,11 @@ impl SourceName {
             return Ok(Self::Video(name.into()));
         }
         if camera::is_name(name) {
-            return ChosenCamera::named(name, config).map(Self::Camera);
+            return ChosenCamera::named(name, config).map(|camera| Self::Camera(Box::new(camera)));
         }
         if name == "auto" {
             if let Some(camera) = ChosenCamera::only(config)? {
-                return Ok(Self::Camera(camera));
+                return Ok(Self::Camera(Box::new(camera)));
             }
             say("There is no camera: this is the simulated camera with a simulated technician.");
             let mut scene = Scene::default_720p(1);

@@ -13,11 +13,36 @@ use crate::{
 #[expect(missing_docs, reason = "explained in default.toml")]
 pub struct CameraConfig {
     pub mode: String,
+    pub backend: Backend,
+}
+
+/// Through what a live camera is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Backend {
+    /// The system's best: V4L2 on Linux, nokhwa elsewhere.
+    #[default]
+    Auto,
+    /// The kernel's interface of Linux.
+    V4l,
+    /// The library nokhwa.
+    Nokhwa,
+}
+
+impl Backend {
+    /// Whether this is the library; `auto` is on every system but Linux.
+    pub fn is_nokhwa(self) -> bool {
+        match self {
+            Self::Auto => cfg!(not(target_os = "linux")),
+            Self::V4l => false,
+            Self::Nokhwa => true,
+        }
+    }
 }
 
 impl Default for CameraConfig {
     fn default() -> Self {
-        Self { mode: "auto".into() }
+        Self { mode: "auto".into(), backend: Backend::Auto }
     }
 }
 
@@ -61,7 +86,8 @@ mod tests {
 
     #[test]
     fn modes_are_named_by_size_rate_and_format() {
-        let wanted = |mode: &str| CameraConfig { mode: mode.into() }.wanted();
+        let wanted =
+            |mode: &str| CameraConfig { mode: mode.into(), ..CameraConfig::default() }.wanted();
         let size = Some(ImageSize { width_px: 1280, height_px: 720 });
         let none = Wanted::default();
         assert_eq!(wanted("auto"), Some(none));

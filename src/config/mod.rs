@@ -3,7 +3,7 @@
 mod camera;
 mod scene;
 
-pub use camera::CameraConfig;
+pub use camera::{Backend, CameraConfig};
 pub use scene::SceneFile;
 
 use std::path::{Path, PathBuf};

@@ -49,6 +49,8 @@ pub enum Fault {
     ControlIgnored,
     /// Focus or zoom moved by itself.
     GeometryMoved,
+    /// Nobody locks focus, zoom and exposure, or would notice that they moved.
+    Unwatched,
     /// The program that reads the stream is not installed.
     NoReader,
     /// The program that reads the stream ended or could not read it.
@@ -57,7 +59,7 @@ pub enum Fault {
 
 impl Fault {
     /// Every fault.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::NotFound,
         Self::NotPermitted,
         Self::Busy,
@@ -81,6 +83,7 @@ impl Fault {
         Self::Slow,
         Self::ControlIgnored,
         Self::GeometryMoved,
+        Self::Unwatched,
         Self::NoReader,
         Self::ReaderFailed,
     ];
@@ -111,6 +114,7 @@ impl Fault {
             Self::Slow => "FMT-FPS",
             Self::ControlIgnored => "CTL-LIE",
             Self::GeometryMoved => "CTL-MOVED",
+            Self::Unwatched => "CTL-BLIND",
             Self::NoReader => "FFM-NONE",
             Self::ReaderFailed => "FFM-END",
         }

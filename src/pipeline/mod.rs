@@ -23,5 +23,5 @@ pub use detect_many::{Seen, detect_many};
 pub use ending::Ending;
 pub use latest::{Closed, LatestReceiver, LatestSender, latest};
 pub use paced::Paced;
-pub use run::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};
+pub use run::{Finished, Judged, Looks, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};
 pub use showing::{Showing, Taken};

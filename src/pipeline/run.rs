@@ -8,6 +8,7 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
+use image::GrayImage;
 
 use super::{
     ending::Ending,
@@ -18,7 +19,7 @@ use super::{
 use crate::{
     board::Checkerboard,
     capture::{Arrival, FrameSource},
-    detection::{Detector, DetectorParams, Search, Track},
+    detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
     frame::{CaptureTime, Frame, FrameId, ImageSize},
     recording::{RecordingError, SessionFolder},
     session::{Command, Decision, Input, Observation, Outcome, Session, Snapshot},
@@ -52,6 +53,32 @@ pub struct Setup {
     pub first_frame: u64,
     /// Told of every judged frame: the source's own number and what is shown after it.
     pub judged: Box<dyn FnMut(Judged<'_>) + Send>,
+}
+
+/// What looks for the board in each frame, on the detector's thread.
+pub trait Looks: Send {
+    /// The board in `image`, as [`Detector::search`] finds it.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`]: the reason why it is not found.
+    fn look(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        search: Search<'_>,
+    ) -> Result<Detection, Miss>;
+}
+
+impl Looks for Detector {
+    fn look(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        search: Search<'_>,
+    ) -> Result<Detection, Miss> {
+        self.search(image, board, search)
+    }
 }
 
 /// A frame that the session has judged.
@@ -120,7 +147,7 @@ impl Pipeline {
         setup: Setup,
         wake: impl Fn() + Send + 'static,
     ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
-        Self::start_with(setup, wake, |_| (), |_| ())
+        Self::start_with(setup, detector(), wake, |_| (), |_| ())
     }
 
     /// Starts the threads and shows a window the newest picture before the detector has looked at it.
@@ -133,10 +160,24 @@ impl Pipeline {
         setup: Setup,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<(Self, Showing), PipelineError> {
+        Self::start_shown_looking(setup, detector(), wake)
+    }
+
+    /// As [`Pipeline::start_shown`], with something else in the detector's place.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_shown_looking(
+        setup: Setup,
+        looks: Box<dyn Looks>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, Showing), PipelineError> {
         let wake = Arc::new(wake);
         let (frames, taken, frames_out, taken_out) = showing();
         let (pipeline, snapshots) = Self::start_with(
             setup,
+            looks,
             {
                 let wake = Arc::clone(&wake);
                 move || wake()
@@ -154,6 +195,7 @@ impl Pipeline {
 
     fn start_with(
         setup: Setup,
+        mut looks: Box<dyn Looks>,
         wake: impl Fn() + Send + 'static,
         look: impl Fn(&Arc<Frame>) + Send + 'static,
         taken: impl Fn(Taken) + Send + 'static,
@@ -190,13 +232,12 @@ impl Pipeline {
         let detector = Worker::spawn("detector", inbox.clone(), {
             let (inbox, replaced) = (inbox.clone(), Arc::clone(&replaced));
             move || {
-                let mut detector = Detector::new(DetectorParams::default());
                 let mut track = Track::default();
                 let mut last = None;
                 while let Some(frame) = frames_out.recv() {
                     replaced.store(frames_out.replaced(), Ordering::Relaxed);
                     let observation = observe(
-                        &mut detector,
+                        looks.as_mut(),
                         &mut track,
                         &board,
                         &frame,
@@ -345,8 +386,12 @@ fn with_causes(err: &dyn std::error::Error) -> String {
     text
 }
 
+fn detector() -> Box<dyn Looks> {
+    Box::new(Detector::new(DetectorParams::default()))
+}
+
 fn observe(
-    detector: &mut Detector,
+    looks: &mut dyn Looks,
     track: &mut Track,
     board: &Checkerboard,
     frame: &Frame,
@@ -362,7 +407,7 @@ fn observe(
         kind: frame.kind,
         name: frame.name.clone(),
         image_size: ImageSize::of(&frame.image),
-        seen: detector.search(&frame.image, board, search),
+        seen: looks.look(&frame.image, board, search),
     };
     track.add(frame.kind, frame.captured_at, &observation.seen);
     observation

@@ -14,7 +14,11 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::NotPermitted => (
             "This user may not open the camera",
-            "Run: sudo usermod -aG video $USER, then log out and in; in a container or snap, pass the camera in.",
+            if cfg!(not(target_os = "linux")) {
+                "Allow it in the system's settings for privacy and camera, then start again."
+            } else {
+                "Run: sudo usermod -aG video $USER, then log out and in; in a container or snap, pass the camera in."
+            },
         ),
         Fault::Busy => ("Another program uses the camera", "Close that program."),
         Fault::NotACamera => (
@@ -94,6 +98,10 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         Fault::GeometryMoved => (
             "Focus or zoom moved",
             "Switch autofocus and automatic framing off in the camera's own program.",
+        ),
+        Fault::Unwatched => (
+            "Focus, zoom and exposure are neither locked nor watched by the backend nokhwa",
+            "Switch autofocus and automatic framing off in the camera's own program; on Linux --backend v4l does it.",
         ),
         Fault::NoReader => (
             "The program ffmpeg is needed to read this source and is not installed",

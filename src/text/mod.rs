@@ -2,6 +2,7 @@
 //!
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
+pub mod backend;
 pub mod camera;
 pub mod charts;
 mod controls;

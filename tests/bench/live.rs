@@ -6,23 +6,25 @@
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
 
 use std::{
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, Weak},
     time::{Duration, Instant},
 };
 
 use boresight::{
+    board::Checkerboard,
     capture::{
         Arrival, CaptureError, FrameSource, SourceIdentity, Unpacker,
         integrity::JpegGate,
         synthetic::{Scene, render_view},
     },
     config::Config,
+    detection::{Detection, Detector, DetectorParams, Miss, Search},
     device::PixelLayout,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
-    pipeline::{Judged, Pipeline, Setup},
+    pipeline::{Judged, Looks, Pipeline, Setup},
     session::Session,
 };
-use image::{ExtendedColorType, codecs::jpeg::JpegEncoder};
+use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder};
 use nalgebra::{Isometry3, Vector3};
 
 const FRAMES: u64 = 300;
@@ -140,7 +142,126 @@ fn latency() {
     );
 }
 
+/// Frames of a source, each remembered without being kept.
+type Remembered = Arc<Mutex<Vec<Weak<Frame>>>>;
+
+/// How many frames newer than number `looked_at` are somewhere in the program.
+fn waiting(frames: &Remembered, looked_at: u64) -> usize {
+    let frames = frames.lock().expect("whole");
+    frames.iter().skip(looked_at as usize + 1).filter(|frame| frame.strong_count() > 0).count()
+}
+
+/// What a slowed detector was seen to do.
+#[derive(Default)]
+struct Slowed {
+    looked_at: u64,
+    ages: Vec<Duration>,
+    deepest: usize,
+}
+
+/// Measures the queue whenever a new frame comes.
+struct Watched {
+    playing: Playing,
+    frames: Remembered,
+    seen: Arc<Mutex<Slowed>>,
+}
+
+impl FrameSource for Watched {
+    fn identity(&self) -> SourceIdentity {
+        self.playing.identity()
+    }
+
+    fn waits(&self) -> bool {
+        false
+    }
+
+    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
+        {
+            let mut seen = self.seen.lock().expect("whole");
+            seen.deepest = seen.deepest.max(waiting(&self.frames, seen.looked_at));
+        }
+        let arrival = self.playing.next_frame(patience)?;
+        if let Arrival::Frame(frame) = &arrival {
+            self.frames.lock().expect("whole").push(Arc::downgrade(frame));
+        }
+        Ok(arrival)
+    }
+}
+
+/// The detector, half a second slower than it is.
+struct HalfASecond {
+    detector: Detector,
+    frames: Remembered,
+    seen: Arc<Mutex<Slowed>>,
+    started: Instant,
+}
+
+impl Looks for HalfASecond {
+    fn look(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        search: Search<'_>,
+    ) -> Result<Detection, Miss> {
+        let frames: Vec<Arc<Frame>> =
+            self.frames.lock().expect("whole").iter().filter_map(Weak::upgrade).collect();
+        let frame = frames.iter().find(|frame| std::ptr::eq(&frame.image, image));
+        if let Some(frame) = frame {
+            let taken = Duration::from_nanos(frame.captured_at.nanos);
+            let mut seen = self.seen.lock().expect("whole");
+            seen.looked_at = frame.id.0;
+            seen.ages.push(self.started.elapsed().saturating_sub(taken));
+        }
+        drop(frames);
+        std::thread::sleep(Duration::from_millis(500));
+        self.detector.look(image, board, search)
+    }
+}
+
+fn slow_detector() {
+    let size = ImageSize { width_px: 1280, height_px: 720 };
+    let pictures = frames(size, 60);
+    let unpacker = Unpacker::new(PixelLayout::Mjpeg, size, 0);
+    let seen = Arc::new(Mutex::new(Slowed::default()));
+    let frames = Remembered::default();
+    let started = Instant::now();
+    let playing = Playing { frames: pictures, unpacker, size, started, next: 0 };
+    let source = Watched { playing, frames: Arc::clone(&frames), seen: Arc::clone(&seen) };
+    let detector = Detector::new(DetectorParams::default());
+    let looks = HalfASecond { detector, frames, seen: Arc::clone(&seen), started };
+    let config = Config::load(None, &[]).expect("defaults");
+    let setup = Setup {
+        source: Box::new(source),
+        session: Session::new(config.session(size).expect("a board")),
+        folder: None,
+        lossless: false,
+        record_stream: false,
+        first_frame: 0,
+        judged: Box::new(|_: Judged<'_>| ()),
+    };
+    let (pipeline, showing) =
+        Pipeline::start_shown_looking(setup, Box::new(looks), || ()).expect("threads");
+    // A window takes every picture it can.
+    let mut shown = 0;
+    while showing.newest_snapshot().is_none_or(|snapshot| !snapshot.source_ended) {
+        shown += u32::from(showing.newest_frame().is_some());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let finished = pipeline.stop().expect("clean");
+    let mut seen = seen.lock().expect("whole");
+    seen.ages.sort();
+    println!(
+        "detector slowed to 500 ms, 1280x720 MJPEG at 30 per second: at most {} frame waits (goal 1), age when looked at median {:.1} ms, largest {:.1} ms; {} of {FRAMES} frames looked at, {} replaced by newer ones, {shown} shown",
+        seen.deepest,
+        at(&seen.ages, 0.5),
+        at(&seen.ages, 1.0),
+        seen.ages.len(),
+        finished.frames_replaced
+    );
+}
+
 fn main() {
     gate();
     latency();
+    slow_detector();
 }

@@ -10,6 +10,9 @@ cargo build --quiet --example uvcsim --bin boresight || exit 1
 tests=$(cargo test --no-run --message-format=json --test camera_driver 2>/dev/null |
 	sed -n 's/.*"executable":"\([^"]*camera_driver[^"]*\)".*/\1/p' | tail -1)
 [ -n "$tests" ] || exit 1
+nokhwa_tests=$(cargo test --no-run --message-format=json --test camera_nokhwa 2>/dev/null |
+	sed -n 's/.*"executable":"\([^"]*camera_nokhwa[^"]*\)".*/\1/p' | tail -1)
+[ -n "$nokhwa_tests" ] || exit 1
 uvcsim=$target/debug/examples/uvcsim
 
 # Runs a part; ends all if it fails.
@@ -33,3 +36,4 @@ part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --timeout 150 "$tests"
 	--skip two_equal --skip the_test_driver
 part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin --timeout 60 "$tests" "${options[@]}" two_equal
 part "the kernel's test driver" $vm --camera vivid --timeout 60 "$tests" "${options[@]}" the_test_driver
+part "the backend nokhwa" $vm --uvcsim "$uvcsim" --timeout 90 "$nokhwa_tests" "${options[@]}"

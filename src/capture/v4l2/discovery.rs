@@ -7,10 +7,13 @@ use std::path::Path;
 
 use super::{
     kernel::{CAP_STREAMING, CAP_VIDEO_CAPTURE, Errno, Kernel, Node},
-    mode::{Offer, layout, offers},
+    mode::offers,
     queue::again,
 };
-use crate::device::{Fault, PixelLayout};
+use crate::{
+    capture::{Offer, layout},
+    device::{Fault, PixelLayout},
+};
 
 /// A node that takes pictures.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,10 +6,9 @@
 //! | [`linux`] | those calls; the only unsafe code of the program |
 //! | [`simulated`] | a model of them with strict rules and faults on demand, for tests |
 //! | [`discovery`] | which cameras are there; by what each is known again |
-//! | [`mode`] | what a camera offers, what is best, what is granted |
+//! | [`mode`] | what a camera offers and what is granted |
 //! | `queue` | the buffers, and who owns each |
 //! | `stream` | one run: newest frames, checked, decoded, timed |
-//! | `health` | frozen, black, alternating, slow, damaged |
 //! | `controls` | focus, zoom, exposure, gain, white balance: locked, read back, put back |
 //! | [`source`] | all of that as a frame source that outlives its camera's absence |
 //!
@@ -17,7 +16,6 @@
 
 mod controls;
 pub mod discovery;
-mod health;
 pub mod kernel;
 pub mod linux;
 pub mod mode;
@@ -29,5 +27,5 @@ mod stream;
 pub use controls::{Standing, standings};
 pub use discovery::{Camera, Found, discover, find};
 pub use linux::Linux;
-pub use mode::Offer;
 pub use source::LiveCamera;
+pub(super) use source::found_again;

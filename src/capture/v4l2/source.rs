@@ -16,13 +16,15 @@ use std::{collections::VecDeque, sync::Arc, time::Duration};
 use super::{
     controls::Keeper,
     discovery::{Camera, Found, Identity, discover_those},
-    health::{light, sharpness},
     kernel::{Errno, Kernel},
-    mode::{Offer, choose},
     stream::{Loss, Picture, Stream},
 };
 use crate::{
-    capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
+    capture::{
+        Arrival, CaptureError, FrameSource, Offer, SourceIdentity, choose,
+        health::{light, sharpness},
+        layout,
+    },
     device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, Wanted},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
@@ -360,9 +362,7 @@ impl<K: Kernel> LiveCamera<K> {
     }
 
     fn come_back(&mut self) -> Result<Stream, Loss> {
-        let identity = self.identity.clone();
-        let found = discover_those(&mut self.kernel, |node| identity.may_be(node));
-        let camera = same(&found, &self.identity)?;
+        let camera = found_again(&mut self.kernel, &self.identity)?;
         let mut stream = Stream::start(&mut self.kernel, &camera, &self.offer)?;
         let mode = stream.granted.mode;
         if (mode.size, mode.layout) != (self.mode.size, self.mode.layout) {
@@ -373,6 +373,15 @@ impl<K: Kernel> LiveCamera<K> {
         self.camera = camera;
         Ok(stream)
     }
+}
+
+/// The camera of that identity, if it is there.
+pub(in crate::capture) fn found_again(
+    kernel: &mut dyn Kernel,
+    identity: &Identity,
+) -> Result<Camera, Loss> {
+    let found = discover_those(kernel, |node| identity.may_be(node));
+    same(&found, identity)
 }
 
 /// The camera of that identity among those that are there.
@@ -402,11 +411,8 @@ fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
 
 /// In what the granted mode is another than the one asked for.
 fn other_than_asked(offer: &Offer, mode: &Mode) -> Option<String> {
-    let asked = Mode {
-        size: offer.size,
-        layout: super::mode::layout(offer.fourcc)?,
-        interval_secs: offer.interval,
-    };
+    let asked =
+        Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };
     let rates = asked.rate_hz().zip(mode.rate_hz());
     let other_rate = rates.is_some_and(|(a, b)| (a - b).abs() > 0.02 * a);
     let named = |mode: &Mode| {

@@ -6,12 +6,15 @@ use image::GrayImage;
 
 use super::{
     discovery::{Camera, detail_of, fault_of, open},
-    health::Health,
     kernel::{Errno, Filled, Handle, Kernel, TIMESTAMP_MASK, TIMESTAMP_MONOTONIC},
-    mode::{Granted, Offer, grant},
+    mode::{Granted, grant},
     queue::{Broken, Queue, again},
 };
-use crate::{capture::pixel_format::Unpacker, device::Fault, frame::CaptureTime};
+use crate::{
+    capture::{Offer, health::Health, pixel_format::Unpacker},
+    device::Fault,
+    frame::CaptureTime,
+};
 
 /// Longest wait for the first picture: some cameras take seconds to wake.
 const START_NANOS: u64 = 5_000_000_000;

@@ -1,0 +1,17 @@
+//! Cameras through the library nokhwa: on systems without V4L2, and on Linux for whoever asks.
+//!
+//! | file | is |
+//! |---|---|
+//! | `device` | what nokhwa is asked, and what its words mean |
+//! | `reader` | the thread on which it is asked: it may wait for ever, or panic |
+//! | `source` | that as a frame source which outlives its camera's absence |
+//!
+//! What nokhwa cannot promise is said by `boresight devices`: it hands frames over without number, time,
+//! length and error mark, and its names for focus and zoom mean other controls than those that lock them.
+
+mod device;
+mod reader;
+mod source;
+
+pub use device::{Listed, find, list};
+pub use source::NokhwaCamera;
