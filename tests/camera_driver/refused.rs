@@ -2,15 +2,12 @@
 //! and that it goes on once the reason is gone.
 
 use std::{
-    io::{BufRead, BufReader},
+    fs::{self, File},
     os::unix::{fs::PermissionsExt, process::CommandExt},
-    path::Path,
+    path::{Path, PathBuf},
     process::{Child, Command, Stdio},
-    sync::{
-        atomic::{AtomicU32, Ordering::Relaxed},
-        mpsc::{Receiver, channel},
-    },
-    time::Instant,
+    sync::atomic::{AtomicU32, Ordering::Relaxed},
+    time::{Duration, Instant},
 };
 
 use boresight::device::Fault;
@@ -24,44 +21,49 @@ const NOBODY: u32 = 65534;
 /// Said once pictures may be taken.
 const READY: &str = "Controls:";
 
-/// Sessions begun, each in a folder of its own.
+/// Sessions begun, each with a folder and a file of its own.
 static SESSIONS: AtomicU32 = AtomicU32::new(0);
 
 /// The program on the camera at `node`, as a person started it.
 struct Started {
     child: Child,
-    lines: Receiver<String>,
+    /// What it says to the person, and how many lines of that were read.
+    said: PathBuf,
+    read: usize,
 }
 
 impl Started {
     fn new(node: &Path, user: u32) -> Self {
-        let mut child = Command::new(PROGRAM)
+        let name = format!("guided-{}", SESSIONS.fetch_add(1, Relaxed));
+        let folder = std::env::temp_dir().join(name);
+        let said = folder.with_extension("said");
+        let child = Command::new(PROGRAM)
             .args(["guide", "--headless", "--set", "camera.mode=640x480@30:MJPG", "--source"])
             .arg(node)
             .arg("--out")
-            .arg(std::env::temp_dir().join(format!("guided-{}", SESSIONS.fetch_add(1, Relaxed))))
+            .arg(folder)
             .uid(user)
             .stdin(Stdio::null())
-            .stderr(Stdio::piped())
+            .stderr(File::create(&said).expect("a file"))
             .spawn()
             .expect("starts");
-        let stderr = child.stderr.take().expect("is read");
-        let (sender, lines) = channel();
-        std::thread::spawn(move || {
-            BufReader::new(stderr).lines().map_while(Result::ok).try_for_each(|l| sender.send(l))
-        });
-        Self { child, lines }
+        Self { child, said, read: 0 }
     }
 
     /// The next line that has `word` in it.
-    fn says(&self, word: &str) -> String {
-        let (began, mut said) = (Instant::now(), String::new());
+    fn says(&mut self, word: &str) -> String {
+        let began = Instant::now();
         loop {
-            match self.lines.recv_timeout(LONG.saturating_sub(began.elapsed())) {
-                Ok(line) if line.contains(word) => return line.trim().into(),
-                Ok(line) => said = format!("{said}\n{line}"),
-                Err(_) => panic!("no {word:?} in: {said}"),
+            let text = fs::read_to_string(&self.said).expect("readable");
+            let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+            for line in whole.lines().skip(self.read) {
+                self.read += 1;
+                if line.contains(word) {
+                    return line.trim().into();
+                }
             }
+            assert!(began.elapsed() < LONG, "no {word:?} in: {text}");
+            std::thread::sleep(Duration::from_millis(20));
         }
     }
 
@@ -80,15 +82,15 @@ impl Drop for Started {
 
 /// Lets everyone use the node at `path`, as the group `video` may on an ordinary system.
 fn permit(path: &Path) {
-    std::fs::set_permissions(path, PermissionsExt::from_mode(0o666)).expect("root may");
+    fs::set_permissions(path, PermissionsExt::from_mode(0o666)).expect("root may");
 }
 
 #[test]
 #[ignore = "needs the camera of tests/vm"]
 fn a_camera_that_this_user_may_not_open_is_named_with_the_remedy() {
     let node = cameras(1).remove(0).node.path;
-    std::fs::set_permissions(&node, PermissionsExt::from_mode(0o600)).expect("root may");
-    let refused = Started::new(&node, NOBODY);
+    fs::set_permissions(&node, PermissionsExt::from_mode(0o600)).expect("root may");
+    let mut refused = Started::new(&node, NOBODY);
     let said = refused.says(Fault::NotPermitted.code());
     assert!(said.contains(node.to_str().expect("text")), "{said}");
     let remedy = refused.says("This user may not open the camera. Run: sudo usermod -aG video");
@@ -96,7 +98,7 @@ fn a_camera_that_this_user_may_not_open_is_named_with_the_remedy() {
 
     permit(&node);
     let allowed_at = Instant::now();
-    let running = Started::new(&node, NOBODY);
+    let mut running = Started::new(&node, NOBODY);
     running.says(READY);
     row("no right to open it", &format!("{said}. {remedy}"), allowed_at.elapsed());
 
@@ -115,9 +117,9 @@ fn a_camera_that_this_user_may_not_open_is_named_with_the_remedy() {
 #[ignore = "needs the camera of tests/vm"]
 fn a_camera_that_another_program_has_is_named_with_that_program() {
     let node = cameras(1).remove(0).node.path;
-    let holder = Started::new(&node, 0);
+    let mut holder = Started::new(&node, 0);
     holder.says(READY);
-    let second = Started::new(&node, 0);
+    let mut second = Started::new(&node, 0);
     let said = second.says(Fault::Busy.code());
     let who = format!("boresight, process {}", holder.child.id());
     assert!(said.contains(&who), "no {who:?} in {said}");
