@@ -7,21 +7,23 @@ cd "$(dirname "$0")/../.."
 vm=tests/vm/vm.sh
 target=${CARGO_TARGET_DIR:-target}
 cargo build --quiet --example uvcsim --bin boresight || exit 1
-tests=$(cargo test --no-run --message-format=json --test camera_driver 2>/dev/null |
-	sed -n 's/.*"executable":"\([^"]*camera_driver[^"]*\)".*/\1/p' | tail -1)
-[ -n "$tests" ] || exit 1
-nokhwa_tests=$(cargo test --no-run --message-format=json --test camera_nokhwa 2>/dev/null |
-	sed -n 's/.*"executable":"\([^"]*camera_nokhwa[^"]*\)".*/\1/p' | tail -1)
-[ -n "$nokhwa_tests" ] || exit 1
-uvcsim=$target/debug/examples/uvcsim
+built=$(cargo test --no-run --message-format=json --test camera_driver --test camera_session --test camera_nokhwa 2>/dev/null)
+executable() {
+	sed -n 's/.*"executable":"\([^"]*\/'"$1"'-[^"]*\)".*/\1/p' <<<"$built" | tail -1
+}
+tests=$(executable camera_driver) sessions=$(executable camera_session) nokhwa=$(executable camera_nokhwa)
+[ -n "$tests" ] && [ -n "$sessions" ] && [ -n "$nokhwa" ] || exit 1
+uvcsim=$(realpath "$target/debug/examples/uvcsim")
 
+said=$(mktemp)
+trap 'rm -f "$said"' EXIT
 # Runs a part; ends all if it fails.
 part() {
 	local name=$1
 	shift
 	echo "In the test machine: $name"
-	"$@"
-	local result=$?
+	"$@" | tee -a "$said"
+	local result=${PIPESTATUS[0]}
 	if [ $result = 125 ] && [ -z "${CI:-}" ]; then
 		echo "The camera tests on real drivers did not run: the machine did not come up (see above)."
 		exit 0
@@ -32,8 +34,16 @@ part() {
 	}
 }
 options=(--ignored --test-threads=1 --nocapture)
-part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --timeout 150 "$tests" "${options[@]}" \
-	--skip two_equal --skip the_test_driver
-part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin --timeout 60 "$tests" "${options[@]}" two_equal
-part "the kernel's test driver" $vm --camera vivid --timeout 60 "$tests" "${options[@]}" the_test_driver
-part "the backend nokhwa" $vm --uvcsim "$uvcsim" --timeout 90 "$nokhwa_tests" "${options[@]}"
+# Time counted by instructions, so that nothing depends on what else this computer does.
+vm="$vm --pace counted --timeout 400"
+part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --with "$target/debug/boresight" \
+	"$tests" "${options[@]}" --skip two_equal --skip the_test_driver
+part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin "$tests" "${options[@]}" two_equal
+part "the kernel's test driver" $vm --camera vivid "$tests" "${options[@]}" the_test_driver
+part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$nokhwa" "${options[@]}"
+part "a guided session, and the same pictures from disk" env BORESIGHT_UVCSIM="$uvcsim" \
+	"$sessions" "${options[@]}"
+echo "Times are of the machine's own clock."
+echo "| fault | what the person saw | went on after |"
+echo "|---|---|---|"
+sed -n 's/^\(test .* \.\.\. \)\{0,1\}\(| .* | .* | \([0-9.]* s\|at once\) |\)$/\2/p' "$said"

@@ -8,33 +8,39 @@
 #   --uvcsim FILE             the built uvcsim
 #   --camera-args TEXT        for uvcsim, such as '--twin'
 #   --pictures DIR            PNG files that the camera plays, in order
-#   --data DIR                readable at /data      --out DIR   writable at /out
+#   --with FILE               one more program, at /app/NAME; may be repeated
+#   --data DIR                readable at /data
+#   --out DIR                 gets what is in /out when the program has ended
 #   --env NAME=VALUE          may be repeated        --timeout S for the whole machine [120]
 #   --log FILE                the kernel's console
+#   --pace counted            time in the machine passes by counting instructions: nothing there depends on how
+#                             busy this computer is; it takes longer then
 #
 # Exit codes: the program's own; 124 out of time; 125 the machine or the camera did not come up.
 # Needs neither root nor KVM. The kernel is kept in ~/.cache/boresight-vm (BORESIGHT_VM_CACHE); which one:
 # BORESIGHT_VM_KERNEL, else the one that is kept, else the newest of Debian.
 set -u
 
-camera=uvc uvcsim='' camera_args='' pictures='' data='' out='' limit=120 log='' envs=()
+camera=uvc uvcsim='' camera_args='' pictures='' data='' out='' limit=120 log='' envs=() others=() pace=''
 while [ $# -gt 0 ]; do
 	case $1 in
 	--camera) camera=$2 ;;
 	--uvcsim) uvcsim=$2 ;;
 	--camera-args) camera_args=$2 ;;
 	--pictures) pictures=$2 ;;
+	--with) others+=("$2") ;;
 	--data) data=$2 ;;
 	--out) out=$2 ;;
 	--env) envs+=("$2") ;;
 	--timeout) limit=$2 ;;
 	--log) log=$2 ;;
+	--pace) pace=$2 ;;
 	*) break ;;
 	esac
 	shift 2
 done
 [ $# -ge 1 ] || {
-	sed -n '2,20s/^# \{0,1\}//p' "$0"
+	sed -n '2,24s/^# \{0,1\}//p' "$0"
 	exit 2
 }
 program=$1
@@ -107,8 +113,13 @@ mkdir -p "$cache" && kernel=$cache/$package
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$work/root/app" "$work/root/bin"
-strip -o "$work/root/app/program" "$program" || die "$program cannot be read"
-libraries "$program" "$work/root"
+# A script is taken as it is.
+take() {
+	strip -o "$2" "$1" 2>/dev/null || cp "$1" "$2" || die "$1 cannot be read"
+	libraries "$1" "$work/root"
+}
+take "$program" "$work/root/app/program"
+for other in "${others[@]}"; do take "$other" "$work/root/app/$(basename "$other")"; done
 if [ $camera = uvc ]; then
 	cp "$uvcsim" "$work/root/bin/uvcsim" || die "uvcsim is not built: cargo build --example uvcsim"
 	libraries "$uvcsim" "$work/root"
@@ -120,7 +131,7 @@ share() {
 }
 [ -n "$data" ] && share data "$data" ,readonly=on
 [ -n "$pictures" ] && share pictures "$pictures" ,readonly=on
-[ -n "$out" ] && mkdir -p "$out" && share out "$out" ''
+[ -n "$out" ] && mkdir -p "$out" && share back "$out" ''
 cp "$(dirname "$0")/init.sh" "$work/root/init" && chmod 755 "$work/root/init"
 printf 'CAMERA=%q SHARES=%q CAMERA_ARGS=%q\n' "$camera" "$shares" "$camera_args" >"$work/root/vm.env"
 {
@@ -137,7 +148,9 @@ cat "$kernel/base.cpio" "$work/run.cpio" >"$work/initrd"
 # /dev/kvm alone proves nothing: some virtual hosts have it and hang.
 # Wide vectors are slow when they are emulated.
 accelerator=tcg cpu=Nehalem
-[ -w /dev/kvm ] && grep -qwE 'vmx|svm' /proc/cpuinfo && accelerator=kvm cpu=host
+[ -z "$pace" ] && [ -w /dev/kvm ] && grep -qwE 'vmx|svm' /proc/cpuinfo && accelerator=kvm cpu=host
+# One instruction in a nanosecond: an old computer. Pauses are passed over.
+[ -n "$pace" ] && devices+=(-icount "shift=0,sleep=off")
 # Console, the program's output, its errors, its exit code.
 mkfifo "$work/1" "$work/2"
 cat "$work/1" &

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`kernel`] | the system calls by meaning: what may be asked, and in which words it is answered |
 //! | [`linux`] | those calls; the only unsafe code of the program |
+//! | `system_files` | what else the system says: nodes, names, who has one open |
 //! | [`simulated`] | a model of them with strict rules and faults on demand, for tests |
 //! | [`discovery`] | which cameras are there; by what each is known again |
 //! | [`mode`] | what a camera offers and what is granted |
@@ -23,6 +24,7 @@ mod queue;
 pub mod simulated;
 pub mod source;
 mod stream;
+mod system_files;
 
 pub use controls::{Standing, standings};
 pub use discovery::{Camera, Found, discover, find};

@@ -10,13 +10,13 @@ use std::{
     os::{fd::AsRawFd, unix::net::UnixStream},
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
     thread::JoinHandle,
-    time::{Duration, Instant},
 };
 
 use crate::{
     controls::{self, Control},
-    modes::{Format, Mode, PACKET, configuration},
-    pictures::{Pictures, without_tables},
+    modes::{Mode, configuration},
+    pictures::Pictures,
+    stream::Stream,
 };
 
 const VHCI: &str = "/sys/devices/platform/vhci_hcd.0";
@@ -40,23 +40,23 @@ pub(crate) struct Faults {
 }
 
 /// A request for data of the stream: its number and the lengths of its packets.
-struct Request {
-    number: u32,
-    packets: Vec<u32>,
+pub(crate) struct Request {
+    pub(crate) number: u32,
+    pub(crate) packets: Vec<u32>,
 }
 
 #[derive(Default)]
-struct Requests {
-    waiting: VecDeque<Request>,
+pub(crate) struct Requests {
+    pub(crate) waiting: VecDeque<Request>,
     /// Number of the one that is being filled.
-    held: Option<u32>,
+    pub(crate) held: Option<u32>,
 }
 
 /// What the threads of one device share.
 pub(crate) struct Shared {
-    requests: Mutex<Requests>,
-    more: Condvar,
-    mode: Mutex<Mode>,
+    pub(crate) requests: Mutex<Requests>,
+    pub(crate) more: Condvar,
+    pub(crate) mode: Mutex<Mode>,
     pub(crate) faults: Mutex<Faults>,
     pub(crate) controls: Mutex<Vec<Control>>,
     out: Mutex<UnixStream>,
@@ -75,7 +75,7 @@ pub(crate) struct Device {
     protocol: JoinHandle<()>,
 }
 
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -125,16 +125,23 @@ impl Device {
 }
 
 impl Shared {
-    fn alive(&self) -> bool {
+    pub(crate) fn alive(&self) -> bool {
         locked(&self.state).alive
     }
 
-    fn run(&self) -> u64 {
+    pub(crate) fn run(&self) -> u64 {
         locked(&self.state).run
     }
 
     /// Sends an answer: `command` 3 to a request, 4 to one that is taken back.
-    fn reply(&self, command: u32, number: u32, status: i32, data: &[u8], packets: &[(u32, u32)]) {
+    pub(crate) fn reply(
+        &self,
+        command: u32,
+        number: u32,
+        status: i32,
+        data: &[u8],
+        packets: &[(u32, u32)],
+    ) {
         let mut message = vec![0; 48];
         message[0..4].copy_from_slice(&command.to_be_bytes());
         message[4..8].copy_from_slice(&number.to_be_bytes());
@@ -291,146 +298,4 @@ fn text(text: &str) -> Vec<u8> {
     let mut descriptor = vec![2 + units.len() as u8, 3];
     descriptor.extend(units);
     descriptor
-}
-
-/// The thread that sends frames.
-struct Stream<'a> {
-    shared: &'a Shared,
-    pictures: &'a Pictures,
-    number: u64,
-    /// Toggles with each frame.
-    frame_bit: u8,
-    due: Instant,
-}
-
-impl<'a> Stream<'a> {
-    fn new(shared: &'a Shared, pictures: &'a Pictures) -> Self {
-        Self { shared, pictures, number: 0, frame_bit: 0, due: Instant::now() }
-    }
-
-    fn run(&mut self) {
-        while let Some(request) = self.take() {
-            let mode = *locked(&self.shared.mode);
-            let run = self.shared.run();
-            let mut frame = self.pictures.frame(mode, self.number);
-            self.wait_until_due(mode);
-            self.number += 1;
-            let mut faults = locked(&self.shared.faults);
-            if std::mem::take(&mut faults.stall_stream) {
-                drop(faults);
-                self.give(
-                    &request,
-                    STALLED,
-                    &[],
-                    &request.packets.iter().map(|l| (*l, 0)).collect::<Vec<_>>(),
-                );
-                continue;
-            }
-            if once(&mut faults.dropped) {
-                drop(faults);
-                self.put_back(request);
-                continue;
-            }
-            let is_jpeg = mode.format == Format::Mjpeg;
-            if faults.no_tables && is_jpeg {
-                frame = without_tables(&frame);
-            }
-            let error_bit = if once(&mut faults.error_bits) { 0x40 } else { 0 };
-            if once(&mut faults.short) {
-                frame.truncate(frame.len() / 3);
-            }
-            if once(&mut faults.bad_jpeg) {
-                let length = frame.len();
-                frame[length / 4..length / 2].iter_mut().step_by(7).for_each(|byte| *byte ^= 0x5a);
-            }
-            let slow = Duration::from_millis(faults.slow_millis);
-            drop(faults);
-            std::thread::sleep(slow);
-            self.send(request, &frame, error_bit, run);
-        }
-    }
-
-    fn wait_until_due(&mut self, mode: Mode) {
-        let interval = Duration::from_nanos(u64::from(mode.interval) * 100);
-        let now = Instant::now();
-        self.due += interval;
-        if self.due + interval < now || self.due > now + interval * 2 {
-            self.due = now;
-        }
-        std::thread::sleep(self.due.saturating_duration_since(now));
-    }
-
-    /// Sends a frame in as many requests as it needs; gives up when the stream is started anew.
-    fn send(&mut self, mut request: Request, frame: &[u8], error_bit: u8, run: u64) {
-        self.frame_bit ^= 1;
-        let mut sent = 0;
-        loop {
-            let (mut data, mut packets, mut ended) = (Vec::new(), Vec::new(), false);
-            for length in &request.packets {
-                let room = (*length).min(PACKET) as usize;
-                if ended || room < 3 {
-                    packets.push((*length, 0));
-                    continue;
-                }
-                let part = (room - 2).min(frame.len() - sent);
-                ended = sent + part == frame.len();
-                let end_bit = if ended { 2 } else { 0 };
-                data.extend([2, 0x80 | self.frame_bit | error_bit | end_bit]);
-                data.extend_from_slice(&frame[sent..sent + part]);
-                sent += part;
-                packets.push((*length, part as u32 + 2));
-            }
-            self.give(&request, 0, &data, &packets);
-            if ended {
-                return;
-            }
-            match self.take() {
-                Some(next) => request = next,
-                None => return,
-            }
-            if self.shared.run() != run {
-                self.put_back(request);
-                return;
-            }
-        }
-    }
-
-    /// The next waiting request; `None` when the device is gone.
-    fn take(&self) -> Option<Request> {
-        let mut requests = locked(&self.shared.requests);
-        loop {
-            if !self.shared.alive() {
-                return None;
-            }
-            let frozen = locked(&self.shared.faults).freeze;
-            if !frozen && let Some(request) = requests.waiting.pop_front() {
-                requests.held = Some(request.number);
-                return Some(request);
-            }
-            let wait = self.shared.more.wait_timeout(requests, Duration::from_millis(50));
-            requests = wait.unwrap_or_else(PoisonError::into_inner).0;
-        }
-    }
-
-    /// Answers a request, unless it was taken back meanwhile.
-    fn give(&self, request: &Request, status: i32, data: &[u8], packets: &[(u32, u32)]) {
-        let mut requests = locked(&self.shared.requests);
-        if requests.held.take_if(|held| *held == request.number).is_some() {
-            self.shared.reply(3, request.number, status, data, packets);
-        }
-    }
-
-    fn put_back(&self, request: Request) {
-        let mut requests = locked(&self.shared.requests);
-        if requests.held.take_if(|held| *held == request.number).is_some() {
-            requests.waiting.push_front(request);
-        }
-    }
-}
-
-/// Counts down; whether there was something left.
-fn once(left: &mut u32) -> bool {
-    let any = *left > 0;
-    *left -= u32::from(any);
-    any
 }

@@ -13,6 +13,7 @@ mod controls;
 mod device;
 mod modes;
 mod pictures;
+mod stream;
 
 use std::{io::BufRead, path::PathBuf, process::ExitCode, sync::Arc, time::Duration};
 
@@ -40,7 +41,7 @@ fn run() -> std::io::Result<()> {
     let pictures = Arc::new(Pictures::of(
         value("--pictures").map(PathBuf::from).as_deref(),
         value("--before").and_then(|count| count.parse().ok()).unwrap_or(0),
-    ));
+    )?);
     let plug =
         |name: &str, serial: &str, port| Device::plug(name, serial, Arc::clone(&pictures), port);
     let mut device = Some(plug(&name, &serial, 0)?);

@@ -1,7 +1,8 @@
 //! The modes of the simulated USB camera.
 
 /// Sizes that it offers.
-pub(crate) const SIZES: [(u16, u16); 4] = [(640, 480), (640, 360), (1280, 720), (1920, 1080)];
+pub(crate) const SIZES: [(u16, u16); 5] =
+    [(640, 480), (640, 360), (1280, 720), (1920, 1080), (320, 240)];
 /// Times from frame to frame in 100 ns: 60, 30, 15, 7.5 and 2.5 frames per second. They must rise, or the
 /// kernel picks wrongly.
 pub(crate) const INTERVALS: [u32; 5] = [166_666, 333_333, 666_666, 1_333_333, 4_000_000];

@@ -1,87 +1,114 @@
-//! What the simulated USB camera sees: pictures from a folder, or a chessboard that moves.
+//! What the simulated USB camera sees: pictures from a folder, or a chessboard.
+//!
+//! Files are read before the camera is plugged in, and a picture is packed once: a slow machine has no time
+//! for either while frames are due.
 
 use std::{
     collections::BTreeMap,
-    path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    path::Path,
+    sync::{Arc, Mutex, PoisonError},
 };
 
 use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder, imageops};
 
 use crate::modes::{Format, Mode};
 
-/// Frames ready to be sent: by format, size, whether they are drawn, and number.
-type Ready = BTreeMap<(Format, (u16, u16), bool, usize), Vec<u8>>;
-
-/// A supply of frames. Those that are asked for again are kept.
-pub(crate) struct Pictures {
-    /// Drawn pictures before the first file: while a program settles its camera.
-    before: u64,
-    files: Vec<PathBuf>,
-    ready: Mutex<Ready>,
+/// What is in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Sight {
+    /// A chessboard of 9 by 6 inner corners.
+    Chessboard,
+    /// A wall, as long as a program settles its camera.
+    Wall,
+    /// A picture of the folder.
+    File(usize),
 }
 
-/// Pictures that the moving chessboard repeats.
-const DRAWN: u64 = 16;
-/// Frames that are kept.
-const KEPT: usize = 64;
+/// Packed pictures.
+type Packed = BTreeMap<(Format, (u16, u16), Sight), Arc<Vec<u8>>>;
+
+/// A supply of frames.
+pub(crate) struct Pictures {
+    /// Frames that show the wall before the first file.
+    before: u64,
+    files: Vec<GrayImage>,
+    packed: Mutex<Packed>,
+}
 
 impl Pictures {
-    /// The PNG files of `folder` in the order of their names; drawn pictures if there are none.
-    pub(crate) fn of(folder: Option<&Path>, before: u64) -> Self {
+    /// The PNG files of `folder` in the order of their names, after `before` pictures of a wall; a chessboard if
+    /// there are none.
+    ///
+    /// # Errors
+    ///
+    /// A file that is no picture.
+    pub(crate) fn of(folder: Option<&Path>, before: u64) -> std::io::Result<Self> {
         let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok());
-        let mut files: Vec<PathBuf> = entries
+        let mut paths: Vec<_> = entries
             .into_iter()
             .flatten()
             .flatten()
             .map(|entry| entry.path())
             .filter(|path| path.extension().is_some_and(|extension| extension == "png"))
             .collect();
-        files.sort();
-        Self { before, files, ready: Mutex::default() }
+        paths.sort();
+        let read = |path| image::open(path).map(image::DynamicImage::into_luma8);
+        let files =
+            paths.iter().map(read).collect::<Result<_, _>>().map_err(std::io::Error::other)?;
+        Ok(Self { before, files, packed: Mutex::default() })
     }
 
-    /// Frame `number` in `mode`; after the last file the first follows.
+    /// Frame `number` in `mode`, its bytes unlike those of the frame before; after the last file the first
+    /// follows.
     pub(crate) fn frame(&self, mode: Mode, number: u64) -> Vec<u8> {
-        let is_drawn = self.files.is_empty() || number < self.before;
-        let which = if is_drawn {
-            (number % DRAWN) as usize
-        } else {
-            ((number - self.before) % self.files.len() as u64) as usize
+        let sight = match number.checked_sub(self.before) {
+            _ if self.files.is_empty() => Sight::Chessboard,
+            None => Sight::Wall,
+            Some(number) => Sight::File((number % self.files.len() as u64) as usize),
         };
-        let key = (mode.format, mode.size, is_drawn, which);
-        let mut ready = self.ready.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(frame) = ready.get(&key) {
-            return frame.clone();
+        let mut frame = self.packed(mode, sight).to_vec();
+        if let Sight::File(_) = sight {
+            return frame;
         }
-        let frame = encoded(&self.picture(mode.size, is_drawn, which), mode.format);
-        if ready.len() < KEPT {
-            ready.insert(key, frame.clone());
+        // A sensor has noise: no two of its pictures are the same bytes.
+        let [low, high, ..] = number.to_le_bytes();
+        match mode.format {
+            Format::Yuyv => frame[..2].copy_from_slice(&[low, high]),
+            // Comment, four bytes long.
+            Format::Mjpeg => drop(frame.splice(2..2, [0xff, 0xfe, 0, 4, low, high])),
         }
         frame
     }
 
-    fn picture(&self, (width, height): (u16, u16), is_drawn: bool, which: usize) -> GrayImage {
+    fn packed(&self, mode: Mode, sight: Sight) -> Arc<Vec<u8>> {
+        let mut packed = self.packed.lock().unwrap_or_else(PoisonError::into_inner);
+        let entry = packed.entry((mode.format, mode.size, sight));
+        Arc::clone(
+            entry.or_insert_with(|| Arc::new(pack(&self.picture(mode.size, sight), mode.format))),
+        )
+    }
+
+    fn picture(&self, (width, height): (u16, u16), sight: Sight) -> GrayImage {
         let size = (u32::from(width), u32::from(height));
-        let file = self.files.get(which).filter(|_| !is_drawn);
-        match file.and_then(|path| image::open(path).ok()) {
-            Some(picture) => {
-                let picture = picture.into_luma8();
-                if picture.dimensions() == size {
-                    picture
-                } else {
-                    imageops::resize(&picture, size.0, size.1, imageops::FilterType::Triangle)
-                }
+        match sight {
+            Sight::Chessboard => chessboard(size),
+            Sight::Wall => GrayImage::from_fn(size.0, size.1, |x, _| {
+                image::Luma([90 + (x * 60 / size.0) as u8])
+            }),
+            Sight::File(which) if self.files[which].dimensions() == size => {
+                self.files[which].clone()
             }
-            None => drawn(size, which as u32),
+            Sight::File(which) => {
+                imageops::resize(&self.files[which], size.0, size.1, imageops::FilterType::Triangle)
+            }
         }
     }
 }
 
-/// A chessboard of 9 by 6 inner corners, further right in each picture.
-fn drawn((width, height): (u32, u32), which: u32) -> GrayImage {
+/// A chessboard of 9 by 6 inner corners.
+fn chessboard((width, height): (u32, u32)) -> GrayImage {
     let square = height / 10;
-    let (left, top) = ((width - 10 * square) / 2 + which, (height - 7 * square) / 2);
+    let (left, top) = ((width - 10 * square) / 2, (height - 7 * square) / 2);
     GrayImage::from_fn(width, height, |x, y| {
         let inside =
             (left..left + 10 * square).contains(&x) && (top..top + 7 * square).contains(&y);
@@ -90,7 +117,7 @@ fn drawn((width, height): (u32, u32), which: u32) -> GrayImage {
     })
 }
 
-fn encoded(picture: &GrayImage, format: Format) -> Vec<u8> {
+fn pack(picture: &GrayImage, format: Format) -> Vec<u8> {
     match format {
         Format::Yuyv => picture.as_raw().iter().flat_map(|value| [*value, 128]).collect(),
         Format::Mjpeg => {
@@ -108,7 +135,6 @@ fn encoded(picture: &GrayImage, format: Format) -> Vec<u8> {
         }
     }
 }
-
 /// The frame without its Huffman tables, as many webcams send it.
 pub(crate) fn without_tables(frame: &[u8]) -> Vec<u8> {
     let mut kept = frame[..2].to_vec();
