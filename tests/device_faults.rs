@@ -580,6 +580,22 @@ fn controls_are_put_back_when_the_session_ends() {
 }
 
 #[test]
+fn each_damaged_frame_is_told_with_the_next_good_one() {
+    let kernel = SimKernel::new(vec![now_and_then(grey(0), |_, frame| frame.error = true)]);
+    let mut source = open(&kernel, "/dev/video0").expect("opens");
+    let counts: Vec<u64> = run(&mut source, &kernel, 6.0)
+        .events
+        .iter()
+        .filter_map(|event| match event {
+            CameraEvent::Counted { rejected, .. } => Some(*rejected),
+            _ => None,
+        })
+        .collect();
+    assert!(counts.len() > 10, "{counts:?}");
+    assert!(counts.windows(2).all(|two| two[1] - two[0] <= 1), "{counts:?}");
+}
+
+#[test]
 fn equal_cameras_are_told_apart_by_their_port_whatever_the_order() {
     for order in 0..200_u32 {
         // Three cameras that say the same of themselves, found in another order each time.

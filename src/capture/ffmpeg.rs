@@ -3,8 +3,12 @@
 //! Linking ffmpeg would bring a decoder for every format of the world into this process; as a child it can
 //! crash, hang or be fed nonsense and costs no more than a frame. It is always ended: when this source is
 //! dropped, when it is silent for too long, and when it ends by itself.
+//!
+//! A file ends. A network stream is lost, and asked for again until it is back: cameras on a network
+//! restart, and cables are pulled.
 
 use std::{
+    collections::VecDeque,
     fs::File,
     io::{Read, Seek},
     process::{Child, ChildStdout, Command, Stdio},
@@ -17,7 +21,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
 use crate::{
-    device::Fault,
+    device::{CameraEvent, Fault, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
 };
 
@@ -36,15 +40,30 @@ const CHUNK: usize = 1 << 18;
 /// Pictures per second that files and streams are read as; more brings work and no views.
 const RATE_HZ: u64 = 30;
 
+/// Pauses before a lost stream is asked for again.
+const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+
 /// A network stream or a video file.
 pub struct Ffmpeg {
+    program: String,
     name: String,
-    child: Child,
-    pictures: Pictures,
-    size: ImageSize,
-    first: Option<GrayImage>,
-    waited: Duration,
     is_live: bool,
+    size: ImageSize,
+    /// `None` while a lost stream is not asked for.
+    run: Option<Run>,
+    /// A picture that came and was not yet handed over.
+    in_hand: Option<GrayImage>,
+    /// Pictures of the runs before this one.
+    count_before: u64,
+    /// Time for which there was no stream.
+    away: Duration,
+    /// Silence, or pause, so far.
+    waited: Duration,
+    pause: Duration,
+    /// Why the stream is lost, as it was told.
+    lost: Option<Fault>,
+    events: VecDeque<CameraEvent>,
 }
 
 /// Whether `name` is an address that ffmpeg reads.
@@ -70,11 +89,110 @@ impl Ffmpeg {
     ///
     /// As there.
     pub fn open_with(program: &str, name: &str) -> Result<Self, CaptureError> {
-        let failed = |fault, detail: String| CaptureError::Camera { fault, detail };
+        let failed = |(fault, detail): Loss| CaptureError::Camera { fault, detail };
         let is_live = is_address(name);
+        let mut run = Run::start(program, name, is_live).map_err(failed)?;
+        let first = match run.pictures.next(START_PATIENCE, false) {
+            Ok(Next::Picture(first)) => first,
+            Ok(Next::Nothing) => return Err(failed((Fault::NoFirstFrame, name.to_owned()))),
+            Ok(Next::End) => return Err(failed((Fault::ReaderFailed, run.pictures.words()))),
+            Err(err) => {
+                let detail = format!("{err}; {}", run.pictures.words());
+                return Err(failed((Fault::ReaderFailed, detail)));
+            }
+        };
+        let mut source = Self {
+            program: program.into(),
+            name: name.into(),
+            is_live,
+            size: ImageSize::of(&first),
+            run: Some(run),
+            in_hand: Some(first),
+            count_before: 0,
+            away: Duration::ZERO,
+            waited: Duration::ZERO,
+            pause: SHORTEST_PAUSE,
+            lost: None,
+            events: VecDeque::new(),
+        };
+        if is_live {
+            source.events.push_back(CameraEvent::Started { mode: source.mode() });
+        }
+        Ok(source)
+    }
+
+    /// How fast the stream is, nobody says.
+    fn mode(&self) -> Mode {
+        Mode { size: self.size, layout: PixelLayout::Decoded, interval_secs: None }
+    }
+
+    /// Number of the newest picture.
+    fn id(&self) -> FrameId {
+        let count = self.run.as_ref().map_or(0, |run| run.pictures.count);
+        FrameId((self.count_before + count).saturating_sub(1))
+    }
+
+    /// The program delivers an even rate; its own clock is the stream's.
+    fn time(&self) -> CaptureTime {
+        let playing_nanos = (self.id().0 + 1) * 1_000_000_000 / RATE_HZ;
+        CaptureTime { nanos: playing_nanos + self.away.as_nanos() as u64 }
+    }
+
+    /// Ends the program and says that the stream is lost, once for each reason.
+    fn lose(&mut self, (fault, detail): Loss) {
+        self.count_before += self.run.take().map_or(0, |run| run.pictures.count);
+        self.away += self.waited;
+        self.waited = Duration::ZERO;
+        if self.lost != Some(fault) {
+            self.lost = Some(fault);
+            self.events.push_back(CameraEvent::Lost { fault, detail });
+        } else {
+            self.pause = (2 * self.pause).min(LONGEST_PAUSE);
+        }
+    }
+
+    /// Waits at most `patience`, then asks for the lost stream again if it is time.
+    fn ask_again(&mut self, patience: Duration) {
+        let wait = patience.min(self.pause.saturating_sub(self.waited));
+        // A signal may end it early; then the next time comes a little sooner.
+        poll(&mut [], Some(&timespec(wait))).ok();
+        self.waited += wait;
+        if self.waited < self.pause {
+            return;
+        }
+        self.away += self.waited;
+        self.waited = Duration::ZERO;
+        match Run::start(&self.program, &self.name, self.is_live) {
+            Ok(run) => self.run = Some(run),
+            Err(loss) => self.lose(loss),
+        }
+    }
+
+    /// There is no next picture: a stream is lost, a file is broken.
+    fn broken(&mut self, loss: Loss) -> Result<Arrival, CaptureError> {
+        if self.is_live {
+            self.lose(loss);
+            return Ok(Arrival::NothingYet);
+        }
+        let (fault, detail) = loss;
+        Err(CaptureError::Camera { fault, detail })
+    }
+}
+
+/// Why there are no pictures, and what is known besides.
+type Loss = (Fault, String);
+
+/// The program at work; dropping it ends it.
+struct Run {
+    child: Child,
+    pictures: Pictures,
+}
+
+impl Run {
+    fn start(program: &str, name: &str, is_live: bool) -> Result<Self, Loss> {
         let broken = |err: std::io::Error| {
             let missing = err.kind() == std::io::ErrorKind::NotFound;
-            failed(if missing { Fault::NoReader } else { Fault::ReaderFailed }, err.to_string())
+            (if missing { Fault::NoReader } else { Fault::ReaderFailed }, err.to_string())
         };
         // A file takes any number of words; a pipe that nobody empties would stop the program.
         let words = tempfile::tempfile().map_err(broken)?;
@@ -83,27 +201,23 @@ impl Ffmpeg {
         let mut child = command.spawn().map_err(broken)?;
         let Some(out) = child.stdout.take() else {
             end(&mut child);
-            return Err(failed(Fault::ReaderFailed, "it has no output".into()));
+            return Err((Fault::ReaderFailed, "it has no output".into()));
         };
-        let mut pictures = Pictures { out, words, bytes: Vec::new(), ended: false, count: 0 };
-        let (fault, detail) = match pictures.next(START_PATIENCE, false) {
-            Ok(Next::Picture(first)) => {
-                return Ok(Self {
-                    name: name.into(),
-                    child,
-                    pictures,
-                    size: ImageSize::of(&first),
-                    first: Some(first),
-                    waited: Duration::ZERO,
-                    is_live,
-                });
-            }
-            Ok(Next::Nothing) => (Fault::NoFirstFrame, name.to_owned()),
-            Ok(Next::End) => (Fault::ReaderFailed, pictures.words()),
-            Err(err) => (Fault::ReaderFailed, format!("{err}; {}", pictures.words())),
-        };
-        end(&mut child);
-        Err(failed(fault, detail))
+        let pictures = Pictures { out, words, bytes: Vec::new(), ended: false, count: 0 };
+        Ok(Self { child, pictures })
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        end(&mut self.child);
+    }
+}
+
+fn timespec(wait: Duration) -> Timespec {
+    Timespec {
+        tv_sec: wait.as_secs().try_into().unwrap_or(i64::MAX),
+        tv_nsec: wait.subsec_nanos().into(),
     }
 }
 
@@ -173,11 +287,7 @@ impl Pictures {
     }
 
     fn is_readable(&self, patience: Duration) -> std::io::Result<bool> {
-        let wait = Timespec {
-            tv_sec: patience.as_secs().try_into().unwrap_or(i64::MAX),
-            tv_nsec: patience.subsec_nanos().into(),
-        };
-        match poll(&mut [PollFd::new(&self.out, PollFlags::IN)], Some(&wait)) {
+        match poll(&mut [PollFd::new(&self.out, PollFlags::IN)], Some(&timespec(patience))) {
             Ok(ready) => Ok(ready > 0),
             // A signal came between; the caller asks again.
             Err(rustix::io::Errno::INTR) => Ok(false),
@@ -254,50 +364,58 @@ impl FrameSource for Ffmpeg {
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
-        let failed = |fault, detail: String| Err(CaptureError::Camera { fault, detail });
-        let is_first = self.first.is_some();
-        let next = match self.first.take() {
-            Some(first) => Ok(Next::Picture(first)),
-            None => self.pictures.next(patience, self.is_live),
+        if let Some(event) = self.events.pop_front() {
+            return Ok(Arrival::Event(event));
+        }
+        let Some(run) = &mut self.run else {
+            self.ask_again(patience);
+            return Ok(Arrival::NothingYet);
+        };
+        let next = match self.in_hand.take() {
+            Some(picture) => Ok(Next::Picture(picture)),
+            None => run.pictures.next(patience, self.is_live),
         };
         let image = match next {
             Ok(Next::Picture(image)) => image,
             Ok(Next::Nothing) => {
                 self.waited += patience;
-                if self.waited < STEADY_PATIENCE {
+                let limit = if run.pictures.count == 0 { START_PATIENCE } else { STEADY_PATIENCE };
+                if self.waited < limit {
                     return Ok(Arrival::NothingYet);
                 }
-                return failed(Fault::Stalled, self.name.clone());
+                let fault = if self.is_live { Fault::StreamLost } else { Fault::Stalled };
+                let detail = format!("nothing for {} s", limit.as_secs());
+                return self.broken((fault, detail));
             }
             Ok(Next::End) => {
-                let words = self.pictures.words();
-                if self.is_live || !words.is_empty() {
-                    return failed(Fault::ReaderFailed, words);
-                }
-                return Ok(Arrival::End);
+                let words = run.pictures.words();
+                return match (self.is_live, words.is_empty()) {
+                    (true, _) => self.broken((Fault::StreamLost, words)),
+                    (false, false) => self.broken((Fault::ReaderFailed, words)),
+                    (false, true) => Ok(Arrival::End),
+                };
             }
             Err(err) => {
-                return failed(Fault::ReaderFailed, format!("{err}; {}", self.pictures.words()));
+                let detail = format!("{err}; {}", run.pictures.words());
+                return self.broken((Fault::ReaderFailed, detail));
             }
         };
-        self.waited = Duration::ZERO;
-        if ImageSize::of(&image) != self.size {
-            return failed(
-                Fault::OtherMode,
-                format!("the pictures are now {:?}", image.dimensions()),
-            );
+        let waited = std::mem::take(&mut self.waited);
+        if self.lost.is_some() {
+            self.away += waited;
         }
-        // The first one is number 0, whatever has come since.
-        let id = FrameId(if is_first { 0 } else { self.pictures.count - 1 });
-        // The program delivers an even rate; its own clock is the stream's.
-        let captured_at = CaptureTime { nanos: (id.0 + 1) * 1_000_000_000 / RATE_HZ };
+        if ImageSize::of(&image) != self.size {
+            let detail = format!("the pictures are now {:?}", image.dimensions());
+            return self.broken((Fault::OtherMode, detail));
+        }
+        let (id, captured_at) = (self.id(), self.time());
+        if self.lost.take().is_some() {
+            self.pause = SHORTEST_PAUSE;
+            self.in_hand = Some(image);
+            let mode = self.mode();
+            return Ok(Arrival::Event(CameraEvent::Returned { mode, good_from: captured_at }));
+        }
         let (kind, name) = (FrameKind::Video, String::new());
         Ok(Arrival::Frame(Arc::new(Frame { id, captured_at, kind, name, image })))
-    }
-}
-
-impl Drop for Ffmpeg {
-    fn drop(&mut self) {
-        end(&mut self.child);
     }
 }

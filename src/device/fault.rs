@@ -55,11 +55,13 @@ pub enum Fault {
     NoReader,
     /// The program that reads the stream ended or could not read it.
     ReaderFailed,
+    /// A network stream ended or went silent.
+    StreamLost,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 27] = [
         Self::NotFound,
         Self::NotPermitted,
         Self::Busy,
@@ -86,6 +88,7 @@ impl Fault {
         Self::Unwatched,
         Self::NoReader,
         Self::ReaderFailed,
+        Self::StreamLost,
     ];
 
     /// Stable name, for recordings, machines and support.
@@ -117,6 +120,7 @@ impl Fault {
             Self::Unwatched => "CTL-BLIND",
             Self::NoReader => "FFM-NONE",
             Self::ReaderFailed => "FFM-END",
+            Self::StreamLost => "NET-LOST",
         }
     }
 

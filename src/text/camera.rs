@@ -111,6 +111,10 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
             "ffmpeg could not read this source",
             "Check the address, and that `ffmpeg -i` with it works in a terminal.",
         ),
+        Fault::StreamLost => (
+            "The network stream has stopped",
+            "Wait: it is asked for again until it is back, and the session keeps its views. Check the camera's power and the network.",
+        ),
     }
 }
 

@@ -262,10 +262,12 @@ impl NokhwaCamera {
         Some(Arc::new(Frame { id, captured_at, kind, name, image: image? }))
     }
 
-    fn tell_counts(&mut self) {
+    /// Damage is told with the next good frame, for the person may do something about it.
+    fn tell_counts(&mut self, is_frame: bool) {
         let now = Instant::now();
         let counts = (self.dropped, self.rejected);
-        if now >= self.next_count && counts != self.told {
+        let due = now >= self.next_count || (is_frame && counts.1 != self.told.1);
+        if due && counts != self.told {
             let (dropped, rejected) = counts;
             self.events.push_back(CameraEvent::Counted { dropped, rejected });
             (self.told, self.next_count) = (counts, now + COUNTING);
@@ -305,10 +307,10 @@ impl FrameSource for NokhwaCamera {
             let left = until.saturating_duration_since(now);
             if self.reader.is_some() {
                 if let Some(frame) = self.listen(left) {
-                    self.tell_counts();
+                    self.tell_counts(true);
                     return Ok(Arrival::Frame(frame));
                 }
-                self.tell_counts();
+                self.tell_counts(false);
             } else if now >= self.next_look {
                 self.look_for_it();
             } else {

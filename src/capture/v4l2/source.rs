@@ -454,6 +454,10 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
             match &self.state {
                 State::Running(_) => match self.step(left) {
                     Ok(Some(Picture { image, captured_at })) => {
+                        // Damage is told with the next good frame, for the person may do something about it.
+                        if self.counts().1 != self.told.1 {
+                            self.tell_counts();
+                        }
                         // A gap in the numbers is what was lost.
                         let id = FrameId(self.counts().0 + self.next_id);
                         self.next_id += 1;
