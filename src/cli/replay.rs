@@ -85,7 +85,7 @@ impl Arguments {
         let mut checksum = crc32fast::Hasher::new();
         let stored: Vec<Stored> = lines.iter().filter_map(|line| line.stored.clone()).collect();
         let mut steps = Vec::new();
-        let differences = replay(&mut session, lines, |session, decision| {
+        let mut differences = replay(&mut session, lines, |session, decision| {
             if self.gui {
                 steps.push(session.snapshot(*decision));
             }
@@ -94,6 +94,10 @@ impl Arguments {
             checksum.update(b"\n");
         });
         let crc32 = format!("{:08x}", checksum.finalize());
+        let rounded: Vec<f64> = differences
+            .extract_if(.., |d| d.rounding().is_some())
+            .filter_map(|d| d.rounding())
+            .collect();
         say(&format!("{} of {count} decisions differ from the recording", differences.len()));
         for difference in differences.iter().take(TOLD) {
             say(&format!("  line {} of the journal: {}", difference.line, change(difference)));
@@ -101,13 +105,19 @@ impl Arguments {
         if differences.len() > TOLD {
             say(&format!("  and {} more", differences.len() - TOLD));
         }
+        if !rounded.is_empty() {
+            let largest = rounded.iter().copied().fold(0.0, f64::max);
+            say(&format!(
+                "{} more differ by rounding only, at most {largest:.0e}, as between two processors",
+                rounded.len()
+            ));
+        }
         let Conclusion { exit, mut report } = conclude(&session, &header);
         let asked_for_change = self.redetect || !self.settings.is_empty();
         let exit = if differences.is_empty() || asked_for_change { exit } else { Exit::Failed };
         if self.json {
             report["session"] = json!(path.display().to_string());
-            report["decisions"] =
-                json!({ "count": count, "crc32": crc32, "different": differences });
+            report["decisions"] = json!({ "count": count, "crc32": crc32, "different": differences, "rounded": rounded.len() });
             print(&report.to_string())?;
         }
         if self.gui {

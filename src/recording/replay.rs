@@ -1,7 +1,13 @@
 //! Runs recorded inputs through the same fold and compares the decisions.
 
+use serde_json::Value;
+
 use super::Line;
 use crate::session::{Decision, Input, Session};
+
+/// Share of a number, or amount of one near zero, up to which two numbers are the same but for rounding.
+/// Processors round differently (some multiply and add in one step): 3e-11 was seen.
+const ROUNDING: f64 = 1e-7;
 
 /// A decision that came out differently.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -12,6 +18,35 @@ pub struct Difference {
     pub recorded: String,
     /// Decision now.
     pub replayed: String,
+}
+
+impl Difference {
+    /// The largest difference of two numbers, as a share of them, if nothing but rounding differs: the
+    /// session was recorded on a processor that rounds otherwise. `None` if the decision is another.
+    pub fn rounding(&self) -> Option<f64> {
+        let parsed = |text: &str| serde_json::from_str::<Value>(text).ok();
+        let largest = apart(&parsed(&self.recorded)?, &parsed(&self.replayed)?);
+        (largest <= ROUNDING).then_some(largest)
+    }
+}
+
+/// How far the numbers of two values are apart at most; infinitely far if anything else differs.
+fn apart(a: &Value, b: &Value) -> f64 {
+    let all = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(0.0, f64::max);
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) if a.is_f64() && b.is_f64() => {
+            let (a, b) = (a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN));
+            (a - b).abs() / a.abs().max(b.abs()).max(1.0)
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            all(&mut a.iter().zip(b).map(|(a, b)| apart(a, b)))
+        }
+        (Value::Object(a), Value::Object(b)) if a.len() == b.len() => {
+            all(&mut a.iter().map(|(name, a)| b.get(name).map_or(f64::INFINITY, |b| apart(a, b))))
+        }
+        (a, b) if a == b => 0.0,
+        _ => f64::INFINITY,
+    }
 }
 
 /// Handles the input of every line, tells `seen` of each, and returns the decisions that differ.
@@ -32,4 +67,32 @@ pub fn replay(
         seen(session, &decision);
     }
     differences
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_told_from_another_decision() {
+        let rounding = |recorded: &str, replayed: &str| {
+            Difference { line: 1, recorded: recorded.into(), replayed: replayed.into() }.rounding()
+        };
+        let recorded = r#"{"outcome":"refused","pose":{"tilt_rad":0.7,"view":3},"all":[1e-9,2.5]}"#;
+        assert_eq!(rounding(recorded, recorded), Some(0.0));
+        let rounded = recorded.replace("0.7", "0.70000000001").replace("1e-9", "-1e-9");
+        let largest = rounding(recorded, &rounded).expect("only rounding");
+        assert!((5e-12..5e-9).contains(&largest), "{largest}");
+        for (was, is) in [
+            ("0.7", "0.7001"),
+            ("refused", "accepted"),
+            (":3", ":4"),
+            (":3", ":null"),
+            ("tilt_rad", "tilt"),
+            (",2.5", ""),
+        ] {
+            assert_eq!(rounding(recorded, &recorded.replace(was, is)), None, "{was} -> {is}");
+        }
+        assert_eq!(rounding(recorded, "cut"), None);
+    }
 }
