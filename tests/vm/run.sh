@@ -40,7 +40,9 @@ part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --with "$target/debug/
 	"$tests" "${options[@]}" --skip two_equal --skip the_test_driver
 part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin "$tests" "${options[@]}" two_equal
 part "the kernel's test driver" $vm --camera vivid "$tests" "${options[@]}" the_test_driver
-part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$nokhwa" "${options[@]}"
+part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$nokhwa" "${options[@]}" --skip freezes
+# Apart, for its thread keeps the camera.
+part "the backend nokhwa, and a camera that freezes" $vm --uvcsim "$uvcsim" "$nokhwa" "${options[@]}" freezes
 part "a guided session, and the same pictures from disk" env BORESIGHT_UVCSIM="$uvcsim" \
 	"$sessions" "${options[@]}"
 echo "Times are of the machine's own clock."
