@@ -26,7 +26,7 @@ use crate::{
     guidance::{
         Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, advise,
         forecast, gate, measure, next_target, progress, progress_without_target, role_of,
-        stillness::{speed_px_per_s, still},
+        stillness::{moved_together, speed_px_per_s, still},
         stop::Precision,
     },
 };
@@ -262,17 +262,19 @@ impl Session {
     fn hold_on(&mut self, observation: &Observation, view: View, role: Role) -> Option<Outcome> {
         let width_px = f64::from(self.setup.image_size.width_px);
         let now = observation.captured_at;
+        let before = self.last_seen.as_ref();
+        let together = before.is_some_and(|(_, before)| moved_together(before, &view.corners));
         match &mut self.hold {
-            Some(hold) if hold.covers(&view.corners, width_px) => hold.add(view, role),
+            Some(hold) if hold.covers(&view.corners, width_px) => hold.add(view, role, together),
             hold => {
-                *hold = Some(Hold::start(view, role));
+                *hold = Some(Hold::start(view, role, together));
                 self.hold_name.clone_from(&observation.name);
             }
         }
         let hold = self.hold.as_ref()?;
         let complete = observation.kind == crate::frame::FrameKind::Photograph
             || role == Role::Forced
-            || hold.progress(now, &self.setup.guidance) >= 1.0;
+            || hold.complete(now, &self.setup.guidance);
         if !complete {
             return None;
         }

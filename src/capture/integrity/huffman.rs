@@ -1,7 +1,13 @@
 //! Huffman tables of baseline JPEG, for stepping over codes.
 
-/// Codes up to this length are looked up at once.
-const FAST_BITS: u32 = 11;
+use super::bits::Bits;
+
+/// Bits that are looked up at once, of coefficients and of means.
+const FAST_BITS: u32 = 12;
+const FAST_MEAN_BITS: u32 = 10;
+/// Longest values that 8-bit pictures have.
+const LONGEST_MEAN: u32 = 11;
+const LONGEST_VALUE: u32 = 10;
 
 /// Lengths and values of a table's codes, as a DHT segment has them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -10,72 +16,207 @@ pub(super) struct TableSpec {
     pub(super) values: Vec<u8>,
 }
 
-/// A table made for looking up.
+/// A prefix code.
 #[derive(Clone, Debug)]
-pub(super) struct Table {
-    /// By the next bits: code length in the low byte, value in the high one; 0 for longer codes.
-    fast: Vec<u16>,
+struct Code {
     /// By length: one past the last code, aligned to 16 bits; and what to add to a code for its index.
     limits: [u32; 17],
     offsets: [i32; 17],
     values: Vec<u8>,
 }
 
-impl Table {
+impl Code {
     /// `None` if the counts do not make a prefix code or do not fit the values.
-    pub(super) fn new(spec: &TableSpec) -> Option<Self> {
+    fn new(spec: &TableSpec) -> Option<Self> {
         let total: usize = spec.counts.iter().map(|count| usize::from(*count)).sum();
         if total > 256 || total != spec.values.len() {
             return None;
         }
-        let mut table = Self {
-            fast: vec![0; 1 << FAST_BITS],
-            limits: [0; 17],
-            offsets: [0; 17],
-            values: spec.values.clone(),
-        };
-        let (mut code, mut index) = (0_u32, 0_usize);
-        for length in 1..=16_u32 {
-            let count = u32::from(spec.counts[length as usize - 1]);
+        let (mut limits, mut offsets) = ([0; 17], [0; 17]);
+        let (mut code, mut index) = (0_u32, 0_i32);
+        for length in 1..=16_usize {
+            let count = u32::from(spec.counts[length - 1]);
             if code + count > 1 << length {
                 return None;
             }
-            table.offsets[length as usize] = index as i32 - code as i32;
-            for _ in 0..count {
-                if length <= FAST_BITS {
-                    let entry = u16::from(spec.values[index]) << 8 | length as u16;
-                    let first = (code << (FAST_BITS - length)) as usize;
-                    table.fast[first..first + (1 << (FAST_BITS - length))].fill(entry);
-                }
-                code += 1;
-                index += 1;
-            }
-            table.limits[length as usize] = code << (16 - length);
+            offsets[length] = index - code as i32;
+            code += count;
+            index += count as i32;
+            limits[length] = code << (16 - length);
             code <<= 1;
         }
-        Some(table)
+        Some(Self { limits, offsets, values: spec.values.clone() })
     }
 
     /// Length and value of the code that the 16 bits `next` begin with; `None` if there is no such code.
-    #[inline]
-    pub(super) fn look_up(&self, next: u32) -> Option<(u32, u8)> {
-        let entry = self.fast[(next >> (16 - FAST_BITS)) as usize & ((1 << FAST_BITS) - 1)];
-        if entry != 0 {
-            return Some((u32::from(entry & 0xff), (entry >> 8) as u8));
+    fn look_up(&self, next: u32) -> Option<(u32, u8)> {
+        let length = (1..=16_u32).find(|length| next < self.limits[*length as usize])?;
+        let code = (next >> (16 - length)) as i32;
+        let index = usize::try_from(code + self.offsets[length as usize]).ok()?;
+        Some((length, *self.values.get(index)?))
+    }
+
+    /// Length and value of the code that each pattern of `N` begins with, where the pattern is long enough.
+    fn patterns<const N: usize>(&self) -> impl Iterator<Item = (usize, Option<(u32, u8)>)> {
+        let bits = N.ilog2();
+        let code = move |pattern| self.look_up((pattern as u32) << (16 - bits));
+        (0..N).map(move |pattern| (pattern, code(pattern).filter(|(length, _)| *length <= bits)))
+    }
+}
+
+/// Steps over the differences of blocks' means.
+#[derive(Clone, Debug)]
+pub(super) struct MeanTable {
+    code: Code,
+    /// By the next bits: 16 times the difference, and how many bits it takes; 0 if more must be looked at.
+    fast: Box<[i16; 1 << FAST_MEAN_BITS]>,
+}
+
+impl MeanTable {
+    /// `None` if `spec` is no prefix code.
+    pub(super) fn new(spec: &TableSpec) -> Option<Self> {
+        let code = Code::new(spec)?;
+        let mut fast = Box::new([0; 1 << FAST_MEAN_BITS]);
+        for (pattern, found) in code.patterns::<{ 1 << FAST_MEAN_BITS }>() {
+            let Some((length, size)) = found else { continue };
+            let bits = length + u32::from(size);
+            if bits <= FAST_MEAN_BITS {
+                let value = pattern as u32 >> (FAST_MEAN_BITS - bits) & ((1 << size) - 1);
+                fast[pattern] = (signed(value, size.into()) * 16 + bits as i32) as i16;
+            }
         }
-        self.look_up_long(next)
+        Some(Self { code, fast })
+    }
+
+    /// Takes a difference of at most 27 bits; `None` if no picture has it.
+    #[inline(always)]
+    pub(super) fn take(&self, bits: &mut Bits<'_>) -> Option<i32> {
+        let found = self.fast[bits.peek(FAST_MEAN_BITS) as usize];
+        if found != 0 {
+            bits.skip((found & 15) as u32);
+            return Some(i32::from(found >> 4));
+        }
+        self.take_long(bits)
     }
 
     #[cold]
-    fn look_up_long(&self, next: u32) -> Option<(u32, u8)> {
-        for length in FAST_BITS + 1..=16 {
-            if next < self.limits[length as usize] {
-                let code = (next >> (16 - length)) as i32;
-                let index = usize::try_from(code + self.offsets[length as usize]).ok()?;
-                return Some((length, *self.values.get(index)?));
+    fn take_long(&self, bits: &mut Bits<'_>) -> Option<i32> {
+        let (length, size) = self.code.look_up(bits.peek(16) as u32)?;
+        let size = u32::from(size);
+        if size > LONGEST_MEAN {
+            return None;
+        }
+        bits.skip(length);
+        let value = if size == 0 { 0 } else { bits.peek(size) as u32 };
+        bits.skip(size);
+        Some(signed(value, size))
+    }
+}
+
+/// The number that `size` bits of value `value` code.
+fn signed(value: u32, size: u32) -> i32 {
+    let value = value as i32;
+    if size > 0 && value < 1 << (size - 1) { value - (1 << size) + 1 } else { value }
+}
+
+/// Steps over the other coefficients of blocks.
+#[derive(Clone, Debug)]
+pub(super) struct StepTable {
+    code: Code,
+    fast: Box<[Step; 1 << FAST_BITS]>,
+}
+
+/// What follows in a block: as many coefficients as the bits that are looked up hold.
+#[derive(Clone, Copy, Debug)]
+struct Step(u16);
+
+impl Step {
+    /// More must be looked at: more coefficients than a block has.
+    const LONG: Self = Self(64 << 5);
+
+    fn new(bits: u32, coefficients: u32, ends: bool) -> Self {
+        Self((bits | coefficients << 5 | u32::from(ends) << 15) as u16)
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self.0 & 31)
+    }
+
+    /// Zeros included.
+    #[inline(always)]
+    fn coefficients(self) -> u32 {
+        u32::from(self.0 >> 5 & 127)
+    }
+
+    /// Whether the block ends with them.
+    #[inline(always)]
+    fn ends(self) -> bool {
+        self.0 >> 15 == 1
+    }
+
+    /// This and the `next`, if both are within the bits that are looked up.
+    fn then(self, next: Self) -> Option<Self> {
+        let (bits, coefficients) =
+            (self.bits() + next.bits(), self.coefficients() + next.coefficients());
+        let fits = !self.ends() && bits <= FAST_BITS && coefficients < 64;
+        fits.then(|| Self::new(bits, coefficients, next.ends()))
+    }
+}
+
+impl StepTable {
+    /// `None` if `spec` is no prefix code.
+    pub(super) fn new(spec: &TableSpec) -> Option<Self> {
+        let code = Code::new(spec)?;
+        let mut single = [Step::LONG; 1 << FAST_BITS];
+        for (pattern, found) in code.patterns::<{ 1 << FAST_BITS }>() {
+            let Some((length, value)) = found else { continue };
+            let (run, size) = (u32::from(value >> 4), u32::from(value & 15));
+            match (run, size) {
+                (0, 0) => single[pattern] = Step::new(length, 0, true),
+                (_, 1..=LONGEST_VALUE) => {
+                    single[pattern] = Step::new(length + size, run + 1, false);
+                }
+                _ => {}
             }
         }
-        None
+        let mut fast = Box::new(single);
+        for (pattern, step) in fast.iter_mut().enumerate() {
+            let behind = |step: Step| single[(pattern << step.bits()) % (1 << FAST_BITS)];
+            while let Some(more) = step.then(behind(*step)) {
+                *step = more;
+            }
+        }
+        Some(Self { code, fast })
+    }
+
+    /// Takes at most 26 bits of the block that has `coefficients` so far; whether it is complete.
+    /// `None` if no encoder writes such.
+    #[inline(always)]
+    pub(super) fn take(&self, bits: &mut Bits<'_>, coefficients: &mut u32) -> Option<bool> {
+        let step = self.fast[bits.peek(FAST_BITS) as usize];
+        let sum = *coefficients + step.coefficients();
+        if sum < 64 {
+            bits.skip(step.bits());
+            *coefficients = sum;
+            return Some(step.ends());
+        }
+        self.take_one(bits, coefficients)
+    }
+
+    #[inline(never)]
+    fn take_one(&self, bits: &mut Bits<'_>, coefficients: &mut u32) -> Option<bool> {
+        let (length, value) = self.code.look_up(bits.peek(16) as u32)?;
+        let (run, size) = (u32::from(value >> 4), u32::from(value & 15));
+        bits.skip(length + size);
+        *coefficients += run + 1;
+        match (run, size) {
+            (0, 0) => Some(true),
+            // Sixteen zeros, and a value is to follow.
+            (15, 0) if *coefficients < 64 => Some(false),
+            (_, 1..=LONGEST_VALUE) if *coefficients <= 64 => Some(*coefficients == 64),
+            _ => None,
+        }
     }
 }
 

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use super::{
     Flaw,
-    huffman::{Table, standard, standard_segments},
-    scan::{Expected, Part, walk},
+    huffman::{MeanTable, StepTable, TableSpec, standard, standard_segments},
+    scan::{Expected, LARGEST_MEAN, Part, Scratch, walk},
 };
 use crate::frame::ImageSize;
 
@@ -19,7 +19,8 @@ const HABIT_AFTER: u32 = 5;
 pub struct JpegGate {
     padded_in_a_row: u32,
     pads: bool,
-    clean: Vec<u8>,
+    tables: Tables,
+    scratch: Scratch,
 }
 
 /// A whole frame.
@@ -39,13 +40,15 @@ impl JpegGate {
     /// The first [`Flaw`].
     pub fn check<'a>(&mut self, bytes: &'a [u8], size: ImageSize) -> Result<Checked<'a>, Flaw> {
         let headers = Headers::read(bytes)?;
+        self.tables.become_those_of(&headers.tables)?;
         if headers.size != size {
             return Err(Flaw::OtherSize);
         }
-        let end = walk(bytes, headers.scan_at, &headers.expected()?, &mut self.clean)?;
+        let end =
+            walk(bytes, headers.scan_at, &headers.expected(&self.tables)?, &mut self.scratch)?;
         self.judge_surplus(end.surplus)?;
         let whole = &bytes[..end.marker_at + 2];
-        let lacked_tables = !headers.has_tables;
+        let lacked_tables = headers.tables.is_empty();
         if !lacked_tables && end.surplus == 0 {
             return Ok(Checked { bytes: Cow::Borrowed(whole), lacked_tables });
         }
@@ -82,10 +85,8 @@ struct Headers {
     size: ImageSize,
     components: Vec<Component>,
     dc_steps: [Option<u16>; 4],
-    dc: [Option<Table>; 4],
-    ac: [Option<Table>; 4],
-    has_tables: bool,
-    has_other_tables: bool,
+    /// Bodies of the segments that define tables.
+    tables: Vec<u8>,
     restart_every: u32,
     scan_header_at: usize,
     scan_at: usize,
@@ -113,10 +114,7 @@ impl Headers {
             size: ImageSize { width_px: 0, height_px: 0 },
             components: Vec::new(),
             dc_steps: [None; 4],
-            dc: [None, None, None, None],
-            ac: [None, None, None, None],
-            has_tables: false,
-            has_other_tables: false,
+            tables: Vec::new(),
             restart_every: 0,
             scan_header_at: 0,
             scan_at: 0,
@@ -126,7 +124,7 @@ impl Headers {
             let (marker, body, next) = segment(bytes, at)?;
             match marker {
                 0xC0 | 0xC1 => headers.read_frame(body)?,
-                0xC4 => headers.read_tables(body)?,
+                0xC4 => headers.tables.extend_from_slice(body),
                 0xDB => headers.read_steps(body)?,
                 0xDD => {
                     let &[high, low] = body else { return Err(Flaw::BadHeader) };
@@ -143,11 +141,6 @@ impl Headers {
                 _ => return Err(Flaw::BadHeader),
             }
             at = next;
-        }
-        if !headers.has_tables {
-            for (place, spec) in standard() {
-                headers.set_table(place, Table::new(&spec))?;
-            }
         }
         Ok(headers)
     }
@@ -174,31 +167,6 @@ impl Headers {
             }
             self.components.push(Component { id: part[0], across, down, steps, dc: 0, ac: 0 });
         }
-        Ok(())
-    }
-
-    fn read_tables(&mut self, mut body: &[u8]) -> Result<(), Flaw> {
-        while let Some((&place, rest)) = body.split_first() {
-            let (counts, rest) = rest.split_first_chunk::<16>().ok_or(Flaw::BadHeader)?;
-            let total: usize = counts.iter().map(|count| usize::from(*count)).sum();
-            let values = rest.get(..total).ok_or(Flaw::BadHeader)?.to_vec();
-            let spec = super::huffman::TableSpec { counts: *counts, values };
-            self.has_other_tables |= !standard().contains(&(place, spec.clone()));
-            self.set_table(place, Table::new(&spec))?;
-            self.has_tables = true;
-            body = &rest[total..];
-        }
-        Ok(())
-    }
-
-    fn set_table(&mut self, place: u8, table: Option<Table>) -> Result<(), Flaw> {
-        let table = table.ok_or(Flaw::BadHeader)?;
-        let tables = match place >> 4 {
-            0 => &mut self.dc,
-            1 => &mut self.ac,
-            _ => return Err(Flaw::BadHeader),
-        };
-        *tables.get_mut(usize::from(place & 15)).ok_or(Flaw::BadHeader)? = Some(table);
         Ok(())
     }
 
@@ -232,27 +200,89 @@ impl Headers {
         if rest[2 * count..] != [0, 63, 0] { Err(Flaw::BadHeader) } else { Ok(()) }
     }
 
-    fn expected(&self) -> Result<Expected<'_>, Flaw> {
+    fn expected<'a>(&self, tables: &'a Tables) -> Result<Expected<'a>, Flaw> {
         let widest = self.components.iter().map(|c| c.across).max().unwrap_or(1);
         let tallest = self.components.iter().map(|c| c.down).max().unwrap_or(1);
         let single = self.components.len() == 1;
         let (unit_width, unit_height) = if single { (8, 8) } else { (8 * widest, 8 * tallest) };
-        let units =
-            self.size.width_px.div_ceil(unit_width) * self.size.height_px.div_ceil(unit_height);
         let part = |component: &Component| {
-            let dc = self.dc.get(component.dc).and_then(Option::as_ref).ok_or(Flaw::BadHeader)?;
-            let ac = self.ac.get(component.ac).and_then(Option::as_ref).ok_or(Flaw::BadHeader)?;
-            let dc_step = self.dc_steps[component.steps].ok_or(Flaw::BadHeader)?.into();
-            let blocks = if single { 1 } else { component.across * component.down };
-            Ok(Part { dc, ac, blocks, dc_step })
+            let means = tables.means.get(component.dc).and_then(Option::as_ref);
+            let steps = tables.steps.get(component.ac).and_then(Option::as_ref);
+            let mean_step = i32::from(self.dc_steps[component.steps].ok_or(Flaw::BadHeader)?);
+            if mean_step == 0 {
+                return Err(Flaw::BadHeader);
+            }
+            Ok(Part {
+                means: means.ok_or(Flaw::BadHeader)?,
+                steps: steps.ok_or(Flaw::BadHeader)?,
+                across: if single { 1 } else { component.across },
+                down: if single { 1 } else { component.down },
+                mean_step,
+                largest_mean: LARGEST_MEAN / mean_step + 1,
+            })
         };
-        let parts = self.components.iter().map(part).collect::<Result<_, _>>()?;
         Ok(Expected {
-            parts,
-            units,
+            parts: self.components.iter().map(part).collect::<Result<_, _>>()?,
+            columns: self.size.width_px.div_ceil(unit_width),
+            rows: self.size.height_px.div_ceil(unit_height),
             restart_every: self.restart_every,
-            zeros_are_foreign: !self.has_other_tables,
+            zeros_are_foreign: !tables.unusual,
         })
+    }
+}
+
+/// Huffman tables, kept as long as the frames bring the same.
+#[derive(Clone, Debug, Default)]
+struct Tables {
+    /// The bodies of the segments that they were made from; `None` before the first frame.
+    from: Option<Vec<u8>>,
+    means: [Option<MeanTable>; 4],
+    steps: [Option<StepTable>; 4],
+    /// Whether any is not one of the standard ones.
+    unusual: bool,
+}
+
+impl Tables {
+    /// Those that `bodies` define, or the standard ones if that is nothing.
+    fn become_those_of(&mut self, bodies: &[u8]) -> Result<(), Flaw> {
+        if self.from.as_deref() == Some(bodies) {
+            return Ok(());
+        }
+        *self = Self::default();
+        let standard = standard();
+        if bodies.is_empty() {
+            for (place, spec) in &standard {
+                self.set(*place, spec)?;
+            }
+        }
+        let mut left = bodies;
+        while let Some((&place, rest)) = left.split_first() {
+            let (counts, rest) = rest.split_first_chunk::<16>().ok_or(Flaw::BadHeader)?;
+            let total: usize = counts.iter().map(|count| usize::from(*count)).sum();
+            let values = rest.get(..total).ok_or(Flaw::BadHeader)?.to_vec();
+            let spec = (place, TableSpec { counts: *counts, values });
+            self.unusual |= !standard.contains(&spec);
+            self.set(place, &spec.1)?;
+            left = &rest[total..];
+        }
+        self.from = Some(bodies.to_vec());
+        Ok(())
+    }
+
+    fn set(&mut self, place: u8, spec: &TableSpec) -> Result<(), Flaw> {
+        let number = usize::from(place & 15);
+        match place >> 4 {
+            0 => {
+                let table = self.means.get_mut(number).ok_or(Flaw::BadHeader)?;
+                *table = Some(MeanTable::new(spec).ok_or(Flaw::BadHeader)?);
+            }
+            1 => {
+                let table = self.steps.get_mut(number).ok_or(Flaw::BadHeader)?;
+                *table = Some(StepTable::new(spec).ok_or(Flaw::BadHeader)?);
+            }
+            _ => return Err(Flaw::BadHeader),
+        }
+        Ok(())
     }
 }
 

@@ -5,13 +5,19 @@
 //! | [`raw`] | has an uncompressed frame as many bytes as its mode needs? |
 //! | [`jpeg`] | start, headers, picture size, end within the frame's bytes? Missing Huffman tables are put in |
 //! | [`scan`] | does the compressed data hold every block of the picture, and nothing else? |
+//! | [`seam`] | does the picture go on as it began, or do the blocks after some point jump in brightness? |
 //!
-//! Limit: JPEG has no checksum. A changed bit within a coefficient's value that keeps every code's length
-//! gives another picture of the same structure, and nothing in the frame tells.
+//! Limits: JPEG has no checksum. A changed bit within a coefficient's value that keeps every code's length
+//! gives another picture of the same structure: some blocks that are wrong, and nothing in the frame tells. So
+//! does the join of two frames at the same block. What that does to the corners is caught where a view is
+//! chosen, see `moved_together` of `guidance::stillness`; not for a view that a person forces, or a
+//! photograph.
 
+mod bits;
 mod huffman;
 mod jpeg;
 mod scan;
+mod seam;
 
 pub use jpeg::{Checked, JpegGate};
 
