@@ -9,6 +9,7 @@ use std::{fs, path::Path};
 use boresight::{
     config::Config,
     detection::{Detection, Miss, Quality, Side},
+    device::{CameraFacts, Control, ControlBefore, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
     recording::{Header, Journal, RecordingError, SessionFolder, replay, stored_frame},
@@ -128,6 +129,32 @@ fn a_session_is_open_once_and_never_made_twice() {
     assert!(matches!(again, Err(RecordingError::NotNew { .. })));
     assert_eq!(fs::read(path.join("session.toml")).expect("readable"), before);
     assert!(SessionFolder::open(&path).is_ok());
+}
+
+#[test]
+fn a_session_names_its_camera() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let control =
+        |control, value, automatic| ControlBefore { control, value: Some(value), automatic };
+    let facts = CameraFacts {
+        name: "evil \u{1b}[2J \"name\"".into(),
+        usb_id: Some((0x046d, 0x082d)),
+        serial: "0001".into(),
+        place: "pci0000:00/usb1/1-3".into(),
+        backend: "v4l",
+        mode: Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) },
+        controls: vec![control(Control::Focus, 30, Some(true)), control(Control::Zoom, -1, None)],
+    };
+    let header = header().of_camera(Some(facts));
+    drop(SessionFolder::create(&path, &header).expect("created"));
+    assert_eq!(SessionFolder::header(&path).expect("readable"), header);
+    let text = fs::read_to_string(path.join("session.toml")).expect("readable");
+    for line in
+        ["[camera]", "usb = \"046d:082d\"", "format = \"MJPG\"", "rate_hz = 30.0", "value = 30"]
+    {
+        assert!(text.contains(line), "no {line:?} in {text}");
+    }
 }
 
 #[test]

@@ -24,7 +24,7 @@ pub use recorded::Recorded;
 use std::{sync::Arc, time::Duration};
 
 use crate::{
-    device::{CameraEvent, Fault},
+    device::{CameraEvent, CameraFacts, Fault},
     frame::{Frame, ImageSize},
 };
 
@@ -39,6 +39,11 @@ pub trait FrameSource: Send {
     /// camera does not: its newest frame is worth more than an old one.
     fn waits(&self) -> bool {
         true
+    }
+
+    /// What is known of the live camera; `None` if it is none.
+    fn camera_facts(&self) -> Option<CameraFacts> {
+        None
     }
 
     /// Waits at most `patience` for a frame.

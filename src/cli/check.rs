@@ -114,7 +114,9 @@ impl Arguments {
             return self.tell(&old, &source_name, None, &Err(NoVerdict::NoDrift(reason)));
         }
         let path = self.out.clone().unwrap_or_else(new_session_path);
-        let header = Header::new(&source_name, image_size, config.clone()).against(&self.against);
+        let header = Header::new(&source_name, image_size, config.clone())
+            .against(&self.against)
+            .of_camera(source.camera_facts());
         let run = Run {
             folder: SessionFolder::create(&path, &header)?,
             session: Session::new(config.session(image_size)?),

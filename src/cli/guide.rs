@@ -200,7 +200,8 @@ impl Opening {
             }
             None => {
                 let path = self.out.clone().unwrap_or_else(new_session_path);
-                let header = Header::new(&spelled(&name, &self.source), image_size, config);
+                let header = Header::new(&spelled(&name, &self.source), image_size, config)
+                    .of_camera(source.camera_facts());
                 let header = match &self.replaces {
                     Some(old) => header.against(old),
                     None => header,

@@ -4,7 +4,9 @@
 //! tells the session, in order; it is recorded and replayed like every other input.
 
 mod event;
+mod facts;
 mod fault;
 
 pub use event::{CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout, Wanted};
+pub use facts::{CameraFacts, ControlBefore};
 pub use fault::Fault;

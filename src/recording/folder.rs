@@ -13,12 +13,13 @@ use image::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Journal, JournalContents, RecordingError, Stored,
+    CameraTable, Journal, JournalContents, RecordingError, Stored,
     journal::checksum,
     save::{Overwrite, UNFINISHED, save},
 };
 use crate::{
     config::Config,
+    device::CameraFacts,
     frame::{Frame, FrameId, ImageSize},
 };
 
@@ -43,6 +44,9 @@ pub struct Header {
     pub against: Option<String>,
     /// Everything that was configured.
     pub config: Config,
+    /// The live camera, if the source is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraTable>,
 }
 
 impl Header {
@@ -55,12 +59,18 @@ impl Header {
             image_size_px: [image_size.width_px, image_size.height_px],
             against: None,
             config,
+            camera: None,
         }
     }
 
     /// The same session, made to check or replace the calibration in `file`.
     pub fn against(self, file: &Path) -> Self {
         Self { against: Some(file.display().to_string()), ..self }
+    }
+
+    /// The same session of a live camera, if there are `facts` of one.
+    pub fn of_camera(self, facts: Option<CameraFacts>) -> Self {
+        Self { camera: facts.map(CameraTable::from), ..self }
     }
 
     /// Size of the pictures.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! SESSION/
-//!   session.toml      schema, source, picture size, effective configuration; written once
+//!   session.toml      schema, source, picture size, effective configuration, camera; written once
 //!   journal.jsonl     one checksummed input with its decision per line; only ever appended to
 //!   frames/           pictures, lossless, named by frame number
 //!   calibration.json  the result
@@ -13,6 +13,7 @@
 //! dropped when the session is opened again; a damaged line anywhere else is named and refused.
 
 mod camera_line;
+mod camera_table;
 mod folder;
 mod format;
 mod journal;
@@ -20,6 +21,7 @@ mod replay;
 pub mod save;
 
 pub use camera_line::{CameraLine, ControlLine, FaultLine, LayoutLine, LockLine, ModeLine};
+pub use camera_table::CameraTable;
 pub use folder::{Header, SessionFolder, stored_frame};
 pub use format::{Line, Stored};
 pub use journal::{Damage, Journal, JournalContents};

@@ -22,7 +22,7 @@ use super::{
 use crate::capture::v4l2;
 use crate::{
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity, Unpacker, health::Health},
-    device::{CameraEvent, Fault, Mode, Wanted},
+    device::{CameraEvent, CameraFacts, Fault, Mode, Wanted},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
 
@@ -41,6 +41,7 @@ const BUFFERS: usize = 4;
 /// A live camera, read through nokhwa.
 pub struct NokhwaCamera {
     name: String,
+    facts: CameraFacts,
     open: Opener,
     /// What was doubtful before the first frame, and is again after each return.
     doubts: Vec<(Fault, String)>,
@@ -90,7 +91,9 @@ impl NokhwaCamera {
             let number: u32 = number.ok_or((Fault::NotFound, format!("nokhwa opens no {path}")))?;
             Ok(Box::new(Streaming::open(::nokhwa::utils::CameraIndex::Index(number), &wanted)?))
         });
-        Self::start(name, open, doubts)
+        let mut source = Self::start(name, open, doubts)?;
+        source.facts = camera.facts("nokhwa", source.mode, Vec::new());
+        Ok(source)
     }
 
     /// Opens a camera by a name of [`list`]: `nokhwa:` and its address, name or number.
@@ -118,8 +121,18 @@ impl NokhwaCamera {
             }
         };
         let now = Instant::now();
+        let facts = CameraFacts {
+            name: name.clone(),
+            usb_id: None,
+            serial: String::new(),
+            place: String::new(),
+            backend: "nokhwa",
+            mode,
+            controls: Vec::new(),
+        };
         let mut source = Self {
             name,
+            facts,
             open,
             doubts,
             mode,
@@ -295,6 +308,10 @@ impl FrameSource for NokhwaCamera {
 
     fn waits(&self) -> bool {
         false
+    }
+
+    fn camera_facts(&self) -> Option<CameraFacts> {
+        Some(self.facts.clone())
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {

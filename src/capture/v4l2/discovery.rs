@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     capture::{Offer, layout},
-    device::{Fault, PixelLayout},
+    device::{CameraFacts, ControlBefore, Fault, Mode, PixelLayout},
 };
 
 /// A node that takes pictures.
@@ -75,6 +75,24 @@ impl Camera {
             place: self.node.place.clone(),
             index: self.node.index,
             by_place: self.has_twin || self.node.usb_id.is_none(),
+        }
+    }
+
+    /// What a session keeps of it.
+    pub(in crate::capture) fn facts(
+        &self,
+        backend: &'static str,
+        mode: Mode,
+        controls: Vec<ControlBefore>,
+    ) -> CameraFacts {
+        CameraFacts {
+            name: self.name.clone(),
+            usb_id: self.node.usb_id,
+            serial: self.node.serial.clone(),
+            place: self.node.place.clone(),
+            backend,
+            mode,
+            controls,
         }
     }
 

@@ -14,7 +14,7 @@
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 use super::{
-    controls::Keeper,
+    controls::{Keeper, Standing, standings},
     discovery::{Camera, Found, Identity, discover_those},
     kernel::{Errno, Kernel},
     stream::{Loss, Picture, Stream},
@@ -25,7 +25,10 @@ use crate::{
         health::{light, sharpness},
         layout,
     },
-    device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, Wanted},
+    device::{
+        CameraEvent, CameraFacts, Control, ControlBefore, ControlChange, Fault, Lock, Locks, Mode,
+        Wanted,
+    },
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
 
@@ -54,6 +57,7 @@ pub struct LiveCamera<K: Kernel> {
     offer: Offer,
     mode: Mode,
     keeper: Keeper,
+    controls_before: Vec<ControlBefore>,
     locks: Option<Locks>,
     state: State,
     events: VecDeque<CameraEvent>,
@@ -96,6 +100,14 @@ impl<K: Kernel> LiveCamera<K> {
             .ok_or_else(|| failed((Fault::NoFormat, camera.stable_name())))?;
         let stream = Stream::start(&mut kernel, &camera, &offer).map_err(failed)?;
         let keeper = Keeper::remember(&mut kernel, stream.device);
+        let controls_before = standings(&mut kernel, stream.device)
+            .into_iter()
+            .map(|Standing { control, value, automatic, .. }| ControlBefore {
+                control,
+                value,
+                automatic,
+            })
+            .collect();
         let mode = stream.granted.mode;
         let mut events = VecDeque::from([CameraEvent::Started { mode }]);
         if let Some(detail) = other_than_asked(&offer, &mode) {
@@ -119,6 +131,7 @@ impl<K: Kernel> LiveCamera<K> {
             offer,
             mode,
             keeper,
+            controls_before,
             locks: None,
             state,
             events,
@@ -441,6 +454,10 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
 
     fn waits(&self) -> bool {
         false
+    }
+
+    fn camera_facts(&self) -> Option<CameraFacts> {
+        Some(self.camera.facts("v4l", self.mode, self.controls_before.clone()))
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
