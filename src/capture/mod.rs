@@ -20,7 +20,7 @@ pub use recorded::Recorded;
 use std::{sync::Arc, time::Duration};
 
 use crate::{
-    device::{CameraEvent, Fault},
+    device::{Adjustable, CameraEvent, Control, Fault},
     frame::{Frame, ImageSize},
 };
 
@@ -35,6 +35,17 @@ pub trait FrameSource: Send {
     /// camera does not: its newest frame is worth more than an old one.
     fn waits(&self) -> bool {
         true
+    }
+
+    /// The controls that can be set; none unless it is a live camera.
+    fn adjustables(&mut self) -> Vec<Adjustable> {
+        Vec::new()
+    }
+
+    /// Sets a control. What came of it is an event once the picture has settled; frames before it are held
+    /// back. Does nothing without such a control, or while the camera is away.
+    fn adjust(&mut self, control: Control, value: i64) {
+        let _ = (control, value);
     }
 
     /// Waits at most `patience` for a frame.

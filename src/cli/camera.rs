@@ -7,9 +7,10 @@ use crate::{capture::FrameSource, config::Config, device::Wanted};
 use crate::{
     capture::{
         CaptureError,
-        v4l2::{Camera, Found, Linux, LiveCamera, discover, find},
+        v4l2::{Camera, Found, Linux, LiveCamera, discover, find, mode::layout},
     },
-    device::Fault,
+    device::{Fault, Mode},
+    frame::ImageSize,
     text,
 };
 
@@ -41,6 +42,43 @@ pub(super) fn names() -> Vec<(String, String)> {
         .iter()
         .map(|camera| (camera.stable_name(), text::camera::printable(&camera.name)))
         .collect()
+}
+
+/// The modes of the camera called `name` that can be read, as the settings name them; none without such a
+/// camera.
+#[cfg(target_os = "linux")]
+pub(super) fn modes(name: &str) -> Vec<String> {
+    if !is_name(name) {
+        return Vec::new();
+    }
+    let Ok(camera) = find(&discover(&mut Linux::default()), name) else { return Vec::new() };
+    let mut modes: Vec<(u32, String)> = camera
+        .offers
+        .iter()
+        .filter_map(|offer| {
+            let layout = layout(offer.fourcc)?;
+            let ImageSize { width_px, height_px } = offer.size;
+            let interval_secs = offer.interval.map(|fraction| (fraction.0, fraction.1));
+            let mode = Mode { size: offer.size, layout, interval_secs };
+            let rate = mode.rate_hz().map_or(String::new(), |hz| format!("@{}", round(hz)));
+            let mode = format!("{width_px}x{height_px}{rate}:{}", layout.name());
+            Some((width_px * height_px, mode))
+        })
+        .collect();
+    modes.sort_by(|a, b| b.cmp(a));
+    modes.dedup();
+    modes.into_iter().map(|(_, mode)| mode).collect()
+}
+
+#[cfg(target_os = "linux")]
+fn round(hz: f64) -> f64 {
+    (100.0 * hz).round() / 100.0
+}
+
+/// There are no live cameras on this system.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn modes(_name: &str) -> Vec<String> {
+    Vec::new()
 }
 
 /// There are no live cameras on this system.

@@ -6,5 +6,7 @@
 mod event;
 mod fault;
 
-pub use event::{CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout, Wanted};
+pub use event::{
+    Adjustable, CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout, Wanted,
+};
 pub use fault::Fault;

@@ -78,6 +78,7 @@ pub(crate) fn moments() -> Vec<Moment> {
         &after(vec![started(), locked(), CameraEvent::ControlChanged(change)]),
         "Focus moved from 30 to 45: nothing is taken until it is back",
     );
+    add("camera with controls", &after(vec![started(), locked()]), "Show the whole board");
     let mut paused = middle.clone();
     paused.paused = true;
     add("paused", &paused, "Paused");

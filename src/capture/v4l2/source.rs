@@ -11,6 +11,8 @@
 //!
 //! Frames are delivered only when steady: before, exposure and focus may still move.
 
+mod setting;
+
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 use super::{
@@ -23,7 +25,7 @@ use super::{
 };
 use crate::{
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
-    device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, Wanted},
+    device::{Adjustable, CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, Wanted},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
 
@@ -77,9 +79,27 @@ struct Running {
 
 #[derive(Debug)]
 enum Phase {
-    Settling { means: VecDeque<f64>, count: u32, until_nanos: u64 },
-    Locking { done_nanos: u64, sharp_before: f64, sharp_now: f64 },
-    Steady { next_read_nanos: u64, good_until: CaptureTime, changed: Vec<(Control, i64)> },
+    Settling {
+        means: VecDeque<f64>,
+        count: u32,
+        until_nanos: u64,
+    },
+    Locking {
+        done_nanos: u64,
+        sharp_before: f64,
+        sharp_now: f64,
+    },
+    /// The person set controls; the picture settles.
+    Setting {
+        controls: Vec<Control>,
+        done_nanos: u64,
+        changed: Vec<(Control, i64)>,
+    },
+    Steady {
+        next_read_nanos: u64,
+        good_until: CaptureTime,
+        changed: Vec<(Control, i64)>,
+    },
 }
 
 impl<K: Kernel> LiveCamera<K> {
@@ -151,11 +171,13 @@ impl<K: Kernel> LiveCamera<K> {
             Some(detail) => CameraEvent::Doubtful { fault, detail },
             None => CameraEvent::Dispelled { fault },
         }));
+        // The picture on which a control counts as settled was taken before that was known.
+        let was_setting = matches!(running.phase, Phase::Setting { .. });
         let now = self.kernel.clock().monotonic_nanos;
         self.go_on(picture.as_ref(), now).map_err(|errno| (Fault::Unplugged, errno.words()))?;
         let steady =
             matches!(&self.state, State::Running(r) if matches!(r.phase, Phase::Steady { .. }));
-        Ok(picture.filter(|_| steady))
+        Ok(picture.filter(|_| steady && !was_setting))
     }
 
     /// Moves on between the phases.
@@ -192,11 +214,14 @@ impl<K: Kernel> LiveCamera<K> {
                 self.keeper.lock(kernel, device)?;
                 self.locked(returning, blurred, now)?;
             }
+            Phase::Setting { done_nanos, .. } if now >= *done_nanos && picture.is_some() => {
+                self.set(now)?;
+            }
             Phase::Steady { next_read_nanos, .. } if now >= *next_read_nanos => {
                 self.read_back(now)?;
                 self.tell_counts();
             }
-            Phase::Steady { .. } => {}
+            Phase::Setting { .. } | Phase::Steady { .. } => {}
         }
         Ok(())
     }
@@ -435,6 +460,16 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
 
     fn waits(&self) -> bool {
         false
+    }
+
+    fn adjustables(&mut self) -> Vec<Adjustable> {
+        self.what_can_be_set()
+    }
+
+    fn adjust(&mut self, control: Control, value: i64) {
+        if let Err(errno) = self.ask_for(control, value) {
+            self.lose((Fault::Unplugged, errno.words()));
+        }
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
