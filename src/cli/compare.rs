@@ -138,7 +138,7 @@ pub(super) fn of_session(
         doubts.push(text::drift_is_weak().into());
     }
     let (what, action) = words(&found);
-    let drift = found.as_ref().ok().cloned();
+    let drift = found.as_ref().ok().cloned().map(Box::new);
     let against = against.to_path_buf();
     Ok((Compared { against, what, action: action.into(), doubts, drift }, found))
 }

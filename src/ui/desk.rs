@@ -157,7 +157,7 @@ pub struct Compared {
     /// What makes it weaker than it could be.
     pub doubts: Vec<String>,
     /// The change; `None` without a verdict.
-    pub drift: Option<Drift>,
+    pub drift: Option<Box<Drift>>,
 }
 
 /// Something that did not work, and what to do.

@@ -45,7 +45,7 @@ pub(crate) fn compared(snapshot: &Snapshot, moved_px: Vector2<f64>) -> Compariso
     let drift = drift_from(snapshot, moved_px);
     let (what, action) = text::drift(&drift);
     let against = "sessions/before/calibration.json".into();
-    let drift = Some(drift);
+    let drift = Some(Box::new(drift));
     let doubts = Vec::new();
     let compared = Compared { against, what, action: action.into(), doubts, drift };
     Comparison { outcome: Outcome::Done(Ok(compared)), ..Comparison::default() }

@@ -15,7 +15,7 @@ fn words(node: &Node<'_>) -> Option<String> {
 }
 
 /// Everything that is read, with where it stands.
-fn read(page: &Harness<'_, Table>) -> Vec<(String, Rect)> {
+fn read<T>(page: &Harness<'_, T>) -> Vec<(String, Rect)> {
     page.root()
         .children_recursive()
         .filter(|node| node.accesskit_node().bounding_box().is_some())
@@ -23,7 +23,7 @@ fn read(page: &Harness<'_, Table>) -> Vec<(String, Rect)> {
         .collect()
 }
 
-fn outside(page: &Harness<'_, Table>, window: Vec2) -> Vec<String> {
+pub(crate) fn outside<T>(page: &Harness<'_, T>, window: Vec2) -> Vec<String> {
     let window = Rect::from_min_size(egui::Pos2::ZERO, window).expand(1.0);
     let mut outside: Vec<String> = read(page)
         .into_iter()

@@ -436,6 +436,9 @@ fn pages_look_as_they_did() {
         ("result_good", Page::Result, "done good", Theme::Dark),
         ("result_untrustworthy_light", Page::Result, "done untrustworthy", Theme::Light),
         ("explore", Page::Explore, "fresh", Theme::Dark),
+        ("guide_focus_set_light", Page::Guide, "focus set by hand", Theme::Light),
+        ("replay", Page::Replay, "accepted", Theme::Dark),
+        ("settings_light", Page::Settings, "fresh", Theme::Light),
     ] {
         let mut harness = harness(page, at(name), theme, 1.0);
         harness.snapshot(file);

@@ -48,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut Table) {
         Chart::Skipped => skipped(&painter, &placed, snapshot, calibration),
         Chart::Undistorted => undistorted(&painter, &placed, screen, calibration),
         Chart::Change => {
-            let drift = comparison.found().and_then(|compared| compared.drift.as_ref());
+            let drift = comparison.found().and_then(|compared| compared.drift.as_deref());
             drift.map_or(words::NOT_COMPARED.into(), |drift| {
                 change(&painter, &placed, calibration.image_size, drift)
             })
