@@ -94,6 +94,24 @@ fn an_unplugged_camera_is_not_asked() {
     assert_eq!(set(&run(&mut source, &kernel, 8.0)), []);
 }
 
+#[test]
+fn a_camera_that_is_lost_before_it_has_settled_returns_as_it_was() {
+    let kernel = kernel();
+    let mut source = open(&kernel, "/dev/video0").expect("opens");
+    run(&mut source, &kernel, 5.0);
+    source.adjust(Control::Focus, 99);
+    kernel.world().cameras[0].present = false;
+    run(&mut source, &kernel, 6.0);
+    kernel.world().cameras[0].present = true;
+    let after = run(&mut source, &kernel, 12.0);
+    assert!(after.returned(), "{:?}", after.events);
+    let changed = |event: &CameraEvent| matches!(event, CameraEvent::ControlChanged(_));
+    assert!(!after.events.iter().any(changed), "{:?}", after.events);
+    assert_eq!(set(&after), []);
+    assert_eq!(kernel.world().cameras[0].controls[&FOCUS].value, 30);
+    assert!(after.takeable > 30);
+}
+
 fn started(session: &mut Session) {
     let mode = Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) };
     let lock = Lock::Locked { value: 30 };

@@ -41,6 +41,11 @@ pub fn back(first: i64) -> String {
     format!("back to {first}")
 }
 
+/// The button that sets a control to what the views were taken with.
+pub fn set_back(control: Control, value: i64) -> String {
+    format!("Set the {} back to {value}", super::camera::control(control))
+}
+
 /// What it does.
 pub fn back_tip(control: Control, first: i64) -> String {
     format!(

@@ -64,6 +64,17 @@ fn a_control_is_set_by_its_number_and_undone() {
     assert_eq!(page.state().asks.last(), Some(&undone));
 }
 
+#[test]
+fn a_focus_set_between_views_is_set_back_where_it_is_told() {
+    let moments = moments();
+    let moment = moments.iter().find(|moment| moment.name == "focus set by hand").expect("there");
+    let mut page = harness(Page::Guide, moment, Theme::Dark, 1.0);
+    page.get_by_label_contains("The views were taken at 30. Set it back to 30");
+    page.get_by_role_and_label(Role::Button, "Set the focus back to 30").click();
+    page.run();
+    assert_eq!(page.state().asks, [Ask::Adjust { control: Control::Focus, value: 30 }]);
+}
+
 /// The program around a window, with one simulated camera.
 struct OneCamera {
     kernel: SimKernel,

@@ -444,6 +444,11 @@ fn pages_look_as_they_did() {
         harness.snapshot(file);
         results.extend_harness(&mut harness);
     }
+    let moment = at("camera with controls");
+    let size = egui::vec2(1280.0, 900.0);
+    let mut controls = harness_at(Page::Guide, moment, (Theme::Dark, 1.0), size);
+    controls.snapshot("guide_controls");
+    results.extend_harness(&mut controls);
     let mut changed = harness(Page::Result, at("done good"), Theme::Dark, 1.0);
     let moved_px = nalgebra::Vector2::new(3.0, -2.0);
     changed.state_mut().result.comparison =

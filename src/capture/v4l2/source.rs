@@ -340,6 +340,13 @@ impl<K: Kernel> LiveCamera<K> {
         let now = self.now_nanos();
         (self.dropped_before, self.rejected_before) = self.counts();
         if let State::Running(running) = &mut self.state {
+            // What was asked for and not granted is not held on to: it returns as it was known.
+            if let Phase::Setting { controls, .. } = &running.phase {
+                for control in controls {
+                    let known = self.locks.and_then(|locks| locks.of(*control).value());
+                    known.into_iter().for_each(|value| self.keeper.want(*control, value));
+                }
+            }
             running.stream.end(&mut self.kernel);
         }
         let (fault, detail) = loss.clone();

@@ -28,7 +28,7 @@ pub(super) use sentence::words as sentence_words;
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
     Panel::top("sentence").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
         sentence::show(ui, screen);
-        banner::show(ui, screen);
+        banner::show(ui, screen, asks);
     });
     if screen.preferences.panels {
         Panel::bottom("status").show_separator_line(false).show(ui, |ui| status(ui, screen));

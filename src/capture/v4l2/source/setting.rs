@@ -33,6 +33,10 @@ impl<K: Kernel> LiveCamera<K> {
     pub(super) fn ask_for(&mut self, control: Control, value: i64) -> Result<(), Errno> {
         let now = self.now_nanos();
         let State::Running(running) = &mut self.state else { return Ok(()) };
+        // A camera that returns is brought back to how it was before anything is changed.
+        if running.returning && self.locks.is_some() {
+            return Ok(());
+        }
         let kernel: &mut dyn Kernel = &mut self.kernel;
         let device = running.stream.device;
         self.keeper.want(control, value);
