@@ -82,7 +82,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
         &[
             "RECALIBRATE",
             "boresight guide --source",
-            "--board 9x6 --square 25mm --replaces old/calibration.json",
+            "--board 9x6 --square 25mm --against old/calibration.json",
         ],
     );
 

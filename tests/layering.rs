@@ -50,6 +50,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "ui",
         &[
             "board",
+            "device",
             "frame",
             "geometry",
             "calibration",
@@ -96,7 +97,7 @@ const PANELS: &[&str] = &[
     "ui/theme.rs",
 ];
 const PANELS_USE: &[&str] =
-    &["board", "frame", "geometry", "calibration", "guidance", "session", "text"];
+    &["board", "device", "frame", "geometry", "calibration", "guidance", "session", "text"];
 
 /// A word and the modules, or folders of one, in which alone it may stand.
 const ONLY_IN: &[(&str, &[&str])] = &[

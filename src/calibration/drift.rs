@@ -1,6 +1,6 @@
 //! Has an installed camera changed? New views against an old calibration, METHOD section 4.
 
-use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector3};
+use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector2, Vector3};
 
 use super::arrow::inverse;
 use super::bundle::{Bundle, BundleState, Observations, adjust, information_at};
@@ -62,7 +62,7 @@ pub enum DriftVerdict {
 }
 
 /// How an installed camera differs from its old calibration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     /// See [`DriftVerdict`].
     pub verdict: DriftVerdict,
@@ -96,6 +96,15 @@ pub struct Drift {
     pub camera: Camera,
     /// The views used, of those given.
     pub used: Vec<usize>,
+}
+
+impl Drift {
+    /// How far, and where to, the change moves the image of the ray that the old lens showed at `px`.
+    pub fn displacement_at(&self, px: &Point2<f64>) -> Vector2<f64> {
+        let old_f_px = self.camera.f_px.x - self.change_px.x;
+        let old_pp_px = self.camera.pp_px - self.change_px.yz();
+        (px - old_pp_px) * (self.change_px.x / old_f_px) + self.change_px.yz()
+    }
 }
 
 /// Why nothing can be said.
@@ -197,22 +206,14 @@ pub fn drift(
     let weakest: Matrix2<f64> = information.fixed_view::<2, 2>(1, 1).into();
     let back = Vector3::new(1.0, 1.0, 1.0 / aspect);
     let change_px = d.component_mul(&back);
-    let displacement_px = displacement_px(&old.camera, &change_px, image_size);
     let matters_px = MATTERS * f64::from(image_size.width_px);
     let residual_ratio = change.residual_ratio;
     let lens_changed = residual_ratio > LENS_CHANGED;
-    let verdict = if lens_changed || (statistic > LIMIT && displacement_px > matters_px) {
-        DriftVerdict::Recalibrate
-    } else if statistic > LIMIT {
-        DriftVerdict::Watch
-    } else {
-        DriftVerdict::Ok
-    };
     let mut now = old.camera;
     now.f_px *= 1.0 + change_px.x / now.f_px.x;
     now.pp_px += change_px.yz();
-    Ok(Drift {
-        verdict,
+    let mut found = Drift {
+        verdict: DriftVerdict::Ok,
         change_px,
         sd_px: covariance.diagonal().map(f64::sqrt).component_mul(&back),
         statistic,
@@ -221,14 +222,24 @@ pub fn drift(
         f_changed: d.x * d.x / covariance[(0, 0)] > F_LIMIT,
         visible_pp_px: (SEEN / weakest.symmetric_eigenvalues().min()).sqrt(),
         visible_f_px: (SEEN / information[(0, 0)]).sqrt(),
-        displacement_px,
+        displacement_px: 0.0,
         matters_px,
         residual_ratio,
         lens_changed,
         assumed,
         camera: now,
         used,
-    })
+    };
+    found.displacement_px =
+        cell_centres_px(image_size).map(|px| found.displacement_at(&px).norm()).fold(0.0, f64::max);
+    let verdict = if lens_changed || (statistic > LIMIT && found.displacement_px > matters_px) {
+        DriftVerdict::Recalibrate
+    } else if statistic > LIMIT {
+        DriftVerdict::Watch
+    } else {
+        DriftVerdict::Ok
+    };
+    Ok(Drift { verdict, ..found })
 }
 
 /// Whether a view stays, by and large, where the old calibration had boards; yes if that is not known.
@@ -268,14 +279,6 @@ fn unstated(camera: &Camera, image_size: ImageSize) -> LensMatrix {
         covariance[(i, i)] = sd * sd;
     }
     covariance
-}
-
-/// The largest distance by which a ray's image moves with f and PP, over the picture.
-fn displacement_px(camera: &Camera, change_px: &Vector3<f64>, image_size: ImageSize) -> f64 {
-    let relative = change_px.x / camera.f_px.x;
-    cell_centres_px(image_size)
-        .map(|px| ((px - camera.pp_px) * relative + change_px.yz()).norm())
-        .fold(0.0, f64::max)
 }
 
 /// New views adjusted with the old distortion.

@@ -24,7 +24,7 @@ pub use recorded::Recorded;
 use std::{sync::Arc, time::Duration};
 
 use crate::{
-    device::{CameraEvent, CameraFacts, Fault},
+    device::{Adjustable, CameraEvent, CameraFacts, Control, Fault},
     frame::{Frame, ImageSize},
 };
 
@@ -44,6 +44,17 @@ pub trait FrameSource: Send {
     /// What is known of the live camera; `None` if it is none.
     fn camera_facts(&self) -> Option<CameraFacts> {
         None
+    }
+
+    /// The controls that can be set; none unless it is a live camera.
+    fn adjustables(&mut self) -> Vec<Adjustable> {
+        Vec::new()
+    }
+
+    /// Sets a control. What came of it is an event once the picture has settled; frames before it are held
+    /// back. Does nothing without such a control, or while the camera is away.
+    fn adjust(&mut self, control: Control, value: i64) {
+        let _ = (control, value);
     }
 
     /// Waits at most `patience` for a frame.

@@ -5,16 +5,20 @@ use clap::ValueEnum;
 
 #[cfg(not(target_os = "linux"))]
 use crate::capture::nokhwa::{find, list};
-#[cfg(target_os = "linux")]
-use crate::{
-    capture::v4l2::{Camera, Found, Linux, LiveCamera, discover, find},
-    device::Fault,
-};
 use crate::{
     capture::{CaptureError, FrameSource, nokhwa::NokhwaCamera},
     config::{Backend, Config},
     device::Wanted,
     text,
+};
+#[cfg(target_os = "linux")]
+use crate::{
+    capture::{
+        layout,
+        v4l2::{Camera, Found, Linux, LiveCamera, discover, find},
+    },
+    device::{Fault, Mode},
+    frame::ImageSize,
 };
 
 /// Through what a live camera is read.
@@ -80,6 +84,43 @@ fn named(cameras: &[Camera]) -> Vec<(String, String)> {
         .iter()
         .map(|camera| (camera.stable_name(), text::camera::printable(&camera.name)))
         .collect()
+}
+
+/// The modes of the camera called `name` that can be read, as the settings name them; none without such a
+/// camera.
+#[cfg(target_os = "linux")]
+pub(super) fn modes(name: &str) -> Vec<String> {
+    if !is_name(name) {
+        return Vec::new();
+    }
+    let Ok(camera) = find(&discover(&mut Linux::default()), name) else { return Vec::new() };
+    let mut modes: Vec<(u32, String)> = camera
+        .offers
+        .iter()
+        .filter_map(|offer| {
+            let layout = layout(offer.fourcc)?;
+            let ImageSize { width_px, height_px } = offer.size;
+            let interval_secs = offer.interval.map(|fraction| (fraction.0, fraction.1));
+            let mode = Mode { size: offer.size, layout, interval_secs };
+            let rate = mode.rate_hz().map_or(String::new(), |hz| format!("@{}", round(hz)));
+            let mode = format!("{width_px}x{height_px}{rate}:{}", layout.name());
+            Some((width_px * height_px, mode))
+        })
+        .collect();
+    modes.sort_by(|a, b| b.cmp(a));
+    modes.dedup();
+    modes.into_iter().map(|(_, mode)| mode).collect()
+}
+
+#[cfg(target_os = "linux")]
+fn round(hz: f64) -> f64 {
+    (100.0 * hz).round() / 100.0
+}
+
+/// Modes are not listed on this system.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn modes(_name: &str) -> Vec<String> {
+    Vec::new()
 }
 
 /// The cameras that are there: what finds each again, and what it calls itself.

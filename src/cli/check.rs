@@ -7,29 +7,21 @@ use std::{
 
 use anyhow::Context;
 use clap::Args;
-use serde_json::{Value, json};
 
 use super::{
     Exit,
     board_args::BoardArguments,
     camera::BackendName,
+    compare::{self, Checked, NoVerdict},
     guide::{self, Run, new_session_path, open, spelled},
     print, say, session_report,
     source::SourceName,
 };
 use crate::{
-    calibration::{
-        Drift, DriftVerdict, NoDrift, OldLens, drift,
-        import::{self, OldCalibration},
-    },
+    calibration::{DriftVerdict, NoDrift, import::OldCalibration},
     config::{BoardConfig, Config, PlanName},
     device::Control,
-    frame::ImageSize,
-    geometry::Corner,
-    recording::{
-        Header, SessionFolder,
-        save::{Overwrite, save},
-    },
+    recording::{Header, SessionFolder},
     session::Session,
     text,
 };
@@ -74,22 +66,9 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// Why there is no verdict.
-enum NoVerdict {
-    /// The file names another camera.
-    OtherCamera { old: String, new: String },
-    /// The file has a focal length for every view and none for the camera.
-    FocalVaries,
-    /// The views do not allow one.
-    NoDrift(NoDrift),
-}
-
-/// What came of a check.
-type Checked = Result<Drift, NoVerdict>;
-
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let old = read(&self.against)?;
+        let old = compare::read(&self.against)?;
         for doubt in text::doubts_of_old(&old) {
             say(&format!("{doubt}."));
         }
@@ -138,7 +117,7 @@ impl Arguments {
                 say(&format!("{line}."));
             }
         }
-        let found = self.compare(&ran.session, &config, image_size, &old)?;
+        let found = compare::compare(&ran.session, &old);
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
         session_report::write_and_tell(&ran.path, &ran.session);
@@ -169,24 +148,6 @@ impl Arguments {
         Ok(Some(NoVerdict::OtherCamera { old: named.into(), new: source.into() }))
     }
 
-    fn compare(
-        &self,
-        session: &Session,
-        config: &Config,
-        image_size: ImageSize,
-        old: &OldCalibration,
-    ) -> anyhow::Result<Checked> {
-        let views: Vec<Vec<Corner>> =
-            session.accepted().iter().map(|accepted| accepted.view.corners.clone()).collect();
-        let lens = OldLens {
-            camera: old.camera,
-            covariance: old.covariance,
-            outlines: &old.outlines,
-            image_size: old.image_size,
-        };
-        Ok(drift(&views, &config.board()?, image_size, &lens).map_err(NoVerdict::NoDrift))
-    }
-
     /// Says what was found and writes it into the session's folder; the exit code that it deserves.
     fn tell(
         &self,
@@ -195,47 +156,15 @@ impl Arguments {
         session: Option<&Path>,
         found: &Checked,
     ) -> anyhow::Result<Exit> {
-        let (what, action) = match found {
-            Ok(drift) => text::drift(drift),
-            Err(NoVerdict::NoDrift(reason)) => text::no_drift(reason),
-            Err(NoVerdict::FocalVaries) => text::focal_varied(),
-            Err(NoVerdict::OtherCamera { old, new }) => text::other_camera(old, new),
-        };
-        say(&format!("{what}. {action}"));
-        let mut report = json!({
-            "schema": "boresight.check/1",
-            "against": self.against.display().to_string(),
-            "source": source,
-            "image_size": [old.image_size.width_px, old.image_size.height_px],
-            "message": what, "action": action,
-        });
-        let exit = match found {
-            Ok(drift) => {
-                for line in text::drift_numbers(drift) {
-                    say(&format!("  {line}"));
-                }
-                if drift.assumed {
-                    say(&format!("  {}.", text::drift_is_weak()));
-                }
-                merge(&mut report, numbers(drift));
-                match drift.verdict {
-                    DriftVerdict::Ok | DriftVerdict::Watch => Exit::Good,
-                    DriftVerdict::Recalibrate => Exit::Recalibrate,
-                }
-            }
-            Err(reason) => {
-                let code = match reason {
-                    NoVerdict::FocalVaries => "FOCAL-VARIES",
-                    NoVerdict::OtherCamera { .. } => "OTHER-CAMERA",
-                    NoVerdict::NoDrift(reason) => reason.code(),
-                };
-                merge(&mut report, json!({ "verdict": null, "reason": code }));
-                Exit::NotTrustworthy
-            }
+        compare::tell(found);
+        let report = compare::check_json(&self.against, source, old, found);
+        let exit = match found.as_ref().map(|drift| drift.verdict) {
+            Ok(DriftVerdict::Ok | DriftVerdict::Watch) => Exit::Good,
+            Ok(DriftVerdict::Recalibrate) => Exit::Recalibrate,
+            Err(_) => Exit::NotTrustworthy,
         };
         if let Some(path) = session {
-            let file = path.join("check.json");
-            save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
+            let file = compare::store(path, &report)?;
             say(&format!("Result: {}", file.display()));
         }
         if self.json {
@@ -251,7 +180,7 @@ impl Arguments {
         }
         let BoardConfig { columns, rows, square_mm } = config.board;
         say(&format!(
-            "To calibrate anew: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --replaces {}",
+            "To calibrate anew: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --against {}",
             self.source,
             self.against.display()
         ));
@@ -271,11 +200,6 @@ impl Arguments {
     }
 }
 
-fn read(path: &Path) -> anyhow::Result<OldCalibration> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
-    import::read(&text).with_context(|| format!("could not use {path:?}"))
-}
-
 /// Asks on a terminal; without one nobody can agree.
 fn agreed(question: &str) -> anyhow::Result<bool> {
     if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
@@ -285,32 +209,4 @@ fn agreed(question: &str) -> anyhow::Result<bool> {
     let mut answer = String::new();
     std::io::stdin().lock().read_line(&mut answer).context("could not read the answer")?;
     Ok(matches!(answer.trim(), "y" | "Y" | "yes" | "Yes"))
-}
-
-fn merge(report: &mut Value, more: Value) {
-    if let (Value::Object(report), Value::Object(more)) = (report, more) {
-        report.extend(more);
-    }
-}
-
-fn numbers(drift: &Drift) -> Value {
-    let [f, x, y]: [f64; 3] = drift.change_px.into();
-    let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
-    let camera = &drift.camera;
-    json!({
-        "verdict": drift.verdict.code(),
-        "change": {
-            "f_px": f, "pp_px": [x, y], "sigma": { "f_px": sd_f, "pp_px": [sd_x, sd_y] },
-        },
-        "statistic": drift.statistic, "limit": drift.limit,
-        "pp_changed": drift.pp_changed, "f_changed": drift.f_changed,
-        "lens_changed": drift.lens_changed, "residual_ratio": drift.residual_ratio,
-        "visible": { "pp_px": drift.visible_pp_px, "f_px": drift.visible_f_px },
-        "displacement_px": drift.displacement_px, "matters_px": drift.matters_px,
-        "uncertainty_of_old": if drift.assumed { "assumed" } else { "stated" },
-        "now": {
-            "f_px": [camera.f_px.x, camera.f_px.y], "pp_px": [camera.pp_px.x, camera.pp_px.y],
-        },
-        "views_used": drift.used.len(),
-    })
 }

@@ -16,6 +16,7 @@ use super::{
     board_args::BoardArguments,
     camera::BackendName,
     camera_words::CameraWords,
+    compare,
     conclusion::{Conclusion, conclude},
     cue_link::cue_link,
     print, say, session_report,
@@ -38,6 +39,7 @@ use crate::{
     },
     session::{Input, Outcome, Session, Snapshot},
     text,
+    ui::desk::{Compared, Desk},
 };
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
@@ -66,9 +68,10 @@ pub(super) struct Arguments {
     /// Go on with this session, with the settings that it began with.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config"])]
     session: Option<PathBuf>,
-    /// The old calibration that this one replaces: named in the new one, and left as it is.
-    #[arg(long, value_name = "FILE", conflicts_with = "session")]
-    replaces: Option<PathBuf>,
+    /// An older calibration to compare with: the result says what has changed since. It is named in the new
+    /// one, and left as it is.
+    #[arg(long, visible_alias = "replaces", value_name = "OLD", conflicts_with = "session")]
+    against: Option<PathBuf>,
     /// Folder of the new session; by default a new one in ./sessions.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -103,8 +106,8 @@ pub(super) struct Opening {
     pub(super) config: Config,
     /// The session to go on with.
     pub(super) session: Option<PathBuf>,
-    /// The calibration that it replaces.
-    pub(super) replaces: Option<PathBuf>,
+    /// The older calibration to compare with.
+    pub(super) against: Option<PathBuf>,
     pub(super) out: Option<PathBuf>,
     pub(super) record_stream: bool,
     pub(super) max_frames: u64,
@@ -125,7 +128,7 @@ impl Arguments {
             headless: true,
             board,
             session: None,
-            replaces: Some(old),
+            against: Some(old),
             out: None,
             record_stream: false,
             max_frames,
@@ -142,13 +145,18 @@ impl Arguments {
         run.finish(self.json)
     }
 
+    /// The program around a window that shows these sessions.
+    pub(super) fn desk(&self, paced: bool) -> anyhow::Result<Box<dyn Desk>> {
+        super::window::desk(self.opening()?, paced)
+    }
+
     fn opening(&self) -> anyhow::Result<Opening> {
         Ok(Opening {
             source: self.source.clone(),
             backend: self.backend,
             config: self.board.config()?,
             session: self.session.clone(),
-            replaces: self.replaces.clone(),
+            against: self.against.clone(),
             out: self.out.clone(),
             record_stream: self.record_stream,
             max_frames: self.max_frames,
@@ -159,6 +167,11 @@ impl Arguments {
 impl Opening {
     /// Opens source and folder. Returns what can be run, and what a person at a window should know.
     pub(super) fn open(&self) -> anyhow::Result<(Run, Option<String>)> {
+        // What cannot be read is better known before the views are taken than after.
+        let old = self.against.as_deref().map(compare::read).transpose()?;
+        for doubt in old.iter().flat_map(text::doubts_of_old) {
+            say(&format!("{doubt}."));
+        }
         let (mut config, resumed) = match &self.session {
             Some(path) => {
                 let opened = SessionFolder::open(path)?;
@@ -202,7 +215,7 @@ impl Opening {
                 let path = self.out.clone().unwrap_or_else(new_session_path);
                 let header = Header::new(&spelled(&name, &self.source), image_size, config)
                     .of_camera(source.camera_facts());
-                let header = match &self.replaces {
+                let header = match &self.against {
                     Some(old) => header.against(old),
                     None => header,
                 };
@@ -289,7 +302,7 @@ pub(super) struct Ran {
 impl Run {
     /// Runs until the plan is complete, the source ends, or Ctrl-C; then tells the result.
     pub(super) fn finish(self, json: bool) -> anyhow::Result<Exit> {
-        self.carry_out()?.conclude(json)
+        Ok(self.carry_out()?.conclude(json)?.0)
     }
 
     /// Runs until the plan is complete, the source ends, or Ctrl-C.
@@ -369,8 +382,12 @@ impl Rest {
 }
 
 impl Ran {
-    /// Tells the result and writes it into the session's folder.
-    pub(super) fn conclude(self, json: bool) -> anyhow::Result<Exit> {
+    /// Tells the result and writes it into the session's folder. Returns what a comparison found, too, if one
+    /// was asked for: that it fails is no failure of the session.
+    pub(super) fn conclude(
+        self,
+        json: bool,
+    ) -> anyhow::Result<(Exit, Option<anyhow::Result<Compared>>)> {
         let Self { session, path, truth, first_frame } = self;
         let header = SessionFolder::header(&path)?;
         let Conclusion { exit, report } = conclude(&session, &header);
@@ -391,11 +408,21 @@ impl Ran {
         // The session's own result; it follows from the journal and may be replaced.
         save(&file, serde_json::to_string_pretty(&report)?.as_bytes(), Overwrite::Allowed)?;
         say(&format!("Result: {}", file.display()));
+        let compared = header.against.as_deref().map(|against| {
+            let against = Path::new(against);
+            let (compared, found) = compare::of_session(&path, &session, &header.source, against)?;
+            say(&text::compared_with(against));
+            compare::tell(&found);
+            Ok(compared)
+        });
+        if let Some(Err(err)) = &compared {
+            say(&format!("{} ({err:#})", text::NOT_COMPARED));
+        }
         session_report::write_and_tell(&path, &session);
         if json {
             print(&report.to_string())?;
         }
-        Ok(exit)
+        Ok((exit, compared))
     }
 }
 

@@ -5,6 +5,7 @@ mod calibrate;
 mod camera;
 mod camera_words;
 mod check;
+mod compare;
 mod conclusion;
 mod corner_table;
 mod cue_link;
@@ -15,6 +16,7 @@ mod export;
 mod guide;
 mod json;
 mod outcome;
+mod recordings;
 mod replay;
 mod report;
 mod session_report;
@@ -32,7 +34,7 @@ use clap::{Parser, Subcommand};
 
 pub use outcome::Exit;
 
-use crate::text;
+use crate::{text, ui::desk::Desk};
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -103,6 +105,18 @@ pub fn main() -> ExitCode {
             Exit::Failed.into()
         }
     }
+}
+
+/// The program around a window of guided sessions, for those who show the window otherwise than on a display,
+/// as tests do: `arguments` are those of `boresight guide`. With `paced`, a simulated source keeps to its own
+/// time, as it does for a person; without, it is as fast as the machine.
+///
+/// # Errors
+///
+/// If the arguments are wrong.
+pub fn desk(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn Desk>> {
+    let arguments = ["boresight"].iter().chain(arguments);
+    CommandLine::try_parse_from(arguments)?.guide.desk(paced)
 }
 
 /// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds

@@ -6,7 +6,6 @@ use std::{
     thread::available_parallelism,
 };
 
-use anyhow::Context;
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -14,7 +13,7 @@ use super::{
     Exit,
     board_args::setting,
     conclusion::{Conclusion, conclude},
-    print, say,
+    print, recordings, say,
     window::or_say_why,
 };
 use crate::{
@@ -23,7 +22,7 @@ use crate::{
     pipeline::detect_many,
     recording::{Difference, Line, SessionFolder, Stored, replay, stored_frame},
     session::{Input, Observation, Session},
-    ui::{self, replay::Replayed},
+    ui,
 };
 
 /// Run recorded sessions through the same decisions again, from the corners that were recorded.
@@ -121,15 +120,7 @@ impl Arguments {
             print(&report.to_string())?;
         }
         if self.gui {
-            let different: Vec<usize> = differences.iter().map(|d| d.line - 1).collect();
-            let folder = path.to_path_buf();
-            let load = move |frame: u64| {
-                let stored = stored.iter().find(|stored| stored.frame == frame)?;
-                stored_frame(&folder, stored).ok()
-            };
-            let name = path.display().to_string();
-            let replayed = Replayed::new(steps, &different, name, Box::new(load))
-                .context("there is nothing in this recording")?;
+            let replayed = recordings::watched(path, steps, &differences, stored)?;
             or_say_why(ui::run_replay(replayed))?;
         }
         Ok(exit)

@@ -14,7 +14,7 @@ use super::{
     say,
 };
 use crate::{
-    config::{BoardConfig, Config},
+    config::{BoardConfig, Config, PlanName},
     detection::Miss,
     device::{Control, Lock},
     guidance::Progress,
@@ -139,11 +139,15 @@ fn check(path: &Path) -> anyhow::Result<Option<DriftSection>> {
     DriftSection::read(&found).map(Some).with_context(damaged)
 }
 
-/// A check is had again by checking again: its journal alone does not hold the old calibration.
+/// A comparison is had again by making it again: its journal alone does not hold the old calibration.
 fn check_command(header: &Header, against: &str) -> String {
     let BoardConfig { columns, rows, square_mm } = header.config.board;
+    let command = match header.config.guidance.plan {
+        PlanName::Quick => "check",
+        PlanName::Full | PlanName::Adaptive => "guide",
+    };
     format!(
-        "boresight check --against {} --source {} --board {columns}x{rows} --square {square_mm}mm",
+        "boresight {command} --against {} --source {} --board {columns}x{rows} --square {square_mm}mm",
         quoted(against),
         quoted(&header.source)
     )

@@ -1,6 +1,7 @@
 //! The program around the window: sources, folders, settings, results.
 
 use std::{
+    collections::BTreeSet,
     path::{Path, PathBuf},
     process::{Command, Stdio},
     sync::{
@@ -13,29 +14,34 @@ use anyhow::{Context, bail};
 use image::GrayImage;
 
 use super::{
-    Exit, camera, export,
-    guide::{Opening, RESULT_FILE, Run, stop_flag},
-    session_report,
+    Exit, camera, compare, export,
+    guide::{Opening, RESULT_FILE, Run, new_session_path, stop_flag},
+    recordings, session_report,
 };
 use crate::{
     config::PlanName,
     guidance::Plan,
-    pipeline::{Paced, Pipeline},
+    pipeline::{Ending, Paced, Pipeline},
     recording::{SessionFolder, Stored, stored_frame},
     session::Session,
     text,
     ui::{
         self, NoWindow,
-        desk::{Desk, Ended, Opened, Trouble, Wake, Wish},
+        desk::{Comparing, Desk, Ended, Loading, Opened, Recording, Trouble, Wake, Wish},
     },
 };
 
 /// Runs sessions in a window until it is closed. The last session's result decides the exit code.
 pub(super) fn run(opening: Opening, json: bool) -> anyhow::Result<Exit> {
-    let exit = Arc::new(Mutex::new(Exit::Good));
-    let program = Program { opening, json, stop: stop_flag()?, exit: Arc::clone(&exit) };
+    let program = Program::new(opening, json, true)?;
+    let exit = Arc::clone(&program.exit);
     or_say_why(ui::run(Box::new(program)))?;
     Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// The program around a window that somebody else shows.
+pub(super) fn desk(opening: Opening, paced: bool) -> anyhow::Result<Box<dyn Desk>> {
+    Ok(Box::new(Program::new(opening, false, paced)?))
 }
 
 /// Turns the lack of a window into an error with its next action.
@@ -51,7 +57,11 @@ pub(super) fn or_say_why(outcome: Result<(), NoWindow>) -> anyhow::Result<()> {
 struct Program {
     opening: Opening,
     json: bool,
+    /// Whether sources that can wait keep to their own time.
+    paced: bool,
     stop: Arc<AtomicBool>,
+    /// Folders with sessions.
+    shelves: BTreeSet<PathBuf>,
     exit: Arc<Mutex<Exit>>,
 }
 
@@ -85,12 +95,44 @@ impl Desk for Program {
         sources
     }
 
+    fn modes(&mut self, source: &str) -> Vec<String> {
+        camera::modes(source)
+    }
+
     fn formats(&self) -> Vec<&'static str> {
         export::format_names()
     }
 
     fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, Trouble> {
         export::beside(folder, format).map_err(|err| trouble(&err))
+    }
+
+    fn older(&self, folder: &Path) -> Vec<PathBuf> {
+        compare::older(folder)
+    }
+
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, Trouble> {
+        let (folder, old) = (folder.to_path_buf(), old.to_path_buf());
+        let work = move || {
+            let compared = compare::of_folder(&folder, &old).map_err(|err| trouble(&err));
+            wake();
+            compared
+        };
+        Ending::start(work).map_err(|err| trouble(&err.into()))
+    }
+
+    fn recordings(&self) -> Vec<Recording> {
+        recordings::within(&self.shelves)
+    }
+
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, Trouble> {
+        let folder = folder.to_path_buf();
+        let work = move || {
+            let replayed = recordings::open(&folder).map_err(|err| trouble(&err));
+            wake();
+            replayed
+        };
+        Ending::start(work).map_err(|err| trouble(&err.into()))
     }
 
     fn show(&mut self, file: &Path) -> Result<(), Trouble> {
@@ -112,6 +154,19 @@ impl Desk for Program {
 }
 
 impl Program {
+    fn new(opening: Opening, json: bool, paced: bool) -> anyhow::Result<Self> {
+        let path = new_session_path();
+        let shelf = path.parent().unwrap_or(Path::new("."));
+        Ok(Self {
+            opening,
+            json,
+            paced,
+            stop: stop_flag()?,
+            shelves: BTreeSet::from([shelf.into()]),
+            exit: Arc::new(Mutex::new(Exit::Good)),
+        })
+    }
+
     fn opened(&mut self, wish: &Wish, wake: Wake) -> anyhow::Result<Opened> {
         let mut config = self.opening.config.clone();
         [config.board.columns, config.board.rows] = wish.board;
@@ -128,7 +183,7 @@ impl Program {
             source: wish.source.clone(),
             config,
             session: wish.go_on_with.clone(),
-            replaces: self.opening.replaces.clone(),
+            against: self.opening.against.clone().filter(|_| wish.go_on_with.is_none()),
             // A folder named for the first session is that session's; the next gets its own.
             out: self.opening.out.take().filter(|_| wish.go_on_with.is_none()),
             ..self.opening
@@ -139,25 +194,32 @@ impl Program {
         let pictures = pictures(&run)?;
         let source = run.source.identity().name;
         let (mut setup, rest) = run.setup()?;
-        if setup.lossless {
+        let adjustables = setup.source.adjustables();
+        if setup.lossless && self.paced {
             setup.source = Box::new(Paced::new(setup.source));
         }
         let folder = rest.path.clone();
+        let shelf = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+        self.shelves.insert(shelf.unwrap_or(Path::new(".")).into());
         let (pipeline, showing) = Pipeline::start_shown(setup, move || wake())?;
         let (json, exit) = (self.json, Arc::clone(&self.exit));
         let conclude = Box::new(move |finished| {
             let folder = rest.path.clone();
             let outcome = rest.ran(finished).and_then(|ran| ran.conclude(json));
-            let code = outcome.as_ref().map_or(Exit::Failed, |code| *code);
+            let code = outcome.as_ref().map_or(Exit::Failed, |(code, _)| *code);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
             let files = [session_report::page_path(&folder), folder.join(RESULT_FILE)]
                 .into_iter()
                 .filter(|file| outcome.is_ok() && file.is_file())
                 .collect();
-            let trouble = outcome.err().map(|err| trouble(&err));
-            Ended { folder, files, trouble }
+            let (compared, trouble) = match outcome {
+                Ok((_, compared)) => (compared, None),
+                Err(err) => (None, Some(trouble(&err))),
+            };
+            let compared = compared.map(|outcome| outcome.map_err(|err| self::trouble(&err)));
+            Ended { folder, files, compared, trouble }
         });
-        Ok(Opened { pipeline, showing, source, folder, pictures, note, conclude })
+        Ok(Opened { pipeline, showing, source, folder, pictures, adjustables, note, conclude })
     }
 }
 

@@ -49,6 +49,15 @@ pub enum CameraEvent {
         /// Pictures from then on are good.
         good_from: CaptureTime,
     },
+    /// A control was set because the person asked for it, and the picture has settled.
+    ControlSet {
+        /// Which.
+        control: Control,
+        /// How it stands now, as read back.
+        lock: Lock,
+        /// Pictures from then on are with it.
+        good_from: CaptureTime,
+    },
     /// Frames that did not reach the detector, since the start of this run.
     Counted {
         /// Lost by the driver or skipped for a newer one.
@@ -97,6 +106,19 @@ impl Control {
     }
 }
 
+/// A control that can be set, and its values in the driver's unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Adjustable {
+    /// Which.
+    pub control: Control,
+    /// Least value.
+    pub min: i64,
+    /// Largest value.
+    pub max: i64,
+    /// Step, at least 1.
+    pub step: i64,
+}
+
 /// How a control stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lock {
@@ -134,6 +156,16 @@ pub struct Locks {
     pub gain: Lock,
     /// [`Control::WhiteBalance`].
     pub white_balance: Lock,
+}
+
+impl Lock {
+    /// The value that is read from the camera, if one is.
+    pub fn value(self) -> Option<i64> {
+        match self {
+            Self::Locked { value } | Self::Ignored { read: value, .. } => Some(value),
+            Self::Unknown | Self::Absent | Self::Free => None,
+        }
+    }
 }
 
 impl Locks {

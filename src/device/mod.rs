@@ -7,6 +7,8 @@ mod event;
 mod facts;
 mod fault;
 
-pub use event::{CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout, Wanted};
+pub use event::{
+    Adjustable, CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout, Wanted,
+};
 pub use facts::{CameraFacts, ControlBefore};
 pub use fault::Fault;

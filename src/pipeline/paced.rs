@@ -8,6 +8,7 @@ use std::{
 
 use crate::{
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
+    device::{Adjustable, Control},
     frame::{CaptureTime, Frame},
 };
 
@@ -44,6 +45,14 @@ impl Paced {
 impl FrameSource for Paced {
     fn identity(&self) -> SourceIdentity {
         self.source.identity()
+    }
+
+    fn adjustables(&mut self) -> Vec<Adjustable> {
+        self.source.adjustables()
+    }
+
+    fn adjust(&mut self, control: Control, value: i64) {
+        self.source.adjust(control, value);
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {

@@ -20,6 +20,7 @@ use crate::{
     board::Checkerboard,
     capture::{Arrival, FrameSource},
     detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
+    device::Control,
     frame::{CaptureTime, Frame, FrameId, ImageSize},
     recording::{RecordingError, SessionFolder},
     session::{Command, Decision, Input, Observation, Outcome, Session, Snapshot},
@@ -32,6 +33,8 @@ pub const SOURCE_PATIENCE: Duration = Duration::from_millis(100);
 const LONGEST_LOOK: Duration = Duration::from_millis(250);
 /// Small, so that a slow session holds back the detector and old frames are replaced upstream.
 const INBOX_CAPACITY: usize = 4;
+/// Wishes for the camera's controls on their way to it.
+const WISHES_CAPACITY: usize = 16;
 /// Pictures kept while one of them may still be accepted: longer than the longest chain from the
 /// detector through the inbox to the session.
 const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
@@ -127,6 +130,7 @@ pub struct Finished {
 pub struct Pipeline {
     stop: Arc<AtomicBool>,
     inbox: Sender<Input>,
+    wishes: Sender<(Control, i64)>,
     replaced: Arc<AtomicU64>,
     workers: Option<Workers>,
 }
@@ -207,6 +211,7 @@ impl Pipeline {
         let (frames_in, frames_out) = latest();
         let (snapshots_in, snapshots_out) = latest();
         let (inbox, inbox_out) = bounded(INBOX_CAPACITY);
+        let (wishes, wishes_out) = bounded(WISHES_CAPACITY);
         // Pictures on their way to the recorder: as many as observations can be under way.
         let (pictures, pictures_out) = bounded(FRAMES_KEPT);
 
@@ -215,7 +220,7 @@ impl Pipeline {
             let turnstile = Arc::clone(&turnstile);
             move || {
                 let mut published = 0;
-                capture(source, &stop, &inbox, |frame| {
+                capture(source, &stop, (&inbox, &wishes_out), |frame| {
                     look(&frame);
                     let open = frames_in.publish(frame).is_ok();
                     published += 1;
@@ -268,7 +273,7 @@ impl Pipeline {
             })
         })?;
         let workers = Some(Workers { capture, detector, session });
-        Ok((Self { stop, inbox, replaced, workers }, snapshots_out))
+        Ok((Self { stop, inbox, wishes, replaced, workers }, snapshots_out))
     }
 
     /// Hands a command to the session without waiting; gives it back if the inbox is full.
@@ -282,6 +287,12 @@ impl Pipeline {
             | TrySendError::Disconnected(Input::Command(command)) => command,
             _ => command,
         })
+    }
+
+    /// Asks the source for a value of one of the camera's controls, before its next frame. Does nothing if
+    /// too many wishes are under way; what came of it is in the camera's state.
+    pub fn adjust(&self, control: Control, value: i64) {
+        self.wishes.try_send((control, value)).ok();
     }
 
     /// Frames that newer ones replaced before the detector was free, so far.
@@ -338,10 +349,13 @@ impl Drop for Pipeline {
 fn capture(
     mut source: Box<dyn FrameSource>,
     stop: &AtomicBool,
-    inbox: &Sender<Input>,
+    (inbox, wishes): (&Sender<Input>, &Receiver<(Control, i64)>),
     mut publish: impl FnMut(Arc<Frame>) -> bool,
 ) {
     while !stop.load(Ordering::Relaxed) {
+        for (control, value) in wishes.try_iter() {
+            source.adjust(control, value);
+        }
         match source.next_frame(SOURCE_PATIENCE) {
             Ok(Arrival::Frame(frame)) => {
                 if !publish(frame) {

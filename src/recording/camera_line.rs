@@ -67,6 +67,15 @@ pub enum CameraLine {
         /// Pictures from then on are good.
         good_from_nanos: u64,
     },
+    /// See [`CameraEvent::ControlSet`].
+    ControlSet {
+        /// Which.
+        control: ControlLine,
+        /// How it stands now.
+        lock: LockLine,
+        /// Pictures from then on are with it.
+        good_from_nanos: u64,
+    },
     /// See [`CameraEvent::Counted`].
     Counted {
         /// Frames that were lost.
@@ -170,6 +179,11 @@ impl From<&CameraEvent> for CameraLine {
                 control: (*control).into(),
                 good_from_nanos: good_from.nanos,
             },
+            CameraEvent::ControlSet { control, lock, good_from } => Self::ControlSet {
+                control: (*control).into(),
+                lock: (*lock).into(),
+                good_from_nanos: good_from.nanos,
+            },
             CameraEvent::Counted { dropped, rejected } => {
                 Self::Counted { dropped: *dropped, rejected: *rejected }
             }
@@ -208,6 +222,11 @@ impl From<CameraLine> for CameraEvent {
                 let good_from = CaptureTime { nanos: good_from_nanos };
                 Self::ControlRestored { control: control.into(), good_from }
             }
+            CameraLine::ControlSet { control, lock, good_from_nanos } => Self::ControlSet {
+                control: control.into(),
+                lock: lock.into(),
+                good_from: CaptureTime { nanos: good_from_nanos },
+            },
             CameraLine::Counted { dropped, rejected } => Self::Counted { dropped, rejected },
         }
     }

@@ -1,8 +1,8 @@
 //! The live camera as the session knows it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::device::{CameraEvent, Control, ControlChange, Fault, Locks, Mode};
+use crate::device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode};
 use crate::frame::CaptureTime;
 
 /// What the session knows about its camera: plain data for a window or a command line.
@@ -16,6 +16,8 @@ pub struct CameraState {
     pub locks: Locks,
     /// Locked controls that are not what they were, and not yet back.
     pub changed: BTreeMap<Control, ControlChange>,
+    /// Those of them that the person set to what they are.
+    pub set_by_hand: BTreeSet<Control>,
     /// Pictures taken earlier are not of the camera as it is now.
     pub good_from: Option<CaptureTime>,
     /// What is doubtful although pictures come, with what is known besides.
@@ -61,8 +63,8 @@ impl CameraState {
         self.may_take() && self.good_from.is_none_or(|from| time >= from)
     }
 
-    /// Applies what the camera said.
-    pub(super) fn apply(&mut self, event: &CameraEvent) {
+    /// Applies what the camera said; `has_views` says whether views of the camera as it was are held on to.
+    pub(super) fn apply(&mut self, event: &CameraEvent, has_views: bool) {
         match event {
             CameraEvent::Started { mode } => {
                 *self = Self { stream: Stream::Live, mode: Some(*mode), ..Self::default() };
@@ -73,6 +75,7 @@ impl CameraState {
                 self.mode = Some(*mode);
                 // A camera that streams again was verified; what was doubtful is looked at anew.
                 self.changed.clear();
+                self.set_by_hand.clear();
                 self.doubts.clear();
             }
             CameraEvent::Lost { fault, detail } => {
@@ -89,15 +92,39 @@ impl CameraState {
             CameraEvent::Locked { locks } => self.locks = *locks,
             CameraEvent::ControlChanged(change) => {
                 self.geometry_changes += u32::from(change.control.moves_geometry());
+                self.set_by_hand.remove(&change.control);
                 self.changed.insert(change.control, *change);
             }
             CameraEvent::ControlRestored { control, good_from } => {
                 self.good_from = self.good_from.max(Some(*good_from));
                 self.changed.remove(control);
+                self.set_by_hand.remove(control);
+            }
+            CameraEvent::ControlSet { control, lock, good_from } => {
+                self.good_from = self.good_from.max(Some(*good_from));
+                self.set(*control, *lock, has_views.then_some(*good_from));
             }
             CameraEvent::Counted { dropped, rejected } => {
                 (self.dropped, self.rejected) = (*dropped, *rejected);
             }
+        }
+    }
+
+    /// The person set `control`, and reads `lock`. Views that were taken before, if there are any, are of
+    /// another lens if it moves the geometry: then it is as if it had moved by itself at `views_until`.
+    fn set(&mut self, control: Control, lock: Lock, views_until: Option<CaptureTime>) {
+        let before = self.changed.get(&control).map(|change| change.from);
+        let before = before.or(self.locks.of(control).value());
+        self.locks.note(control, lock);
+        self.changed.remove(&control);
+        self.set_by_hand.remove(&control);
+        if let (Some(from), Some(to), Some(good_until)) = (before, lock.value(), views_until)
+            && from != to
+            && control.moves_geometry()
+        {
+            self.geometry_changes += 1;
+            self.changed.insert(control, ControlChange { control, from, to, good_until });
+            self.set_by_hand.insert(control);
         }
     }
 }

@@ -293,7 +293,8 @@ impl Session {
     /// Applies what the camera said. A view that was taken while focus or zoom may already have been
     /// another is taken back: the calibration is of one lens.
     fn note(&mut self, event: &CameraEvent) -> Outcome {
-        self.camera.apply(event);
+        let has_views = !(self.accepted.is_empty() && self.removed.is_empty());
+        self.camera.apply(event, has_views);
         if !self.camera.may_take() {
             self.forget_motion();
             self.force_next = false;

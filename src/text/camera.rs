@@ -124,6 +124,15 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
         return Some(with_detail(*lost, detail));
     }
     if let Some(change) = camera.changed.values().find(|change| change.control.moves_geometry()) {
+        if camera.set_by_hand.contains(&change.control) {
+            return Some((
+                format!("{}: nothing is taken until it is back", set(change)),
+                format!(
+                    "The views were taken at {0}. Set it back to {0}, or start a new session: it begins with {1}.",
+                    change.from, change.to
+                ),
+            ));
+        }
         return Some((
             format!("{}: nothing is taken until it is back", moved(change)),
             fault(Fault::GeometryMoved).1.into(),
@@ -136,6 +145,12 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
 /// A control that is not what it was, such as `Focus moved from 30 to 45`.
 fn moved(change: &ControlChange) -> String {
     format!("{} moved from {} to {}", capital(control(change.control)), change.from, change.to)
+}
+
+/// A control that the person set.
+fn set(change: &ControlChange) -> String {
+    let name = capital(control(change.control));
+    format!("{name} was set from {} to {}", change.from, change.to)
 }
 
 /// A fault with what is known besides: what happened, and what to do.
@@ -155,11 +170,12 @@ pub fn event(event: &CameraEvent) -> Option<String> {
             format!("{}: {}", fault.code(), with_detail(*fault, detail).0)
         }
         CameraEvent::Dispelled { fault } => format!("{}: over", fault.code()),
-        CameraEvent::ControlChanged(change) => {
-            format!("{} went from {} to {}", control(change.control), change.from, change.to)
+        CameraEvent::ControlChanged(change) => moved(change),
+        CameraEvent::ControlSet { control: which, lock: is, .. } => {
+            format!("{} was set by hand: {}", capital(control(*which)), lock(*is))
         }
         CameraEvent::ControlRestored { control: which, .. } => {
-            format!("{} is back where it was", control(*which))
+            format!("{} is back where it was", capital(control(*which)))
         }
         CameraEvent::Locked { .. } | CameraEvent::Counted { .. } => return None,
     })

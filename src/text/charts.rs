@@ -14,12 +14,20 @@ pub enum Chart {
     Skipped,
     /// The newest picture without distortion.
     Undistorted,
+    /// What has moved since an older calibration.
+    Change,
 }
 
 impl Chart {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Uncertainty, Self::Residuals, Self::Lines, Self::Skipped, Self::Undistorted];
+    pub const ALL: [Self; 6] = [
+        Self::Uncertainty,
+        Self::Residuals,
+        Self::Lines,
+        Self::Skipped,
+        Self::Undistorted,
+        Self::Change,
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -29,6 +37,7 @@ impl Chart {
             Self::Lines => "Principal lines",
             Self::Skipped => "Views left out",
             Self::Undistorted => "Undistorted",
+            Self::Change => "Change",
         }
     }
 
@@ -49,6 +58,9 @@ impl Chart {
             }
             Self::Undistorted => {
                 "The newest picture as a pinhole camera would see it: straight edges must be straight."
+            }
+            Self::Change => {
+                "Where to, and how far, the image of each ray has moved since the older calibration, enlarged. All one way: the principal point moved. Outwards or inwards: the focal length changed."
             }
         }
     }
@@ -79,6 +91,13 @@ pub fn skipped_scale(width_px: f64, counts: [usize; 3]) -> String {
     format!("{}; one left out: {one} points, two: {two}, three: {three}", width(width_px))
 }
 
+/// Below the chart of a change.
+pub fn change_scale(times: f64, most_px: f64, matters_px: f64) -> String {
+    format!("enlarged {times:.0} times; up to {most_px:.2} px, and {matters_px:.2} px matter")
+}
+
+/// Where a chart needs an older calibration.
+pub const NOT_COMPARED: &str = "This needs an older calibration to compare with.";
 /// Where a chart needs more than there is.
 pub const TOO_FEW: &str = "This needs more views.";
 /// Where a chart needs a picture.

@@ -52,4 +52,5 @@ controls! {
     ResultPage, "Result", "F2", "The calibration so far, its checks and exports.";
     ExplorePage, "Explore", "F3", "What lens distortion does to a principal line, to play with.";
     SettingsPage, "Settings", "F4", "Source, board and plan of the next session.";
+    ReplayPage, "Replay", "F5", "A recorded session, decision by decision.";
 }

@@ -1,5 +1,7 @@
 //! What a check of an installed camera found, and what to do.
 
+use std::path::Path;
+
 use super::camera;
 use crate::{
     calibration::{Drift, DriftVerdict, NoDrift, Verdict, import::OldCalibration},
@@ -39,18 +41,43 @@ pub fn drift(drift: &Drift) -> (String, &'static str) {
     }
 }
 
-/// The measured changes, one line each.
-pub fn drift_numbers(drift: &Drift) -> [String; 3] {
+/// The measured changes: what, and how much.
+pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     let [f, x, y]: [f64; 3] = drift.change_px.into();
     let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
+    let (moved_px, matters_px) = (drift.displacement_px, drift.matters_px);
+    let (pp_px, f_px) = (drift.visible_pp_px, drift.visible_f_px);
     [
-        format!("focal length     changed by {f:+.2} ± {sd_f:.2} px"),
-        format!("principal point  changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px"),
-        format!(
-            "smallest change that would have been seen: {:.1} px of the principal point, {:.1} px of the focal length",
-            drift.visible_pp_px, drift.visible_f_px
+        ("focal length", format!("changed by {f:+.2} ± {sd_f:.2} px")),
+        ("principal point", format!("changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
+        ("projection", format!("moves by up to {moved_px:.2} px; {matters_px:.2} px matter")),
+        (
+            "smallest change",
+            format!(
+                "that would have been seen: {pp_px:.1} px of the principal point, {f_px:.1} px of the focal length"
+            ),
         ),
     ]
+}
+
+/// The measured changes, one line each.
+pub fn drift_numbers(drift: &Drift) -> [String; 4] {
+    drift_lines(drift).map(|(what, how_much)| format!("{what:15}  {how_much}"))
+}
+
+/// Before what a comparison found.
+pub fn compared_with(old: &Path) -> String {
+    format!("Compared with {}:", old.display())
+}
+
+/// A comparison that was asked for could not be made.
+pub const NOT_COMPARED: &str = "The result could not be compared with the older calibration";
+
+/// The file names another camera, which may be the same one.
+pub fn maybe_other_camera(old: &str, new: &str) -> String {
+    format!(
+        "The older calibration is of {old:?}, this camera is {new:?}: only if they are the same camera does the change mean anything"
+    )
 }
 
 /// What makes the test weaker than it could be.

@@ -2,6 +2,7 @@
 //!
 //! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
 
+pub mod adjust;
 pub mod backend;
 pub mod camera;
 pub mod charts;
@@ -10,17 +11,19 @@ mod drift;
 mod errors;
 pub mod explore;
 mod findings;
+mod gauge;
+mod numbers;
 pub mod replay;
 pub mod report;
-mod result;
+pub mod result;
 pub mod settings;
 mod target;
 pub mod window;
 
 pub use controls::{Act, Control};
 pub use drift::{
-    doubts_of_old, drift, drift_is_weak, drift_numbers, focal_is_a_mean, focal_varied,
-    lock_differs, no_drift, other_camera,
+    NOT_COMPARED, compared_with, doubts_of_old, drift, drift_is_weak, drift_lines, drift_numbers,
+    focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift, other_camera,
 };
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};

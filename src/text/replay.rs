@@ -1,6 +1,11 @@
 //! The words of a replay in the window.
 
-use crate::session::{Outcome, Snapshot};
+use std::path::Path;
+
+use crate::{
+    recording::Header,
+    session::{Outcome, Snapshot},
+};
 
 /// What was decided at a step, and why.
 pub fn why(snapshot: &Snapshot) -> String {
@@ -29,6 +34,42 @@ pub const NO_PICTURE: &str = "The picture of this frame was not stored; its corn
 pub const SCRUBBER: &str = "Decision";
 /// What the strip shows.
 pub const STRIP: &str = "All decisions: green taken, amber good and being held, grey not taken, red different from the recording";
+
+/// Heading where no recording is open.
+pub const PICK: &str = "Open a recording";
+/// Before the field for its folder.
+pub const FOLDER: &str = "Folder:";
+/// See [`FOLDER`].
+pub const FOLDER_TIP: &str = "A session's folder: type its path, choose a session below, or drop the folder onto the window. Nothing in it is changed.";
+/// The button that opens it.
+pub const OPEN: &str = "Open";
+/// Heading of the list.
+pub const RECENT: &str = "Sessions";
+/// If there are none.
+pub const NO_RECORDINGS: &str = "There are no recorded sessions yet.";
+/// Back to the list.
+pub const ANOTHER: &str = "Another recording";
+/// See [`ANOTHER`].
+pub const ANOTHER_TIP: &str = "Close this recording and choose another one.";
+/// It could not be opened and nobody knows why.
+pub const NOT_OPENED: &str = "The recording could not be opened";
+
+/// While it is being opened.
+pub fn opening(folder: &Path) -> String {
+    format!("Opening {}", folder.display())
+}
+
+/// What the button for a session does.
+pub fn open_tip(folder: &Path) -> String {
+    format!("Step through the decisions of {}.", folder.display())
+}
+
+/// A recording in the list.
+pub fn recording(header: &Header) -> String {
+    let [width_px, height_px] = header.image_size_px;
+    let source = super::camera::printable(&header.source);
+    format!("{}, {source}, {width_px}x{height_px}", header.created)
+}
 
 /// A control: label, key, what it does.
 pub type Step = (&'static str, &'static str, &'static str);

@@ -32,6 +32,17 @@ pub fn show_tip(file: &Path) -> String {
     format!("Show {}", file.display())
 }
 
+/// Before the field for an older calibration.
+pub const COMPARE: &str = "Compare with an older calibration:";
+/// See [`COMPARE`].
+pub const COMPARE_TIP: &str = "What has changed since: principal point, focal length and projection, each with its uncertainty. Type the path of a calibration.json, or a file of OpenCV, ROS, Kalibr or mrcal, choose one, or drop the file onto the window. The older file is left as it is; what is found goes into this session's report.";
+/// In the empty field.
+pub const COMPARE_HINT: &str = "path of its file";
+/// The button that begins.
+pub const COMPARE_BUTTON: &str = "Compare";
+/// Meanwhile.
+pub const COMPARING: &str = "Comparing";
+
 /// The desktop does not say how to show a file.
 pub const NO_VIEWER: &str = "There is no program to show files with (xdg-open)";
 

@@ -22,7 +22,9 @@ pub const CHOOSE: &str = "Choose…";
 /// The camera's mode.
 pub const MODE: &str = "Camera mode";
 /// See [`MODE`].
-pub const MODE_TIP: &str = "auto: the largest that keeps 15 pictures per second. Or, for example, 1280x720@30:MJPG. What the driver grants stands beside the live picture.";
+pub const MODE_TIP: &str = "auto: the largest that keeps 15 pictures per second. Or, for example, 1280x720@30:MJPG. What the driver grants stands beside the live picture. It applies when the next session starts.";
+/// Beside the mode.
+pub const MODE_WHEN: &str = "from the next session on";
 /// The board.
 pub const BOARD: &str = "Board";
 /// See [`BOARD`].

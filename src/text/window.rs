@@ -2,12 +2,13 @@
 
 use crate::{
     detection::{Miss, Side},
+    device::{Adjustable, Control},
     guidance::{Advice, GuidanceParams, Plan, Progress, Refusal},
-    session::{CameraState, LiveView, PairSummary, Snapshot, Stream, ViewSummary},
+    session::{CameraState, LiveView, Snapshot, Stream, ViewSummary},
 };
 
-pub use super::result::*;
-use super::{deg, edge, percent};
+use super::{deg, edge};
+pub use super::{gauge::*, numbers::*, result::*};
 
 /// The window's title.
 pub const TITLE: &str = "boresight";
@@ -104,187 +105,6 @@ pub const WHEEL: &str = "Directions";
 /// Its explanation.
 pub const WHEEL_TIP: &str = "Each dot is a direction in which the board is tipped away from the camera. Opposite dots are partners: together they cancel what the lens does to each.";
 
-/// A gauge's name and explanation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gauge {
-    /// Angle between board and picture.
-    Tilt,
-    /// Direction in which the board is tipped.
-    Direction,
-    /// Share of the picture that the board spans.
-    Size,
-    /// Offset across the principal line.
-    Across,
-    /// Motion.
-    Still,
-    /// Blur.
-    Sharp,
-}
-
-impl Gauge {
-    /// All, in the order in which they are shown.
-    pub const ALL: [Self; 6] =
-        [Self::Tilt, Self::Direction, Self::Size, Self::Across, Self::Still, Self::Sharp];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Tilt => "Tilt",
-            Self::Direction => "Direction",
-            Self::Size => "Size",
-            Self::Across => "Off the line",
-            Self::Still => "Motion",
-            Self::Sharp => "Blur",
-        }
-    }
-
-    /// What it measures.
-    pub fn tip(self) -> &'static str {
-        match self {
-            Self::Tilt => "How far the board is tipped away from the camera.",
-            Self::Direction => "How far its direction is from the one that is asked for.",
-            Self::Size => "How much of the picture's width or height the corners span.",
-            Self::Across => {
-                "How far the board's middle is from where it should be, across its principal line: only this deflects the line."
-            }
-            Self::Still => "Speed of the fastest corner.",
-            Self::Sharp => "Width of the blur of the board's edges.",
-        }
-    }
-
-    /// Value and wish in words; `None` says that there is nothing to measure.
-    pub fn words(self, value: Option<f64>, wanted: (f64, f64)) -> String {
-        let (low, high) = wanted;
-        let measured = |unit: &dyn Fn(f64) -> String| value.map_or("–".into(), unit);
-        match self {
-            Self::Tilt => {
-                format!(
-                    "{}, want {}–{}°",
-                    measured(&|v| format!("{}°", deg(v))),
-                    deg(low),
-                    deg(high)
-                )
-            }
-            Self::Direction => format!(
-                "{}, want within {}°",
-                measured(&|v| format!("{}° off", deg(v.abs()))),
-                deg(high)
-            ),
-            Self::Size => {
-                format!("{}, want {} or more", measured(&|v| percent(v)), percent(low))
-            }
-            Self::Across => {
-                format!("{}, want within {high:.0} px", measured(&|v| format!("{:.0} px", v.abs())))
-            }
-            Self::Still => {
-                format!("{}, want at most {high:.0} px/s", measured(&|v| format!("{v:.0} px/s")))
-            }
-            Self::Sharp => {
-                format!("{}, want at most {high:.1} px", measured(&|v| format!("{v:.1} px")))
-            }
-        }
-    }
-}
-
-/// "653.4 ± 0.2, 348.2 ± 0.2 px", or that it is not known yet.
-pub fn principal_point(snapshot: &Snapshot) -> String {
-    match &snapshot.calibration {
-        Some(calibration) => {
-            let [_, _, x, y, ..] = calibration.camera.lens_parameters();
-            let [_, _, sd_x, sd_y, ..] = calibration.sd();
-            format!("{x:.1} ± {}, {y:.1} ± {} px", small(sd_x), small(sd_y))
-        }
-        None => "not known yet".into(),
-    }
-}
-
-/// A standard deviation with as many digits as say something.
-fn small(sd: f64) -> String {
-    if sd < 0.095 { format!("{sd:.2}") } else { format!("{sd:.1}") }
-}
-
-/// "980.0 ± 0.2 px", or that it is not known yet.
-pub fn focal_length(snapshot: &Snapshot) -> String {
-    match &snapshot.calibration {
-        Some(calibration) => {
-            let (f_px, sd_px) = (calibration.camera.f_px.x, calibration.sd()[0]);
-            format!("{f_px:.1} ± {} px", small(sd_px))
-        }
-        None => "not known yet".into(),
-    }
-}
-
-/// Number of views and how many are to come.
-pub fn views(snapshot: &Snapshot) -> String {
-    let views = snapshot.views.len();
-    match snapshot.views_to_go {
-        Some(to_go) => format!("{views}, about {to_go} to go"),
-        None => format!("{views}"),
-    }
-}
-
-/// Wanted and reached precision of the principal point.
-pub fn precision(snapshot: &Snapshot) -> Option<String> {
-    let calibration = snapshot.calibration.as_ref()?;
-    let sd = calibration.sd();
-    let guidance = &snapshot.setup.guidance;
-    let reached = sd[2].max(sd[3]);
-    let (reached, over_all) = (small(reached), small(calibration.projection_sd.mean_px));
-    Some(match guidance.plan {
-        Plan::Adaptive => format!(
-            "{reached} of {:.1} px, all {over_all} of {:.1} px",
-            guidance.stop_pp_sigma_px, guidance.stop_projection_sigma_px
-        ),
-        Plan::Quick | Plan::Full => format!("{reached} px, all {over_all} px"),
-    })
-}
-
-/// What the newest pair leaves uncancelled.
-pub fn pair_balance(pairs: &[PairSummary]) -> String {
-    match pairs.last() {
-        Some(pair) => {
-            format!("{:+.1} px, views {} and {}", pair.balance_px, pair.first + 1, pair.second + 1)
-        }
-        None => "no pair yet".into(),
-    }
-}
-
-/// Share of the picture that boards have covered.
-pub fn coverage(snapshot: &Snapshot) -> String {
-    percent(snapshot.calibration.as_ref().map_or(0.0, |calibration| calibration.coverage))
-}
-
-/// Names of the numbers beside the picture, with their explanations.
-pub const NUMBERS: [(&str, &str); 7] = [
-    (
-        "PP",
-        "Principal point: where the optical axis meets the picture, with one standard deviation.",
-    ),
-    ("f", "Focal length with one standard deviation, from all views together."),
-    (
-        "sd",
-        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture; and what is wanted.",
-    ),
-    ("Views", "Taken so far, and the forecast of how many it will take."),
-    (
-        "Pair",
-        "How far the newest opposed pair's lines pass the principal point on average: 0 if what the lens does to them cancels.",
-    ),
-    ("Area", "Share of the picture in which a board has stood."),
-    (
-        "f here",
-        "Focal length from the newest accepted view alone: a jump says that focus or zoom moved.",
-    ),
-];
-
-/// Focal length of the newest view alone.
-pub fn newest_focal(views: &[ViewSummary]) -> String {
-    match views.iter().rev().find_map(|view| view.focal) {
-        Some(focal) => format!("{:.0} ± {:.0} px", focal.f_px, focal.sigma_px),
-        None => "not known yet".into(),
-    }
-}
-
 /// Below a thumbnail.
 pub fn thumbnail(number: usize, view: &ViewSummary, mirrored: bool) -> String {
     format!("{number} {} {:+.1} px", slot_name(view.slot_rad, mirrored), view.pl_residual_px)
@@ -357,17 +177,21 @@ pub const CAMERA: &str = "Camera";
 /// What they are.
 pub const CAMERA_TIP: &str = "How the controls stand, as read back from the camera. Focus and zoom must not change during a session.";
 
-/// The live camera's mode, controls and losses; nothing if the source is none.
-pub fn camera_lines(camera: &CameraState) -> Vec<(&'static str, String)> {
+/// The live camera's mode, controls but those of `adjustables`, and losses; nothing if the source is none.
+pub fn camera_lines(
+    camera: &CameraState,
+    adjustables: &[Adjustable],
+) -> Vec<(&'static str, String)> {
     if camera.stream == Stream::NotLive {
         return Vec::new();
     }
     let mut lines = Vec::new();
     lines.extend(camera.mode.as_ref().map(|mode| ("mode", super::camera::mode(mode))));
-    let locks = camera.locks;
-    for (name, lock) in [("focus", locks.focus), ("zoom", locks.zoom), ("exposure", locks.exposure)]
-    {
-        lines.push((name, super::camera::lock(lock)));
+    for control in [Control::Focus, Control::Zoom, Control::Exposure] {
+        if adjustables.iter().all(|adjustable| adjustable.control != control) {
+            let lock = super::camera::lock(camera.locks.of(control));
+            lines.push((super::camera::control(control), lock));
+        }
     }
     lines.push(("lost pictures", camera.dropped.to_string()));
     if camera.rejected > 0 {
@@ -431,6 +255,9 @@ pub const SIMULATED_TIP: &str = "A simulated technician follows the guidance; no
 
 /// The result could not be stored and nobody knows why.
 pub const ENDING_FAILED: &str = "Storing the result failed";
+/// A file was dropped where it means nothing.
+pub const DROP_TIP: &str = "A session's folder can be dropped here at any time, an older calibration once the session has ended.";
+
 /// Heading of the list of keys.
 pub const HELP: &str = "Keys";
 #[cfg(test)]
@@ -448,12 +275,5 @@ mod tests {
         );
         let shift = Advice::Shift { right_px: 40.0, down_px: 0.0 };
         assert_eq!(super::super::advice(&mirrored_advice(&shift), None), "Move left: 40 px");
-    }
-
-    #[test]
-    fn gauges_say_measured_and_wanted() {
-        let limits = (30_f64.to_radians(), 55_f64.to_radians());
-        assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22°, want 30–55°");
-        assert_eq!(Gauge::Still.words(None, (0.0, 26.0)), "–, want at most 26 px/s");
     }
 }

@@ -1,14 +1,22 @@
 //! The window's frame: pages, keys, and the session behind them.
 
-use std::{path::PathBuf, sync::Arc, time::Duration};
+mod bar;
 
-use egui::{Context, Panel, RichText, ThemePreference, Ui, ViewportCommand};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
+
+use egui::{Context, ThemePreference, Ui, ViewportCommand};
 
 use super::{
     desk::{Desk, Ended, Trouble, Wake, Wish},
     explore::{self, Explored},
     guide,
-    keys::{self, Ask, toggle},
+    keys::{self, Ask},
+    replay::Shelf,
     result,
     run::background,
     screen::Screen,
@@ -18,8 +26,9 @@ use super::{
     trouble,
 };
 use crate::{
+    device::Control,
     session::Command,
-    text::{Act, charts::Chart, window as words},
+    text::{Act, window as words},
 };
 
 /// How often the picture is painted while something moves that does not come from the source.
@@ -40,6 +49,8 @@ pub enum Page {
     Explore,
     /// The next session, and how the window looks and sounds.
     Settings,
+    /// A recording, decision by decision.
+    Replay,
 }
 
 /// The whole window.
@@ -48,12 +59,17 @@ pub struct App {
     wish: Wish,
     /// What the settings page says of the next session.
     draft: Wish,
-    sources: Vec<(String, String)>,
+    offered: settings::Offered,
+    /// The source whose modes are offered.
+    offered_of: String,
     stage: Stage,
     screen: Screen,
     page: Page,
     explored: Explored,
-    chart: Chart,
+    result: result::Table,
+    /// What the person set of the camera's controls.
+    adjusted: BTreeMap<Control, i64>,
+    shelf: Shelf,
     sound: Sound,
     help: bool,
     note: Option<String>,
@@ -76,12 +92,15 @@ impl App {
             desk,
             wish: wish.clone(),
             draft: wish.clone(),
-            sources: Vec::new(),
+            offered: settings::Offered::default(),
+            offered_of: String::new(),
             stage: Stage::NotStarted(nothing),
             screen: Screen::default(),
             page: Page::Guide,
             explored: Explored::default(),
-            chart: Chart::default(),
+            result: result::Table::default(),
+            adjusted: BTreeMap::new(),
+            shelf: Shelf::default(),
             sound: Sound::new(),
             help: false,
             note: None,
@@ -135,6 +154,7 @@ impl App {
                     if self.screen.preferences.tone {
                         self.sound.play(tone);
                     }
+                    self.result.begin(&ended, self.desk.older(&ended.folder));
                     self.stage = Stage::Ended(ended);
                     self.page = Page::Result;
                 } else if ending.is_over() {
@@ -146,11 +166,41 @@ impl App {
             }
             Stage::NotStarted(_) | Stage::Ended(_) => {}
         }
+        self.result.look();
+        self.shelf.look();
+        for file in ctx.input(|input| input.raw.dropped_files.clone()) {
+            self.dropped(file.path());
+        }
+    }
+
+    /// A file or folder was dropped onto the window.
+    fn dropped(&mut self, path: &Path) {
+        if path.is_dir() {
+            self.page = Page::Replay;
+            self.shelf.open(&mut *self.desk, path, Arc::clone(&self.wake));
+        } else if matches!(self.stage, Stage::Ended(_)) {
+            self.page = Page::Result;
+            self.compare(path);
+        } else {
+            self.note = Some(words::DROP_TIP.into());
+        }
+    }
+
+    fn compare(&mut self, old: &Path) {
+        let Stage::Ended(ended) = &self.stage else { return };
+        let wake = Arc::clone(&self.wake);
+        self.result.comparison.begin(&mut *self.desk, (&ended.folder, old), wake);
     }
 
     /// Paints the page and does what is asked for.
     pub fn paint(&mut self, ui: &mut Ui) {
-        let mut asks: Vec<Ask> = keys::pressed(ui.ctx()).into_iter().map(Ask::Act).collect();
+        // A recording has keys of its own.
+        let replaying = self.page == Page::Replay;
+        let mut asks: Vec<Ask> = keys::pressed(ui.ctx())
+            .into_iter()
+            .filter(|act| !(replaying && keys::is_of_session(*act)))
+            .map(Ask::Act)
+            .collect();
         self.bar(ui, &mut asks);
         match (&self.stage, self.page) {
             (Stage::NotStarted(trouble), Page::Guide) => {
@@ -158,8 +208,13 @@ impl App {
             }
             (_, Page::Settings) => {
                 let preferences = self.screen.preferences;
-                settings::show(ui, &mut self.draft, &self.sources, &preferences, &mut asks);
+                if self.offered_of != self.draft.source {
+                    self.offered_of.clone_from(&self.draft.source);
+                    self.offered.modes = self.desk.modes(&self.draft.source);
+                }
+                settings::show(ui, &mut self.draft, &self.offered, &preferences, &mut asks);
             }
+            (_, Page::Replay) => self.shelf.show(ui, self.screen.preferences, &mut asks),
             (_, Page::Explore) => explore::show(ui, &mut self.explored),
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
@@ -172,7 +227,7 @@ impl App {
                 let formats = self.desk.formats();
                 let exported = self.exported.as_ref();
                 let context = result::Context { state, formats: &formats, exported };
-                result::show(ui, &self.screen, &context, &mut self.chart, &mut asks);
+                result::show(ui, &self.screen, &context, &mut self.result, &mut asks);
             }
         }
         self.help(ui);
@@ -190,72 +245,12 @@ impl App {
         self.stage = Stage::NotStarted(Trouble { what: String::new(), action: None });
     }
 
-    fn bar(&self, ui: &mut Ui, asks: &mut Vec<Ask>) {
-        Panel::top("bar").show(ui, |ui| {
-            ui.horizontal(|ui| {
-                ui.spacing_mut().item_spacing.x = 4.0;
-                ui.spacing_mut().button_padding.x = 6.0;
-                for (page, act) in [
-                    (Page::Guide, Act::GuidePage),
-                    (Page::Result, Act::ResultPage),
-                    (Page::Explore, Act::ExplorePage),
-                    (Page::Settings, Act::SettingsPage),
-                ] {
-                    toggle(ui, act, self.page == page, asks);
-                }
-                match &self.stage {
-                    Stage::Running(_) => {
-                        ui.separator();
-                        guide::buttons(ui, &self.screen, asks);
-                    }
-                    Stage::Ended(_) => {
-                        ui.separator();
-                        keys::button(ui, Act::GoOn, asks);
-                        keys::button(ui, Act::New, asks);
-                    }
-                    Stage::NotStarted(_) | Stage::Ending(_) => {}
-                }
-                ui.separator();
-                let preferences = &self.screen.preferences;
-                for (act, on) in [
-                    (Act::Mirror, preferences.mirrored),
-                    (Act::Tone, preferences.tone),
-                    (Act::Speech, preferences.speech),
-                    (Act::Panels, preferences.panels),
-                    (Act::Help, self.help),
-                ] {
-                    toggle(ui, act, on, asks);
-                }
-                if let Some(note) = &self.note {
-                    ui.add(egui::Label::new(RichText::new(note).small().weak()).truncate());
-                }
-            });
-        });
-    }
-
-    fn help(&mut self, ui: &Ui) {
-        if !self.help {
-            return;
-        }
-        let mut open = true;
-        egui::Window::new(words::HELP).open(&mut open).collapsible(false).show(ui.ctx(), |ui| {
-            egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
-                for act in Act::ALL {
-                    let control = act.words();
-                    ui.label(RichText::new(control.key).strong().monospace());
-                    ui.label(format!("{}: {}", control.label, control.tip));
-                    ui.end_row();
-                }
-            });
-        });
-        self.help = open;
-    }
-
     fn open(&mut self, ctx: &Context, wish: Wish) {
         self.end();
         let preferences = self.screen.preferences;
         self.screen = Screen { preferences, now_secs: ctx.time(), ..Screen::default() };
         (self.exported, self.note, self.page) = (None, None, Page::Guide);
+        self.result = result::Table::default();
         self.stage = match self.desk.open(&wish, Arc::clone(&self.wake)) {
             Ok(opened) => {
                 self.screen.source.clone_from(&opened.source);
@@ -264,7 +259,16 @@ impl App {
                 for (view, picture) in &opened.pictures {
                     self.screen.add_thumbnail(ctx, *view, picture);
                 }
-                Stage::Running(Box::new(Running::new(opened, wish.first)))
+                self.screen.adjustables.clone_from(&opened.adjustables);
+                let running = Running::new(opened, wish.first);
+                // A camera forgets between sessions what the person set.
+                if wish.source != self.wish.source {
+                    self.adjusted.clear();
+                }
+                for (control, value) in &self.adjusted {
+                    running.adjust(*control, *value);
+                }
+                Stage::Running(Box::new(running))
             }
             Err(trouble) => Stage::NotStarted(trouble),
         };
@@ -333,13 +337,32 @@ impl App {
                 Act::GuidePage => self.page = Page::Guide,
                 Act::ResultPage => self.page = Page::Result,
                 Act::ExplorePage => self.page = Page::Explore,
+                Act::ReplayPage => {
+                    self.page = Page::Replay;
+                    self.shelf.browse(&*self.desk);
+                }
                 Act::SettingsPage => {
                     self.page = Page::Settings;
-                    self.sources = self.desk.sources();
+                    self.offered.sources = self.desk.sources();
                 }
             },
             Ask::Remove(view) => self.command(ctx, Command::Remove { view }),
             Ask::Open(wish) => self.open(ctx, *wish),
+            Ask::Adjust { control, value } => {
+                if let Stage::Running(running) = &self.stage {
+                    running.adjust(control, value);
+                    self.adjusted.insert(control, value);
+                    self.screen.adjust(control, value);
+                }
+            }
+            Ask::Replay(folder) => {
+                self.shelf.open(&mut *self.desk, &folder, Arc::clone(&self.wake));
+            }
+            Ask::CloseRecording => {
+                self.shelf.close();
+                self.shelf.browse(&*self.desk);
+            }
+            Ask::Compare(old) => self.compare(&old),
             Ask::Show(file) => {
                 if let Err(trouble) = self.desk.show(&file) {
                     self.exported = Some(Err(trouble));

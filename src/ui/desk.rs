@@ -7,9 +7,12 @@ use std::{
 
 use image::GrayImage;
 
+use super::replay::Replayed;
 use crate::{
+    calibration::Drift,
+    device::Adjustable,
     guidance::Plan,
-    pipeline::{Finished, Pipeline, PipelineError, Showing},
+    pipeline::{Ending, Finished, Pipeline, PipelineError, Showing},
     session::Command,
 };
 
@@ -31,6 +34,9 @@ pub trait Desk {
     /// Sources that can be named now: a name, and what it is.
     fn sources(&mut self) -> Vec<(String, String)>;
 
+    /// Modes of the camera of that name, as in the settings file; none if it is no live camera.
+    fn modes(&mut self, source: &str) -> Vec<String>;
+
     /// Names of the formats that a result can be written in.
     fn formats(&self) -> Vec<&'static str>;
 
@@ -40,6 +46,26 @@ pub trait Desk {
     ///
     /// [`Trouble`].
     fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, Trouble>;
+
+    /// Older calibrations that the session in `folder` may be compared with.
+    fn older(&self, folder: &Path) -> Vec<PathBuf>;
+
+    /// Begins to compare the session in `folder` with the calibration in `old`, and to store what is found.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble`] if it cannot begin.
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, Trouble>;
+
+    /// Recordings that are near at hand, newest first.
+    fn recordings(&self) -> Vec<Recording>;
+
+    /// Begins to open the recording in `folder`.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble`] if it cannot begin.
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, Trouble>;
 
     /// Shows a file in the program that the desktop has for it.
     ///
@@ -83,6 +109,8 @@ pub struct Opened {
     pub folder: PathBuf,
     /// Pictures of views that are there already, by their numbers.
     pub pictures: Vec<(u32, GrayImage)>,
+    /// The camera's controls that can be set.
+    pub adjustables: Vec<Adjustable>,
     /// Something to be told at the start, such as which source was chosen.
     pub note: Option<String>,
     /// Stores the result. Runs beside the window.
@@ -96,8 +124,40 @@ pub struct Ended {
     pub folder: PathBuf,
     /// Files with the result.
     pub files: Vec<PathBuf>,
+    /// What a comparison with an older calibration found, if the session began with one.
+    pub compared: Option<Result<Compared, Trouble>>,
     /// What went wrong, if anything did.
     pub trouble: Option<Trouble>,
+}
+
+/// A comparison under way.
+pub type Comparing = Ending<Result<Compared, Trouble>>;
+
+/// A recording that is being opened.
+pub type Loading = Ending<Result<Replayed, Trouble>>;
+
+/// A recorded session.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recording {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// When, of what.
+    pub what: String,
+}
+
+/// A session held against an older calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// The file with the older calibration.
+    pub against: PathBuf,
+    /// The verdict in words, or why there is none.
+    pub what: String,
+    /// The next action.
+    pub action: String,
+    /// What makes it weaker than it could be.
+    pub doubts: Vec<String>,
+    /// The change; `None` without a verdict.
+    pub drift: Option<Box<Drift>>,
 }
 
 /// Something that did not work, and what to do.

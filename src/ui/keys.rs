@@ -2,7 +2,7 @@
 
 use egui::{Button, Context, Key, Response, Ui};
 
-use crate::text::Act;
+use crate::{device::Control, text::Act};
 
 /// What a panel asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,19 @@ pub enum Ask {
     Open(Box<super::desk::Wish>),
     /// Write the result in the format of this number.
     Export(usize),
+    /// Compare the result with the calibration in this file.
+    Compare(std::path::PathBuf),
+    /// Set one of the camera's controls.
+    Adjust {
+        /// Which.
+        control: Control,
+        /// To what, in the driver's unit.
+        value: i64,
+    },
+    /// Open the recording in this folder.
+    Replay(std::path::PathBuf),
+    /// Close the recording that is open.
+    CloseRecording,
     /// Show this file.
     Show(std::path::PathBuf),
 }
@@ -40,7 +53,13 @@ fn key(act: Act) -> Key {
         Act::ResultPage => Key::F2,
         Act::ExplorePage => Key::F3,
         Act::SettingsPage => Key::F4,
+        Act::ReplayPage => Key::F5,
     }
+}
+
+/// Whether `act` does something to the running session.
+pub(super) fn is_of_session(act: Act) -> bool {
+    matches!(act, Act::Force | Act::Undo | Act::Restore | Act::Pause | Act::Finish | Act::GoOn)
 }
 
 /// What the keys pressed since the last pass ask for. Letters belong to a text field that has the focus, and

@@ -13,10 +13,10 @@
 //! | `stage` | a session from its start to its stored result |
 //! | `screen`, `picture`, `theme` | what panels see, and in which colours |
 //! | `keys`, `sound` | what can be done by hand; what is heard |
-//! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, accepted views |
-//! | `result` | verdict, findings, numbers, exports |
+//! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, camera controls, accepted views |
+//! | `result` | verdict, findings, numbers, exports, change since an older calibration |
 //! | `explore` | the paper's effect to play with |
-//! | `replay` | a recording, decision by decision |
+//! | `replay` | a recording, chosen from a list or by its path, decision by decision |
 //! | `settings` | the next session, and how the window looks and sounds |
 //! | `trouble` | a session that could not be started |
 

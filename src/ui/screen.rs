@@ -6,7 +6,10 @@ use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use image::GrayImage;
 
 use super::picture::Picture;
-use crate::session::Snapshot;
+use crate::{
+    device::{Adjustable, Control, Lock, Locks},
+    session::Snapshot,
+};
 
 /// Width of a thumbnail's texture.
 const THUMBNAIL_PX: u32 = 192;
@@ -49,11 +52,60 @@ pub struct Screen {
     pub taken_secs: Option<f64>,
     /// The window's clock.
     pub now_secs: f64,
+    /// The camera's controls that can be set.
+    pub adjustables: Vec<Adjustable>,
+    /// Where the controls were locked at first.
+    pub first_locks: Locks,
+    /// What was asked of a control and is not read back yet.
+    pub adjusting: BTreeMap<Control, Adjusting>,
     /// See [`Preferences`].
     pub preferences: Preferences,
 }
 
+/// A value on its way to the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adjusting {
+    /// The value.
+    pub value: i64,
+    /// How the control stood before.
+    before: Lock,
+    /// Longest wait for an answer, by the window's clock.
+    until_secs: f64,
+}
+
+/// Longer than a camera takes to obey and to be read back.
+const LONGEST_ADJUSTING_SECS: f64 = 2.0;
+
 impl Screen {
+    /// Takes the newest state of the session.
+    pub fn show(&mut self, snapshot: Snapshot) {
+        let locks = snapshot.camera.locks;
+        for control in Control::ALL {
+            if self.first_locks.of(control).value().is_none() {
+                self.first_locks.note(control, locks.of(control));
+            }
+        }
+        let now_secs = self.now_secs;
+        self.adjusting.retain(|control, adjusting| {
+            locks.of(*control) == adjusting.before && now_secs < adjusting.until_secs
+        });
+        self.snapshot = Some(snapshot);
+    }
+
+    /// Remembers that `control` was asked to be at `value`.
+    pub fn adjust(&mut self, control: Control, value: i64) {
+        let before = self.locks().of(control);
+        let until_secs = self.now_secs + LONGEST_ADJUSTING_SECS;
+        if before.value() != Some(value) {
+            self.adjusting.insert(control, Adjusting { value, before, until_secs });
+        }
+    }
+
+    /// How the camera's controls stand.
+    pub fn locks(&self) -> Locks {
+        self.snapshot.as_ref().map(|snapshot| snapshot.camera.locks).unwrap_or_default()
+    }
+
     /// How much older the drawing is than the picture below it.
     pub fn overlay_age_secs(&self) -> Option<f64> {
         let live = self.snapshot.as_ref()?.live.as_ref()?;

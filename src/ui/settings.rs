@@ -12,11 +12,20 @@ use crate::{
     text::{Act, explore, settings as words, window},
 };
 
+/// What can be chosen.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Offered {
+    /// Sources: a name, and what it is.
+    pub sources: Vec<(String, String)>,
+    /// Modes of the source that is named.
+    pub modes: Vec<String>,
+}
+
 /// Shows the page; `draft` is what the next session will be about.
 pub fn show(
     ui: &mut Ui,
     draft: &mut Wish,
-    sources: &[(String, String)],
+    offered: &Offered,
     preferences: &Preferences,
     asks: &mut Vec<Ask>,
 ) {
@@ -24,7 +33,7 @@ pub fn show(
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.label(RichText::new(words::NEXT).size(24.0).strong());
             Grid::new("next session").num_columns(2).spacing([24.0, 10.0]).show(ui, |ui| {
-                source(ui, draft, sources);
+                source(ui, draft, offered);
                 board(ui, draft);
                 plan(ui, draft);
             });
@@ -56,12 +65,12 @@ pub fn show(
     });
 }
 
-fn source(ui: &mut Ui, draft: &mut Wish, sources: &[(String, String)]) {
+fn source(ui: &mut Ui, draft: &mut Wish, offered: &Offered) {
     let name = ui.label(words::SOURCE).on_hover_text(words::SOURCE_TIP);
     ui.horizontal(|ui| {
         let list = ComboBox::from_id_salt("source").selected_text(words::CHOOSE);
         let list = list.show_ui(ui, |ui| {
-            for (name, what) in sources {
+            for (name, what) in &offered.sources {
                 ui.selectable_value(&mut draft.source, name.clone(), format!("{what} ({name})"));
             }
         });
@@ -71,8 +80,21 @@ fn source(ui: &mut Ui, draft: &mut Wish, sources: &[(String, String)]) {
     });
     ui.end_row();
     let name = ui.label(words::MODE).on_hover_text(words::MODE_TIP);
-    let field = TextEdit::singleline(&mut draft.mode).desired_width(180.0);
-    ui.add(field).labelled_by(name.id).on_hover_text(words::MODE_TIP);
+    ui.horizontal(|ui| {
+        if !offered.modes.is_empty() {
+            let list = ComboBox::from_id_salt("mode").selected_text(words::CHOOSE);
+            let list = list.show_ui(ui, |ui| {
+                for mode in std::iter::once("auto").chain(offered.modes.iter().map(String::as_str))
+                {
+                    ui.selectable_value(&mut draft.mode, mode.to_owned(), mode);
+                }
+            });
+            list.response.labelled_by(name.id).on_hover_text(words::MODE_TIP);
+        }
+        let field = TextEdit::singleline(&mut draft.mode).desired_width(180.0);
+        ui.add(field).labelled_by(name.id).on_hover_text(words::MODE_TIP);
+        ui.label(RichText::new(words::MODE_WHEN).weak());
+    });
     ui.end_row();
 }
 

@@ -9,6 +9,7 @@ use super::{
     screen::Screen,
 };
 use crate::{
+    device::Control,
     guidance::Progress,
     pipeline::Ending,
     session::{Command, Snapshot},
@@ -50,6 +51,10 @@ impl Running {
         Self { opened, unsent: first.into_iter().collect(), has_collected: false }
     }
 
+    pub(super) fn adjust(&self, control: Control, value: i64) {
+        self.opened.pipeline.adjust(control, value);
+    }
+
     pub(super) fn command(&mut self, command: Command) {
         self.unsent.push_back(command);
     }
@@ -77,7 +82,7 @@ impl Running {
             let collecting = snapshot.decision.progress == Progress::Collecting;
             self.has_collected |= collecting;
             news.over = (self.has_collected && !collecting) || has_stopped(&snapshot);
-            screen.snapshot = Some(snapshot);
+            screen.show(snapshot);
         }
         // The session thread ends early if nothing can be stored any more.
         news.over |= showing.has_ended();
@@ -98,7 +103,7 @@ impl Running {
             Ok(ending) => Stage::Ending(ending),
             Err(err) => {
                 let trouble = Some(Trouble { what: err.to_string(), action: None });
-                Stage::Ended(Ended { folder, files: Vec::new(), trouble })
+                Stage::Ended(Ended { folder, files: Vec::new(), compared: None, trouble })
             }
         }
     }

@@ -27,7 +27,7 @@ use boresight::{
     session::Session,
     ui::{
         App,
-        desk::{Desk, Ended, Opened, Trouble, Wake, Wish},
+        desk::{Comparing, Desk, Ended, Loading, Opened, Recording, Trouble, Wake, Wish},
         options,
     },
 };
@@ -136,14 +136,19 @@ impl Desk for Bench {
             }),
         };
         let (pipeline, showing) = Pipeline::start_shown(setup, move || wake()).expect("threads");
-        let conclude =
-            Box::new(|_| Ended { folder: PathBuf::new(), files: Vec::new(), trouble: None });
+        let conclude = Box::new(|_| Ended {
+            folder: PathBuf::new(),
+            files: Vec::new(),
+            compared: None,
+            trouble: None,
+        });
         Ok(Opened {
             pipeline,
             showing,
             source: "bench".into(),
             folder: PathBuf::new(),
             pictures: Vec::new(),
+            adjustables: Vec::new(),
             note: None,
             conclude,
         })
@@ -159,6 +164,26 @@ impl Desk for Bench {
 
     fn export(&mut self, _folder: &Path, _format: usize) -> Result<PathBuf, Trouble> {
         Err(Trouble { what: "nothing to export".into(), action: None })
+    }
+
+    fn older(&self, _folder: &Path) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    fn compare(&mut self, _: &Path, _: &Path, _: Wake) -> Result<Comparing, Trouble> {
+        Err(Trouble { what: "nothing to compare".into(), action: None })
+    }
+
+    fn recordings(&self) -> Vec<Recording> {
+        Vec::new()
+    }
+
+    fn replay(&mut self, _: &Path, _: Wake) -> Result<Loading, Trouble> {
+        Err(Trouble { what: "nothing to replay".into(), action: None })
+    }
+
+    fn modes(&mut self, _source: &str) -> Vec<String> {
+        Vec::new()
     }
 
     fn show(&mut self, _file: &Path) -> Result<(), Trouble> {

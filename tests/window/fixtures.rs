@@ -78,6 +78,17 @@ pub(crate) fn moments() -> Vec<Moment> {
         &after(vec![started(), locked(), CameraEvent::ControlChanged(change)]),
         "Focus moved from 30 to 45: nothing is taken until it is back",
     );
+    let set = CameraEvent::ControlSet {
+        control: Control::Focus,
+        lock: Lock::Locked { value: 45 },
+        good_from: CaptureTime { nanos: 0 },
+    };
+    add(
+        "focus set by hand",
+        &with_views(&set),
+        "Focus was set from 30 to 45: nothing is taken until it is back",
+    );
+    add("camera with controls", &after(vec![started(), locked()]), "Show the whole board");
     let mut paused = middle.clone();
     paused.paused = true;
     add("paused", &paused, "Paused");
@@ -99,6 +110,21 @@ pub(crate) fn story() -> Vec<Snapshot> {
             session.snapshot(decision)
         })
         .collect()
+}
+
+/// What a session with views makes of `event`.
+fn with_views(event: &CameraEvent) -> Snapshot {
+    let mut session = session();
+    for before in [started(), locked()] {
+        session.handle(&Input::Camera(before));
+    }
+    guided(3, |input, _| {
+        if session.accepted().is_empty() {
+            session.handle(input);
+        }
+    });
+    let decision = session.handle(&Input::Camera(event.clone()));
+    session.snapshot(decision)
 }
 
 fn session() -> Session {

@@ -146,6 +146,31 @@ impl Keeper {
         Ok(())
     }
 
+    /// From now on holds `control` at `value`, or at what the camera makes of it.
+    pub(super) fn want(&mut self, control: Control, value: i64) {
+        self.kept.insert(control, value);
+    }
+
+    /// How a control stands that was set on request: what the camera made of the request is kept.
+    ///
+    /// # Errors
+    ///
+    /// If the device is gone.
+    pub(super) fn granted(
+        &mut self,
+        kernel: &mut dyn Kernel,
+        device: Handle,
+        control: Control,
+    ) -> Result<Lock, Errno> {
+        Ok(match self.read(kernel, device, control)? {
+            Some((value, false)) => {
+                self.kept.insert(control, value);
+                Lock::Locked { value }
+            }
+            Some((_, true)) | None => Lock::Free,
+        })
+    }
+
     /// How each control stands, read from the camera.
     ///
     /// # Errors

@@ -11,6 +11,8 @@
 //!
 //! Frames are delivered only when steady: before, exposure and focus may still move.
 
+mod setting;
+
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 use super::{
@@ -26,8 +28,8 @@ use crate::{
         layout,
     },
     device::{
-        CameraEvent, CameraFacts, Control, ControlBefore, ControlChange, Fault, Lock, Locks, Mode,
-        Wanted,
+        Adjustable, CameraEvent, CameraFacts, Control, ControlBefore, ControlChange, Fault, Lock,
+        Locks, Mode, Wanted,
     },
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
@@ -83,9 +85,27 @@ struct Running {
 
 #[derive(Debug)]
 enum Phase {
-    Settling { means: VecDeque<f64>, count: u32, until_nanos: u64 },
-    Locking { done_nanos: u64, sharp_before: f64, sharp_now: f64 },
-    Steady { next_read_nanos: u64, good_until: CaptureTime, changed: Vec<(Control, i64)> },
+    Settling {
+        means: VecDeque<f64>,
+        count: u32,
+        until_nanos: u64,
+    },
+    Locking {
+        done_nanos: u64,
+        sharp_before: f64,
+        sharp_now: f64,
+    },
+    /// The person set controls; the picture settles.
+    Setting {
+        controls: Vec<Control>,
+        done_nanos: u64,
+        changed: Vec<(Control, i64)>,
+    },
+    Steady {
+        next_read_nanos: u64,
+        good_until: CaptureTime,
+        changed: Vec<(Control, i64)>,
+    },
 }
 
 impl<K: Kernel> LiveCamera<K> {
@@ -166,11 +186,13 @@ impl<K: Kernel> LiveCamera<K> {
             Some(detail) => CameraEvent::Doubtful { fault, detail },
             None => CameraEvent::Dispelled { fault },
         }));
+        // The picture on which a control counts as settled was taken before that was known.
+        let was_setting = matches!(running.phase, Phase::Setting { .. });
         let now = self.kernel.clock().monotonic_nanos;
         self.go_on(picture.as_ref(), now).map_err(|errno| (Fault::Unplugged, errno.words()))?;
         let steady =
             matches!(&self.state, State::Running(r) if matches!(r.phase, Phase::Steady { .. }));
-        Ok(picture.filter(|_| steady))
+        Ok(picture.filter(|_| steady && !was_setting))
     }
 
     /// Moves on between the phases.
@@ -207,11 +229,14 @@ impl<K: Kernel> LiveCamera<K> {
                 self.keeper.lock(kernel, device)?;
                 self.locked(returning, blurred, now)?;
             }
+            Phase::Setting { done_nanos, .. } if now >= *done_nanos && picture.is_some() => {
+                self.set(now)?;
+            }
             Phase::Steady { next_read_nanos, .. } if now >= *next_read_nanos => {
                 self.read_back(now)?;
                 self.tell_counts();
             }
-            Phase::Steady { .. } => {}
+            Phase::Setting { .. } | Phase::Steady { .. } => {}
         }
         Ok(())
     }
@@ -330,6 +355,13 @@ impl<K: Kernel> LiveCamera<K> {
         let now = self.now_nanos();
         (self.dropped_before, self.rejected_before) = self.counts();
         if let State::Running(running) = &mut self.state {
+            // What was asked for and not granted is not held on to: it returns as it was known.
+            if let Phase::Setting { controls, .. } = &running.phase {
+                for control in controls {
+                    let known = self.locks.and_then(|locks| locks.of(*control).value());
+                    known.into_iter().for_each(|value| self.keeper.want(*control, value));
+                }
+            }
             running.stream.end(&mut self.kernel);
         }
         let (fault, detail) = loss.clone();
@@ -458,6 +490,16 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
 
     fn camera_facts(&self) -> Option<CameraFacts> {
         Some(self.camera.facts("v4l", self.mode, self.controls_before.clone()))
+    }
+
+    fn adjustables(&mut self) -> Vec<Adjustable> {
+        self.what_can_be_set()
+    }
+
+    fn adjust(&mut self, control: Control, value: i64) {
+        if let Err(errno) = self.ask_for(control, value) {
+            self.lose((Fault::Unplugged, errno.words()));
+        }
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {

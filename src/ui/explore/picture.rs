@@ -6,7 +6,11 @@ use egui::{
 };
 use nalgebra::Point2;
 
-use super::super::{guide::overlay::shaded_text, picture::Placed, theme};
+use super::super::{
+    guide::{ghost::square, overlay::shaded_text},
+    picture::Placed,
+    theme,
+};
 use crate::{
     frame::ImageSize,
     geometry::PrincipalLine,
@@ -50,12 +54,7 @@ fn paint_board(painter: &Painter, placed: &Placed, wish: &Wish, board: &Board, o
         for column in 0..columns - 1 {
             let white = (row + column) % 2 == 0;
             let color = Color32::from_gray(if white { 235 } else { 25 }).gamma_multiply(opacity);
-            let square = vec![
-                at(column, row),
-                at(column + 1, row),
-                at(column + 1, row + 1),
-                at(column, row + 1),
-            ];
+            let square = square(placed, &board.corners_px, columns, (column, row));
             painter.add(Shape::convex_polygon(square, color, Stroke::NONE));
         }
     }

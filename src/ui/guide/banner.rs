@@ -2,17 +2,17 @@
 
 use egui::{Color32, Frame, RichText, Ui};
 
-use super::super::{screen::Screen, theme};
+use super::super::{keys::Ask, screen::Screen, theme};
 use crate::{
     guidance::Progress,
-    text::{self, window as words},
+    text::{self, adjust, window as words},
 };
 
 /// Longer than this without a picture is worth saying.
 const STALLED_SECS: f64 = 2.0;
 
 /// Shows what is wrong, if anything is.
-pub(super) fn show(ui: &mut Ui, screen: &Screen) {
+pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
     for (what, action) in troubles(screen) {
         Frame::new().fill(theme::RED.gamma_multiply(0.9)).inner_margin(8.0).show(ui, |ui| {
             ui.set_width(ui.available_width());
@@ -21,6 +21,20 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
                 ui.label(RichText::new(action).size(16.0).color(Color32::WHITE));
             }
         });
+    }
+    undo(ui, screen, asks);
+}
+
+/// Where a control that the person set keeps views from being taken, the way back is in sight.
+fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+    let Some(camera) = screen.snapshot.as_ref().map(|snapshot| &snapshot.camera) else { return };
+    for control in &camera.set_by_hand {
+        let Some(change) = camera.changed.get(control) else { continue };
+        let (control, value) = (*control, change.from);
+        let button = ui.button(RichText::new(adjust::set_back(control, value)).size(16.0));
+        if button.on_hover_text(adjust::tip(control)).clicked() {
+            asks.push(Ask::Adjust { control, value });
+        }
     }
 }
 

@@ -39,16 +39,10 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     // The last steps matter most, so that green comes late.
     let color = close.map_or(theme::GREY, |close| theme::approach(close.powi(3)));
     let columns = board.columns();
-    let at = |column: usize, row: usize| placed.pos(&target.ghost_px[row * columns + column]);
     let fill = color.gamma_multiply(0.22);
     for row in 0..board.rows() - 1 {
         for column in (row % 2..columns - 1).step_by(2) {
-            let square = vec![
-                at(column, row),
-                at(column + 1, row),
-                at(column + 1, row + 1),
-                at(column, row + 1),
-            ];
+            let square = square(placed, &target.ghost_px, columns, (column, row));
             painter.add(Shape::convex_polygon(square, fill, Stroke::NONE));
         }
     }
@@ -62,6 +56,19 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     let (sin, cos) = target.slot_rad.sin_cos();
     let ahead = placed.pos(&(middle_shifted(&target.ghost_px, cos, sin)));
     arrow(painter, middle, ahead, color);
+}
+
+/// The four corners of a square, around it, among the inner corners in rows of `columns`; `column` and `row`
+/// are those of its first corner and must not be the last ones.
+pub(in super::super) fn square(
+    placed: &Placed,
+    corners_px: &[Point2<f64>],
+    columns: usize,
+    (column, row): (usize, usize),
+) -> Vec<Pos2> {
+    [(0, 0), (1, 0), (1, 1), (0, 1)]
+        .map(|(right, down)| placed.pos(&corners_px[(row + down) * columns + column + right]))
+        .into()
 }
 
 fn middle(points: &[Point2<f64>]) -> Point2<f64> {

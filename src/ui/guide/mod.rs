@@ -1,8 +1,9 @@
 //! The guide page: the live picture, what to do next, and how far it is.
 
 mod banner;
+mod controls;
 mod gauges;
-mod ghost;
+pub(super) mod ghost;
 mod numbers;
 pub(super) mod overlay;
 mod sentence;
@@ -10,8 +11,8 @@ mod views;
 mod wheel;
 
 use egui::{
-    CentralPanel, Color32, Frame, Image, Panel, Rect, RichText, ScrollArea, Sense, Ui, WidgetInfo,
-    accesskit::Role,
+    CentralPanel, Color32, Frame, Image, Label, Panel, Rect, RichText, ScrollArea, Sense, Ui,
+    WidgetInfo, accesskit::Role, style::ScrollStyle,
 };
 
 use super::{
@@ -27,18 +28,22 @@ pub(super) use sentence::words as sentence_words;
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
     Panel::top("sentence").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
         sentence::show(ui, screen);
-        banner::show(ui, screen);
+        banner::show(ui, screen, asks);
     });
     if screen.preferences.panels {
+        Panel::bottom("status").show_separator_line(false).show(ui, |ui| status(ui, screen));
         Panel::right("numbers").resizable(false).exact_size(252.0).show(ui, |ui| {
+            // A bar that is seen: what does not fit, with a camera's controls, is below.
+            ui.spacing_mut().scroll = ScrollStyle::solid();
+            ui.spacing_mut().scroll.bar_width = 6.0;
+            let high = ui.available_height();
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                wheel::show(ui, screen);
+                wheel::show(ui, screen, high);
                 gauges::show(ui, screen);
                 ui.separator();
                 numbers::show(ui, screen);
                 numbers::camera(ui, screen);
-                ui.separator();
-                status(ui, screen);
+                controls::show(ui, screen, asks);
             });
         });
         Panel::bottom("views").resizable(false).show(ui, |ui| {
@@ -84,10 +89,13 @@ pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
 }
 
 fn status(ui: &mut Ui, screen: &Screen) {
-    let frames = words::frames(screen.picture.per_sec(), screen.frames_replaced);
-    ui.label(RichText::new(frames).small()).on_hover_text(words::FRAMES_TIP);
-    ui.label(RichText::new(&screen.source).small().weak());
-    if let Some(folder) = &screen.folder {
-        ui.label(RichText::new(words::stored_in(folder)).small().weak());
-    }
+    ui.horizontal(|ui| {
+        let frames = words::frames(screen.picture.per_sec(), screen.frames_replaced);
+        ui.label(RichText::new(frames).small()).on_hover_text(words::FRAMES_TIP);
+        ui.label(RichText::new(&screen.source).small().weak());
+        if let Some(folder) = &screen.folder {
+            let folder = RichText::new(words::stored_in(folder)).small().weak();
+            ui.add(Label::new(folder).truncate());
+        }
+    });
 }

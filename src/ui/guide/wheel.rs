@@ -37,11 +37,14 @@ pub(super) fn slots(snapshot: &Snapshot) -> [Slot; 8] {
     })
 }
 
-/// Shows the wheel.
-pub(super) fn show(ui: &mut Ui, screen: &Screen) {
+/// Height of what stands below the wheel.
+const BELOW: f32 = 366.0;
+
+/// Shows the wheel, as large as a panel of height `high` allows.
+pub(super) fn show(ui: &mut Ui, screen: &Screen, high: f32) {
     let Some(snapshot) = &screen.snapshot else { return };
     let mirrored = screen.preferences.mirrored;
-    let side = (0.24 * ui.ctx().content_rect().height()).clamp(124.0, 190.0);
+    let side = (high - BELOW).clamp(110.0, 190.0);
     let (rect, response) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), side), Sense::hover());
     let painter = ui.painter_at(rect);

@@ -1,18 +1,28 @@
 //! A recording, decision by decision: what was seen, and why it was taken or not.
 
+mod picker;
+mod shelf;
 mod strip;
+
+pub use picker::{Picker, pick};
+pub(super) use shelf::Shelf;
 
 use egui::{Button, Key, Panel, RichText, Slider, Ui};
 use image::GrayImage;
 
-use super::{guide, picture::Picture, screen::Screen, theme};
+use super::{
+    guide,
+    picture::Picture,
+    screen::{Preferences, Screen},
+    theme,
+};
 use crate::{
     session::{Outcome, Snapshot},
     text::replay as words,
 };
 
 /// Loads the stored picture of a frame; `None` if none was stored or it cannot be read.
-pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage>>;
+pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage> + Send>;
 
 /// A recording that was decided again.
 pub struct Replayed {
@@ -68,6 +78,11 @@ impl Replayed {
     /// The step that is shown.
     pub fn at(&self) -> usize {
         self.at
+    }
+
+    /// Shows it as the person wants to see it.
+    pub fn prefer(&mut self, preferences: Preferences) {
+        self.screen.preferences = preferences;
     }
 
     fn go(&mut self, to: usize) {

@@ -6,22 +6,26 @@ use egui::{
 };
 use nalgebra::{Point2, Point3};
 
-use super::super::{
-    guide::overlay::{ellipse_px, shaded_text},
-    picture::Placed,
-    screen::Screen,
-    theme,
+use super::{
+    super::{
+        guide::overlay::{ellipse_px, shaded_text},
+        picture::Placed,
+        screen::Screen,
+        theme,
+    },
+    Table,
 };
 use crate::{
-    calibration::{Calibration, skip::consecutive},
+    calibration::{Calibration, Drift, skip::consecutive},
     frame::ImageSize,
-    geometry::{GRID_COLUMNS, GRID_ROWS, PrincipalLine, intersect_unweighted},
+    geometry::{GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, intersect_unweighted},
     session::Snapshot,
     text::charts::{self as words, Chart},
 };
 
 /// Shows the choice of charts and the chosen one.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, chart: &mut Chart) {
+pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut Table) {
+    let Table { chart, comparison } = table;
     ui.horizontal_wrapped(|ui| {
         for other in Chart::ALL {
             let button = Button::selectable(*chart == other, other.name());
@@ -43,6 +47,12 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, chart: &mut Chart) {
         Chart::Lines => lines(&painter, &placed, snapshot, calibration),
         Chart::Skipped => skipped(&painter, &placed, snapshot, calibration),
         Chart::Undistorted => undistorted(&painter, &placed, screen, calibration),
+        Chart::Change => {
+            let drift = comparison.found().and_then(|compared| compared.drift.as_deref());
+            drift.map_or(words::NOT_COMPARED.into(), |drift| {
+                change(&painter, &placed, calibration.image_size, drift)
+            })
+        }
     };
     let at = area.left_bottom() + vec2(8.0, -4.0);
     shaded_text(ui.painter(), at, Align2::LEFT_BOTTOM, &note, 14.0);
@@ -97,6 +107,26 @@ fn residuals(
         }
     }
     words::residual_scale(times, calibration.rms_px)
+}
+
+/// Where to, and how far, the image of each ray has moved since the older calibration.
+fn change(painter: &Painter, placed: &Placed, image_size: ImageSize, drift: &Drift) -> String {
+    let cell =
+        vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
+    // The longest arrow spans a cell.
+    let longest_px = f64::from(cell.x / placed.scale().max(1e-6));
+    let times = longest_px / drift.displacement_px.max(1e-9);
+    for px in cell_centres_px(image_size) {
+        let moved = drift.displacement_at(&px);
+        let share = (moved.norm() / drift.matters_px).min(1.0) as f32;
+        let color = Color32::from_gray(30).lerp_to_gamma(theme::AMBER, 0.5 * share);
+        let rect = Rect::from_center_size(placed.pos(&px), cell);
+        painter.rect_filled(rect.shrink(0.5), 0.0, color);
+        let half = moved * (0.5 * times);
+        let (from, to) = (placed.pos(&(px - half)), placed.pos(&(px + half)));
+        painter.arrow(from, to - from, Stroke::new(2.0, Color32::WHITE));
+    }
+    words::change_scale(times, drift.displacement_px, drift.matters_px)
 }
 
 /// A window of `width_px` around the principal point, as large as the area allows.

@@ -1,7 +1,10 @@
 //! The result page: the verdict, what speaks for and against it, the numbers, and what can be done with it.
 
 mod charts;
+mod comparison;
 mod verdict;
+
+pub use comparison::{Comparison, Outcome};
 
 use std::path::PathBuf;
 
@@ -38,12 +41,45 @@ pub struct Context<'a> {
     pub exported: Option<&'a Result<PathBuf, Trouble>>,
 }
 
+/// What the person does on the page.
+#[derive(Debug, Default)]
+pub struct Table {
+    /// The chart that is seen.
+    pub chart: Chart,
+    /// The comparison with an older calibration.
+    pub comparison: Comparison,
+}
+
+impl Table {
+    /// Takes what a comparison found, and shows it. Never waits.
+    pub(super) fn look(&mut self) {
+        if self.comparison.look() {
+            self.show_change();
+        }
+    }
+
+    /// Shows the result of a session that has ended and may be compared with one of `older`.
+    pub(super) fn begin(&mut self, ended: &Ended, older: Vec<PathBuf>) {
+        self.comparison = Comparison::with(older);
+        if let Some(compared) = ended.compared.clone() {
+            self.comparison.outcome = Outcome::Done(compared);
+            self.show_change();
+        }
+    }
+
+    fn show_change(&mut self) {
+        if self.comparison.found().is_some_and(|compared| compared.drift.is_some()) {
+            self.chart = Chart::Change;
+        }
+    }
+}
+
 /// Shows the page.
 pub fn show(
     ui: &mut Ui,
     screen: &Screen,
     context: &Context<'_>,
-    chart: &mut Chart,
+    table: &mut Table,
     asks: &mut Vec<Ask>,
 ) {
     let has_result = screen.snapshot.as_ref().is_some_and(|s| s.calibration.is_some());
@@ -52,17 +88,22 @@ pub fn show(
         State::Ending => {
             ui.label(RichText::new(words::ENDING).size(22.0));
         }
-        State::Ended(ended) => actions(ui, ended, context, asks),
+        State::Ended(ended) => {
+            actions(ui, ended, context, asks);
+            if has_result {
+                comparison::ask(ui, &mut table.comparison, asks);
+            }
+        }
     });
     if has_result {
         let width = 0.5 * ui.available_width();
         Panel::right("charts").resizable(false).exact_size(width).show(ui, |ui| {
-            charts::show(ui, screen, chart);
+            charts::show(ui, screen, table);
         });
     }
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            verdict::show(ui, screen);
+            verdict::show(ui, screen, &table.comparison);
         });
     });
 }

@@ -2,14 +2,17 @@
 
 use egui::{Grid, RichText, Sense, Ui, Vec2};
 
-use super::super::{screen::Screen, theme};
+use super::{
+    super::{screen::Screen, theme},
+    comparison::{self, Comparison},
+};
 use crate::{
     calibration::{Severity, Verdict},
     text::{self, window as words},
 };
 
-/// Shows them.
-pub(super) fn show(ui: &mut Ui, screen: &Screen) {
+/// Shows them, and what a comparison found.
+pub(super) fn show(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
     let calibration = screen.snapshot.as_ref().and_then(|s| s.calibration.as_ref());
     let Some(calibration) = calibration else {
         ui.label(RichText::new(words::NO_RESULT).size(22.0));
@@ -40,6 +43,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     if calibration.findings.is_empty() {
         ui.label(words::NO_FINDINGS);
     }
+    comparison::show(ui, compared);
     ui.add_space(8.0);
     Grid::new("result").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
         for (name, value) in words::result_lines(calibration) {

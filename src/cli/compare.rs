@@ -1,0 +1,193 @@
+//! New views held against an older calibration.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde_json::{Value, json};
+
+use super::{guide::RESULT_FILE, say, session_report};
+use crate::{
+    calibration::{
+        Drift, NoDrift, OldLens, drift,
+        import::{self, OldCalibration},
+    },
+    geometry::Corner,
+    recording::{
+        SessionFolder, replay,
+        save::{Overwrite, save},
+    },
+    session::Session,
+    text,
+    ui::desk::Compared,
+};
+
+/// What a comparison is called in the session's folder.
+const CHECK_FILE: &str = "check.json";
+/// Older calibrations that a person is offered at most.
+const MOST_OFFERED: usize = 50;
+
+/// Why there is no verdict.
+pub(super) enum NoVerdict {
+    /// The file names another camera.
+    OtherCamera { old: String, new: String },
+    /// The file has a focal length for every view and none for the camera.
+    FocalVaries,
+    /// The views do not allow one.
+    NoDrift(NoDrift),
+}
+
+/// What came of a comparison.
+pub(super) type Checked = Result<Drift, NoVerdict>;
+
+/// Reads a calibration of this or another program.
+pub(super) fn read(path: &Path) -> anyhow::Result<OldCalibration> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
+    import::read(&text).with_context(|| format!("could not use {path:?}"))
+}
+
+/// Holds the views of `session` against `old`.
+pub(super) fn compare(session: &Session, old: &OldCalibration) -> Checked {
+    if old.focal_varies {
+        return Err(NoVerdict::FocalVaries);
+    }
+    let views: Vec<Vec<Corner>> =
+        session.accepted().iter().map(|accepted| accepted.view.corners.clone()).collect();
+    let lens = OldLens {
+        camera: old.camera,
+        covariance: old.covariance,
+        outlines: &old.outlines,
+        image_size: old.image_size,
+    };
+    let setup = session.setup();
+    drift(&views, &setup.board, setup.image_size, &lens).map_err(NoVerdict::NoDrift)
+}
+
+/// What was found in words, and the next action.
+pub(super) fn words(found: &Checked) -> (String, &'static str) {
+    match found {
+        Ok(drift) => text::drift(drift),
+        Err(NoVerdict::NoDrift(reason)) => text::no_drift(reason),
+        Err(NoVerdict::FocalVaries) => text::focal_varied(),
+        Err(NoVerdict::OtherCamera { old, new }) => text::other_camera(old, new),
+    }
+}
+
+/// Says what was found.
+pub(super) fn tell(found: &Checked) {
+    let (what, action) = words(found);
+    say(&format!("{what}. {action}"));
+    let Ok(drift) = found else { return };
+    for line in text::drift_numbers(drift) {
+        say(&format!("  {line}"));
+    }
+    if drift.assumed {
+        say(&format!("  {}.", text::drift_is_weak()));
+    }
+}
+
+/// `boresight.check/1`.
+pub(super) fn check_json(
+    against: &Path,
+    source: &str,
+    old: &OldCalibration,
+    found: &Checked,
+) -> Value {
+    let (what, action) = words(found);
+    let mut report = json!({
+        "schema": "boresight.check/1",
+        "against": against.display().to_string(),
+        "source": source,
+        "image_size": [old.image_size.width_px, old.image_size.height_px],
+        "message": what, "action": action,
+    });
+    let more = match found {
+        Ok(drift) => numbers(drift),
+        Err(NoVerdict::FocalVaries) => json!({ "verdict": null, "reason": "FOCAL-VARIES" }),
+        Err(NoVerdict::OtherCamera { .. }) => json!({ "verdict": null, "reason": "OTHER-CAMERA" }),
+        Err(NoVerdict::NoDrift(reason)) => json!({ "verdict": null, "reason": reason.code() }),
+    };
+    if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
+        report.extend(more);
+    }
+    report
+}
+
+/// Writes `boresight.check/1` into the session's folder. It follows from the session and the older file, and
+/// may be replaced.
+pub(super) fn store(session: &Path, report: &Value) -> anyhow::Result<PathBuf> {
+    let file = session.join(CHECK_FILE);
+    save(&file, serde_json::to_string_pretty(report)?.as_bytes(), Overwrite::Allowed)?;
+    Ok(file)
+}
+
+/// Holds a session that has ended against the calibration in `against` and stores what comes of it, but for
+/// the report.
+pub(super) fn of_session(
+    path: &Path,
+    session: &Session,
+    source: &str,
+    against: &Path,
+) -> anyhow::Result<(Compared, Checked)> {
+    let old = read(against)?;
+    let found = compare(session, &old);
+    store(path, &check_json(against, source, &old, &found))?;
+    let mut doubts = text::doubts_of_old(&old);
+    let other = old.source.as_deref().filter(|named| *named != source);
+    doubts.extend(other.map(|named| text::maybe_other_camera(named, source)));
+    if found.as_ref().is_ok_and(|drift| drift.assumed) {
+        doubts.push(text::drift_is_weak().into());
+    }
+    let (what, action) = words(&found);
+    let drift = found.as_ref().ok().cloned().map(Box::new);
+    let against = against.to_path_buf();
+    Ok((Compared { against, what, action: action.into(), doubts, drift }, found))
+}
+
+/// The same for the folder of a session; its report is written anew.
+pub(super) fn of_folder(path: &Path, against: &Path) -> anyhow::Result<Compared> {
+    let header = SessionFolder::header(path)?;
+    let contents = SessionFolder::journal(path)?;
+    let mut session = Session::new(header.config.session(header.image_size())?);
+    replay(&mut session, contents.lines, |_, _| ());
+    let (compared, _) = of_session(path, &session, &header.source, against)?;
+    session_report::write_and_tell(path, &session);
+    Ok(compared)
+}
+
+/// Results of the sessions beside the one in `folder`, newest first: what it may be compared with.
+pub(super) fn older(folder: &Path) -> Vec<PathBuf> {
+    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let entries = std::fs::read_dir(parent.unwrap_or(Path::new("."))).into_iter().flatten();
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|beside| beside.file_name() != folder.file_name())
+        .map(|beside| beside.join(RESULT_FILE))
+        .filter(|file| file.is_file())
+        .collect();
+    // Folders are named by their time.
+    files.sort_unstable_by(|a, b| b.cmp(a));
+    files.truncate(MOST_OFFERED);
+    files
+}
+
+fn numbers(drift: &Drift) -> Value {
+    let [f, x, y]: [f64; 3] = drift.change_px.into();
+    let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
+    let camera = &drift.camera;
+    json!({
+        "verdict": drift.verdict.code(),
+        "change": {
+            "f_px": f, "pp_px": [x, y], "sigma": { "f_px": sd_f, "pp_px": [sd_x, sd_y] },
+        },
+        "statistic": drift.statistic, "limit": drift.limit,
+        "pp_changed": drift.pp_changed, "f_changed": drift.f_changed,
+        "lens_changed": drift.lens_changed, "residual_ratio": drift.residual_ratio,
+        "visible": { "pp_px": drift.visible_pp_px, "f_px": drift.visible_f_px },
+        "displacement_px": drift.displacement_px, "matters_px": drift.matters_px,
+        "uncertainty_of_old": if drift.assumed { "assumed" } else { "stated" },
+        "now": {
+            "f_px": [camera.f_px.x, camera.f_px.y], "pp_px": [camera.pp_px.x, camera.pp_px.y],
+        },
+        "views_used": drift.used.len(),
+    })
+}

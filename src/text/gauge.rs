@@ -1,0 +1,97 @@
+//! The words of the gauges beside the picture.
+
+use super::{deg, percent};
+
+/// A gauge's name and explanation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gauge {
+    /// Angle between board and picture.
+    Tilt,
+    /// Direction in which the board is tipped.
+    Direction,
+    /// Share of the picture that the board spans.
+    Size,
+    /// Offset across the principal line.
+    Across,
+    /// Motion.
+    Still,
+    /// Blur.
+    Sharp,
+}
+
+impl Gauge {
+    /// All, in the order in which they are shown.
+    pub const ALL: [Self; 6] =
+        [Self::Tilt, Self::Direction, Self::Size, Self::Across, Self::Still, Self::Sharp];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tilt => "Tilt",
+            Self::Direction => "Direction",
+            Self::Size => "Size",
+            Self::Across => "Off the line",
+            Self::Still => "Motion",
+            Self::Sharp => "Blur",
+        }
+    }
+
+    /// What it measures.
+    pub fn tip(self) -> &'static str {
+        match self {
+            Self::Tilt => "How far the board is tipped away from the camera.",
+            Self::Direction => "How far its direction is from the one that is asked for.",
+            Self::Size => "How much of the picture's width or height the corners span.",
+            Self::Across => {
+                "How far the board's middle is from where it should be, across its principal line: only this deflects the line."
+            }
+            Self::Still => "Speed of the fastest corner.",
+            Self::Sharp => "Width of the blur of the board's edges.",
+        }
+    }
+
+    /// Value and wish in words; `None` says that there is nothing to measure.
+    pub fn words(self, value: Option<f64>, wanted: (f64, f64)) -> String {
+        let (low, high) = wanted;
+        let measured = |unit: &dyn Fn(f64) -> String| value.map_or("–".into(), unit);
+        match self {
+            Self::Tilt => {
+                format!(
+                    "{}, want {}–{}°",
+                    measured(&|v| format!("{}°", deg(v))),
+                    deg(low),
+                    deg(high)
+                )
+            }
+            Self::Direction => format!(
+                "{}, want within {}°",
+                measured(&|v| format!("{}° off", deg(v.abs()))),
+                deg(high)
+            ),
+            Self::Size => {
+                format!("{}, want {} or more", measured(&|v| percent(v)), percent(low))
+            }
+            Self::Across => {
+                format!("{}, want within {high:.0} px", measured(&|v| format!("{:.0} px", v.abs())))
+            }
+            Self::Still => {
+                format!("{}, want at most {high:.0} px/s", measured(&|v| format!("{v:.0} px/s")))
+            }
+            Self::Sharp => {
+                format!("{}, want at most {high:.1} px", measured(&|v| format!("{v:.1} px")))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gauges_say_measured_and_wanted() {
+        let limits = (30_f64.to_radians(), 55_f64.to_radians());
+        assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22°, want 30–55°");
+        assert_eq!(Gauge::Still.words(None, (0.0, 26.0)), "–, want at most 26 px/s");
+    }
+}

@@ -1,0 +1,106 @@
+//! The words of the numbers beside the picture.
+
+use super::percent;
+use crate::{
+    guidance::Plan,
+    session::{PairSummary, Snapshot, ViewSummary},
+};
+
+/// "653.4 ± 0.2, 348.2 ± 0.2 px", or that it is not known yet.
+pub fn principal_point(snapshot: &Snapshot) -> String {
+    match &snapshot.calibration {
+        Some(calibration) => {
+            let [_, _, x, y, ..] = calibration.camera.lens_parameters();
+            let [_, _, sd_x, sd_y, ..] = calibration.sd();
+            format!("{x:.1} ± {}, {y:.1} ± {} px", small(sd_x), small(sd_y))
+        }
+        None => "not known yet".into(),
+    }
+}
+
+/// A standard deviation with as many digits as say something.
+fn small(sd: f64) -> String {
+    if sd < 0.095 { format!("{sd:.2}") } else { format!("{sd:.1}") }
+}
+
+/// "980.0 ± 0.2 px", or that it is not known yet.
+pub fn focal_length(snapshot: &Snapshot) -> String {
+    match &snapshot.calibration {
+        Some(calibration) => {
+            let (f_px, sd_px) = (calibration.camera.f_px.x, calibration.sd()[0]);
+            format!("{f_px:.1} ± {} px", small(sd_px))
+        }
+        None => "not known yet".into(),
+    }
+}
+
+/// Number of views and how many are to come.
+pub fn views(snapshot: &Snapshot) -> String {
+    let views = snapshot.views.len();
+    match snapshot.views_to_go {
+        Some(to_go) => format!("{views}, about {to_go} to go"),
+        None => format!("{views}"),
+    }
+}
+
+/// Wanted and reached precision of the principal point.
+pub fn precision(snapshot: &Snapshot) -> Option<String> {
+    let calibration = snapshot.calibration.as_ref()?;
+    let sd = calibration.sd();
+    let guidance = &snapshot.setup.guidance;
+    let reached = sd[2].max(sd[3]);
+    let (reached, over_all) = (small(reached), small(calibration.projection_sd.mean_px));
+    Some(match guidance.plan {
+        Plan::Adaptive => format!(
+            "{reached} of {:.1} px, all {over_all} of {:.1} px",
+            guidance.stop_pp_sigma_px, guidance.stop_projection_sigma_px
+        ),
+        Plan::Quick | Plan::Full => format!("{reached} px, all {over_all} px"),
+    })
+}
+
+/// What the newest pair leaves uncancelled.
+pub fn pair_balance(pairs: &[PairSummary]) -> String {
+    match pairs.last() {
+        Some(pair) => {
+            format!("{:+.1} px, views {} and {}", pair.balance_px, pair.first + 1, pair.second + 1)
+        }
+        None => "no pair yet".into(),
+    }
+}
+
+/// Share of the picture that boards have covered.
+pub fn coverage(snapshot: &Snapshot) -> String {
+    percent(snapshot.calibration.as_ref().map_or(0.0, |calibration| calibration.coverage))
+}
+
+/// Names of the numbers beside the picture, with their explanations.
+pub const NUMBERS: [(&str, &str); 7] = [
+    (
+        "PP",
+        "Principal point: where the optical axis meets the picture, with one standard deviation.",
+    ),
+    ("f", "Focal length with one standard deviation, from all views together."),
+    (
+        "sd",
+        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture; and what is wanted.",
+    ),
+    ("Views", "Taken so far, and the forecast of how many it will take."),
+    (
+        "Pair",
+        "How far the newest opposed pair's lines pass the principal point on average: 0 if what the lens does to them cancels.",
+    ),
+    ("Area", "Share of the picture in which a board has stood."),
+    (
+        "f here",
+        "Focal length from the newest accepted view alone: a jump says that focus or zoom moved.",
+    ),
+];
+
+/// Focal length of the newest view alone.
+pub fn newest_focal(views: &[ViewSummary]) -> String {
+    match views.iter().rev().find_map(|view| view.focal) {
+        Some(focal) => format!("{:.0} ± {:.0} px", focal.f_px, focal.sigma_px),
+        None => "not known yet".into(),
+    }
+}

@@ -1,0 +1,86 @@
+//! What stands above every page, and the list of keys.
+
+use egui::{Panel, RichText, Ui};
+
+use super::{
+    super::{
+        guide,
+        keys::{self, Ask, toggle},
+        stage::Stage,
+    },
+    App, Page,
+};
+use crate::text::{self, Act, window as words};
+
+impl App {
+    pub(super) fn bar(&self, ui: &mut Ui, asks: &mut Vec<Ask>) {
+        Panel::top("bar").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 4.0;
+                ui.spacing_mut().button_padding.x = 6.0;
+                for (page, act) in [
+                    (Page::Guide, Act::GuidePage),
+                    (Page::Result, Act::ResultPage),
+                    (Page::Explore, Act::ExplorePage),
+                    (Page::Settings, Act::SettingsPage),
+                    (Page::Replay, Act::ReplayPage),
+                ] {
+                    toggle(ui, act, self.page == page, asks);
+                }
+                match &self.stage {
+                    _ if self.page == Page::Replay => {
+                        if self.shelf.is_open() {
+                            ui.separator();
+                            let another = ui.button(text::replay::ANOTHER);
+                            if another.on_hover_text(text::replay::ANOTHER_TIP).clicked() {
+                                asks.push(Ask::CloseRecording);
+                            }
+                        }
+                    }
+                    Stage::Running(_) => {
+                        ui.separator();
+                        guide::buttons(ui, &self.screen, asks);
+                    }
+                    Stage::Ended(_) => {
+                        ui.separator();
+                        keys::button(ui, Act::GoOn, asks);
+                        keys::button(ui, Act::New, asks);
+                    }
+                    Stage::NotStarted(_) | Stage::Ending(_) => {}
+                }
+                ui.separator();
+                let preferences = &self.screen.preferences;
+                for (act, on) in [
+                    (Act::Mirror, preferences.mirrored),
+                    (Act::Tone, preferences.tone),
+                    (Act::Speech, preferences.speech),
+                    (Act::Panels, preferences.panels),
+                    (Act::Help, self.help),
+                ] {
+                    toggle(ui, act, on, asks);
+                }
+                if let Some(note) = &self.note {
+                    ui.add(egui::Label::new(RichText::new(note).small().weak()).truncate());
+                }
+            });
+        });
+    }
+
+    pub(super) fn help(&mut self, ui: &Ui) {
+        if !self.help {
+            return;
+        }
+        let mut open = true;
+        egui::Window::new(words::HELP).open(&mut open).collapsible(false).show(ui.ctx(), |ui| {
+            egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+                for act in Act::ALL {
+                    let control = act.words();
+                    ui.label(RichText::new(control.key).strong().monospace());
+                    ui.label(format!("{}: {}", control.label, control.tip));
+                    ui.end_row();
+                }
+            });
+        });
+        self.help = open;
+    }
+}

@@ -1,0 +1,154 @@
+//! What has changed since an older calibration.
+
+use std::path::{Path, PathBuf};
+
+use egui::{ComboBox, RichText, TextEdit, Ui};
+
+use super::super::{
+    desk::{Compared, Comparing, Desk, Trouble, Wake},
+    keys::Ask,
+    theme,
+};
+use crate::{
+    calibration::DriftVerdict,
+    text::{self, result as words},
+};
+
+/// A comparison with an older calibration.
+#[derive(Debug, Default)]
+pub struct Comparison {
+    /// The file, as it is typed.
+    pub path: String,
+    /// Files that may be meant.
+    pub older: Vec<PathBuf>,
+    /// What came of it.
+    pub outcome: Outcome,
+}
+
+/// What came of a comparison.
+#[derive(Debug, Default)]
+pub enum Outcome {
+    /// None was asked for.
+    #[default]
+    Nothing,
+    /// It is under way.
+    Working(Comparing),
+    /// It is there, or why it is not.
+    Done(Result<Compared, Trouble>),
+}
+
+impl Comparison {
+    /// Of a session that may be compared with one of `older`.
+    pub(in super::super) fn with(older: Vec<PathBuf>) -> Self {
+        Self { older, ..Self::default() }
+    }
+
+    /// Whether one is under way.
+    pub(in super::super) fn is_working(&self) -> bool {
+        matches!(self.outcome, Outcome::Working(_))
+    }
+
+    /// Begins to compare the session in `folder` with the calibration in `old`, unless one is under way.
+    pub(in super::super) fn begin(
+        &mut self,
+        desk: &mut dyn Desk,
+        (folder, old): (&Path, &Path),
+        wake: Wake,
+    ) {
+        if self.is_working() {
+            return;
+        }
+        self.path = old.display().to_string();
+        self.outcome = match desk.compare(folder, old, wake) {
+            Ok(comparing) => Outcome::Working(comparing),
+            Err(trouble) => Outcome::Done(Err(trouble)),
+        };
+    }
+
+    /// Takes what was found. Returns whether there is something new to see. Never waits.
+    pub(in super::super) fn look(&mut self) -> bool {
+        let Outcome::Working(comparing) = &self.outcome else { return false };
+        let found = match comparing.outcome() {
+            Some(found) => found,
+            None if comparing.is_over() => {
+                Err(Trouble { what: text::NOT_COMPARED.into(), action: None })
+            }
+            None => return false,
+        };
+        self.outcome = Outcome::Done(found);
+        true
+    }
+
+    /// What was found, if anything.
+    pub fn found(&self) -> Option<&Compared> {
+        match &self.outcome {
+            Outcome::Done(Ok(compared)) => Some(compared),
+            Outcome::Nothing | Outcome::Working(_) | Outcome::Done(Err(_)) => None,
+        }
+    }
+}
+
+/// Shows where to name the older calibration.
+pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<Ask>) {
+    ui.horizontal(|ui| {
+        let name = ui.label(words::COMPARE).on_hover_text(words::COMPARE_TIP);
+        if !comparison.older.is_empty() {
+            let list = ComboBox::from_id_salt("older").selected_text(text::settings::CHOOSE);
+            let list = list.show_ui(ui, |ui| {
+                for file in &comparison.older {
+                    let file = file.display().to_string();
+                    ui.selectable_value(&mut comparison.path, file.clone(), file);
+                }
+            });
+            list.response.labelled_by(name.id).on_hover_text(words::COMPARE_TIP);
+        }
+        let field = TextEdit::singleline(&mut comparison.path)
+            .hint_text(words::COMPARE_HINT)
+            .desired_width(300.0);
+        let field = ui.add(field).labelled_by(name.id).on_hover_text(words::COMPARE_TIP);
+        let enter = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let working = comparison.is_working();
+        let can = !working && !comparison.path.trim().is_empty();
+        let button = ui.add_enabled(can, egui::Button::new(words::COMPARE_BUTTON));
+        if button.on_hover_text(words::COMPARE_TIP).clicked() || (enter && can) {
+            asks.push(Ask::Compare(comparison.path.trim().into()));
+        }
+        if working {
+            ui.spinner();
+            ui.label(words::COMPARING);
+        }
+    });
+}
+
+/// Shows what was found.
+pub(super) fn show(ui: &mut Ui, comparison: &Comparison) {
+    let Outcome::Done(outcome) = &comparison.outcome else { return };
+    let compared = match outcome {
+        Ok(compared) => compared,
+        Err(trouble) => {
+            super::trouble_lines(ui, trouble);
+            return;
+        }
+    };
+    ui.separator();
+    ui.label(text::compared_with(&compared.against));
+    let color = match compared.drift.as_ref().map(|drift| drift.verdict) {
+        Some(DriftVerdict::Ok) => theme::GREEN,
+        Some(DriftVerdict::Watch) | None => theme::AMBER,
+        Some(DriftVerdict::Recalibrate) => theme::RED,
+    };
+    ui.label(RichText::new(format!("{}.", compared.what)).size(20.0).strong().color(color));
+    ui.label(RichText::new(&compared.action).size(16.0).strong());
+    for doubt in &compared.doubts {
+        ui.label(format!("{doubt}."));
+    }
+    if let Some(drift) = &compared.drift {
+        for (what, how_much) in text::drift_lines(drift) {
+            ui.horizontal_wrapped(|ui| {
+                ui.label(RichText::new(text::camera::capital(what)).weak());
+                ui.label(how_much);
+            });
+        }
+    }
+    ui.separator();
+}

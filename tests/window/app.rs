@@ -1,0 +1,173 @@
+//! The whole window with the program around it.
+
+use std::{fs, path::Path, time::Duration};
+
+use boresight::{
+    calibration::import,
+    cli::desk,
+    ui::{App, Page, SMALLEST},
+};
+use egui::accesskit::Role;
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
+
+use crate::paint::Painter;
+
+pub(crate) type Window = Harness<'static, Option<App>>;
+
+/// A window of the smallest size.
+pub(crate) fn window(app: impl FnOnce(&egui::Context) -> App) -> Window {
+    let mut window =
+        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
+            |ui, app: &mut Option<App>| {
+                let Some(app) = app else { return };
+                app.look(&ui.ctx().clone());
+                app.paint(ui);
+            },
+            None,
+        );
+    let app = app(&window.ctx);
+    *window.state_mut() = Some(app);
+    window.step();
+    window
+}
+
+/// Lets the window go on until it shows what is waited for.
+pub(crate) fn until(window: &mut Window, what: &str, mut seen: impl FnMut(&Window) -> bool) {
+    // Far more than any of it takes; a test that waits longer would wait for ever.
+    for _ in 0..40_000 {
+        if seen(window) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+        window.step();
+    }
+    unreachable!("never seen: {what}");
+}
+
+pub(crate) fn app(window: &Window) -> &App {
+    window.state().as_ref().expect("open")
+}
+
+fn click(window: &mut Window, role: Role, label: &str) {
+    window.get_by_role_and_label(role, label).click();
+    settle(window);
+}
+
+/// Paints until what was done by hand is seen.
+pub(crate) fn settle(window: &mut Window) {
+    for _ in 0..8 {
+        window.step();
+    }
+}
+
+/// A small camera, quick to render.
+const SCENE: &str = "name = \"small\"\nseed = 3\nimage_size_px = [640, 480]\nf_px = 520\npp_px = [322, 238]\ndistortion = [-0.1, 0.02, 0, 0, 0]\n";
+
+fn says(window: &Window, role: Role, start: &str) -> bool {
+    window.get_all_by_role(role).any(|node| {
+        let node = node.accesskit_node();
+        node.label().or(node.value()).is_some_and(|label| label.starts_with(start))
+    })
+}
+
+fn text(path: &Path) -> String {
+    fs::read_to_string(path).expect("readable")
+}
+
+#[test]
+fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, SCENE).expect("written");
+    let session = folder.path().join("one");
+    let name = session.display().to_string();
+    let source = format!("sim:{}", scene.display());
+    let desk = desk(&["--source", &source, "--out", &name], false).expect("arguments");
+    let mut window = window(|ctx| App::new(ctx, desk));
+    assert_eq!(app(&window).page(), Page::Guide);
+    let mut sentences = Vec::new();
+    let mut checked = 0;
+    until(&mut window, "the result", |window| {
+        if app(window).page() == Page::Guide {
+            let status = window.get_all_by_role(Role::Status).next().expect("the sentence");
+            let sentence = status.accesskit_node().label().unwrap_or_default();
+            // The row of views scrolls.
+            if sentences.len() == 3 && checked == 0 {
+                assert_eq!(crate::fits::outside(window, SMALLEST), Vec::<String>::new());
+                checked += 1;
+            }
+            if sentences.last() != Some(&sentence) {
+                sentences.push(sentence);
+            }
+        }
+        app(window).ended().is_some()
+    });
+    assert_eq!(checked, 1);
+    for start in ["Tip the", "Hold still", "Taken: "] {
+        assert!(sentences.iter().any(|words| words.starts_with(start)), "{start}: {sentences:?}");
+    }
+    window.step();
+    assert_eq!(app(&window).page(), Page::Result);
+    window.get_by_label("GOOD: nothing speaks against this calibration");
+    assert!(text(&session.join("report.html")).ends_with("</html>\n"));
+    let result = import::read(&text(&session.join("calibration.json"))).expect("a calibration");
+    let off_px = (result.camera.pp_px - nalgebra::Point2::new(322.0, 238.0)).norm();
+    assert!(off_px < 3.0, "{off_px}");
+    window.get_by_role_and_label(Role::Button, "report.html");
+
+    for (format, file) in [
+        ("OpenCV", "opencv.yaml"),
+        ("ROS", "ros.yaml"),
+        ("Kalibr", "kalibr.yaml"),
+        ("mrcal", "camera.cameramodel"),
+        ("JSON", "camera.json"),
+    ] {
+        click(&mut window, Role::Button, format);
+        let path = session.join(file);
+        window.get_by_label(&format!("Written: {}", path.display()));
+        let read = import::read(&text(&path)).expect("a calibration");
+        assert_eq!(read.camera, result.camera, "{format}");
+    }
+    for (format, file) in [
+        ("COLMAP", "cameras.txt"),
+        ("MATLAB", "camera.m"),
+        ("Views", "views.csv"),
+        ("Corners", "corners.vnl"),
+    ] {
+        click(&mut window, Role::Button, format);
+        assert!(text(&session.join(file)).lines().count() > 1, "{format}");
+    }
+
+    // Against itself nothing has changed.
+    let field = "Compare with an older calibration:";
+    window.get_by_role_and_label(Role::TextInput, field).focus();
+    window.step();
+    let older = session.join("opencv.yaml").display().to_string();
+    window.get_by_role_and_label(Role::TextInput, field).type_text(&older);
+    window.step();
+    click(&mut window, Role::Button, "Compare");
+    until(&mut window, "the comparison", |window| says(window, Role::Label, "OK: no change"));
+    assert!(says(&window, Role::Image, "Change: enlarged"));
+    assert!(text(&session.join("check.json")).contains("\"verdict\": \"ok\""));
+    assert!(text(&session.join("report.html")).contains("id=\"drift\""));
+
+    // What was recorded can be seen again.
+    click(&mut window, Role::Button, "Replay");
+    click(&mut window, Role::Button, &name);
+    until(&mut window, "the recording", |window| says(window, Role::Label, "Decision 1 of "));
+    // A panel is as large as what it holds from its second painting on.
+    settle(&mut window);
+    click(&mut window, Role::Button, "Next view");
+    assert!(says(&window, Role::Label, "Taken: view 1"));
+    // Its keys are not those of a session.
+    window.key_press(egui::Key::G);
+    window.step();
+    assert!(app(&window).ended().is_some());
+    click(&mut window, Role::Button, "Another recording");
+    window.get_by_label("Open a recording");
+    click(&mut window, Role::Button, "Result");
+    window.get_by_label("GOOD: nothing speaks against this calibration");
+}

@@ -1,0 +1,229 @@
+//! The camera's controls in the window.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex},
+};
+
+use boresight::{
+    capture::{
+        FrameSource,
+        v4l2::{LiveCamera, simulated::SimKernel},
+    },
+    config::Config,
+    device::{Adjustable, CameraEvent, Control},
+    frame::ImageSize,
+    guidance::Plan,
+    pipeline::{Pipeline, Setup},
+    recording::{Header, SessionFolder},
+    session::{Input, Session},
+    ui::{
+        App, Ask,
+        desk::{Comparing, Desk, Ended, Loading, Opened, Recording, Trouble, Wake, Wish},
+    },
+};
+use egui::{Theme, accesskit::Role};
+use egui_kittest::kittest::Queryable;
+
+use crate::{
+    Page, app,
+    cameras::{SIZE, grey, open},
+    fixtures::moments,
+    harness,
+};
+
+#[test]
+fn a_control_is_set_by_its_number_and_undone() {
+    let moments = moments();
+    let moment =
+        moments.iter().find(|moment| moment.name == "camera with controls").expect("there");
+    let mut page = harness(Page::Guide, moment, Theme::Dark, 1.0);
+    page.get_by_label("locked at 156");
+    let number = page.get_by_role_and_label(Role::SpinButton, "Exposure");
+    number.focus();
+    page.run();
+    page.get_by_role_and_label(Role::SpinButton, "Exposure").type_text("80");
+    page.run();
+    page.key_press(egui::Key::Enter);
+    page.run();
+    let asked = Ask::Adjust { control: Control::Exposure, value: 80 };
+    assert_eq!(page.state().asks, [asked]);
+    page.state_mut().screen.adjust(Control::Exposure, 80);
+    page.run();
+    page.get_by_label("setting to 80");
+    let mut after = moment.snapshot.clone();
+    after.camera.locks.exposure = boresight::device::Lock::Locked { value: 79 };
+    page.state_mut().screen.show(after);
+    page.run();
+    page.get_by_label("locked at 79");
+    page.get_by_role_and_label(Role::Button, "back to 156").scroll_to_me();
+    page.run();
+    page.get_by_role_and_label(Role::Button, "back to 156").click();
+    page.run();
+    let undone = Ask::Adjust { control: Control::Exposure, value: 156 };
+    assert_eq!(page.state().asks.last(), Some(&undone));
+}
+
+#[test]
+fn a_focus_set_between_views_is_set_back_where_it_is_told() {
+    let moments = moments();
+    let moment = moments.iter().find(|moment| moment.name == "focus set by hand").expect("there");
+    let mut page = harness(Page::Guide, moment, Theme::Dark, 1.0);
+    page.get_by_label_contains("The views were taken at 30. Set it back to 30");
+    page.get_by_role_and_label(Role::Button, "Set the focus back to 30").click();
+    page.run();
+    assert_eq!(page.state().asks, [Ask::Adjust { control: Control::Focus, value: 30 }]);
+}
+
+/// The program around a window, with one simulated camera.
+struct OneCamera {
+    kernel: SimKernel,
+    folder: PathBuf,
+    opened: Arc<Mutex<u32>>,
+}
+
+impl Desk for OneCamera {
+    fn first_wish(&self) -> Wish {
+        Wish {
+            source: "/dev/video0".into(),
+            mode: "auto".into(),
+            board: [9, 6],
+            square_m: 0.025,
+            plan: Plan::Quick,
+            go_on_with: None,
+            first: None,
+        }
+    }
+
+    fn open(&mut self, wish: &Wish, wake: Wake) -> Result<Opened, Trouble> {
+        let mut opened = self.opened.lock().expect("whole");
+        *opened += 1;
+        let folder = self.folder.join(opened.to_string());
+        let config = Config::load(None, &[]).expect("defaults");
+        let size = ImageSize { width_px: SIZE.0, height_px: SIZE.1 };
+        let header = Header::new(&wish.source, size, config.clone());
+        let mut source: LiveCamera<SimKernel> = open(&self.kernel, &wish.source).expect("opens");
+        let adjustables: Vec<Adjustable> = source.adjustables();
+        let setup = Setup {
+            source: Box::new(source),
+            session: Session::new(config.session(size).expect("valid")),
+            folder: Some(SessionFolder::create(&folder, &header).expect("created")),
+            lossless: false,
+            record_stream: false,
+            first_frame: 0,
+            judged: Box::new(|_| ()),
+        };
+        let (pipeline, showing) = Pipeline::start_shown(setup, move || wake()).expect("threads");
+        let at = folder.clone();
+        let conclude =
+            Box::new(|_| Ended { folder: at, files: Vec::new(), compared: None, trouble: None });
+        Ok(Opened {
+            pipeline,
+            showing,
+            source: wish.source.clone(),
+            folder,
+            pictures: Vec::new(),
+            adjustables,
+            note: None,
+            conclude,
+        })
+    }
+
+    fn sources(&mut self) -> Vec<(String, String)> {
+        vec![("/dev/video0".into(), "A camera".into())]
+    }
+
+    fn modes(&mut self, source: &str) -> Vec<String> {
+        let mode = "96x64@30:GREY".to_owned();
+        if source == "/dev/video0" { vec![mode] } else { Vec::new() }
+    }
+
+    fn formats(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    fn export(&mut self, _: &Path, _: usize) -> Result<PathBuf, Trouble> {
+        unreachable!("there is no format")
+    }
+
+    fn older(&self, _: &Path) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    fn compare(&mut self, _: &Path, _: &Path, _: Wake) -> Result<Comparing, Trouble> {
+        unreachable!("there is no result")
+    }
+
+    fn recordings(&self) -> Vec<Recording> {
+        Vec::new()
+    }
+
+    fn replay(&mut self, _: &Path, _: Wake) -> Result<Loading, Trouble> {
+        unreachable!("there is no recording")
+    }
+
+    fn show(&mut self, _: &Path) -> Result<(), Trouble> {
+        unreachable!("there is no file")
+    }
+
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let kernel = SimKernel::new(vec![grey(0)]);
+    let desk =
+        OneCamera { kernel: kernel.clone(), folder: folder.path().into(), opened: Arc::default() };
+    let mut window = app::window(|ctx| App::new(ctx, Box::new(desk)));
+    let reads = |window: &app::Window, words: &str| window.query_by_label(words).is_some();
+    app::until(&mut window, "the locked exposure", |window| reads(window, "locked at 156"));
+    window.get_by_role_and_label(Role::SpinButton, "Exposure").focus();
+    window.step();
+    window.get_by_role_and_label(Role::SpinButton, "Exposure").type_text("80");
+    window.step();
+    window.key_press(egui::Key::Enter);
+    window.step();
+    app::until(&mut window, "what the camera granted", |window| reads(window, "locked at 80"));
+    let exposure =
+        |kernel: &SimKernel| kernel.world().cameras[0].controls[&crate::cameras::EXPOSURE].value;
+    assert_eq!(exposure(&kernel), 80);
+    window.get_by_role_and_label(Role::Button, "back to 156").scroll_to_me();
+    app::settle(&mut window);
+    window.get_by_role_and_label(Role::Button, "back to 156").click();
+    app::until(&mut window, "the first value", |window| reads(window, "locked at 156"));
+    assert_eq!(exposure(&kernel), 156);
+    window.get_by_role_and_label(Role::SpinButton, "Exposure").focus();
+    window.step();
+    window.get_by_role_and_label(Role::SpinButton, "Exposure").type_text("90");
+    window.step();
+    window.key_press(egui::Key::Enter);
+    app::until(&mut window, "the third value", |window| reads(window, "locked at 90"));
+
+    // The next session with the same camera begins with it.
+    window.get_by_role_and_label(Role::Button, "End").click();
+    app::until(&mut window, "the end", |window| app::app(window).ended().is_some());
+    let before = [80, 156, 90].map(|value| boresight::device::Lock::Locked { value });
+    let lines = SessionFolder::journal(&folder.path().join("1")).expect("whole").lines;
+    let set: Vec<_> = lines
+        .into_iter()
+        .filter_map(|line| match Input::from(line.input) {
+            Input::Camera(CameraEvent::ControlSet { control: Control::Exposure, lock, .. }) => {
+                Some(lock)
+            }
+            _ => None,
+        })
+        .collect();
+    assert_eq!(set, before, "recorded");
+    assert_eq!(exposure(&kernel), 156, "put back as it was before the session");
+    window.get_by_role_and_label(Role::Button, "New session").click();
+    app::until(&mut window, "the second session", |window| reads(window, "locked at 90"));
+    window.get_by_role_and_label(Role::Button, "Settings").click();
+    window.step();
+    window.step();
+    let modes = window.get_all_by_role(Role::ComboBox).count();
+    assert_eq!(modes, 2, "sources and modes can be chosen");
+    window.get_by_label("from the next session on");
+}

@@ -1,0 +1,60 @@
+//! Choosing a recording.
+
+use boresight::ui::{
+    Ask, SMALLEST,
+    desk::{Recording, Trouble},
+    replay::{Picker, pick},
+};
+use egui::accesskit::Role;
+use egui_kittest::{Harness, kittest::Queryable};
+
+use crate::paint::Painter;
+
+type Table = (Picker, Vec<Ask>);
+
+fn page(picker: Picker) -> Harness<'static, Table> {
+    Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
+        |ui, (picker, asks): &mut Table| pick(ui, picker, asks),
+        (picker, Vec::new()),
+    )
+}
+
+#[test]
+fn a_recording_is_opened_by_its_path_or_from_the_list() {
+    let recordings = vec![Recording {
+        folder: "sessions/one".into(),
+        what: "2026-11-21T08:00:00Z, sim, 1280x720".into(),
+    }];
+    let mut page = page(Picker { recordings, ..Picker::default() });
+    page.run();
+    page.snapshot("replay_pick");
+    page.get_by_label("2026-11-21T08:00:00Z, sim, 1280x720");
+    page.get_by_role_and_label(Role::Button, "sessions/one").click();
+    page.run();
+    assert_eq!(page.state().1, [Ask::Replay("sessions/one".into())]);
+    page.get_by_role_and_label(Role::TextInput, "Folder:").focus();
+    page.run();
+    page.get_by_role_and_label(Role::TextInput, "Folder:").type_text("elsewhere/two");
+    page.run();
+    page.get_by_role_and_label(Role::Button, "Open").click();
+    page.run();
+    assert_eq!(page.state().1.last(), Some(&Ask::Replay("elsewhere/two".into())));
+}
+
+#[test]
+fn an_empty_list_and_a_folder_that_is_none_say_so() {
+    let trouble = Trouble {
+        what: "could not read session.toml".into(),
+        action: Some("Name a session's folder.".into()),
+    };
+    let mut page = page(Picker { trouble: Some(trouble), ..Picker::default() });
+    page.get_by_label("There are no recorded sessions yet.");
+    page.get_by_label("could not read session.toml");
+    page.get_by_label("Name a session's folder.");
+    page.get_by_role_and_label(Role::Button, "Open").click();
+    page.run();
+    assert_eq!(page.state().1, [], "without a path there is nothing to open");
+    page.state_mut().0.opening = Some("sessions/one".into());
+    page.step();
+    page.get_by_label("Opening sessions/one");
+}
