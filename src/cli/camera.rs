@@ -26,8 +26,8 @@ use crate::{
 pub(super) enum BackendName {
     /// The kernel's own interface, on Linux only: controls are locked and watched, every frame is checked and timed
     V4l,
-    /// The library nokhwa, on every system: controls are neither locked nor watched, frames come without time and
-    /// number; `boresight devices` says what else it cannot promise
+    /// The library nokhwa, on every system: controls are neither locked nor watched, frames carry no number and are
+    /// timed as they arrive; `boresight devices` says what else it cannot promise
     Nokhwa,
 }
 
