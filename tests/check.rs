@@ -86,6 +86,20 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
         ],
     );
 
+    // A full session says it, too; its own verdict decides the exit code.
+    let full = ["guide", "--headless", "--json", "--against", old, "--source", &moved];
+    let ended = boresight(folder, &[&full[..], &["--out", "fourth"]].concat());
+    says(&ended, 0, &["GOOD", "Compared with old/calibration.json:", "RECALIBRATE"]);
+    assert_eq!(verdict(&ended.stdout)["replaces"], old);
+    let checked = fs::read_to_string(folder.join("fourth/check.json")).expect("readable");
+    let found: Value = serde_json::from_str(&checked).expect("JSON");
+    assert_eq!(found["verdict"], "recalibrate");
+    let page = fs::read_to_string(folder.join("fourth/report.html")).expect("readable");
+    assert!(page.contains("id=\"drift\"") && page.contains("boresight guide --against"));
+    let nowhere = ["guide", "--headless", "--against", "nowhere.json", "--out", "fifth"];
+    says(&boresight(folder, &nowhere), 1, &["nowhere.json"]);
+    assert!(!folder.join("fifth").exists(), "nothing was recorded");
+
     // Another camera, another mode, no file, no calibration: no verdict, and nothing is recorded.
     let before = contents(folder);
     let other = ["check", "--against", old, "--json", "--source", &same];

@@ -90,8 +90,12 @@ pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
 
 fn status(ui: &mut Ui, screen: &Screen) {
     ui.horizontal(|ui| {
-        let frames = words::frames(screen.picture.per_sec(), screen.frames_replaced);
-        ui.label(RichText::new(frames).small()).on_hover_text(words::FRAMES_TIP);
+        // A picture that did not come from a running source is one of a recording.
+        let is_recording = screen.picture.texture().is_some() && screen.picture.came_secs.is_none();
+        if !is_recording {
+            let frames = words::frames(screen.picture.per_sec(), screen.frames_replaced);
+            ui.label(RichText::new(frames).small()).on_hover_text(words::FRAMES_TIP);
+        }
         ui.label(RichText::new(&screen.source).small().weak());
         if let Some(folder) = &screen.folder {
             let folder = RichText::new(words::stored_in(folder)).small().weak();
