@@ -156,8 +156,9 @@ impl Arguments {
         session: Option<&Path>,
         found: &Checked,
     ) -> anyhow::Result<Exit> {
-        compare::tell(found);
-        let report = compare::check_json(&self.against, source, old, found);
+        let (_, action) = compare::words(found);
+        compare::tell(found, action);
+        let report = compare::check_json(&self.against, source, old, found, action);
         let exit = match found.as_ref().map(|drift| drift.verdict) {
             Ok(DriftVerdict::Ok | DriftVerdict::Watch) => Exit::Good,
             Ok(DriftVerdict::Recalibrate) => Exit::Recalibrate,

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::{guide::RESULT_FILE, say, session_report};
 use crate::{
     calibration::{
-        Drift, NoDrift, OldLens, drift,
+        Drift, DriftVerdict, NoDrift, OldLens, Verdict, drift,
         import::{self, OldCalibration},
     },
     geometry::Corner,
@@ -72,9 +72,9 @@ pub(super) fn words(found: &Checked) -> (String, &'static str) {
     }
 }
 
-/// Says what was found.
-pub(super) fn tell(found: &Checked) {
-    let (what, action) = words(found);
+/// Says what was found, and `action`.
+pub(super) fn tell(found: &Checked, action: &str) {
+    let (what, _) = words(found);
     say(&format!("{what}. {action}"));
     let Ok(drift) = found else { return };
     for line in text::drift_numbers(drift) {
@@ -91,8 +91,9 @@ pub(super) fn check_json(
     source: &str,
     old: &OldCalibration,
     found: &Checked,
+    action: &str,
 ) -> Value {
-    let (what, action) = words(found);
+    let (what, _) = words(found);
     let mut report = json!({
         "schema": "boresight.check/1",
         "against": against.display().to_string(),
@@ -130,7 +131,6 @@ pub(super) fn of_session(
 ) -> anyhow::Result<(Compared, Checked)> {
     let old = read(against)?;
     let found = compare(session, &old);
-    store(path, &check_json(against, source, &old, &found))?;
     let mut doubts = text::doubts_of_old(&old);
     let other = old.source.as_deref().filter(|named| *named != source);
     doubts.extend(other.map(|named| text::maybe_other_camera(named, source)));
@@ -138,6 +138,10 @@ pub(super) fn of_session(
         doubts.push(text::drift_is_weak().into());
     }
     let (what, action) = words(&found);
+    let has_moved = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
+    let is_good = session.calibration().is_some_and(|new| new.verdict == Verdict::Good);
+    let action = if has_moved && is_good { text::USE_THE_NEW_ONE } else { action };
+    store(path, &check_json(against, source, &old, &found, action))?;
     let drift = found.as_ref().ok().cloned().map(Box::new);
     let against = against.to_path_buf();
     Ok((Compared { against, what, action: action.into(), doubts, drift }, found))

@@ -412,7 +412,7 @@ impl Ran {
             let against = Path::new(against);
             let (compared, found) = compare::of_session(&path, &session, &header.source, against)?;
             say(&text::compared_with(against));
-            compare::tell(&found);
+            compare::tell(&found, &compared.action);
             Ok(compared)
         });
         if let Some(Err(err)) = &compared {

@@ -65,6 +65,10 @@ pub fn drift_numbers(drift: &Drift) -> [String; 4] {
     drift_lines(drift).map(|(what, how_much)| format!("{what:15}  {how_much}"))
 }
 
+/// What to do about a change that a session has found whose own result is good.
+pub const USE_THE_NEW_ONE: &str =
+    "Use the new calibration; look for a loose lens, mount, or a changed focus or zoom.";
+
 /// Before what a comparison found.
 pub fn compared_with(old: &Path) -> String {
     format!("Compared with {}:", old.display())

@@ -22,8 +22,9 @@ pub mod window;
 
 pub use controls::{Act, Control};
 pub use drift::{
-    NOT_COMPARED, compared_with, doubts_of_old, drift, drift_is_weak, drift_lines, drift_numbers,
-    focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift, other_camera,
+    NOT_COMPARED, USE_THE_NEW_ONE, compared_with, doubts_of_old, drift, drift_is_weak, drift_lines,
+    drift_numbers, focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift,
+    other_camera,
 };
 pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};

@@ -58,6 +58,8 @@ pub struct Screen {
     pub first_locks: Locks,
     /// What was asked of a control and is not read back yet.
     pub adjusting: BTreeMap<Control, Adjusting>,
+    /// A moment of a recording, in which nothing can be changed.
+    pub is_recorded: bool,
     /// See [`Preferences`].
     pub preferences: Preferences,
 }

@@ -386,6 +386,8 @@ fn a_replay_steps_through_decisions_and_says_why() {
     page.run();
     assert_eq!(page.state().at(), taken);
     says(&page, "Taken: view 1, a new direction");
+    // What has been cannot be changed.
+    assert!(page.query_by_role_and_label(Role::Button, "Remove view 1").is_none());
     page.get_by_role_and_label(Role::Button, "Back").click();
     page.run();
     says(&page, "Not taken: Hold still");

@@ -22,7 +22,9 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
             }
         });
     }
-    undo(ui, screen, asks);
+    if !screen.is_recorded {
+        undo(ui, screen, asks);
+    }
 }
 
 /// Where a control that the person set keeps views from being taken, the way back is in sight.

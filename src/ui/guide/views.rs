@@ -39,6 +39,9 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
                         ui.horizontal(|ui| {
                             let caption = words::thumbnail(number, view, mirrored);
                             ui.label(RichText::new(caption).small());
+                            if screen.is_recorded {
+                                return;
+                            }
                             let remove = words::remove_view(number);
                             let cross = Button::new(RichText::new("×").color(Color32::WHITE))
                                 .fill(theme::RED.gamma_multiply(0.7))

@@ -62,7 +62,7 @@ impl Replayed {
             })
             .collect();
         let differs = (0..steps.len()).map(|index| different.contains(&index)).collect();
-        let screen = Screen { source, ..Screen::default() };
+        let screen = Screen { source, is_recorded: true, ..Screen::default() };
         (!steps.is_empty()).then_some(Self {
             steps,
             secs,
