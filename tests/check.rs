@@ -89,7 +89,11 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     // A full session says it, too; its own verdict decides the exit code.
     let full = ["guide", "--headless", "--json", "--against", old, "--source", &moved];
     let ended = boresight(folder, &[&full[..], &["--out", "fourth"]].concat());
-    says(&ended, 0, &["GOOD", "Compared with old/calibration.json:", "RECALIBRATE", "Use the new calibration"]);
+    says(
+        &ended,
+        0,
+        &["GOOD", "Compared with old/calibration.json:", "RECALIBRATE", "Use the new calibration"],
+    );
     assert_eq!(verdict(&ended.stdout)["replaces"], old);
     let checked = fs::read_to_string(folder.join("fourth/check.json")).expect("readable");
     let found: Value = serde_json::from_str(&checked).expect("JSON");

@@ -59,11 +59,18 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
+/// To a tenth, with its sign; what rounds to nothing has none.
+pub(super) fn signed(px: f64) -> String {
+    let tenths = (10.0 * px).round();
+    if tenths == 0.0 { "0.0".into() } else { format!("{:+.1}", tenths / 10.0) }
+}
+
 /// What the newest pair leaves uncancelled.
 pub fn pair_balance(pairs: &[PairSummary]) -> String {
     match pairs.last() {
         Some(pair) => {
-            format!("{:+.1} px, views {} and {}", pair.balance_px, pair.first + 1, pair.second + 1)
+            let balance = signed(pair.balance_px);
+            format!("{balance} px, views {} and {}", pair.first + 1, pair.second + 1)
         }
         None => "no pair yet".into(),
     }
@@ -102,5 +109,15 @@ pub fn newest_focal(views: &[ViewSummary]) -> String {
     match views.iter().rev().find_map(|view| view.focal) {
         Some(focal) => format!("{:.0} ± {:.0} px", focal.f_px, focal.sigma_px),
         None => "not known yet".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_has_no_sign() {
+        assert_eq!([-0.04, 0.04, -0.06, 1.26].map(signed), ["0.0", "0.0", "-0.1", "+1.3"]);
     }
 }

@@ -7,7 +7,7 @@ use crate::{
     session::{CameraState, LiveView, Snapshot, Stream, ViewSummary},
 };
 
-use super::{deg, edge};
+use super::{deg, edge, numbers::signed};
 pub use super::{gauge::*, numbers::*, result::*};
 
 /// The window's title.
@@ -107,7 +107,8 @@ pub const WHEEL_TIP: &str = "Each dot is a direction in which the board is tippe
 
 /// Below a thumbnail.
 pub fn thumbnail(number: usize, view: &ViewSummary, mirrored: bool) -> String {
-    format!("{number} {} {:+.1} px", slot_name(view.slot_rad, mirrored), view.pl_residual_px)
+    let off = signed(view.pl_residual_px);
+    format!("{number} {} {off} px", slot_name(view.slot_rad, mirrored))
 }
 
 /// All that is known of an accepted view.
@@ -119,9 +120,9 @@ pub fn thumbnail_tip(number: usize, view: &ViewSummary, mirrored: bool) -> Strin
     };
     let rms = view.rms_px.map_or(String::new(), |rms| format!(" Corners fit to {rms:.2} px."));
     format!(
-        "View {number}: {} edge away, tilt {tilt}°. Its principal line passes the principal point at {:+.1} px. {partner}{rms}",
+        "View {number}: {} edge away, tilt {tilt}°. Its principal line passes the principal point at {} px. {partner}{rms}",
         slot_name(view.slot_rad, mirrored),
-        view.pl_residual_px
+        signed(view.pl_residual_px)
     )
 }
 
