@@ -13,7 +13,9 @@
 
 mod detect_many;
 mod ending;
+mod fold;
 mod latest;
+mod looks;
 mod paced;
 mod run;
 mod showing;
@@ -22,6 +24,7 @@ mod worker;
 pub use detect_many::{Seen, detect_many};
 pub use ending::Ending;
 pub use latest::{Closed, LatestReceiver, LatestSender, latest};
+pub use looks::Looks;
 pub use paced::Paced;
-pub use run::{Finished, Judged, Looks, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};
+pub use run::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};
 pub use showing::{Showing, Taken};

@@ -1,29 +1,28 @@
 use std::{
-    collections::VecDeque,
     sync::{
         Arc, Condvar, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
-use image::GrayImage;
 
 use super::{
     ending::Ending,
+    fold::{Recorder, fold},
     latest::{LatestReceiver, latest},
+    looks::{Looks, detector, observe},
     showing::{Showing, Taken, showing},
     worker::Worker,
 };
 use crate::{
-    board::Checkerboard,
     capture::{Arrival, FrameSource},
-    detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
+    detection::Track,
     device::Control,
-    frame::{CaptureTime, Frame, FrameId, ImageSize},
+    frame::{CaptureTime, Frame, FrameId},
     recording::{RecordingError, SessionFolder},
-    session::{Command, Decision, Input, Observation, Outcome, Session, Snapshot},
+    session::{Command, Input, Observation, Session, Snapshot},
 };
 
 /// Longest a source may wait before it looks at the stop flag again.
@@ -56,32 +55,6 @@ pub struct Setup {
     pub first_frame: u64,
     /// Told of every judged frame: the source's own number and what is shown after it.
     pub judged: Box<dyn FnMut(Judged<'_>) + Send>,
-}
-
-/// What looks for the board in each frame, on the detector's thread.
-pub trait Looks: Send {
-    /// The board in `image`, as [`Detector::search`] finds it.
-    ///
-    /// # Errors
-    ///
-    /// [`Miss`]: the reason why it is not found.
-    fn look(
-        &mut self,
-        image: &GrayImage,
-        board: &Checkerboard,
-        search: Search<'_>,
-    ) -> Result<Detection, Miss>;
-}
-
-impl Looks for Detector {
-    fn look(
-        &mut self,
-        image: &GrayImage,
-        board: &Checkerboard,
-        search: Search<'_>,
-    ) -> Result<Detection, Miss> {
-        self.search(image, board, search)
-    }
 }
 
 /// A frame that the session has judged.
@@ -258,8 +231,7 @@ impl Pipeline {
             }
         })?;
         let session = Worker::spawn("session", inbox.clone(), move || {
-            let recorder =
-                Recorder { folder, record_stream, pictures: pictures_out, kept: VecDeque::new() };
+            let recorder = Recorder::new(folder, record_stream, pictures_out);
             fold(session, recorder, &inbox_out, first_frame, judged, |snapshot, new_view| {
                 if let Some(view) = new_view {
                     taken(view);
@@ -400,62 +372,6 @@ fn with_causes(err: &dyn std::error::Error) -> String {
     text
 }
 
-fn detector() -> Box<dyn Looks> {
-    Box::new(Detector::new(DetectorParams::default()))
-}
-
-fn observe(
-    looks: &mut dyn Looks,
-    track: &mut Track,
-    board: &Checkerboard,
-    frame: &Frame,
-    (first_frame, longest_look): (u64, Option<Duration>),
-) -> Observation {
-    let started = Instant::now();
-    let near = track.predict(frame.kind, frame.captured_at);
-    let keep_on = || longest_look.is_none_or(|limit| started.elapsed() < limit);
-    let search = Search { near: near.as_ref(), keep_on: &keep_on };
-    let observation = Observation {
-        frame_id: FrameId(frame.id.0 + first_frame),
-        captured_at: frame.captured_at,
-        kind: frame.kind,
-        name: frame.name.clone(),
-        image_size: ImageSize::of(&frame.image),
-        seen: looks.look(&frame.image, board, search),
-    };
-    track.add(frame.kind, frame.captured_at, &observation.seen);
-    observation
-}
-
-/// The session thread: handle, record, and only then show.
-fn fold(
-    mut session: Session,
-    mut recorder: Recorder,
-    inbox: &Receiver<Input>,
-    first_frame: u64,
-    mut judged: Box<dyn FnMut(Judged<'_>) + Send>,
-    show: impl Fn(Snapshot, Option<Taken>),
-) -> Result<Session, RecordingError> {
-    while let Ok(input) = inbox.recv() {
-        let decision = session.handle(&input);
-        let picture = recorder.record(&session, &input, &decision, first_frame)?;
-        let taken = match decision.outcome {
-            Outcome::Accepted { view, .. } => picture.map(|frame| Taken { view, frame }),
-            _ => None,
-        };
-        let snapshot = session.snapshot(decision);
-        if let Input::Observed(observation) = &input {
-            let source_frame = FrameId(observation.frame_id.0 - first_frame);
-            judged(Judged { source_frame, observation, snapshot: &snapshot });
-        }
-        show(snapshot, taken);
-        if input == Input::Stop {
-            break;
-        }
-    }
-    Ok(session)
-}
-
 /// Counts judged frames, for sources that wait for them.
 #[derive(Debug, Default)]
 struct Turnstile {
@@ -479,58 +395,5 @@ impl Turnstile {
                 .unwrap_or_else(PoisonError::into_inner)
                 .0;
         }
-    }
-}
-
-/// Keeps the pictures that may still be accepted, and writes what must outlast a crash.
-struct Recorder {
-    folder: Option<SessionFolder>,
-    record_stream: bool,
-    pictures: Receiver<Arc<Frame>>,
-    kept: VecDeque<Arc<Frame>>,
-}
-
-impl Recorder {
-    /// Writes the input down. Returns the picture of a view that was taken.
-    fn record(
-        &mut self,
-        session: &Session,
-        input: &Input,
-        decision: &Decision,
-        first_frame: u64,
-    ) -> Result<Option<Arc<Frame>>, RecordingError> {
-        let mut current = None;
-        if let Input::Observed(observation) = input {
-            let id = observation.frame_id.0 - first_frame;
-            // The detector sends a picture before its observation, so it is there.
-            while let Ok(picture) = self.pictures.try_recv() {
-                self.kept.push_back(picture);
-            }
-            current = self.kept.iter().find(|picture| picture.id.0 == id).cloned();
-        }
-        let accepted = match decision.outcome {
-            Outcome::Accepted { frame, .. } => Some(frame - first_frame),
-            _ => None,
-        };
-        let picture =
-            accepted.and_then(|id| self.kept.iter().find(|picture| picture.id.0 == id).cloned());
-        if let Some(folder) = &mut self.folder {
-            // With the whole stream recorded, the accepted frame was stored when it was seen.
-            let to_store = if self.record_stream { current.clone() } else { picture.clone() };
-            let stored = to_store
-                .map(|frame| folder.store_frame(FrameId(frame.id.0 + first_frame), &frame))
-                .transpose()?;
-            let sync = accepted.is_some()
-                || matches!(decision.outcome, Outcome::Removed { .. })
-                || matches!(input, Input::Command(_) | Input::Stop);
-            folder.journal_mut().append(input, decision, stored, sync)?;
-        }
-        let in_hand = session.frame_in_hand().map(|id| id.0 - first_frame);
-        let newest = current.map(|frame| frame.id.0);
-        if let Some(newest) = newest {
-            // Pictures of observations still in the inbox are newer than this one.
-            self.kept.retain(|picture| picture.id.0 > newest || Some(picture.id.0) == in_hand);
-        }
-        Ok(picture)
     }
 }

@@ -11,13 +11,18 @@
 //!
 //! Frames are delivered only when steady: before, exposure and focus may still move.
 
+mod locking;
+mod loss;
 mod setting;
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
+pub(in crate::capture) use loss::found_again;
+use loss::other_than_asked;
+
 use super::{
     controls::{Keeper, Standing, standings},
-    discovery::{Camera, Found, Identity, discover_those},
+    discovery::{Camera, Identity},
     kernel::{Errno, Kernel},
     stream::{Loss, Picture, Stream},
 };
@@ -25,11 +30,9 @@ use crate::{
     capture::{
         Arrival, CaptureError, FrameSource, Offer, SourceIdentity, choose,
         health::{light, sharpness},
-        layout,
     },
     device::{
-        Adjustable, CameraEvent, CameraFacts, Control, ControlBefore, ControlChange, Fault, Lock,
-        Locks, Mode, Wanted,
+        Adjustable, CameraEvent, CameraFacts, Control, ControlBefore, Fault, Locks, Mode, Wanted,
     },
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
@@ -241,99 +244,6 @@ impl<K: Kernel> LiveCamera<K> {
         Ok(())
     }
 
-    /// The controls were set twice: reads how they stand and begins to deliver.
-    fn locked(&mut self, returning: bool, blurred: bool, now: u64) -> Result<(), Errno> {
-        let State::Running(running) = &mut self.state else { return Ok(()) };
-        let device = running.stream.device;
-        let read = self.keeper.locks(&mut self.kernel, device)?;
-        let good_from = CaptureTime { nanos: now };
-        let mut changed = Vec::new();
-        if returning {
-            self.events.push_back(CameraEvent::Returned { mode: self.mode, good_from });
-        }
-        match self.locks {
-            // A camera that returns must stand as it stood.
-            Some(locks) if returning => {
-                for deviation in self.keeper.deviations(&mut self.kernel, device, &locks)? {
-                    changed.push((deviation.control, deviation.to));
-                    self.events.push_back(CameraEvent::ControlChanged(ControlChange {
-                        control: deviation.control,
-                        from: deviation.from,
-                        to: deviation.to,
-                        good_until: good_from,
-                    }));
-                }
-            }
-            _ => {
-                self.locks = Some(read);
-                self.events.push_back(CameraEvent::Locked { locks: read });
-                let ignored =
-                    Control::ALL.iter().any(|c| matches!(read.of(*c), Lock::Ignored { .. }));
-                if ignored || blurred {
-                    let detail = if blurred { "the picture lost its sharpness" } else { "" };
-                    self.events.push_back(CameraEvent::Doubtful {
-                        fault: Fault::ControlIgnored,
-                        detail: detail.into(),
-                    });
-                }
-            }
-        }
-        if let State::Running(running) = &mut self.state {
-            running.returning = false;
-            running.phase = Phase::Steady {
-                next_read_nanos: now + READ_BACK_NANOS,
-                good_until: good_from,
-                changed,
-            };
-        }
-        Ok(())
-    }
-
-    /// Reads the controls back, says what changed, and puts it right.
-    fn read_back(&mut self, now: u64) -> Result<(), Errno> {
-        let State::Running(running) = &mut self.state else { return Ok(()) };
-        let (Phase::Steady { next_read_nanos, good_until, changed }, Some(locks)) =
-            (&mut running.phase, self.locks)
-        else {
-            return Ok(());
-        };
-        let device = running.stream.device;
-        *next_read_nanos = now + READ_BACK_NANOS;
-        let kernel: &mut dyn Kernel = &mut self.kernel;
-        let deviations = self.keeper.deviations(kernel, device, &locks)?;
-        let time = CaptureTime { nanos: now };
-        changed.retain(|(control, _)| {
-            let still = deviations.iter().any(|deviation| deviation.control == *control);
-            if !still {
-                let control = *control;
-                self.events.push_back(CameraEvent::ControlRestored { control, good_from: time });
-            }
-            still
-        });
-        if deviations.is_empty() {
-            *good_until = time;
-            return Ok(());
-        }
-        for deviation in &deviations {
-            let (control, from, to) = (deviation.control, deviation.from, deviation.to);
-            let known = changed.iter_mut().find(|(known, _)| *known == control);
-            if known.as_ref().is_some_and(|(_, value)| *value == to) {
-                continue;
-            }
-            match known {
-                Some((_, value)) => *value = to,
-                None => changed.push((control, to)),
-            }
-            let good_until = *good_until;
-            let change = ControlChange { control, from, to, good_until };
-            self.events.push_back(CameraEvent::ControlChanged(change));
-        }
-        self.keeper.lock(kernel, device)?;
-        // A lens takes its time; then it is read again.
-        *next_read_nanos = now + LOCKING_NANOS;
-        Ok(())
-    }
-
     fn counts(&self) -> (u64, u64) {
         let (dropped, rejected) = match &self.state {
             State::Running(running) => (running.stream.dropped, running.stream.rejected),
@@ -350,122 +260,6 @@ impl<K: Kernel> LiveCamera<K> {
             self.events.push_back(CameraEvent::Counted { dropped, rejected });
         }
     }
-
-    fn lose(&mut self, loss: Loss) {
-        let now = self.now_nanos();
-        (self.dropped_before, self.rejected_before) = self.counts();
-        if let State::Running(running) = &mut self.state {
-            // What was asked for and not granted is not held on to: it returns as it was known.
-            if let Phase::Setting { controls, .. } = &running.phase {
-                for control in controls {
-                    let known = self.locks.and_then(|locks| locks.of(*control).value());
-                    known.into_iter().for_each(|value| self.keeper.want(*control, value));
-                }
-            }
-            running.stream.end(&mut self.kernel);
-        }
-        let (fault, detail) = loss.clone();
-        self.events.push_back(CameraEvent::Lost { fault, detail });
-        self.state = State::Lost { loss, next_look_nanos: now, pause_nanos: SHORTEST_PAUSE_NANOS };
-        self.tell_counts();
-    }
-
-    /// Looks for the lost camera and starts it.
-    fn look_for_it(&mut self) {
-        match self.come_back() {
-            Ok(stream) => {
-                self.keeper = self.keeper.again_for(&mut self.kernel, stream.device);
-                let now = self.now_nanos();
-                let phase = if self.locks.is_some() {
-                    // What it forgot is set at once.
-                    self.keeper.lock(&mut self.kernel, stream.device).ok();
-                    let done_nanos = now + LOCKING_NANOS;
-                    Phase::Locking { done_nanos, sharp_before: 0.0, sharp_now: 0.0 }
-                } else {
-                    settling(&mut self.kernel)
-                };
-                self.state = State::Running(Box::new(Running { stream, phase, returning: true }));
-            }
-            Err(now_lost) => {
-                let now = self.now_nanos();
-                let State::Lost { loss, next_look_nanos, pause_nanos } = &mut self.state else {
-                    return;
-                };
-                *next_look_nanos = now + *pause_nanos;
-                // Starting a camera again and again wears out weak ones; looking for it costs nothing.
-                if now_lost.0 != Fault::NotFound {
-                    *pause_nanos = (2 * *pause_nanos).min(LONGEST_PAUSE_NANOS);
-                }
-                let still_away = now_lost.0 == Fault::NotFound;
-                if !still_away && now_lost != *loss {
-                    loss.clone_from(&now_lost);
-                    let (fault, detail) = now_lost;
-                    self.events.push_back(CameraEvent::Lost { fault, detail });
-                }
-            }
-        }
-    }
-
-    fn come_back(&mut self) -> Result<Stream, Loss> {
-        let camera = found_again(&mut self.kernel, &self.identity)?;
-        let mut stream = Stream::start(&mut self.kernel, &camera, &self.offer)?;
-        let mode = stream.granted.mode;
-        if (mode.size, mode.layout) != (self.mode.size, self.mode.layout) {
-            stream.end(&mut self.kernel);
-            let detail = other_than_asked(&self.offer, &mode).unwrap_or_default();
-            return Err((Fault::OtherMode, detail));
-        }
-        self.camera = camera;
-        Ok(stream)
-    }
-}
-
-/// The camera of that identity, if it is there.
-pub(in crate::capture) fn found_again(
-    kernel: &mut dyn Kernel,
-    identity: &Identity,
-) -> Result<Camera, Loss> {
-    let found = discover_those(kernel, |node| identity.may_be(node));
-    same(&found, identity)
-}
-
-/// The camera of that identity among those that are there.
-fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
-    let mut fitting: Vec<_> =
-        found.cameras.iter().filter_map(|c| identity.fit(c).map(|fit| (fit, c))).collect();
-    fitting.sort_by_key(|(fit, _)| std::cmp::Reverse(*fit));
-    match fitting.as_slice() {
-        [(_, one)] => Ok((*one).clone()),
-        [(best, one), (next, _), ..] if best > next => Ok((*one).clone()),
-        [(_, one), ..] => Err((Fault::Twin, one.stable_name())),
-        [] => {
-            let other = found.cameras.iter().find(|camera| identity.is_place_of(camera));
-            match (other, found.others.first()) {
-                (Some(other), _) => {
-                    Err((Fault::OtherCamera, format!("{}, {}", other.name, other.stable_name())))
-                }
-                // The node is there again, but may not be opened yet, or is another program's.
-                (None, Some(other)) if matches!(other.why, Fault::Busy | Fault::NotPermitted) => {
-                    Err((other.why, other.detail.clone()))
-                }
-                (None, _) => Err((Fault::NotFound, String::new())),
-            }
-        }
-    }
-}
-
-/// In what the granted mode is another than the one asked for.
-fn other_than_asked(offer: &Offer, mode: &Mode) -> Option<String> {
-    let asked =
-        Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };
-    let rates = asked.rate_hz().zip(mode.rate_hz());
-    let other_rate = rates.is_some_and(|(a, b)| (a - b).abs() > 0.02 * a);
-    let named = |mode: &Mode| {
-        let rate = mode.rate_hz().map_or(String::new(), |hz| format!(" at {hz:.0} fps"));
-        format!("{}x{} {}{rate}", mode.size.width_px, mode.size.height_px, mode.layout.name())
-    };
-    ((asked.size, asked.layout) != (mode.size, mode.layout) || other_rate)
-        .then(|| format!("asked for {}, granted {}", named(&asked), named(mode)))
 }
 
 fn settling(kernel: &mut dyn Kernel) -> Phase {
