@@ -13,8 +13,10 @@ use super::{
     board_args::BoardArguments,
     camera::BackendName,
     compare::{self, Checked, NoVerdict},
-    guide::{self, Run, new_session_path, open, spelled},
-    print, say, session_report,
+    guide::{self, new_session_path, open, spelled},
+    print,
+    run::Run,
+    say, session_report,
     source::SourceName,
 };
 use crate::{

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde_json::{Value, json};
 
-use super::{guide::RESULT_FILE, say, session_report};
+use super::{run::RESULT_FILE, say, session_report};
 use crate::{
     calibration::{
         Drift, DriftVerdict, NoDrift, OldLens, Verdict, drift,

@@ -19,6 +19,7 @@ mod outcome;
 mod recordings;
 mod replay;
 mod report;
+mod run;
 mod session_report;
 mod simulate;
 mod source;

@@ -5,12 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 
-use super::{
-    Exit,
-    board_args::BoardArguments,
-    guide::{Run, open},
-    source::SourceName,
-};
+use super::{Exit, board_args::BoardArguments, guide::open, run::Run, source::SourceName};
 use crate::{
     recording::{Header, SessionFolder},
     session::Session,

@@ -15,8 +15,10 @@ use image::GrayImage;
 
 use super::{
     Exit, camera, compare, export,
-    guide::{Opening, RESULT_FILE, Run, new_session_path, stop_flag},
-    recordings, session_report,
+    guide::{Opening, new_session_path},
+    recordings,
+    run::{RESULT_FILE, Run, stop_flag},
+    session_report,
 };
 use crate::{
     config::PlanName,

@@ -7,6 +7,7 @@
 mod camera;
 mod decision;
 mod input;
+mod judging;
 mod snapshot;
 
 pub use camera::{CameraState, Stream};
@@ -19,15 +20,12 @@ use std::sync::Arc;
 use crate::{
     board::Checkerboard,
     calibration::{Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate},
-    detection::Detection,
     device::CameraEvent,
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::Corner,
     guidance::{
-        Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, advise,
-        forecast, gate, measure, next_target, progress, progress_without_target, role_of,
-        stillness::{moved_together, speed_px_per_s, still},
-        stop::Precision,
+        Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, forecast,
+        measure, next_target, progress, progress_without_target, stop::Precision,
     },
 };
 
@@ -63,9 +61,6 @@ impl AcceptedView {
         if self.name.is_empty() { self.view.frame_id.stored_name() } else { self.name.clone() }
     }
 }
-
-/// A view worth taking and what for; or why not, with the view as far as it could be measured.
-type Judgement = Result<(View, Role), (Option<Box<View>>, Refusal)>;
 
 /// One calibration in progress.
 #[derive(Clone, Debug)]
@@ -169,125 +164,6 @@ impl Session {
             accepted: self.accepted.len(),
             target_serial: self.target_serial,
         }
-    }
-
-    fn observe(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
-        let judged = self.judge(observation);
-        let view = match &judged {
-            Ok((view, _)) => Some(view),
-            Err((view, _)) => view.as_deref(),
-        };
-        let speed_px_per_s = self.speed_px_per_s(observation);
-        self.live = Some(Arc::new(LiveView::of(
-            observation,
-            view,
-            speed_px_per_s,
-            &self.belief.camera.pp_px,
-        )));
-        let (view, refusal) = match judged {
-            Ok((view, role)) => {
-                if let Some(accepted) = self.hold_on(observation, view.clone(), role) {
-                    return (accepted, None);
-                }
-                let progress = self.hold.as_ref().map_or(0.0, |hold| {
-                    hold.progress(observation.captured_at, &self.setup.guidance)
-                });
-                (Some(Box::new(view)), Refusal::Holding { progress })
-            }
-            Err((view, refusal)) => {
-                self.hold = None;
-                (view, refusal)
-            }
-        };
-        self.last_seen = observation
-            .seen
-            .as_ref()
-            .ok()
-            .map(|seen| (observation.captured_at, seen.corners.clone()));
-        let advice = advise(
-            view.as_deref(),
-            Some(&refusal),
-            self.hold.as_ref(),
-            self.target.as_ref(),
-            &self.setup.guidance,
-        );
-        (Outcome::Refused { refusal }, Some(advice))
-    }
-
-    fn speed_px_per_s(&self, observation: &Observation) -> Option<f64> {
-        let corners = &observation.seen.as_ref().ok()?.corners;
-        let before = self.last_seen.as_ref().map(|(time, corners)| (*time, corners.as_slice()));
-        speed_px_per_s(before, (observation.captured_at, corners))
-    }
-
-    /// Whether the frame is worth taking, and for what; with the view as far as it could be measured.
-    fn judge(&mut self, observation: &Observation) -> Judgement {
-        let setup = &self.setup;
-        if observation.image_size != setup.image_size {
-            let pair = |size: ImageSize| (size.width_px, size.height_px);
-            let (size_px, wanted_px) = (pair(observation.image_size), pair(setup.image_size));
-            return Err((None, Refusal::OtherSize { size_px, wanted_px }));
-        }
-        if !self.camera.may_take_of(observation.captured_at) {
-            return Err((None, Refusal::CameraNotReady));
-        }
-        let seen: &Detection = observation.seen.as_ref().map_err(|_| (None, Refusal::NotFound))?;
-        let view = measure(
-            (observation.frame_id, observation.captured_at),
-            &seen.corners,
-            seen.quality.blur_px,
-            &setup.board,
-            &self.belief,
-        )
-        .map_err(|refusal| (None, refusal))?;
-        if self.force_next {
-            self.force_next = false;
-            return Ok((view, Role::Forced));
-        }
-        let refuse = |refusal| (Some(Box::new(view.clone())), refusal);
-        if self.paused || self.progress != Progress::Collecting {
-            return Err(refuse(Refusal::NotCollecting));
-        }
-        gate(&view, &setup.guidance).map_err(refuse)?;
-        let views: Vec<View> = self.accepted.iter().map(|accepted| accepted.view.clone()).collect();
-        let role = role_of(&view, &views, &self.belief, &setup.guidance).map_err(refuse)?;
-        let before = self.last_seen.as_ref().map(|(time, corners)| (*time, corners.as_slice()));
-        let now = (observation.captured_at, seen.corners.as_slice());
-        let width_px = f64::from(setup.image_size.width_px);
-        still(observation.kind, before, now, width_px, &setup.guidance).map_err(refuse)?;
-        Ok((view, role))
-    }
-
-    /// Adds a good view to the hold; takes the sharpest once the hold is complete.
-    fn hold_on(&mut self, observation: &Observation, view: View, role: Role) -> Option<Outcome> {
-        let width_px = f64::from(self.setup.image_size.width_px);
-        let now = observation.captured_at;
-        let before = self.last_seen.as_ref();
-        let together = before.is_some_and(|(_, before)| moved_together(before, &view.corners));
-        match &mut self.hold {
-            Some(hold) if hold.covers(&view.corners, width_px) => hold.add(view, role, together),
-            hold => {
-                *hold = Some(Hold::start(view, role, together));
-                self.hold_name.clone_from(&observation.name);
-            }
-        }
-        let hold = self.hold.as_ref()?;
-        let complete = observation.kind == crate::frame::FrameKind::Photograph
-            || role == Role::Forced
-            || hold.complete(now, &self.setup.guidance);
-        if !complete {
-            return None;
-        }
-        let Hold { mut best, role, .. } = self.hold.take()?;
-        if let Role::Partner { of } = role {
-            best.opposes = self.accepted.get(of).map(|accepted| accepted.view.frame_id);
-        }
-        let (id, frame) = (self.next_view, best.frame_id.0);
-        self.next_view += 1;
-        let name = std::mem::take(&mut self.hold_name);
-        self.accepted.push(AcceptedView { id, name, role, view: best });
-        self.solve();
-        Some(Outcome::Accepted { view: id, frame, role })
     }
 
     /// Applies what the camera said. A view that was taken while focus or zoom may already have been

@@ -269,10 +269,24 @@ fn focus_zoom_and_exposure_are_locked_watched_and_put_back() {
         });
         row(command, &format!("{}, put back", words(Fault::GeometryMoved)), noticed + seen.took);
     }
+    // A person sets one: as far as the driver says that it goes.
+    let listed = source.adjustables();
+    let zoom = listed.iter().find(|one| one.control == Control::Zoom).expect("can be set");
+    source.adjust(Control::Zoom, zoom.max);
+    let set = |seen: &Seen| {
+        seen.events.iter().find_map(|event| match event {
+            CameraEvent::ControlSet { control: Control::Zoom, lock, .. } => Some(*lock),
+            _ => None,
+        })
+    };
+    let seen = until(&mut source, |seen| set(seen).is_some() && seen.frames > 3);
+    assert_eq!(set(&seen), Some(Lock::Locked { value: zoom.max }), "as read back");
+    row("zoom set by hand", "read back, and pictures again", seen.took);
     drop(source);
     let mut kernel = Linux::default();
     let device = kernel.open(&cameras(1)[0].node.path).expect("opens");
     assert_eq!(kernel.control(device, 0x009a_090c), Ok(1), "autofocus is on again");
+    assert_eq!(kernel.control(device, 0x009a_090d), Ok(100), "zoom is as it was");
     assert_eq!(kernel.control(device, 0x009a_0901), Ok(3), "exposure is automatic again");
     kernel.close(device);
 }
