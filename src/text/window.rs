@@ -232,7 +232,7 @@ pub const NO_DISPLAY_ACTION: &str =
 pub const LOST_DISPLAY_ACTION: &str =
     "Every view that was shown as taken is stored; guide --session DIR goes on where it stopped.";
 /// What to do if the window system refuses.
-pub const NO_WINDOW_ACTION: &str = "Install what is missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless to be guided by words in the terminal.";
+pub const NO_WINDOW_ACTION: &str = "Check that DISPLAY or WAYLAND_DISPLAY names a display that is there; install what is missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless to be guided by words in the terminal.";
 /// The source was not named and no camera is there.
 pub const NO_CAMERA: &str =
     "There is no camera: this is the simulated camera with a simulated technician.";

@@ -120,8 +120,8 @@ fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), 
     restore();
     match outcome {
         Ok(Ok(())) => Ok(()),
-        Ok(Err(err)) if was_open => Err(NoWindow::Lost { reason: err.to_string() }),
-        Ok(Err(err)) => Err(NoWindow::Refused { reason: err.to_string() }),
+        Ok(Err(err)) if was_open => Err(NoWindow::Lost { reason: plain(&err.to_string()) }),
+        Ok(Err(err)) => Err(NoWindow::Refused { reason: plain(&err.to_string()) }),
         Err(payload) if was_open => std::panic::resume_unwind(payload),
         Err(payload) => {
             let reason = payload
@@ -131,5 +131,23 @@ fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), 
                 .unwrap_or_default();
             Err(NoWindow::Refused { reason })
         }
+    }
+}
+
+/// What the system said, without the place in the window library's source where it was noticed.
+fn plain(reason: &str) -> String {
+    let after_place = reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+    after_place.map_or(reason, |(_, words)| words).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reason_has_no_place_in_source() {
+        let noticed = "winit EventLoopError: os error at /src/linux/mod.rs:788: No connection: 1";
+        assert_eq!(plain(noticed), "No connection: 1");
+        assert_eq!(plain("winit EventLoopError: Exit: 1"), "winit EventLoopError: Exit: 1");
     }
 }
