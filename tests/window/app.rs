@@ -1,6 +1,11 @@
 //! The whole window with the program around it.
 
-use std::{fs, path::Path, time::Duration};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
 
 use boresight::{
     calibration::import,
@@ -65,6 +70,25 @@ pub(crate) fn settle(window: &mut Window) {
 
 /// A small camera, quick to render.
 const SCENE: &str = "name = \"small\"\nseed = 3\nimage_size_px = [640, 480]\nf_px = 520\npp_px = [322, 238]\ndistortion = [-0.1, 0.02, 0, 0, 0]\n";
+
+/// Something that a person drags onto the window.
+#[derive(Debug)]
+struct Dragged(PathBuf);
+
+impl egui::DroppedFile for Dragged {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        fs::read(&self.0).map_err(|err| err.to_string())
+    }
+}
+
+fn drop_onto(window: &mut Window, path: &Path) {
+    window.input_mut().dropped_files.push(Arc::new(Dragged(path.into())));
+    window.step();
+}
 
 fn says(window: &Window, role: Role, start: &str) -> bool {
     window.get_all_by_role(role).any(|node| {
@@ -168,6 +192,13 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     assert!(app(&window).ended().is_some());
     click(&mut window, Role::Button, "Another recording");
     window.get_by_label("Open a recording");
-    click(&mut window, Role::Button, "Result");
+
+    // Both can be dragged onto the window.
+    drop_onto(&mut window, &session);
+    until(&mut window, "the recording", |window| says(window, Role::Label, "Decision 1 of "));
+    fs::remove_file(session.join("check.json")).expect("is there");
+    drop_onto(&mut window, &session.join("opencv.yaml"));
+    assert_eq!(app(&window).page(), Page::Result);
+    until(&mut window, "the comparison", |_| session.join("check.json").exists());
     window.get_by_label("GOOD: nothing speaks against this calibration");
 }
