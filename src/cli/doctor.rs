@@ -9,7 +9,7 @@ use serde_json::json;
 use super::{Exit, print, say};
 use crate::{
     frame::FrameId,
-    recording::{Journal, RecordingError, SessionFolder, replay, stored_frame},
+    recording::{Journal, RecordingError, SessionFolder, replay, stored_frame, take_rounding},
     session::Session,
 };
 
@@ -66,7 +66,7 @@ impl Arguments {
         }
         let mut session = Session::new(header.config.session(header.image_size())?);
         let mut differences = replay(&mut session, contents.lines, |_, _| ());
-        differences.retain(|difference| difference.rounding().is_none());
+        take_rounding(&mut differences);
         if let Some(first) = differences.first() {
             // Another build may decide otherwise; what was recorded is whole all the same.
             say(&format!(

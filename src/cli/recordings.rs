@@ -8,7 +8,7 @@ use std::{
 use anyhow::Context;
 
 use crate::{
-    recording::{Difference, SessionFolder, Stored, replay, stored_frame},
+    recording::{Difference, SessionFolder, Stored, replay, stored_frame, take_rounding},
     session::{Session, Snapshot},
     text,
     ui::{desk::Recording, replay::Replayed},
@@ -39,9 +39,10 @@ pub(super) fn open(folder: &Path) -> anyhow::Result<Replayed> {
     let mut session = Session::new(header.config.session(header.image_size())?);
     let stored = lines.iter().filter_map(|line| line.stored.clone()).collect();
     let mut steps = Vec::new();
-    let differences = replay(&mut session, lines, |session, decision| {
+    let mut differences = replay(&mut session, lines, |session, decision| {
         steps.push(session.snapshot(*decision));
     });
+    take_rounding(&mut differences);
     watched(folder, steps, &differences, stored)
 }
 

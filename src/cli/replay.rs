@@ -20,7 +20,9 @@ use crate::{
     board::Checkerboard,
     detection::{Prediction, Track},
     pipeline::detect_many,
-    recording::{Difference, Line, SessionFolder, Stored, replay, stored_frame},
+    recording::{
+        Difference, Line, Rounding, SessionFolder, Stored, replay, stored_frame, take_rounding,
+    },
     session::{Input, Observation, Session},
     ui,
 };
@@ -93,10 +95,7 @@ impl Arguments {
             checksum.update(b"\n");
         });
         let crc32 = format!("{:08x}", checksum.finalize());
-        let rounded: Vec<f64> = differences
-            .extract_if(.., |d| d.rounding().is_some())
-            .filter_map(|d| d.rounding())
-            .collect();
+        let Rounding { count: rounded, largest } = take_rounding(&mut differences);
         say(&format!("{} of {count} decisions differ from the recording", differences.len()));
         for difference in differences.iter().take(TOLD) {
             say(&format!("  line {} of the journal: {}", difference.line, change(difference)));
@@ -104,11 +103,9 @@ impl Arguments {
         if differences.len() > TOLD {
             say(&format!("  and {} more", differences.len() - TOLD));
         }
-        if !rounded.is_empty() {
-            let largest = rounded.iter().copied().fold(0.0, f64::max);
+        if rounded > 0 {
             say(&format!(
-                "{} more differ by rounding only, at most {largest:.0e}, as between two processors",
-                rounded.len()
+                "{rounded} more differ by rounding only, at most {largest:.0e}, as between two processors"
             ));
         }
         let Conclusion { exit, mut report } = conclude(&session, &header);
@@ -116,7 +113,7 @@ impl Arguments {
         let exit = if differences.is_empty() || asked_for_change { exit } else { Exit::Failed };
         if self.json {
             report["session"] = json!(path.display().to_string());
-            report["decisions"] = json!({ "count": count, "crc32": crc32, "different": differences, "rounded": rounded.len() });
+            report["decisions"] = json!({ "count": count, "crc32": crc32, "different": differences, "rounded": rounded });
             print(&report.to_string())?;
         }
         if self.gui {

@@ -30,6 +30,27 @@ impl Difference {
     }
 }
 
+/// Decisions that differ by rounding only.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rounding {
+    /// How many.
+    pub count: usize,
+    /// The largest of their [`Difference::rounding`]s; 0 if there are none.
+    pub largest: f64,
+}
+
+/// Takes the decisions that differ by rounding only out of `differences`, for they are no other decisions.
+pub fn take_rounding(differences: &mut Vec<Difference>) -> Rounding {
+    let mut taken = Rounding::default();
+    differences.retain(|difference| {
+        let Some(rounding) = difference.rounding() else { return true };
+        taken.count += 1;
+        taken.largest = taken.largest.max(rounding);
+        false
+    });
+    taken
+}
+
 /// How far the numbers of two values are apart at most; infinitely far if anything else differs.
 fn apart(a: &Value, b: &Value) -> f64 {
     let all = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(0.0, f64::max);
@@ -94,5 +115,21 @@ mod tests {
             assert_eq!(rounding(recorded, &recorded.replace(was, is)), None, "{was} -> {is}");
         }
         assert_eq!(rounding(recorded, "cut"), None);
+    }
+
+    #[test]
+    fn rounding_is_taken_out_and_counted() {
+        let difference = |line: usize, replayed: &str| Difference {
+            line,
+            recorded: r#"{"tilt_rad":0.5}"#.into(),
+            replayed: format!(r#"{{"tilt_rad":{replayed}}}"#),
+        };
+        let other = difference(2, "0.6");
+        let mut all =
+            vec![difference(1, "0.50000000001"), other.clone(), difference(3, "0.50000000002")];
+        let taken = take_rounding(&mut all);
+        assert_eq!(all, [other]);
+        assert_eq!(taken.count, 2);
+        assert!((1.9e-11..2.1e-11).contains(&taken.largest), "{}", taken.largest);
     }
 }
