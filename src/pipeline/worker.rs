@@ -1,7 +1,6 @@
 //! A named thread that reports its own death and is always joined.
 
 use std::{
-    any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
     thread::{Builder, JoinHandle},
 };
@@ -9,7 +8,7 @@ use std::{
 use crossbeam_channel::Sender;
 
 use super::PipelineError;
-use crate::session::Input;
+use crate::{panicked, session::Input};
 
 pub(super) struct Worker<T> {
     name: &'static str,
@@ -26,7 +25,7 @@ impl<T: Send + 'static> Worker<T> {
         let run = move || match catch_unwind(AssertUnwindSafe(body)) {
             Ok(value) => Some(value),
             Err(payload) => {
-                let reason = panic_text(payload.as_ref());
+                let reason = panicked::words(&*payload).unwrap_or_else(|| "panicked".into());
                 // If the session is gone too, its own join reports that.
                 inbox.send(Input::WorkerFailed { worker: name.into(), reason }).ok();
                 None
@@ -43,12 +42,4 @@ impl<T: Send + 'static> Worker<T> {
         let Self { name, handle } = self;
         handle.join().ok().flatten().ok_or(PipelineError::WorkerPanicked { worker: name })
     }
-}
-
-fn panic_text(payload: &(dyn Any + Send)) -> String {
-    payload
-        .downcast_ref::<&str>()
-        .map(ToString::to_string)
-        .or_else(|| payload.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "panicked".into())
 }

@@ -10,7 +10,7 @@ use super::{
     desk::Desk,
     replay::{self, Replayed},
 };
-use crate::text::window as words;
+use crate::{panicked, text::window as words};
 
 /// Smallest window in which nothing is cut off.
 pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
@@ -124,12 +124,7 @@ fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), 
         Ok(Err(err)) => Err(NoWindow::Refused { reason: plain(&err.to_string()) }),
         Err(payload) if was_open => std::panic::resume_unwind(payload),
         Err(payload) => {
-            let reason = payload
-                .downcast_ref::<&str>()
-                .map(ToString::to_string)
-                .or_else(|| payload.downcast_ref::<String>().cloned())
-                .unwrap_or_default();
-            Err(NoWindow::Refused { reason })
+            Err(NoWindow::Refused { reason: panicked::words(&*payload).unwrap_or_default() })
         }
     }
 }

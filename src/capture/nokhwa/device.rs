@@ -17,6 +17,7 @@ use crate::{
     capture::{Offer, choose},
     device::{Fault, Mode, PixelLayout, Wanted},
     frame::ImageSize,
+    panicked,
 };
 
 /// Why a camera cannot be used, and what is known besides.
@@ -89,11 +90,7 @@ pub fn find(listed: &[Listed], source: &str) -> Result<Listed, Loss> {
 /// Calls the library; a panic in it is a fault of the driver.
 pub(super) fn caught<T>(call: impl FnOnce() -> Result<T, Loss>) -> Result<T, Loss> {
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
-        let words = payload
-            .downcast_ref::<&str>()
-            .map(ToString::to_string)
-            .or_else(|| payload.downcast_ref::<String>().cloned())
-            .unwrap_or_default();
+        let words = panicked::words(&*payload).unwrap_or_default();
         Err((Fault::DriverBroken, format!("nokhwa failed: {words}")))
     })
 }
