@@ -49,9 +49,8 @@ impl Health {
         std::mem::take(&mut self.changes)
     }
 
-    /// Whether the bytes are those of the frame before: nothing new to look at.
-    pub(super) fn repeats(&mut self, bytes: &[u8], now_nanos: u64) -> bool {
-        let checksum = crc32fast::hash(bytes);
+    /// Whether the frame with bytes of that `checksum` is the one before again: nothing new to look at.
+    pub(super) fn repeats(&mut self, checksum: u32, now_nanos: u64) -> bool {
         let repeats = self.last_checksum == Some(checksum);
         self.last_checksum = Some(checksum);
         if !repeats {

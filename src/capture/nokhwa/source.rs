@@ -247,7 +247,7 @@ impl NokhwaCamera {
     fn picture(&mut self, bytes: &[u8], came_at: Instant) -> Option<Arc<Frame>> {
         let now = self.nanos(came_at);
         let checksum = crc32fast::hash(bytes);
-        let repeats = self.health.repeats(bytes, now);
+        let repeats = self.health.repeats(checksum, now);
         let is_old = repeats || self.last_checksums.contains(&checksum);
         if self.last_checksums.len() == BUFFERS {
             self.last_checksums.pop_front();
