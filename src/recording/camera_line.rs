@@ -127,7 +127,7 @@ pub enum LayoutLine {
 }
 
 /// Mirror of [`Control`].
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the names are those of the mirrored type")]
 pub enum ControlLine {

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::device::{CameraFacts, Control};
+use super::ControlLine;
+use crate::device::CameraFacts;
 
 /// Mirror of [`CameraFacts`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,7 +28,7 @@ pub struct CameraTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ControlTable {
-    control: String,
+    control: ControlLine,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     value: Option<i64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -48,22 +49,11 @@ impl From<CameraFacts> for CameraTable {
             controls_before: controls
                 .into_iter()
                 .map(|before| ControlTable {
-                    control: name_of(before.control).into(),
+                    control: before.control.into(),
                     value: before.value,
                     automatic: before.automatic,
                 })
                 .collect(),
         }
-    }
-}
-
-/// The names of the journal.
-fn name_of(control: Control) -> &'static str {
-    match control {
-        Control::Focus => "focus",
-        Control::Zoom => "zoom",
-        Control::Exposure => "exposure",
-        Control::Gain => "gain",
-        Control::WhiteBalance => "white_balance",
     }
 }
