@@ -6,10 +6,14 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod nokhwa;
 mod rates;
 mod refused;
 
-use std::time::{Duration, Instant};
+use std::{
+    collections::BTreeSet,
+    time::{Duration, Instant},
+};
 
 use boresight::{
     capture::{
@@ -71,10 +75,12 @@ struct Seen {
     frames: u32,
     /// Number of the newest frame; those that were passed over are counted.
     newest: u64,
+    /// Of the pictures.
+    sizes: BTreeSet<(u32, u32)>,
     took: Duration,
 }
 
-fn until(source: &mut LiveCamera<Linux>, mut done: impl FnMut(&Seen) -> bool) -> Seen {
+fn until(source: &mut impl FrameSource, mut done: impl FnMut(&Seen) -> bool) -> Seen {
     let started = Instant::now();
     let mut seen = Seen::default();
     while !done(&seen) {
@@ -86,6 +92,7 @@ fn until(source: &mut LiveCamera<Linux>, mut done: impl FnMut(&Seen) -> bool) ->
                 assert!(frame.image.iter().any(|value| value.abs_diff(first) > 40), "a picture");
                 seen.frames += 1;
                 seen.newest = frame.id.0;
+                seen.sizes.insert(frame.image.dimensions());
             }
             Arrival::Event(event) => seen.events.push(event),
             Arrival::NothingYet => {}
@@ -96,7 +103,7 @@ fn until(source: &mut LiveCamera<Linux>, mut done: impl FnMut(&Seen) -> bool) ->
     seen
 }
 
-fn frames(source: &mut LiveCamera<Linux>, count: u32) -> Seen {
+fn frames(source: &mut impl FrameSource, count: u32) -> Seen {
     until(source, |seen| seen.frames >= count)
 }
 

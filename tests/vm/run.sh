@@ -7,12 +7,12 @@ cd "$(dirname "$0")/../.."
 vm=tests/vm/vm.sh
 target=${CARGO_TARGET_DIR:-target}
 cargo build --quiet --example uvcsim --bin boresight || exit 1
-built=$(cargo test --no-run --message-format=json --test camera_driver --test camera_session --test camera_nokhwa 2>/dev/null)
+built=$(cargo test --no-run --message-format=json --test camera_driver --test camera_session 2>/dev/null)
 executable() {
 	sed -n 's/.*"executable":"\([^"]*\/'"$1"'-[^"]*\)".*/\1/p' <<<"$built" | tail -1
 }
-tests=$(executable camera_driver) sessions=$(executable camera_session) nokhwa=$(executable camera_nokhwa)
-[ -n "$tests" ] && [ -n "$sessions" ] && [ -n "$nokhwa" ] || exit 1
+tests=$(executable camera_driver) sessions=$(executable camera_session)
+[ -n "$tests" ] && [ -n "$sessions" ] || exit 1
 uvcsim=$(realpath "$target/debug/examples/uvcsim")
 
 said=$(mktemp)
@@ -37,12 +37,13 @@ options=(--ignored --test-threads=1 --nocapture)
 # Time counted by instructions, so that nothing depends on what else this computer does.
 vm="$vm --pace counted --timeout 400"
 part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --with "$target/debug/boresight" \
-	"$tests" "${options[@]}" --skip two_equal --skip the_test_driver
+	"$tests" "${options[@]}" --skip two_equal --skip the_test_driver --skip nokhwa::
 part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin "$tests" "${options[@]}" two_equal
 part "the kernel's test driver" $vm --camera vivid "$tests" "${options[@]}" the_test_driver
-part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$nokhwa" "${options[@]}" --skip freezes
+part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" nokhwa:: --skip freezes
 # Apart, for its thread keeps the camera.
-part "the backend nokhwa, and a camera that freezes" $vm --uvcsim "$uvcsim" "$nokhwa" "${options[@]}" freezes
+part "the backend nokhwa, and a camera that freezes" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" \
+	nokhwa::a_camera_that_freezes
 part "a guided session, and the same pictures from disk" env BORESIGHT_UVCSIM="$uvcsim" \
 	"$sessions" "${options[@]}"
 echo "Times are of the machine's own clock."
