@@ -24,7 +24,7 @@
 //! |---|---|---|
 //! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | – |
 //! | [`device`] | what is known about a live camera, and everything that can go wrong with it | frame |
-//! | `panicked` | what a panic said | – |
+//! | `panic_message` | the message of a caught panic | – |
 //! | [`geometry`] | homography, principal line, principal point, lens, pose: pure functions of numbers | frame |
 //! | [`detection`] | picture → corners, or the reason why not | geometry, board |
 //! | [`calibration`] | views → lens with covariance, models, honesty checks | geometry, board |
@@ -65,11 +65,12 @@ pub mod device;
 pub mod frame;
 pub mod geometry;
 pub mod guidance;
-mod panicked;
+mod panic_message;
 pub mod pipeline;
 pub mod recording;
 pub mod report;
 pub mod session;
+pub mod simulation;
 pub mod study;
 pub mod target;
 pub mod text;

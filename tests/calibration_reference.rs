@@ -4,7 +4,7 @@
 
 mod reference;
 
-use boresight::calibration::free_homography::{self, DistortionCentrePrior};
+use boresight::calibration::solve::free_homography::{self, DistortionCentrePrior};
 use boresight::calibration::{BundleState, LensModel, Observations, adjust, zhang};
 use boresight::frame::ImageSize;
 use boresight::geometry::{Camera, Corner, Homography, pose_from_homography};

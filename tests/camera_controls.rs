@@ -17,7 +17,7 @@ use boresight::{
 use cameras::{EXPOSURE, EXPOSURE_AUTOMATIC, FOCUS, grey, open, run};
 use world::{SIZE, World, guided, setup};
 
-use boresight::capture::v4l2::simulated::SimKernel;
+use boresight::simulation::kernel::SimKernel;
 
 fn kernel() -> SimKernel {
     SimKernel::new(vec![grey(0)])

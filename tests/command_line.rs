@@ -7,7 +7,7 @@ mod program;
 
 use std::{fs, path::Path};
 
-use boresight::capture::synthetic::render_view;
+use boresight::simulation::render_view;
 use nalgebra::Isometry3;
 use pictures::{PAIRS, picture, scene};
 use program::{Ended, boresight, contents, says};

@@ -6,11 +6,11 @@ use std::{cell::Cell, convert::Infallible};
 
 use boresight::{
     board::Checkerboard,
-    capture::synthetic::{Scene, render_view},
     detection::{Detection, Detector, DetectorParams, Miss, Search, Side, Track, detect},
     frame::{CaptureTime, FrameKind},
     geometry::Camera,
     pipeline::detect_many,
+    simulation::{Scene, render_view},
 };
 use image::{GrayImage, imageops};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};

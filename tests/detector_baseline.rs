@@ -5,8 +5,8 @@
 use std::{collections::BTreeMap, fs};
 
 use boresight::{
-    capture::synthetic::{Scene, render_view},
     detection::{Detector, DetectorParams},
+    simulation::{Scene, render_view},
 };
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -11,11 +11,9 @@ use std::{
 };
 
 use boresight::{
-    capture::{
-        Arrival, FrameSource,
-        v4l2::simulated::{SimCamera, SimControl, SimKernel},
-    },
+    capture::{Arrival, FrameSource},
     device::CameraEvent,
+    simulation::kernel::{SimCamera, SimControl, SimKernel},
 };
 use cameras::{FOCUS, FOCUS_AUTOMATIC, open};
 

@@ -21,7 +21,9 @@ use boresight::{
     config::Config,
     detection::{Detection, Miss, Search},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
-    pipeline::{Finished, Judged, LatestReceiver, Looks, Pipeline, PipelineError, Setup, latest},
+    pipeline::{
+        BoardFinder, Finished, FrameReport, LatestReceiver, Pipeline, PipelineError, Setup, latest,
+    },
     recording::{Header, SessionFolder},
     session::{Command, Outcome, Session, Snapshot},
 };
@@ -96,7 +98,7 @@ fn setup(source: Pictures, lossless: bool) -> Setup {
         lossless,
         record_stream: false,
         first_frame: 0,
-        judged: Box::new(|_: Judged<'_>| ()),
+        judged: Box::new(|_: FrameReport<'_>| ()),
     }
 }
 
@@ -145,7 +147,7 @@ fn the_slot_keeps_the_newest_and_counts_the_rest() {
 fn judged_frames(count: u64, lossless: bool) -> (Vec<u64>, u64) {
     let seen = Arc::new(Mutex::new(Vec::new()));
     let log = Arc::clone(&seen);
-    let judged = move |judged: Judged<'_>| {
+    let judged = move |judged: FrameReport<'_>| {
         log.lock().expect("whole").push(judged.source_frame.0);
     };
     let finished =
@@ -205,7 +207,7 @@ fn however_slow_the_judge_frames_do_not_pile_up() {
     let wanted = Arc::new(AtomicUsize::new(FRAMES_PER_JUDGEMENT));
     let most = Arc::new(Mutex::new(0));
     let (seen, more, found) = (Arc::clone(&frames), Arc::clone(&wanted), Arc::clone(&most));
-    let judged = move |_: Judged<'_>| {
+    let judged = move |_: FrameReport<'_>| {
         // Slow: many frames come meanwhile.
         let until = more.fetch_add(FRAMES_PER_JUDGEMENT, Ordering::SeqCst) + FRAMES_PER_JUDGEMENT;
         while seen.lock().expect("whole").len() < until.min(FRAMES) {
@@ -262,7 +264,7 @@ struct Held {
     let_go: mpsc::Receiver<()>,
 }
 
-impl Looks for Held {
+impl BoardFinder for Held {
     fn look(
         &mut self,
         image: &GrayImage,
@@ -367,7 +369,7 @@ fn a_view_is_shown_as_taken_only_when_it_is_on_disk() {
     let folder = folder(&path, &source);
     let taken = Arc::new(Mutex::new(0));
     let (count, session_path) = (Arc::clone(&taken), path.clone());
-    let judged = move |judged: Judged<'_>| {
+    let judged = move |judged: FrameReport<'_>| {
         if let Outcome::Accepted { frame, .. } = judged.snapshot.decision.outcome {
             *count.lock().expect("whole") += 1;
             assert!(session_path.join(format!("frames/{frame:08}.png")).is_file());

@@ -9,7 +9,7 @@ use std::{fs, path::Path};
 use boresight::{
     config::Config,
     detection::{Detection, Miss, Quality, Side},
-    device::{CameraFacts, Control, ControlBefore, Mode, PixelLayout},
+    device::{CameraInfo, Control, ControlBefore, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
     recording::{Header, Journal, RecordingError, SessionFolder, replay, stored_frame},
@@ -137,7 +137,7 @@ fn a_session_names_its_camera() {
     let path = place.path().join("session");
     let control =
         |control, value, automatic| ControlBefore { control, value: Some(value), automatic };
-    let facts = CameraFacts {
+    let facts = CameraInfo {
         name: "evil \u{1b}[2J \"name\"".into(),
         usb_id: Some((0x046d, 0x082d)),
         serial: "0001".into(),

@@ -7,7 +7,7 @@ mod program;
 
 use std::{collections::BTreeSet, fs, path::Path};
 
-use boresight::report::{CalibrationFacts, CameraSection, DriftSection, Provenance, Report, page};
+use boresight::report::{CalibrationFile, CameraSection, DriftSection, Provenance, Report, page};
 use image::GrayImage;
 use pictures::{PAIRS, picture};
 use program::{Ended, boresight, contents, says};
@@ -332,7 +332,7 @@ fn drift_is_shown_where_it_is_known() {
     });
     let mut report = Report {
         name: "site".into(),
-        facts: CalibrationFacts::read(&facts).expect("whole"),
+        facts: CalibrationFile::read(&facts).expect("whole"),
         notes: Vec::new(),
         camera: CameraSection::default(),
         corners: Vec::new(),

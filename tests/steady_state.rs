@@ -1,8 +1,8 @@
 //! A detector whose buffers have grown does not allocate.
 
 use boresight::{
-    capture::synthetic::{Scene, render_view},
     detection::{Detector, DetectorParams, Prediction, Search},
+    simulation::{Scene, render_view},
 };
 use nalgebra::{Isometry3, Vector3};
 

@@ -5,12 +5,12 @@
 use std::{sync::Arc, time::Duration};
 
 use boresight::{
-    capture::{
-        Arrival, FrameSource,
-        synthetic::{Cues, Light, NoCues, Renderer, Scene, SyntheticSource, render_view},
+    capture::{Arrival, FrameSource},
+    frame::{CaptureTime, Frame, FrameId},
+    simulation::{
+        Cues, Light, NoCues, Renderer, Scene, SyntheticSource, render_view,
         technician::{Cue, CueKind, Technician, TechnicianParams},
     },
-    frame::{CaptureTime, Frame, FrameId},
 };
 use image::GrayImage;
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};

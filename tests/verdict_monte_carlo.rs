@@ -50,11 +50,11 @@ fn px(camera: &Camera, lens: &Lens, in_cam: &Point3<f64>) -> Point2<f64> {
     let ideal = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
     let f_px = camera.f_px.x;
     match *lens {
-        Lens::Polynomial(distortion) => Camera { distortion, ..*camera }.px_from_ideal(&ideal),
+        Lens::Polynomial(distortion) => Camera { distortion, ..*camera }.px_from_normalized(&ideal),
         Lens::OffCentre(distortion, off_px) => {
             let off = Vector2::new(off_px * 0.8, -off_px * 0.6);
             let centre = Camera { distortion, pp_px: camera.pp_px + off, ..*camera };
-            centre.px_from_ideal(&(ideal - off / f_px))
+            centre.px_from_normalized(&(ideal - off / f_px))
         }
         Lens::Fov(omega) => {
             let (r, slope) = (ideal.coords.norm(), 2.0 * (omega / 2.0).tan());
@@ -139,7 +139,7 @@ fn the_true_error_is_inside_the_stated_bound() {
     let count: u64 =
         std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(180);
     let (mut inside, mut all, mut wrong_but_good) = (0, 0, 0);
-    let mut by_lens = [[0_u32; 3]; LENSES.len()];
+    let mut jac_lens = [[0_u32; 3]; LENSES.len()];
     let mut by_verdict = [[0_u32; 2]; 3];
     for index in 0..count {
         let trial = trial(index).expect("calibrates");
@@ -149,9 +149,9 @@ fn the_true_error_is_inside_the_stated_bound() {
         let is_wrong = trial.pp_sigmas > 5.0 || trial.error_px > 3.0 * bound_px;
         all += 1;
         inside += u32::from(is_inside);
-        by_lens[trial.lens][0] += 1;
-        by_lens[trial.lens][1] += u32::from(is_inside);
-        by_lens[trial.lens][2] += u32::from(is_good);
+        jac_lens[trial.lens][0] += 1;
+        jac_lens[trial.lens][1] += u32::from(is_inside);
+        jac_lens[trial.lens][2] += u32::from(is_good);
         by_verdict[trial.found.verdict as usize][0] += 1;
         by_verdict[trial.found.verdict as usize][1] += u32::from(is_inside);
         if is_wrong {
@@ -169,7 +169,7 @@ fn the_true_error_is_inside_the_stated_bound() {
             wrong_but_good += u32::from(is_good);
         }
     }
-    for ((name, _), [all, inside, good]) in LENSES.iter().zip(by_lens) {
+    for ((name, _), [all, inside, good]) in LENSES.iter().zip(jac_lens) {
         println!(
             "{name:18} {all:4} inside {inside:4} ({:.1} %) good {good}",
             100.0 * f64::from(inside) / f64::from(all)

@@ -2,22 +2,24 @@ use std::borrow::Cow;
 
 use nalgebra::Point2;
 
-use super::assemble::assemble;
-use super::bundle::{InvalidCorners, Observations};
-use super::corners::is_grid;
-use super::excess::{excess_variance_px2, widened};
-use super::free_homography::{self, DistortionCentrePrior, FreeHomographies};
-use super::lens_model::{LensModel, LensPrior};
-use super::model_choice::{ModelChoice, ModelSearch, fit_models};
-use super::result::{Calibration, CalibrationParams, NotCalibrated};
-use super::start::{AsSeen, as_seen, distinct_views, noise_floor, start};
 use crate::board::Checkerboard;
+use crate::calibration::check::noise_inflation::{excess_variance_px2, inflated};
+use crate::calibration::check::odd_corners::is_grid;
+use crate::calibration::result::{Calibration, CalibrationParams, NotCalibrated};
+use crate::calibration::solve::bundle::{InvalidCorners, Observations};
+use crate::calibration::solve::free_homography::{self, DistortionCentrePrior, FreeHomographies};
+use crate::calibration::solve::initial_guess::{
+    AsSeen, as_seen, distinct_views, noise_floor, start,
+};
+use crate::calibration::solve::lens_model::{LensModel, LensPrior};
+use crate::calibration::solve::model_choice::{ModelChoice, ModelSearch, fit_models};
+use crate::calibration::summary::assemble;
 use crate::frame::ImageSize;
 use crate::geometry::Corner;
 
 /// Different views from which the lens stands without weak beliefs.
-pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
-/// A focal length less certain than this share of itself needs a belief.
+pub(crate) const VIEWS_WITHOUT_PRIOR: usize = 4;
+/// A focal length less certain than this share of itself needs a lens_estimate.
 const F_UNDETERMINED: f64 = 0.2;
 
 /// Estimates the lens and all poses from the corners of `views`, and checks the result.
@@ -59,7 +61,7 @@ pub fn calibrate(
     let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
     let mut views = Cow::Borrowed(views);
     if rho > 0.0 {
-        views = Cow::Owned(widened(&views, rho));
+        views = Cow::Owned(inflated(&views, rho));
         observations = self::observations(&views, &board_m)?;
         free = fit_free(&observations);
     }
@@ -92,28 +94,28 @@ fn observations(
 }
 
 /// The corners and what was derived from them before any adjustment.
-pub(super) struct Inputs<'a> {
-    pub(super) views: &'a [Vec<Corner>],
-    pub(super) board: &'a Checkerboard,
-    pub(super) board_m: &'a [Point2<f64>],
-    pub(super) image_size: ImageSize,
-    pub(super) params: &'a CalibrationParams,
-    pub(super) observations: Observations,
-    pub(super) as_seen: AsSeen,
-    pub(super) free: Option<FreeHomographies>,
-    pub(super) distinct: usize,
+pub(crate) struct Inputs<'a> {
+    pub(crate) views: &'a [Vec<Corner>],
+    pub(crate) board: &'a Checkerboard,
+    pub(crate) board_m: &'a [Point2<f64>],
+    pub(crate) image_size: ImageSize,
+    pub(crate) params: &'a CalibrationParams,
+    pub(crate) observations: Observations,
+    pub(crate) as_seen: AsSeen,
+    pub(crate) free: Option<FreeHomographies>,
+    pub(crate) distinct: usize,
     /// Root of the variance that was added to what the corners claim.
-    pub(super) excess_px: f64,
+    pub(crate) excess_px: f64,
 }
 
-pub(super) struct Solution {
-    pub(super) choice: ModelChoice,
-    pub(super) prior_used: bool,
-    pub(super) focal_prior_used: bool,
+pub(crate) struct Solution {
+    pub(crate) choice: ModelChoice,
+    pub(crate) prior_used: bool,
+    pub(crate) focal_prior_used: bool,
 }
 
 impl Inputs<'_> {
-    pub(super) fn noise_floor(&self) -> f64 {
+    pub(crate) fn noise_floor(&self) -> f64 {
         noise_floor(self.views)
     }
 
@@ -132,7 +134,7 @@ impl Inputs<'_> {
             .collect()
     }
 
-    /// Adjusts, first as asked, then with a belief about the focal length if the views leave it open.
+    /// Adjusts, first as asked, then with a lens_estimate about the focal length if the views leave it open.
     fn solve(&self) -> Result<Solution, NotCalibrated> {
         let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
         let start =

@@ -2,11 +2,13 @@
 
 use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector2, Vector3};
 
-use super::arrow::inverse;
-use super::bundle::{Bundle, BundleState, Observations, adjust, information_at};
-use super::lens_model::LensModel;
-use super::start::noise_floor;
 use crate::board::Checkerboard;
+use crate::calibration::solve::bundle::{
+    Bundle, BundleState, Observations, adjust, information_at,
+};
+use crate::calibration::solve::initial_guess::noise_floor;
+use crate::calibration::solve::lens_model::LensModel;
+use crate::calibration::solve::schur_lm::inverse;
 use crate::frame::ImageSize;
 use crate::geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose};
 
@@ -14,7 +16,7 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// χ² at 1 % with 3 degrees of freedom, and the noncentrality at which it is exceeded 95 times of 100.
 const LIMIT: f64 = 11.345;
-const SEEN: f64 = 22.674;
+const NONCENTRALITY_95: f64 = 22.674;
 /// χ² at 1 % with 2 and 1 degrees of freedom.
 const PP_LIMIT: f64 = 9.210;
 const F_LIMIT: f64 = 6.635;
@@ -30,7 +32,7 @@ const OUTSIDE: f64 = 0.25;
 /// Residual with the old distortion over that with a free one, from which the lens itself has changed.
 const LENS_CHANGED: f64 = 1.5;
 /// A ray displaced by less than this share of the picture's width is watched, not acted on.
-const MATTERS: f64 = 0.0008;
+const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
 /// Taken for the standard deviations of a calibration that states none: f as share of itself, PP as share
 /// of the width, then k1, k2, p1, p2, k3.
 const UNSTATED_F: f64 = 1.5e-3;
@@ -206,7 +208,7 @@ pub fn drift(
     let weakest: Matrix2<f64> = information.fixed_view::<2, 2>(1, 1).into();
     let back = Vector3::new(1.0, 1.0, 1.0 / aspect);
     let change_px = d.component_mul(&back);
-    let matters_px = MATTERS * f64::from(image_size.width_px);
+    let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
     let residual_ratio = change.residual_ratio;
     let lens_changed = residual_ratio > LENS_CHANGED;
     let mut now = old.camera;
@@ -220,8 +222,8 @@ pub fn drift(
         limit: LIMIT,
         pp_changed: pp_statistic > PP_LIMIT,
         f_changed: d.x * d.x / covariance[(0, 0)] > F_LIMIT,
-        visible_pp_px: (SEEN / weakest.symmetric_eigenvalues().min()).sqrt(),
-        visible_f_px: (SEEN / information[(0, 0)]).sqrt(),
+        visible_pp_px: (NONCENTRALITY_95 / weakest.symmetric_eigenvalues().min()).sqrt(),
+        visible_f_px: (NONCENTRALITY_95 / information[(0, 0)]).sqrt(),
         displacement_px: 0.0,
         matters_px,
         residual_ratio,

@@ -1,9 +1,9 @@
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2};
 
-use super::finding::{Finding, Verdict};
-use super::lens_model::LensModel;
-use super::model_choice::ModelFit;
-use super::uncertainty::ProjectionSd;
+use crate::calibration::check::finding::{Finding, Verdict};
+use crate::calibration::check::projection_sd::ProjectionSd;
+use crate::calibration::solve::lens_model::LensModel;
+use crate::calibration::solve::model_choice::ModelFit;
 use crate::frame::ImageSize;
 use crate::geometry::{Camera, FocalLength, LENS_PARAMETERS, PrincipalLine};
 

@@ -1,30 +1,28 @@
 //! Frames in: every source of pictures behind one trait.
 
+mod camera_mode;
 #[cfg(unix)]
 mod ffmpeg;
 mod health;
 mod image_folder;
 pub mod integrity;
 pub mod nokhwa;
-mod offer;
 mod pixel_format;
 mod recorded;
-pub mod synthetic;
-pub mod technician;
 #[cfg(target_os = "linux")]
 pub mod v4l2;
 
+pub use camera_mode::{CameraMode, choose, layout};
 #[cfg(unix)]
 pub use ffmpeg::{Ffmpeg, is_address};
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
-pub use offer::{Offer, choose, layout};
 pub use pixel_format::Unpacker;
 pub use recorded::Recorded;
 
 use std::{sync::Arc, time::Duration};
 
 use crate::{
-    device::{Adjustable, CameraEvent, CameraFacts, Control, Fault},
+    device::{Adjustable, CameraEvent, CameraInfo, Control, Fault},
     frame::{Frame, ImageSize},
 };
 
@@ -42,7 +40,7 @@ pub trait FrameSource: Send {
     }
 
     /// What is known of the live camera; `None` if it is none.
-    fn camera_facts(&self) -> Option<CameraFacts> {
+    fn camera_facts(&self) -> Option<CameraInfo> {
         None
     }
 

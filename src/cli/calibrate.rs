@@ -27,7 +27,7 @@ use crate::{
     geometry::Corner,
     pipeline::detect_many,
     recording::save::{Overwrite, save},
-    report::{CalibrationFacts, CameraSection, Provenance, Report, Thumbnail, page},
+    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail, page},
     text::{self, report as words},
 };
 
@@ -117,7 +117,7 @@ impl Arguments {
         if let Some(path) = &self.report {
             let report = Report {
                 name: words::files(&folder_name(&self.inputs), self.inputs.len()),
-                facts: CalibrationFacts::read(&report)?,
+                facts: CalibrationFile::read(&report)?,
                 notes: Vec::new(),
                 camera: CameraSection::default(),
                 corners: views.corners,

@@ -5,14 +5,14 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::{
-    capture::{
-        synthetic::Cues,
-        technician::{Cue, CueKind},
-    },
     frame::FrameId,
     guidance::Progress,
-    pipeline::Judged,
+    pipeline::FrameReport,
     session::Outcome,
+    simulation::{
+        Cues,
+        technician::{Cue, CueKind},
+    },
 };
 
 /// Told of judged frames.
@@ -36,7 +36,7 @@ pub(super) fn cue_link() -> (CueSender, CueReceiver) {
 
 impl CueSender {
     /// Passes on what a person would see and hear after this frame.
-    pub(super) fn tell(&mut self, judged: Judged<'_>) {
+    pub(super) fn tell(&mut self, judged: FrameReport<'_>) {
         let decision = &judged.snapshot.decision;
         let seen_at = judged.observation.captured_at;
         let mut cues = Vec::new();

@@ -7,8 +7,8 @@ use super::{Exit, print, say};
 #[cfg(target_os = "linux")]
 use crate::{
     capture::{
-        Offer, choose, layout,
-        v4l2::{Camera, Found, Linux, Standing, discover, kernel::Kernel, standings},
+        CameraMode, choose, layout,
+        v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},
     },
     device::Wanted,
 };
@@ -109,7 +109,7 @@ fn list(tell: bool) -> (Value, bool) {
     let mut listed = Vec::new();
     for camera in &cameras {
         let controls = kernel.open(&camera.node.path).map_or(Vec::new(), |device| {
-            let controls = standings(&mut kernel, device);
+            let controls = control_states(&mut kernel, device);
             kernel.close(device);
             controls
         });
@@ -143,7 +143,7 @@ fn list(tell: bool) -> (Value, bool) {
 }
 
 #[cfg(target_os = "linux")]
-fn describe(camera: &Camera, controls: &[Standing]) {
+fn describe(camera: &Camera, controls: &[ControlState]) {
     say(&format!("{}  {}", camera.stable_name(), printable(&camera.name)));
     let links: Vec<String> =
         camera.node.links.iter().map(|link| format!(", {}", link.display())).collect();
@@ -160,7 +160,7 @@ fn describe(camera: &Camera, controls: &[Standing]) {
     if let Some(best) = best {
         say(&format!("  auto      {}", mode_name(&best)));
     }
-    for Standing { control, range, value, automatic } in controls {
+    for ControlState { control, range, value, automatic } in controls {
         let value = value.map_or("?".into(), |value| value.to_string());
         let automatic = match automatic {
             Some(true) => ", automatic now",
@@ -183,7 +183,7 @@ fn marks(camera: &Camera) -> [(bool, Fault); 3] {
 
 /// Sizes with their rates by format; formats that cannot be read are said to be so.
 #[cfg(target_os = "linux")]
-fn by_format(offers: &[Offer]) -> Vec<(String, Vec<String>)> {
+fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
     let mut formats: Vec<(String, Vec<String>)> = Vec::new();
     let mut last = None;
     for offer in offers {
@@ -213,24 +213,24 @@ fn by_format(offers: &[Offer]) -> Vec<(String, Vec<String>)> {
 }
 
 #[cfg(target_os = "linux")]
-fn fourcc(offer: &Offer) -> String {
+fn fourcc(offer: &CameraMode) -> String {
     printable(&String::from_utf8_lossy(&offer.fourcc))
 }
 
 /// Pictures per second, to a tenth.
 #[cfg(target_os = "linux")]
-fn rate(offer: &Offer) -> Option<f64> {
+fn rate(offer: &CameraMode) -> Option<f64> {
     offer.interval.map(|(n, d)| (f64::from(d) / f64::from(n) * 10.0).round() / 10.0)
 }
 
 #[cfg(target_os = "linux")]
-fn mode_name(offer: &Offer) -> String {
+fn mode_name(offer: &CameraMode) -> String {
     let rate = rate(offer).map_or(String::new(), |rate| format!("@{rate}"));
     format!("{}x{}{rate}:{}", offer.size.width_px, offer.size.height_px, fourcc(offer))
 }
 
 #[cfg(target_os = "linux")]
-fn report(camera: &Camera, controls: &[Standing]) -> Value {
+fn report(camera: &Camera, controls: &[ControlState]) -> Value {
     let modes: Vec<Value> = camera
         .offers
         .iter()
@@ -241,7 +241,7 @@ fn report(camera: &Camera, controls: &[Standing]) -> Value {
         .collect();
     let controls: Vec<Value> = controls
         .iter()
-        .map(|Standing { control, range, value, automatic }| {
+        .map(|ControlState { control, range, value, automatic }| {
             json!({ "control": words::control(*control), "value": value, "min": range.min,
                     "max": range.max, "step": range.step, "default": range.default,
                     "automatic": automatic })

@@ -19,16 +19,14 @@ use super::{
 #[cfg(unix)]
 use crate::capture::Ffmpeg;
 use crate::{
-    capture::{
-        FrameSource,
-        synthetic::{SyntheticSource, TruthLog},
-    },
+    capture::FrameSource,
     config::Config,
-    pipeline::Judged,
+    pipeline::FrameReport,
     recording::{Header, SessionFolder, replay},
     session::Session,
+    simulation::{SyntheticSource, TruthLog},
     text,
-    ui::desk::Desk,
+    ui::desk::AppHost,
 };
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
@@ -123,7 +121,7 @@ impl Arguments {
     }
 
     /// The program around a window that shows these sessions.
-    pub(super) fn desk(&self, paced: bool) -> anyhow::Result<Box<dyn Desk>> {
+    pub(super) fn desk(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
         window::desk(self.opening()?, paced)
     }
 
@@ -249,14 +247,18 @@ pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened>
                 IN_FLIGHT,
             );
             let truth = source.truth();
-            (Box::new(source), Box::new(move |judged: Judged<'_>| sender.tell(judged)), Some(truth))
+            (
+                Box::new(source),
+                Box::new(move |judged: FrameReport<'_>| sender.tell(judged)),
+                Some(truth),
+            )
         }
-        SourceName::Camera(camera) => (camera.open()?, Box::new(|_: Judged<'_>| ()), None),
+        SourceName::Camera(camera) => (camera.open()?, Box::new(|_: FrameReport<'_>| ()), None),
         #[cfg(unix)]
         SourceName::Video(name) => {
-            (Box::new(Ffmpeg::open(name)?), Box::new(|_: Judged<'_>| ()), None)
+            (Box::new(Ffmpeg::open(name)?), Box::new(|_: FrameReport<'_>| ()), None)
         }
-        SourceName::Session(path) => (open_session(path)?, Box::new(|_: Judged<'_>| ()), None),
-        SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: Judged<'_>| ()), None),
+        SourceName::Session(path) => (open_session(path)?, Box::new(|_: FrameReport<'_>| ()), None),
+        SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: FrameReport<'_>| ()), None),
     })
 }

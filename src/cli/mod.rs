@@ -35,7 +35,7 @@ use clap::{Parser, Subcommand};
 
 pub use outcome::Exit;
 
-use crate::{text, ui::desk::Desk};
+use crate::{text, ui::desk::AppHost};
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -115,7 +115,7 @@ pub fn main() -> ExitCode {
 /// # Errors
 ///
 /// If the arguments are wrong.
-pub fn desk(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn Desk>> {
+pub fn desk(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
     let arguments = ["boresight"].iter().chain(arguments);
     CommandLine::try_parse_from(arguments)?.guide.desk(paced)
 }

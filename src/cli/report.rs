@@ -11,7 +11,7 @@ use crate::{
     capture::read_picture,
     frame::ImageSize,
     recording::save::{Overwrite, save},
-    report::{CalibrationFacts, CameraSection, Provenance, Report, Thumbnail, page},
+    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail, page},
     text::report as words,
 };
 
@@ -97,7 +97,7 @@ fn of_file(path: &Path) -> anyhow::Result<Report> {
     if schema != CALIBRATION_SCHEMA {
         bail!("its schema is {schema:?}, this version reads {CALIBRATION_SCHEMA:?}: {path:?}");
     }
-    let facts = CalibrationFacts::read(&value)
+    let facts = CalibrationFile::read(&value)
         .with_context(|| format!("not a whole calibration: {path:?}"))?;
     let [width_px, height_px] = facts.image_size;
     let folder = path.parent().unwrap_or(Path::new("."));

@@ -16,14 +16,15 @@ use super::{
     print, say, session_report, truth,
 };
 use crate::{
-    capture::{FrameSource, synthetic::TruthLog},
+    capture::FrameSource,
     guidance::{Progress, Refusal},
-    pipeline::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
+    pipeline::{Finished, FrameReport, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
     recording::{
         SessionFolder,
         save::{Overwrite, save},
     },
     session::{Input, Outcome, Session, Snapshot},
+    simulation::TruthLog,
     text,
     ui::desk::Compared,
 };
@@ -32,7 +33,7 @@ use crate::{
 pub(super) const RESULT_FILE: &str = "calibration.json";
 
 /// Called with every frame's result; the simulated technician listens here.
-pub(super) type Listener = Box<dyn FnMut(Judged<'_>) + Send>;
+pub(super) type Listener = Box<dyn FnMut(FrameReport<'_>) + Send>;
 
 /// A session that can be run.
 pub(super) struct Run {
@@ -47,7 +48,7 @@ pub(super) struct Run {
 }
 
 /// A session that has run.
-pub(super) struct Ran {
+pub(super) struct FinishedRun {
     /// As it ended.
     pub(super) session: Session,
     /// Its folder.
@@ -63,7 +64,7 @@ impl Run {
     }
 
     /// Runs until the plan is complete, the source ends, or Ctrl-C.
-    pub(super) fn carry_out(self) -> anyhow::Result<Ran> {
+    pub(super) fn carry_out(self) -> anyhow::Result<FinishedRun> {
         let stop = stop_flag()?;
         let (setup, rest) = self.setup()?;
         let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
@@ -83,7 +84,7 @@ impl Run {
     }
 
     /// What the threads are started with, and what is needed once they have ended.
-    pub(super) fn setup(self) -> anyhow::Result<(Setup, Rest)> {
+    pub(super) fn setup(self) -> anyhow::Result<(Setup, RunContext)> {
         let path = self.folder.path().to_path_buf();
         say(&format!("Session: {}", path.display()));
         let Self {
@@ -110,7 +111,7 @@ impl Run {
             first_frame,
             judged: Box::new(told(judged)),
         };
-        Ok((setup, Rest { path, truth, first_frame }))
+        Ok((setup, RunContext { path, truth, first_frame }))
     }
 }
 
@@ -124,21 +125,24 @@ pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
 }
 
 /// What is needed once the threads have ended.
-pub(super) struct Rest {
+pub(super) struct RunContext {
     pub(super) path: PathBuf,
     truth: Option<TruthLog>,
     first_frame: u64,
 }
 
-impl Rest {
+impl RunContext {
     /// The session that has run.
-    pub(super) fn ran(self, finished: Result<Finished, PipelineError>) -> anyhow::Result<Ran> {
+    pub(super) fn ran(
+        self,
+        finished: Result<Finished, PipelineError>,
+    ) -> anyhow::Result<FinishedRun> {
         let Self { path, truth, first_frame } = self;
-        Ok(Ran { session: finished?.session, path, truth, first_frame })
+        Ok(FinishedRun { session: finished?.session, path, truth, first_frame })
     }
 }
 
-impl Ran {
+impl FinishedRun {
     /// Tells the result and writes it into the session's folder. Returns what a comparison found, too, if one
     /// was asked for: that it fails is no failure of the session.
     pub(super) fn conclude(
@@ -184,7 +188,7 @@ impl Ran {
 }
 
 /// Prints each change of advice and every view taken, then passes the frame on.
-fn told(mut judged: Listener) -> impl FnMut(Judged<'_>) + Send {
+fn told(mut judged: Listener) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = String::new();
     move |frame| {
         let snapshot = frame.snapshot;

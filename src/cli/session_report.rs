@@ -24,7 +24,7 @@ use crate::{
         stored_frame,
     },
     report::{
-        CalibrationFacts, CameraChange, CameraSection, DriftSection, Provenance, Refused, Report,
+        CalibrationFile, CameraChange, CameraSection, DriftSection, Provenance, Refused, Report,
         Thumbnail, page,
     },
     session::{Input, Session},
@@ -116,7 +116,7 @@ fn put_together(
     rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
     Ok(Report {
         name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        facts: CalibrationFacts::read(&calibration_json(session, header))?,
+        facts: CalibrationFile::read(&calibration_json(session, header))?,
         notes,
         camera: CameraSection { rows: camera(header, session), changes },
         corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),

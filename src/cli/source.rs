@@ -11,11 +11,12 @@ use super::{
 #[cfg(unix)]
 use crate::capture::is_address;
 use crate::{
-    capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, synthetic::Scene},
-    config::{Config, SceneFile},
+    capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity},
+    config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     recording::{SessionFolder, stored_frame},
     session::Input,
+    simulation::{Scene, SceneFile},
 };
 
 /// A source by name, not yet opened.

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use super::say;
 use crate::{
     calibration::Calibration,
-    capture::synthetic::Truth,
     recording::save::{Overwrite, save},
+    simulation::Truth,
 };
 
 /// Writes `truth.json` into the session: the lens, and where the board was in the middle of each frame's

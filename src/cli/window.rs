@@ -23,13 +23,15 @@ use super::{
 use crate::{
     config::PlanName,
     guidance::Plan,
-    pipeline::{Ending, Paced, Pipeline},
+    pipeline::{Background, Paced, Pipeline},
     recording::{SessionFolder, Stored, stored_frame},
     session::Session,
     text,
     ui::{
         self, NoWindow,
-        desk::{Comparing, Desk, Ended, Loading, Opened, Recording, Trouble, Wake, Wish},
+        desk::{
+            AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
+        },
     },
 };
 
@@ -42,7 +44,7 @@ pub(super) fn run(opening: Opening, json: bool) -> anyhow::Result<Exit> {
 }
 
 /// The program around a window that somebody else shows.
-pub(super) fn desk(opening: Opening, paced: bool) -> anyhow::Result<Box<dyn Desk>> {
+pub(super) fn desk(opening: Opening, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
     Ok(Box::new(Program::new(opening, false, paced)?))
 }
 
@@ -67,15 +69,15 @@ struct Program {
     exit: Arc<Mutex<Exit>>,
 }
 
-impl Desk for Program {
-    fn first_wish(&self) -> Wish {
+impl AppHost for Program {
+    fn first_wish(&self) -> SessionRequest {
         let config = &self.opening.config;
         let plan = match config.guidance.plan {
             PlanName::Quick => Plan::Quick,
             PlanName::Full => Plan::Full,
             PlanName::Adaptive => Plan::Adaptive,
         };
-        Wish {
+        SessionRequest {
             source: self.opening.source.clone(),
             mode: config.camera.mode.clone(),
             board: [config.board.columns, config.board.rows],
@@ -86,7 +88,7 @@ impl Desk for Program {
         }
     }
 
-    fn open(&mut self, wish: &Wish, wake: Wake) -> Result<Opened, Trouble> {
+    fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
         self.opened(wish, wake).map_err(|err| trouble(&err))
     }
 
@@ -105,7 +107,7 @@ impl Desk for Program {
         export::format_names()
     }
 
-    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, Trouble> {
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError> {
         export::beside(folder, format).map_err(|err| trouble(&err))
     }
 
@@ -113,38 +115,38 @@ impl Desk for Program {
         compare::older(folder)
     }
 
-    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, Trouble> {
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError> {
         let (folder, old) = (folder.to_path_buf(), old.to_path_buf());
         let work = move || {
             let compared = compare::of_folder(&folder, &old).map_err(|err| trouble(&err));
             wake();
             compared
         };
-        Ending::start(work).map_err(|err| trouble(&err.into()))
+        Background::start(work).map_err(|err| trouble(&err.into()))
     }
 
     fn recordings(&self) -> Vec<Recording> {
         recordings::within(&self.shelves)
     }
 
-    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, Trouble> {
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError> {
         let folder = folder.to_path_buf();
         let work = move || {
             let replayed = recordings::open(&folder).map_err(|err| trouble(&err));
             wake();
             replayed
         };
-        Ending::start(work).map_err(|err| trouble(&err.into()))
+        Background::start(work).map_err(|err| trouble(&err.into()))
     }
 
-    fn show(&mut self, file: &Path) -> Result<(), Trouble> {
+    fn show(&mut self, file: &Path) -> Result<(), UserError> {
         let shown = Command::new("xdg-open")
             .arg(file)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn();
-        shown.map(drop).map_err(|_| Trouble {
+        shown.map(drop).map_err(|_| UserError {
             what: text::window::NO_VIEWER.into(),
             action: Some(text::window::written(file)),
         })
@@ -169,7 +171,7 @@ impl Program {
         })
     }
 
-    fn opened(&mut self, wish: &Wish, wake: Wake) -> anyhow::Result<Opened> {
+    fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
         let mut config = self.opening.config.clone();
         [config.board.columns, config.board.rows] = wish.board;
         config.board.square_mm = wish.square_m * 1e3;
@@ -249,6 +251,6 @@ fn pictures(run: &Run) -> anyhow::Result<Vec<(u32, GrayImage)>> {
         .collect()
 }
 
-fn trouble(err: &anyhow::Error) -> Trouble {
-    Trouble { what: format!("{err:#}"), action: text::explain(err) }
+fn trouble(err: &anyhow::Error) -> UserError {
+    UserError { what: format!("{err:#}"), action: text::explain(err) }
 }

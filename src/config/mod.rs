@@ -1,10 +1,8 @@
 //! Configuration: TOML in, typed parameters out. The only place with millimetres and degrees.
 
 mod camera;
-mod scene;
 
 pub use camera::{Backend, CameraConfig};
-pub use scene::SceneFile;
 
 use std::path::{Path, PathBuf};
 

@@ -4,11 +4,11 @@
 //! tells the session, in order; it is recorded and replayed like every other input.
 
 mod event;
-mod facts;
 mod fault;
+mod info;
 
 pub use event::{
     Adjustable, CameraEvent, Control, ControlChange, Lock, Locks, Mode, PixelLayout, Wanted,
 };
-pub use facts::{CameraFacts, ControlBefore};
 pub use fault::Fault;
+pub use info::{CameraInfo, ControlBefore};

@@ -43,9 +43,9 @@ pub struct Projection {
     /// Distorted pixel.
     pub px: Point2<f64>,
     /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
-    pub by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
+    pub jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
     /// d px / d pose, columns `ω` then `τ` of `R ← exp([ω]×) R`, `t ← t + τ` (see [`Camera::moved`]).
-    pub by_pose: SMatrix<f64, 2, 6>,
+    pub jac_pose: SMatrix<f64, 2, 6>,
 }
 
 /// A ray's image and how it changes with the lens and a turn of the camera.
@@ -54,15 +54,15 @@ pub struct RayProjection {
     /// Distorted pixel.
     pub px: Point2<f64>,
     /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
-    pub by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
+    pub jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
     /// d px / d turn, in radians about the camera's axes.
-    pub by_turn: SMatrix<f64, 2, 3>,
+    pub jac_rotation: SMatrix<f64, 2, 3>,
 }
 
 /// A point's image and how it changes with the lens and the point.
 struct Sighting {
     px: Point2<f64>,
-    by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
+    jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
     by_cam: SMatrix<f64, 2, 3>,
 }
 
@@ -147,7 +147,7 @@ impl Camera {
         (point_in_cam.z > 1e-9).then(|| {
             let ideal =
                 Point2::new(point_in_cam.x / point_in_cam.z, point_in_cam.y / point_in_cam.z);
-            self.px_from_ideal(&ideal)
+            self.px_from_normalized(&ideal)
         })
     }
 
@@ -162,7 +162,7 @@ impl Camera {
     }
 
     /// Distorted pixel of undistorted normalised coordinates.
-    pub fn px_from_ideal(&self, ideal: &Point2<f64>) -> Point2<f64> {
+    pub fn px_from_normalized(&self, ideal: &Point2<f64>) -> Point2<f64> {
         self.pp_px + self.distortion.apply(ideal).coords.component_mul(&self.f_px)
     }
 
@@ -190,11 +190,11 @@ impl Camera {
         if in_cam.z <= 1e-9 {
             return None;
         }
-        let Sighting { px, by_lens, by_cam } = self.sight(&in_cam);
-        let mut by_pose = SMatrix::<f64, 2, 6>::zeros();
-        by_pose.fixed_columns_mut::<3>(0).copy_from(&(by_cam * -turned.cross_matrix()));
-        by_pose.fixed_columns_mut::<3>(3).copy_from(&by_cam);
-        Some(Projection { px, by_lens, by_pose })
+        let Sighting { px, jac_lens, by_cam } = self.sight(&in_cam);
+        let mut jac_pose = SMatrix::<f64, 2, 6>::zeros();
+        jac_pose.fixed_columns_mut::<3>(0).copy_from(&(by_cam * -turned.cross_matrix()));
+        jac_pose.fixed_columns_mut::<3>(3).copy_from(&by_cam);
+        Some(Projection { px, jac_lens, jac_pose })
     }
 
     /// Pixel of the ray through `ideal`, undistorted normalised coordinates, with derivatives.
@@ -202,8 +202,8 @@ impl Camera {
     /// A small turn ω of the camera moves the ray `r = (x, y, 1)` by `ω × r = −[r]× ω`.
     pub fn project_ray(&self, ideal: &Point2<f64>) -> RayProjection {
         let ray = Vector3::new(ideal.x, ideal.y, 1.0);
-        let Sighting { px, by_lens, by_cam } = self.sight(&ray);
-        RayProjection { px, by_lens, by_turn: by_cam * -ray.cross_matrix() }
+        let Sighting { px, jac_lens, by_cam } = self.sight(&ray);
+        RayProjection { px, jac_lens, jac_rotation: by_cam * -ray.cross_matrix() }
     }
 
     /// Pixel of a point in front of the camera, with derivatives.
@@ -214,7 +214,7 @@ impl Camera {
         let (fx, fy) = (self.f_px.x, self.f_px.y);
         let r2 = x * x + y * y;
         let (r4, r6) = (r2 * r2, r2 * r2 * r2);
-        let by_lens = SMatrix::<f64, 2, LENS_PARAMETERS>::from_row_slice(&[
+        let jac_lens = SMatrix::<f64, 2, LENS_PARAMETERS>::from_row_slice(&[
             distorted.x,
             0.0,
             1.0,
@@ -238,10 +238,10 @@ impl Camera {
         let ideal_by_cam = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / in_cam.z;
         let by_cam = px_by_ideal * ideal_by_cam;
         let px = self.pp_px + distorted.coords.component_mul(&self.f_px);
-        Sighting { px, by_lens, by_cam }
+        Sighting { px, jac_lens, by_cam }
     }
 
-    /// `cam_from_board` moved by the small step `(ω, τ)` that [`Projection::by_pose`] is about.
+    /// `cam_from_board` moved by the small step `(ω, τ)` that [`Projection::jac_pose`] is about.
     pub fn moved(
         cam_from_board: &Isometry3<f64>,
         turn_rad: &Vector3<f64>,
@@ -293,7 +293,7 @@ mod tests {
             for column in 0..=20 {
                 let px = Point2::new(64.0 * f64::from(column), 36.0 * f64::from(row));
                 let ideal = camera.ideal_from_px(&px).expect("inside the field");
-                assert!((camera.px_from_ideal(&ideal) - px).norm() < 1e-9, "{px}");
+                assert!((camera.px_from_normalized(&ideal) - px).norm() < 1e-9, "{px}");
             }
         }
     }
@@ -320,9 +320,9 @@ mod tests {
                 camera.project(&Point3::from(ray)).expect("in front")
             };
             let difference = (turned(1.0) - turned(-1.0)) / 2e-6;
-            assert!((difference - at.by_turn.column(i)).norm() < 1e-4, "turn {i}");
+            assert!((difference - at.jac_rotation.column(i)).norm() < 1e-4, "turn {i}");
         }
-        assert_eq!(at.px, camera.px_from_ideal(&ideal));
+        assert_eq!(at.px, camera.px_from_normalized(&ideal));
     }
 
     #[test]
@@ -341,7 +341,7 @@ mod tests {
                 px(&Camera::from_lens_parameters(&parameters), &pose)
             };
             let difference = (nudged(1.0) - nudged(-1.0)) / 2e-6;
-            assert!((difference - at.by_lens.column(i)).norm() < 1e-5, "lens {i}");
+            assert!((difference - at.jac_lens.column(i)).norm() < 1e-5, "lens {i}");
         }
         for i in 0..6 {
             let nudged = |sign: f64| {
@@ -350,7 +350,7 @@ mod tests {
                 px(&camera, &Camera::moved(&pose, &step[0], &step[1]))
             };
             let difference = (nudged(1.0) - nudged(-1.0)) / 2e-6;
-            assert!((difference - at.by_pose.column(i)).norm() < 1e-4, "pose {i}");
+            assert!((difference - at.jac_pose.column(i)).norm() < 1e-4, "pose {i}");
         }
     }
 }

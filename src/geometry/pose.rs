@@ -111,8 +111,8 @@ fn linearise(
         let residual = corner.px - at.px;
         linear.cost += residual.dot(&(weight * residual));
         linear.squares_px2 += residual.norm_squared();
-        linear.gradient += at.by_pose.transpose() * weight * residual;
-        linear.normal_matrix += at.by_pose.transpose() * weight * at.by_pose;
+        linear.gradient += at.jac_pose.transpose() * weight * residual;
+        linear.normal_matrix += at.jac_pose.transpose() * weight * at.jac_pose;
     }
     linear.cost.is_finite().then_some(linear)
 }

@@ -2,10 +2,12 @@
 
 use std::f64::consts::PI;
 
-use super::{Belief, GuidanceParams, Plan, Refusal, SLOTS_DEG, View, direction_difference_rad};
+use super::{
+    GuidanceParams, LensEstimate, Plan, Refusal, SLOTS_DEG, View, direction_difference_rad,
+};
 
 /// What a view is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case", tag = "role")]
 pub enum Role {
     /// Its principal line is linearly independent of all accepted ones.
@@ -35,16 +37,16 @@ const CONSISTENCY_SIGMAS: f64 = 3.5;
 pub fn role_of(
     view: &View,
     accepted: &[View],
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Result<Role, Refusal> {
-    consistent(view, accepted, belief)?;
+    consistent(view, accepted, lens_estimate)?;
     let mut nearest_rad = f64::INFINITY;
     let mut partner_refusal = None;
     for (index, other) in accepted.iter().enumerate() {
         let opposed_rad = direction_difference_rad(view.slot_rad(), other.slot_rad() + PI).abs();
         if opposed_rad <= params.partner_slot_rad && partner_of(index, accepted).is_none() {
-            match reflected(view, other, belief, params) {
+            match reflected(view, other, lens_estimate, params) {
                 Ok(()) => return Ok(Role::Partner { of: index }),
                 Err(refusal) => partner_refusal = Some(refusal),
             }
@@ -71,34 +73,34 @@ pub fn role_of(
 pub fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
     let view = accepted.get(index)?;
     accepted.iter().position(|other| {
-        view.opposes == Some(other.frame_id) || other.opposes == Some(view.frame_id)
+        view.partner_frame == Some(other.frame_id) || other.partner_frame == Some(view.frame_id)
     })
 }
 
 fn reflected(
     view: &View,
     of: &View,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Result<(), Refusal> {
-    let offset_px = reflection_offset_px(view, of, belief);
-    let wanted_px = partner_limit_px(belief, params);
+    let offset_px = reflection_offset_px(view, of, lens_estimate);
+    let wanted_px = partner_limit_px(lens_estimate, params);
     if offset_px <= wanted_px { Ok(()) } else { Err(Refusal::PartnerOff { offset_px, wanted_px }) }
 }
 
 /// Distance of `view`'s centre from the point reflection of `of`'s centre about the principal point.
-fn reflection_offset_px(view: &View, of: &View, belief: &Belief) -> f64 {
-    let wanted = belief.camera.pp_px.coords * 2.0 - of.mean_px.coords;
+fn reflection_offset_px(view: &View, of: &View, lens_estimate: &LensEstimate) -> f64 {
+    let wanted = lens_estimate.camera.pp_px.coords * 2.0 - of.mean_px.coords;
     (view.mean_px.coords - wanted).norm()
 }
 
-fn partner_limit_px(belief: &Belief, params: &GuidanceParams) -> f64 {
+fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f64 {
     // A reflection about an uncertain point cannot be asked for more exactly than that point is known.
-    let known_px = match belief.covariance {
-        Some(_) => belief.pp_covariance_px2().trace().max(0.0).sqrt(),
+    let known_px = match lens_estimate.covariance {
+        Some(_) => lens_estimate.pp_covariance_px2().trace().max(0.0).sqrt(),
         None => 0.0,
     };
-    params.partner_offset_px.max(1.0 / belief.residual_pull()).max(2.0 * known_px)
+    params.partner_offset_px.max(1.0 / lens_estimate.line_bias_per_px()).max(2.0 * known_px)
 }
 
 /// In a plan of slots, a new direction must be one of the slots' while slots are open.
@@ -121,15 +123,15 @@ fn on_a_slot(view: &View, accepted: usize, params: &GuidanceParams) -> Result<()
 }
 
 /// `z = (n·P − c) / √(var + nᵀ C_P n + (a_res n·(m − P))²)`, rejected beyond 3.5, once five views are in.
-fn consistent(view: &View, accepted: &[View], belief: &Belief) -> Result<(), Refusal> {
-    if accepted.len() < CONSISTENCY_FROM_VIEWS || belief.covariance.is_none() {
+fn consistent(view: &View, accepted: &[View], lens_estimate: &LensEstimate) -> Result<(), Refusal> {
+    if accepted.len() < CONSISTENCY_FROM_VIEWS || lens_estimate.covariance.is_none() {
         return Ok(());
     }
-    let pp = belief.camera.pp_px;
+    let pp = lens_estimate.camera.pp_px;
     let normal = view.line.normal();
-    let pull_px = belief.residual_pull() * normal.dot(&(view.mean_px - pp));
+    let pull_px = lens_estimate.line_bias_per_px() * normal.dot(&(view.mean_px - pp));
     let variance = view.line.variance_of_distance(&pp)
-        + (normal.transpose() * belief.pp_covariance_px2() * normal).x
+        + (normal.transpose() * lens_estimate.pp_covariance_px2() * normal).x
         + pull_px * pull_px;
     let sigmas = view.line.distance_px(&pp).abs() / variance.max(1e-12).sqrt();
     // A corner error floor of the lens model itself; a tenth of a pixel is never an inconsistency.

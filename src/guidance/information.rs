@@ -6,7 +6,7 @@
 use nalgebra::{Isometry3, SMatrix};
 
 use super::{
-    Belief, GuidanceParams, View,
+    GuidanceParams, LensEstimate, View,
     target::{PoseWish, aimed, seen_px},
 };
 use crate::{
@@ -29,22 +29,22 @@ const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.0
 
 /// The feasible pose that, with its reflected partner, minimises the expected variance of projection
 /// over the picture, `tr(M C Mᵀ)`; among directions that are independent of all accepted ones.
-pub(super) fn most_telling_pair(
+pub(super) fn most_informative_pair(
     accepted: &[View],
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<(PoseWish, Isometry3<f64>)> {
     let points = board.corners_in_board_m();
     let poses = accepted.iter().filter_map(|view| {
-        Some(fit_pose(&belief.camera, &points, &view.corners).ok()?.cam_from_board)
+        Some(fit_pose(&lens_estimate.camera, &points, &view.corners).ok()?.cam_from_board)
     });
-    let known = known_information(poses, board, &belief.camera, CORNER_SIGMA_PX);
-    let weight = projection_weight(belief);
+    let known = known_information(poses, board, &lens_estimate.camera, CORNER_SIGMA_PX);
+    let weight = projection_weight(lens_estimate);
     let mut best: Option<(f64, PoseWish, Isometry3<f64>)> = None;
-    for wish in candidates(accepted, belief, params) {
-        let Some(pose) = aimed(&wish, board, belief, params) else { continue };
-        let Some(pair) = pair_information(&pose, board, &belief.camera) else { continue };
+    for wish in candidates(accepted, lens_estimate, params) {
+        let Some(pose) = aimed(&wish, board, lens_estimate, params) else { continue };
+        let Some(pair) = pair_information(&pose, board, &lens_estimate.camera) else { continue };
         let Some(covariance) = (known + pair).cholesky().map(|c| c.inverse()) else { continue };
         let variance = (weight * covariance).trace();
         if best.as_ref().is_none_or(|(least, ..)| variance < *least) {
@@ -59,7 +59,7 @@ pub(super) fn most_telling_pair(
 pub(super) fn most_covering_pair(
     accepted: &[View],
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<(PoseWish, Isometry3<f64>)> {
     let mut outlines: Vec<BoardOutline> = accepted
@@ -70,18 +70,16 @@ pub(super) fn most_covering_pair(
         })
         .collect();
     let taken = outlines.len();
-    let mut most = coverage(&outlines, belief.image_size);
+    let mut most = coverage(&outlines, lens_estimate.image_size);
     let mut best = None;
-    for wish in candidates(accepted, belief, params) {
-        let Some(pose) = aimed(&wish, board, belief, params) else { continue };
+    for wish in candidates(accepted, lens_estimate, params) {
+        let Some(pose) = aimed(&wish, board, lens_estimate, params) else { continue };
         let pair = [pose, reflected(&pose)];
         outlines.truncate(taken);
-        outlines.extend(
-            pair.iter().filter_map(|pose| {
-                BoardOutline::of(&seen_px(pose, board, belief), board.columns())
-            }),
-        );
-        let share = coverage(&outlines, belief.image_size);
+        outlines.extend(pair.iter().filter_map(|pose| {
+            BoardOutline::of(&seen_px(pose, board, lens_estimate), board.columns())
+        }));
+        let share = coverage(&outlines, lens_estimate.image_size);
         if share > most {
             most = share;
             best = Some((wish, pose));
@@ -92,8 +90,12 @@ pub(super) fn most_covering_pair(
 
 /// Directions every 11.25°, three tilts, two sizes, centred and shifted along the principal
 /// line as far as the picture may allow.
-fn candidates(accepted: &[View], belief: &Belief, params: &GuidanceParams) -> Vec<PoseWish> {
-    let reach_px = 0.2 * f64::from(belief.image_size.width_px);
+fn candidates(
+    accepted: &[View],
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Vec<PoseWish> {
+    let reach_px = 0.2 * f64::from(lens_estimate.image_size.width_px);
     // A person misses the asked direction by some degrees; leave room so that the view still counts.
     let spare_rad = 0.1 * params.independent_rad;
     let mut wishes = Vec::new();
@@ -170,10 +172,10 @@ pub fn view_information(
     let mut d = SMatrix::<f64, 6, 6>::zeros();
     for point in board.corners_in_board_m() {
         let at = camera.project_board_point(pose, &point)?;
-        let by_lens = square_pixels(&at.by_lens);
-        a += by_lens.transpose() * by_lens;
-        b += by_lens.transpose() * at.by_pose;
-        d += at.by_pose.transpose() * at.by_pose;
+        let jac_lens = square_pixels(&at.jac_lens);
+        a += jac_lens.transpose() * jac_lens;
+        b += jac_lens.transpose() * at.jac_pose;
+        d += at.jac_pose.transpose() * at.jac_pose;
     }
     let eliminated = b * d.cholesky()?.inverse() * b.transpose();
     Some((a - eliminated) / (sigma_px * sigma_px))
@@ -181,26 +183,26 @@ pub fn view_information(
 
 /// Derivatives by the lens parameters as those of a camera with square pixels: the columns of `fx` and `fy`
 /// joined to one of `f`.
-pub fn square_pixels(by_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, PARAMETERS> {
+pub fn square_pixels(jac_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, PARAMETERS> {
     let mut joined = SMatrix::<f64, 2, PARAMETERS>::zeros();
-    joined.set_column(0, &(by_lens.column(0) + by_lens.column(1)));
-    joined.fixed_columns_mut::<{ PARAMETERS - 1 }>(1).copy_from(&by_lens.fixed_columns::<7>(2));
+    joined.set_column(0, &(jac_lens.column(0) + jac_lens.column(1)));
+    joined.fixed_columns_mut::<{ PARAMETERS - 1 }>(1).copy_from(&jac_lens.fixed_columns::<7>(2));
     joined
 }
 
 /// `MᵀM` with `M` the change of the projection over a grid of pixels with the lens parameters,
 /// after the rotation of the camera that compensates best.
-fn projection_weight(belief: &Belief) -> LensMatrix {
+fn projection_weight(lens_estimate: &LensEstimate) -> LensMatrix {
     let mut a = LensMatrix::zeros();
     let mut b = SMatrix::<f64, PARAMETERS, 3>::zeros();
     let mut d = SMatrix::<f64, 3, 3>::zeros();
-    for px in cell_centres_px(belief.image_size) {
-        let Some(ideal) = belief.camera.ideal_from_px(&px) else { continue };
-        let RayProjection { by_lens, by_turn, .. } = belief.camera.project_ray(&ideal);
-        let by_lens = square_pixels(&by_lens);
-        a += by_lens.transpose() * by_lens;
-        b += by_lens.transpose() * by_turn;
-        d += by_turn.transpose() * by_turn;
+    for px in cell_centres_px(lens_estimate.image_size) {
+        let Some(ideal) = lens_estimate.camera.ideal_from_px(&px) else { continue };
+        let RayProjection { jac_lens, jac_rotation, .. } = lens_estimate.camera.project_ray(&ideal);
+        let jac_lens = square_pixels(&jac_lens);
+        a += jac_lens.transpose() * jac_lens;
+        b += jac_lens.transpose() * jac_rotation;
+        d += jac_rotation.transpose() * jac_rotation;
     }
     match d.try_inverse() {
         Some(inverse) => a - b * inverse * b.transpose(),

@@ -1,6 +1,6 @@
 //! What is this view worth, and what should the person show next?
 //!
-//! Pure functions of numbers: equal views, belief and parameters give equal answers, live or replayed.
+//! Pure functions of numbers: equal views, lens_estimate and parameters give equal answers, live or replayed.
 //! The flow, one file a stage:
 //!
 //! | stage | question | degenerate case |
@@ -9,7 +9,7 @@
 //! | [`mod@gate`] | is it good enough to be used at all? | every answer carries what was measured and what is wanted |
 //! | [`independence`] | does its principal line add anything? | an opposed pair is parallel by design and is one unit |
 //! | [`stillness`] | is the board held still? | photographs are still by definition |
-//! | [`target`] | which pose next, and where on the screen? | no belief yet: the picture's centre and a usual focal length |
+//! | [`target`] | which pose next, and where on the screen? | no lens_estimate yet: the picture's centre and a usual focal length |
 //! | [`information`] | which reflected pair tells most? | directions used up: no target |
 //! | [`stop`] | are we done? | never before every view has its partner |
 //! | [`advice`] | which one thing should the person do now? | |
@@ -27,9 +27,9 @@ pub use advice::{Advice, advise};
 pub use gate::{Refusal, gate};
 pub use independence::{Role, partner_of, role_of};
 pub use stillness::Hold;
-pub use stop::{Progress, forecast, progress, progress_without_target};
+pub use stop::{Progress, final_progress, forecast, progress};
 pub use target::{Purpose, Target, next_target};
-pub use view::{Belief, View, measure};
+pub use view::{LensEstimate, View, measure};
 
 use std::f64::consts::PI;
 

@@ -31,7 +31,7 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// Starts with `view`; `together` as [`moved_together`] has it.
+    /// Starts with `view`; `together` as [`moved_rigidly`] has it.
     pub fn start(view: View, role: Role, together: bool) -> Self {
         let anchor = view.corners.clone();
         Self { since: view.captured_at, role, anchor, best: view, together }
@@ -73,7 +73,7 @@ fn largest_step_px(before: &[Corner], after: &[Corner]) -> f64 {
 
 /// Whether the corners moved as those of one board between two frames: by a homography, and errors like each
 /// other's. `false` if they have none.
-pub fn moved_together(before: &[Corner], after: &[Corner]) -> bool {
+pub fn moved_rigidly(before: &[Corner], after: &[Corner]) -> bool {
     let from: Vec<_> = before.iter().map(|corner| corner.px).collect();
     let Ok(motion) = Homography::fit(&from, after) else { return false };
     let stray_px = |(from, after): (_, &Corner)| {
@@ -147,17 +147,17 @@ mod tests {
         for (noise_px, off_px) in [(0.0, 0.1), (0.02, 0.3), (0.1, 1.0)] {
             let before = corners(0.0, 0.0);
             let mut after = corners(1.5, noise_px);
-            assert!(moved_together(&before, &after), "noise {noise_px} px");
+            assert!(moved_rigidly(&before, &after), "noise {noise_px} px");
             after[23].px.x += off_px;
-            assert!(!moved_together(&before, &after), "noise {noise_px} px, off {off_px} px");
+            assert!(!moved_rigidly(&before, &after), "noise {noise_px} px, off {off_px} px");
         }
     }
 
     #[test]
     fn corners_without_a_motion_did_not_move_together() {
         let board = corners(0.0, 0.0);
-        assert!(!moved_together(&board, &board[..53]));
-        assert!(!moved_together(&board[..3], &board[..3]));
-        assert!(!moved_together(&[], &[]));
+        assert!(!moved_rigidly(&board, &board[..53]));
+        assert!(!moved_rigidly(&board[..3], &board[..3]));
+        assert!(!moved_rigidly(&[], &[]));
     }
 }

@@ -37,7 +37,7 @@ pub enum Progress {
 
 /// How a session ends for which no further pose can be asked for. Coverage that no hand can improve
 /// stays a finding of the calibration; it does not fail the session.
-pub fn progress_without_target(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
+pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
     if precision.is_some_and(|precision| precision.trusted && precision.is_reached(params)) {
         Progress::Complete
     } else {
@@ -84,13 +84,13 @@ pub fn forecast(
         return None;
     }
     let views = accepted.len();
-    let lonely = (0..views).filter(|&i| partner_of(i, accepted).is_none()).count();
+    let unpaired = (0..views).filter(|&i| partner_of(i, accepted).is_none()).count();
     let planned = match params.plan {
         Plan::Quick => 4,
         Plan::Full => 8,
         Plan::Adaptive => params.min_views,
     };
-    let complete = planned.max(views + lonely);
+    let complete = planned.max(views + unpaired);
     let wanted = match (params.plan, precision) {
         // Before every view has its opposite, noise does not fall with the root of their number.
         (Plan::Adaptive, Some(precision)) if views >= params.min_views => {
@@ -99,7 +99,7 @@ pub fn forecast(
             let by_noise = (views as f64 * excess * excess).min(params.max_views as f64).ceil();
             // At least a pair more where doubts or gaps remain.
             let doubts = usize::from(!(precision.trusted && precision.covered)) * 2;
-            complete.max(by_noise as usize).max(views + lonely + doubts)
+            complete.max(by_noise as usize).max(views + unpaired + doubts)
         }
         _ => complete,
     };

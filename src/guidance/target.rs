@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Point2, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::{
-    Belief, BoardRoll, GuidanceParams, Plan, SLOTS_DEG, View,
+    BoardRoll, GuidanceParams, LensEstimate, Plan, SLOTS_DEG, View,
     independence::partner_of,
-    information::{most_covering_pair, most_telling_pair},
+    information::{most_covering_pair, most_informative_pair},
     stop::Precision,
     view::bounds_px,
 };
@@ -25,7 +25,7 @@ pub enum Purpose {
     /// An empty slot of the plan.
     Slot,
     /// Half of the reflected pair that tells most.
-    MostTelling,
+    MostInformative,
     /// Half of the reflected pair that covers most of what no board has covered.
     Coverage,
 }
@@ -60,13 +60,13 @@ pub(super) struct PoseWish {
 pub fn next_target(
     accepted: &[View],
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     precision: Option<&Precision>,
     params: &GuidanceParams,
 ) -> Option<Target> {
-    let lonely = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
-    if let Some(of) = lonely {
-        return Some(partner_target(of, &accepted[of], belief));
+    let unpaired = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
+    if let Some(of) = unpaired {
+        return Some(partner_target(of, &accepted[of], lens_estimate));
     }
     let slots = match params.plan {
         Plan::Quick | Plan::Adaptive => 4,
@@ -84,8 +84,8 @@ pub fn next_target(
             fill: params.target_fill,
             along_px: 0.0,
         };
-        return aimed(&wish, board, belief, params)
-            .map(|pose| target(Purpose::Slot, &wish, &pose, board, belief));
+        return aimed(&wish, board, lens_estimate, params)
+            .map(|pose| target(Purpose::Slot, &wish, &pose, board, lens_estimate));
     }
     if params.plan != Plan::Adaptive {
         return None;
@@ -94,11 +94,11 @@ pub fn next_target(
         precision.trusted && !precision.covered && precision.is_reached(params)
     });
     let (purpose, (wish, pose)) = if only_coverage {
-        (Purpose::Coverage, most_covering_pair(accepted, board, belief, params)?)
+        (Purpose::Coverage, most_covering_pair(accepted, board, lens_estimate, params)?)
     } else {
-        (Purpose::MostTelling, most_telling_pair(accepted, board, belief, params)?)
+        (Purpose::MostInformative, most_informative_pair(accepted, board, lens_estimate, params)?)
     };
-    Some(target(purpose, &wish, &pose, board, belief))
+    Some(target(purpose, &wish, &pose, board, lens_estimate))
 }
 
 /// The direction nearest to a slot that is independent of all accepted principal lines, with room for
@@ -122,8 +122,8 @@ fn free_direction_rad(slot_rad: f64, accepted: &[View], params: &GuidanceParams)
 
 /// The point reflection of the view *actually accepted* about the principal point: `R' = ZRZ`,
 /// `t' = Zt`, `Z = diag(−1, −1, 1)`. Exact in the picture for every radially symmetric lens.
-fn partner_target(of: usize, view: &View, belief: &Belief) -> Target {
-    let pp = belief.camera.pp_px;
+fn partner_target(of: usize, view: &View, lens_estimate: &LensEstimate) -> Target {
+    let pp = lens_estimate.camera.pp_px;
     Target {
         purpose: Purpose::Partner { of },
         slot_rad: (view.slot_rad() + PI).rem_euclid(2.0 * PI),
@@ -142,9 +142,9 @@ fn target(
     wish: &PoseWish,
     cam_from_board: &Isometry3<f64>,
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
 ) -> Target {
-    let ghost_px = seen_px(cam_from_board, board, belief);
+    let ghost_px = seen_px(cam_from_board, board, lens_estimate);
     Target { purpose, slot_rad: wish.slot_rad, tilt_rad: wish.tilt_rad, ghost_px }
 }
 
@@ -152,12 +152,12 @@ fn target(
 pub fn seen_px(
     cam_from_board: &Isometry3<f64>,
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
 ) -> Vec<Point2<f64>> {
     board
         .corners_in_board_m()
         .iter()
-        .filter_map(|corner| belief.camera.px_from_board(cam_from_board, corner))
+        .filter_map(|corner| lens_estimate.camera.px_from_board(cam_from_board, corner))
         .collect()
 }
 
@@ -168,26 +168,26 @@ pub fn seen_px(
 pub(super) fn aimed(
     wish: &PoseWish,
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<Isometry3<f64>> {
     let rotation = rotation(wish, params.board_roll);
     let (sin, cos) = wish.slot_rad.sin_cos();
-    let centre_px = belief.camera.pp_px + nalgebra::Vector2::new(cos, sin) * wish.along_px;
+    let centre_px = lens_estimate.camera.pp_px + nalgebra::Vector2::new(cos, sin) * wish.along_px;
     let corners = board.corners_in_board_m();
     let mut depth_m = f64::from(board.columns().max(board.rows()) as u32)
         * board.square_m()
-        * belief.camera.f_px.x
-        / (wish.fill * f64::from(belief.image_size.width_px));
+        * lens_estimate.camera.f_px.x
+        / (wish.fill * f64::from(lens_estimate.image_size.width_px));
     let mut best = None;
     // Distance by bisection between "too large" and "fits"; the place by fixed-point iteration.
     let (mut near_m, mut far_m) = (depth_m * 0.3, depth_m * 4.0);
     for _ in 0..18 {
         depth_m = 0.5 * (near_m + far_m);
-        let pose = placed(&rotation, depth_m, &centre_px, &corners, belief);
+        let pose = placed(&rotation, depth_m, &centre_px, &corners, lens_estimate);
         let fits = pose.as_ref().is_some_and(|pose| {
-            fill(pose, &corners, belief).is_some_and(|fill| fill <= wish.fill)
-                && outline_inside(pose, board, belief, params)
+            fill(pose, &corners, lens_estimate).is_some_and(|fill| fill <= wish.fill)
+                && outline_inside(pose, board, lens_estimate, params)
         });
         if fits {
             far_m = depth_m;
@@ -197,7 +197,7 @@ pub(super) fn aimed(
         }
     }
     let pose = best?;
-    fill(&pose, &corners, belief)
+    fill(&pose, &corners, lens_estimate)
         .is_some_and(|got| got >= params.min_fill.max(0.5 * wish.fill))
         .then_some(pose)
 }
@@ -225,27 +225,31 @@ fn placed(
     depth_m: f64,
     centre_px: &Point2<f64>,
     corners: &[Point2<f64>],
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
 ) -> Option<Isometry3<f64>> {
     let mut shift_m = Vector3::new(0.0, 0.0, depth_m);
     for _ in 0..6 {
         let pose = Isometry3::from_parts(Translation3::from(shift_m), *rotation);
         let mut mean = nalgebra::Vector2::zeros();
         for corner in corners {
-            mean += belief.camera.px_from_board(&pose, corner)?.coords;
+            mean += lens_estimate.camera.px_from_board(&pose, corner)?.coords;
         }
         let off_px = centre_px.coords - mean / corners.len() as f64;
-        shift_m.x += off_px.x * depth_m / belief.camera.f_px.x;
-        shift_m.y += off_px.y * depth_m / belief.camera.f_px.y;
+        shift_m.x += off_px.x * depth_m / lens_estimate.camera.f_px.x;
+        shift_m.y += off_px.y * depth_m / lens_estimate.camera.f_px.y;
     }
     Some(Isometry3::from_parts(Translation3::from(shift_m), *rotation))
 }
 
-fn fill(pose: &Isometry3<f64>, corners: &[Point2<f64>], belief: &Belief) -> Option<f64> {
+fn fill(
+    pose: &Isometry3<f64>,
+    corners: &[Point2<f64>],
+    lens_estimate: &LensEstimate,
+) -> Option<f64> {
     let seen: Option<Vec<_>> =
-        corners.iter().map(|corner| belief.camera.px_from_board(pose, corner)).collect();
+        corners.iter().map(|corner| lens_estimate.camera.px_from_board(pose, corner)).collect();
     let (low, high) = bounds_px(seen?.into_iter());
-    let ImageSize { width_px, height_px } = belief.image_size;
+    let ImageSize { width_px, height_px } = lens_estimate.image_size;
     Some(((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px)))
 }
 
@@ -253,7 +257,7 @@ fn fill(pose: &Isometry3<f64>, corners: &[Point2<f64>], belief: &Belief) -> Opti
 fn outline_inside(
     pose: &Isometry3<f64>,
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> bool {
     let half_width = (board.columns() as f64 + 1.0) / 2.0 * board.square_m();
@@ -268,8 +272,10 @@ fn outline_inside(
         (-1.0, 1.0),
         (-1.0, 0.0),
     ];
-    let (width, height) =
-        (f64::from(belief.image_size.width_px), f64::from(belief.image_size.height_px));
+    let (width, height) = (
+        f64::from(lens_estimate.image_size.width_px),
+        f64::from(lens_estimate.image_size.height_px),
+    );
     let inside = |p: &Point2<f64>| {
         let margin = params.margin_px;
         p.x >= margin
@@ -282,8 +288,8 @@ fn outline_inside(
         if in_cam.z <= 0.05 {
             return false;
         }
-        belief.camera.project(&in_cam).is_some_and(|px| {
-            let reflected = Point2::from(belief.camera.pp_px.coords * 2.0 - px.coords);
+        lens_estimate.camera.project(&in_cam).is_some_and(|px| {
+            let reflected = Point2::from(lens_estimate.camera.pp_px.coords * 2.0 - px.coords);
             inside(&px) && inside(&reflected)
         })
     })

@@ -11,7 +11,7 @@ use crate::{
 
 /// What is believed of the camera so far.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Belief {
+pub struct LensEstimate {
     /// Size of the pictures.
     pub image_size: ImageSize,
     /// The camera. A guess until [`Self::covariance`] is there.
@@ -20,7 +20,7 @@ pub struct Belief {
     pub covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
 }
 
-impl Belief {
+impl LensEstimate {
     /// Before any view: a pinhole with the principal point at the picture's centre and a usual angle of view.
     pub fn guess(image_size: ImageSize) -> Self {
         let f_px = 0.9 * f64::from(image_size.width_px.max(image_size.height_px));
@@ -37,7 +37,7 @@ impl Belief {
 
     /// By how many pixels the principal line is pulled per pixel that the board's centre is off the
     /// principal point, as far as the lens is unknown: `2.75 sd(k1)`, METHOD section 3.3.
-    pub fn residual_pull(&self) -> f64 {
+    pub fn line_bias_per_px(&self) -> f64 {
         let sigma_k1 =
             self.covariance.as_ref().map_or(0.3, |c| c[(4, 4)].max(0.0).sqrt().max(0.01));
         2.75 * sigma_k1
@@ -55,7 +55,7 @@ pub struct View {
     pub corners: Vec<Corner>,
     /// Width of the blur of its edges.
     pub blur_px: f64,
-    /// Principal line of the corners, undistorted by the belief.
+    /// Principal line of the corners, undistorted by the lens_estimate.
     pub line: PrincipalLine,
     /// Angle between board and image plane; `None` if the line does not fit the principal point.
     pub tilt_rad: Option<f64>,
@@ -66,7 +66,7 @@ pub struct View {
     /// Least distance of a corner from the picture's edge.
     pub margin_px: f64,
     /// The frame of the accepted view whose opposed partner it was taken as.
-    pub opposes: Option<FrameId>,
+    pub partner_frame: Option<FrameId>,
 }
 
 impl View {
@@ -86,23 +86,26 @@ pub fn measure(
     corners: &[Corner],
     blur_px: f64,
     board: &Checkerboard,
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
 ) -> Result<View, Refusal> {
     let undistorted: Vec<Corner> = corners
         .iter()
         .map(|corner| Corner {
-            px: belief.camera.undistort_px(&corner.px).unwrap_or(corner.px),
+            px: lens_estimate.camera.undistort_px(&corner.px).unwrap_or(corner.px),
             covariance_px2: corner.covariance_px2,
         })
         .collect();
     let homography =
         Homography::fit(&board.corners_in_board_m(), &undistorted).map_err(|_| Refusal::NoLine)?;
-    let line = PrincipalLine::of(&homography, belief.image_size.centre_px(), mean_px(&undistorted))
-        .map_err(|_| Refusal::NoLine)?;
-    let tilt_rad = line.tilt_rad(&belief.camera.pp_px);
+    let line =
+        PrincipalLine::of(&homography, lens_estimate.image_size.centre_px(), mean_px(&undistorted))
+            .map_err(|_| Refusal::NoLine)?;
+    let tilt_rad = line.tilt_rad(&lens_estimate.camera.pp_px);
     let (low, high) = bounds_px(corners.iter().map(|corner| corner.px));
-    let (width, height) =
-        (f64::from(belief.image_size.width_px), f64::from(belief.image_size.height_px));
+    let (width, height) = (
+        f64::from(lens_estimate.image_size.width_px),
+        f64::from(lens_estimate.image_size.height_px),
+    );
     let margin_px = low.x.min(low.y).min(width - 1.0 - high.x).min(height - 1.0 - high.y);
     Ok(View {
         frame_id: frame.0,
@@ -114,7 +117,7 @@ pub fn measure(
         mean_px: mean_px(corners),
         fill: ((high.x - low.x) / width).max((high.y - low.y) / height),
         margin_px,
-        opposes: None,
+        partner_frame: None,
     })
 }
 

@@ -1,4 +1,4 @@
-//! Looks at many pictures with several threads; the results keep the pictures' order.
+//! BoardFinder at many pictures with several threads; the results keep the pictures' order.
 
 use std::{
     sync::atomic::{AtomicUsize, Ordering},

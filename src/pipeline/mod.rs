@@ -11,20 +11,20 @@
 //! upstream instead of piling up. Stop at the source, join capture, join the detector, then `Stop`,
 //! then join the session.
 
+mod background;
 mod detect_many;
-mod ending;
-mod fold;
+mod detector_stage;
 mod latest;
-mod looks;
+mod live_feed;
 mod paced;
 mod run;
-mod showing;
+mod session_stage;
 mod worker;
 
+pub use background::Background;
 pub use detect_many::{Seen, detect_many};
-pub use ending::Ending;
+pub use detector_stage::BoardFinder;
 pub use latest::{Closed, LatestReceiver, LatestSender, latest};
-pub use looks::Looks;
+pub use live_feed::{AcceptedPicture, LiveFeed};
 pub use paced::Paced;
-pub use run::{Finished, Judged, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};
-pub use showing::{Showing, Taken};
+pub use run::{Finished, FrameReport, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};

@@ -9,11 +9,11 @@ use std::{
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
 
 use super::{
-    ending::Ending,
-    fold::{Recorder, fold},
+    background::Background,
+    detector_stage::{BoardFinder, detector, observe},
     latest::{LatestReceiver, latest},
-    looks::{Looks, detector, observe},
-    showing::{Showing, Taken, showing},
+    live_feed::{AcceptedPicture, LiveFeed, showing},
+    session_stage::{Recorder, fold},
     worker::Worker,
 };
 use crate::{
@@ -54,12 +54,12 @@ pub struct Setup {
     /// Added to the source's frame numbers, so that a resumed session never sees a number twice.
     pub first_frame: u64,
     /// Told of every judged frame: the source's own number and what is shown after it.
-    pub judged: Box<dyn FnMut(Judged<'_>) + Send>,
+    pub judged: Box<dyn FnMut(FrameReport<'_>) + Send>,
 }
 
 /// A frame that the session has judged.
 #[derive(Clone, Copy, Debug)]
-pub struct Judged<'a> {
+pub struct FrameReport<'a> {
     /// The source's own number of the frame.
     pub source_frame: FrameId,
     /// What the session saw.
@@ -136,7 +136,7 @@ impl Pipeline {
     pub fn start_shown(
         setup: Setup,
         wake: impl Fn() + Send + Sync + 'static,
-    ) -> Result<(Self, Showing), PipelineError> {
+    ) -> Result<(Self, LiveFeed), PipelineError> {
         Self::start_shown_looking(setup, detector(), wake)
     }
 
@@ -147,9 +147,9 @@ impl Pipeline {
     /// [`PipelineError::Spawn`].
     pub fn start_shown_looking(
         setup: Setup,
-        looks: Box<dyn Looks>,
+        looks: Box<dyn BoardFinder>,
         wake: impl Fn() + Send + Sync + 'static,
-    ) -> Result<(Self, Showing), PipelineError> {
+    ) -> Result<(Self, LiveFeed), PipelineError> {
         let wake = Arc::new(wake);
         let (frames, taken, frames_out, taken_out) = showing();
         let (pipeline, snapshots) = Self::start_with(
@@ -167,18 +167,18 @@ impl Pipeline {
             // A window that does not read misses thumbnails, nothing else.
             move |view| drop(taken.try_send(view)),
         )?;
-        Ok((pipeline, Showing::new(frames_out, snapshots, taken_out)))
+        Ok((pipeline, LiveFeed::new(frames_out, snapshots, taken_out)))
     }
 
     fn start_with(
         setup: Setup,
-        mut looks: Box<dyn Looks>,
+        mut looks: Box<dyn BoardFinder>,
         wake: impl Fn() + Send + 'static,
         look: impl Fn(&Arc<Frame>) + Send + 'static,
-        taken: impl Fn(Taken) + Send + 'static,
+        taken: impl Fn(AcceptedPicture) + Send + 'static,
     ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
         let Setup { source, session, folder, lossless, record_stream, first_frame, judged } = setup;
-        let turnstile = Arc::new(Turnstile::default());
+        let turnstile = Arc::new(JudgedGate::default());
         let stop = Arc::new(AtomicBool::new(false));
         let replaced = Arc::new(AtomicU64::new(0));
         let (frames_in, frames_out) = latest();
@@ -281,8 +281,8 @@ impl Pipeline {
     pub fn stop_then<T: Send + 'static>(
         self,
         then: impl FnOnce(Result<Finished, PipelineError>) -> T + Send + 'static,
-    ) -> Result<Ending<T>, PipelineError> {
-        Ending::start(move || then(self.stop()))
+    ) -> Result<Background<T>, PipelineError> {
+        Background::start(move || then(self.stop()))
     }
 
     /// Ends the threads in the order the data flows and returns what the session holds.
@@ -374,12 +374,12 @@ fn with_causes(err: &dyn std::error::Error) -> String {
 
 /// Counts judged frames, for sources that wait for them.
 #[derive(Debug, Default)]
-struct Turnstile {
+struct JudgedGate {
     judged: Mutex<u64>,
     changed: Condvar,
 }
 
-impl Turnstile {
+impl JudgedGate {
     fn count_one(&self) {
         *self.judged.lock().unwrap_or_else(PoisonError::into_inner) += 1;
         self.changed.notify_all();

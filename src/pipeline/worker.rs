@@ -8,7 +8,7 @@ use std::{
 use crossbeam_channel::Sender;
 
 use super::PipelineError;
-use crate::{panicked, session::Input};
+use crate::{panic_message, session::Input};
 
 pub(super) struct Worker<T> {
     name: &'static str,
@@ -25,7 +25,8 @@ impl<T: Send + 'static> Worker<T> {
         let run = move || match catch_unwind(AssertUnwindSafe(body)) {
             Ok(value) => Some(value),
             Err(payload) => {
-                let reason = panicked::words(&*payload).unwrap_or_else(|| "panicked".into());
+                let reason =
+                    panic_message::panic_message(&*payload).unwrap_or_else(|| "panicked".into());
                 // If the session is gone too, its own join reports that.
                 inbox.send(Input::WorkerFailed { worker: name.into(), reason }).ok();
                 None

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::ControlLine;
-use crate::device::CameraFacts;
+use crate::device::CameraInfo;
 
-/// Mirror of [`CameraFacts`].
+/// Mirror of [`CameraInfo`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraTable {
@@ -35,9 +35,9 @@ struct ControlTable {
     automatic: Option<bool>,
 }
 
-impl From<CameraFacts> for CameraTable {
-    fn from(facts: CameraFacts) -> Self {
-        let CameraFacts { name, usb_id, serial, place, backend, mode, controls } = facts;
+impl From<CameraInfo> for CameraTable {
+    fn from(facts: CameraInfo) -> Self {
+        let CameraInfo { name, usb_id, serial, place, backend, mode, controls } = facts;
         Self {
             name,
             usb: usb_id.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}")),

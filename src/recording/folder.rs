@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     config::Config,
-    device::CameraFacts,
+    device::CameraInfo,
     frame::{Frame, FrameId, ImageSize},
 };
 
@@ -69,7 +69,7 @@ impl Header {
     }
 
     /// The same session of a live camera, if there are `facts` of one.
-    pub fn of_camera(self, facts: Option<CameraFacts>) -> Self {
+    pub fn of_camera(self, facts: Option<CameraInfo>) -> Self {
         Self { camera: facts.map(CameraTable::from), ..self }
     }
 

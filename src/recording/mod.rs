@@ -25,7 +25,7 @@ pub use camera_table::CameraTable;
 pub use folder::{Header, SessionFolder, stored_frame};
 pub use format::{Line, Stored};
 pub use journal::{Damage, Journal, JournalContents};
-pub use replay::{Difference, Rounding, replay, take_rounding};
+pub use replay::{Difference, RecordedOutcome, Rounding, replay, take_rounding};
 
 /// Why a session folder could not be read or written.
 #[derive(Debug, thiserror::Error)]

@@ -1,9 +1,59 @@
 //! Runs recorded inputs through the same fold and compares the decisions.
 
+use serde::Deserialize;
 use serde_json::Value;
 
 use super::Line;
-use crate::session::{Decision, Input, Session};
+use crate::{
+    guidance::Role,
+    session::{Decision, Input, Session},
+};
+
+/// What a recorded decision did to the views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "outcome")]
+pub enum RecordedOutcome {
+    /// A view was accepted.
+    Accepted {
+        /// Number of the view.
+        view: u32,
+        /// The frame it comes from.
+        frame: u64,
+        /// What it is for.
+        role: Role,
+    },
+    /// A view was removed.
+    Removed {
+        /// Number of the view.
+        view: u32,
+    },
+    /// A removed view was restored.
+    Restored {
+        /// Number of the view.
+        view: u32,
+    },
+    /// The views stayed as they were.
+    #[serde(other)]
+    Unchanged,
+}
+
+impl RecordedOutcome {
+    /// The outcome in the JSON text of a decision; `None` if it holds none.
+    fn of(decision: &str) -> Option<Self> {
+        #[derive(Deserialize)]
+        struct Recorded {
+            outcome: RecordedOutcome,
+        }
+        serde_json::from_str::<Recorded>(decision).ok().map(|recorded| recorded.outcome)
+    }
+}
+
+impl Line {
+    /// What the recorded decision did to the views; `None` if it can't be read.
+    pub fn outcome(&self) -> Option<RecordedOutcome> {
+        RecordedOutcome::of(self.decision.get())
+    }
+}
 
 /// Share of a number, or amount of one near zero, up to which two numbers are the same but for rounding.
 /// Processors round differently (some multiply and add in one step): 3e-11 was seen.
@@ -21,6 +71,11 @@ pub struct Difference {
 }
 
 impl Difference {
+    /// Whether the recorded and the replayed decision do something else to the views.
+    pub fn changes_views(&self) -> bool {
+        RecordedOutcome::of(&self.recorded) != RecordedOutcome::of(&self.replayed)
+    }
+
     /// The largest difference of two numbers, as a share of them, if nothing but rounding differs: the
     /// session was recorded on a processor that rounds otherwise. `None` if the decision is another.
     pub fn rounding(&self) -> Option<f64> {
@@ -70,7 +125,8 @@ fn apart(a: &Value, b: &Value) -> f64 {
     }
 }
 
-/// Handles the input of every line, tells `seen` of each, and returns the decisions that differ.
+/// Handles the input of every line, calls `seen` after each, and returns the decisions that differ.
+
 pub fn replay(
     session: &mut Session,
     lines: Vec<Line>,

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::{
-    CalibrationFacts, EstimateFacts,
+    CalibrationFile, EstimateFacts,
     facts::Line,
     number::{Measured, brief_data, plain, row},
     page::{figure, missing},
@@ -29,7 +29,7 @@ const METHODS: [(&str, bool); 6] = [
 ];
 
 /// Number of a method, its stable name, and what it says.
-fn estimates(facts: &CalibrationFacts) -> Vec<(usize, &'static str, EstimateFacts)> {
+fn estimates(facts: &CalibrationFile) -> Vec<(usize, &'static str, EstimateFacts)> {
     let Some(points) = &facts.principal_point else { return Vec::new() };
     let by_method = [
         points.pl_unweighted,
@@ -48,7 +48,7 @@ fn estimates(facts: &CalibrationFacts) -> Vec<(usize, &'static str, EstimateFact
 }
 
 /// The lines of all views, crossing the picture.
-pub(super) fn fan(facts: &CalibrationFacts) -> String {
+pub(super) fn fan(facts: &CalibrationFile) -> String {
     let lines: Vec<(usize, Line, f64)> = facts
         .used()
         .filter_map(|(number, view)| {
@@ -105,13 +105,13 @@ fn towards(
 }
 
 /// Name of the method whose principal point is the result.
-fn result_method(facts: &CalibrationFacts) -> &'static str {
+fn result_method(facts: &CalibrationFile) -> &'static str {
     let varies = facts.result.as_ref().is_some_and(super::LensFacts::focal_varies);
     if varies { "free_homography" } else { "bundle" }
 }
 
 /// All methods, and those that model the lens from nearer.
-pub(super) fn drawings(facts: &CalibrationFacts) -> String {
+pub(super) fn drawings(facts: &CalibrationFile) -> String {
     let all = estimates(facts);
     let near: Vec<_> = all.iter().filter(|(i, _, _)| METHODS[*i].1).copied().collect();
     drawing(Section::Estimates, &all, words::ESTIMATES_NOTE)
@@ -151,7 +151,7 @@ fn drawing(
 }
 
 /// Every method's principal point with its standard deviations.
-pub(super) fn table(facts: &CalibrationFacts) -> String {
+pub(super) fn table(facts: &CalibrationFile) -> String {
     let Some(lens) = &facts.result else { return String::new() };
     let [name, x, y, from] = words::METHOD_COLUMNS;
     let mut html = format!(

@@ -13,7 +13,7 @@ use crate::{
 
 /// `boresight.calibration/1`, as far as the page shows it. What an older file does not have is `None`.
 #[derive(Clone, Debug, Deserialize)]
-pub struct CalibrationFacts {
+pub struct CalibrationFile {
     /// Width and height of the picture.
     pub image_size: [u32; 2],
     /// The board.
@@ -313,7 +313,7 @@ impl LensFacts {
     }
 }
 
-impl CalibrationFacts {
+impl CalibrationFile {
     /// Reads them from JSON.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector4};
 
 use super::{
-    CalibrationFacts, LensFacts,
+    CalibrationFile, LensFacts,
     number::brief,
     page::{figure, missing},
 };
@@ -23,7 +23,7 @@ struct Shift {
 }
 
 /// The curve out to the picture's farthest corner.
-pub(super) fn drawing(facts: &CalibrationFacts) -> String {
+pub(super) fn drawing(facts: &CalibrationFile) -> String {
     let Some(lens) = &facts.result else {
         return figure(Section::Lens, &missing(words::NO_CALIBRATION), "");
     };
@@ -101,7 +101,7 @@ fn curve(lens: &LensFacts, reach_px: f64) -> Vec<Shift> {
     shifts
 }
 
-fn farthest_corner_px(facts: &CalibrationFacts, lens: &LensFacts) -> f64 {
+fn farthest_corner_px(facts: &CalibrationFile, lens: &LensFacts) -> f64 {
     let (width, height) = facts.size_px();
     let [x, y] = lens.pp_px;
     let far = |at: f64, size: f64| at.abs().max((size - at).abs());
@@ -109,7 +109,7 @@ fn farthest_corner_px(facts: &CalibrationFacts, lens: &LensFacts) -> f64 {
 }
 
 /// Distance of the farthest board corner.
-fn boards_reach_px(facts: &CalibrationFacts, lens: &LensFacts) -> Option<f64> {
+fn boards_reach_px(facts: &CalibrationFile, lens: &LensFacts) -> Option<f64> {
     let pp_px = Point2::from(lens.pp_px);
     facts
         .used()

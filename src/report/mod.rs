@@ -28,7 +28,7 @@ mod views;
 
 pub use drift::{Change, ChangeSigma, DriftSection, Visible};
 pub use facts::{
-    BoardFacts, CalibrationFacts, Coefficients, EstimateFacts, FindingFacts, FocalFacts, LensFacts,
+    BoardFacts, CalibrationFile, Coefficients, EstimateFacts, FindingFacts, FocalFacts, LensFacts,
     LineFacts, PoseFacts, PrincipalPointFacts, ProjectionFacts, SigmaFacts, ViewFacts,
 };
 pub use page::page;
@@ -42,7 +42,7 @@ pub struct Report {
     /// What was calibrated: the session's name, or the files'.
     pub name: String,
     /// The calibration.
-    pub facts: CalibrationFacts,
+    pub facts: CalibrationFile,
     /// What is to be known before the numbers, in sentences.
     pub notes: Vec<String>,
     /// The camera.

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{
-    CalibrationFacts, Report,
+    CalibrationFile, Report,
     number::{brief, plain},
     page::{figure, missing},
     projection_map::cells,
@@ -23,7 +23,7 @@ const MOST_ARROWS: usize = 1200;
 const ARROW: f64 = 0.02;
 
 /// Outlines of all boards; what none of them covers is hatched.
-pub(super) fn coverage(facts: &CalibrationFacts) -> String {
+pub(super) fn coverage(facts: &CalibrationFile) -> String {
     let outlines: Vec<(usize, [Point2<f64>; 4])> =
         facts.used().filter_map(|(number, view)| Some((number, view.outline()?))).collect();
     if outlines.is_empty() {

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::{
-    CalibrationFacts,
+    CalibrationFile,
     number::{brief, brief_data},
     page::{figure, missing},
 };
@@ -21,7 +21,7 @@ const SHADES: [&str; 7] =
 const DARK: usize = 5;
 
 /// The map.
-pub(super) fn drawing(facts: &CalibrationFacts) -> String {
+pub(super) fn drawing(facts: &CalibrationFile) -> String {
     let Some(projection) = facts.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
     else {
         return figure(Section::Projection, &missing(words::TOO_FEW), "");

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     calibration::{
         BundleState, LensModel, LensPrior, Observations, adjust,
-        skip::{Spread, consecutive},
+        leave_out::{Spread, consecutive},
     },
     chart::{Axes, COLOURS, Canvas, Stroke, push},
     frame::ImageSize,

@@ -1,7 +1,7 @@
 //! The words and tables of the page: verdict, camera, numbers, findings, refusals, provenance.
 
 use super::{
-    CalibrationFacts, LensFacts, Report,
+    CalibrationFile, LensFacts, Report,
     number::{Measured, brief_data, plain, row},
     page::{section, section_with},
 };
@@ -37,7 +37,7 @@ pub(super) fn verdict(report: &Report) -> String {
 }
 
 /// The action of the worst finding.
-fn next_action(facts: &CalibrationFacts) -> String {
+fn next_action(facts: &CalibrationFile) -> String {
     let of = |severity: &str| facts.findings.iter().find(|finding| finding.severity == severity);
     match of("bad").or_else(|| of("care")) {
         Some(finding) if facts.verdict != "good" => finding.action.clone(),
@@ -68,7 +68,7 @@ pub(super) fn camera(report: &Report) -> String {
 }
 
 /// The estimates with their standard deviations; reprojection RMS last.
-pub(super) fn numbers(facts: &CalibrationFacts) -> String {
+pub(super) fn numbers(facts: &CalibrationFile) -> String {
     let Some(lens) = &facts.result else {
         let body = format!("<p>{}</p>\n", words::NO_CALIBRATION);
         return section(Section::Numbers, &body);
@@ -132,7 +132,7 @@ fn distortion(lens: &LensFacts) -> String {
 const FEW_FINDINGS: usize = 4;
 
 /// What the checks found: what, and what to do.
-pub(super) fn findings(facts: &CalibrationFacts) -> String {
+pub(super) fn findings(facts: &CalibrationFile) -> String {
     if facts.findings.is_empty() {
         return section(Section::Findings, &format!("<p>{}</p>\n", words::NO_FINDINGS));
     }

@@ -8,7 +8,7 @@ use crate::{
     frame::{FrameKind, ImageSize},
     guidance::{
         Advice, Hold, Progress, Refusal, Role, View, advise, gate, measure, role_of,
-        stillness::{moved_together, speed_px_per_s, still},
+        stillness::{moved_rigidly, speed_px_per_s, still},
     },
 };
 
@@ -28,7 +28,7 @@ impl Session {
             observation,
             view,
             speed_px_per_s,
-            &self.belief.camera.pp_px,
+            &self.lens_estimate.camera.pp_px,
         )));
         let (view, refusal) = match judged {
             Ok((view, role)) => {
@@ -83,7 +83,7 @@ impl Session {
             &seen.corners,
             seen.quality.blur_px,
             &setup.board,
-            &self.belief,
+            &self.lens_estimate,
         )
         .map_err(|refusal| (None, refusal))?;
         if self.force_next {
@@ -96,7 +96,7 @@ impl Session {
         }
         gate(&view, &setup.guidance).map_err(refuse)?;
         let views: Vec<View> = self.accepted.iter().map(|accepted| accepted.view.clone()).collect();
-        let role = role_of(&view, &views, &self.belief, &setup.guidance).map_err(refuse)?;
+        let role = role_of(&view, &views, &self.lens_estimate, &setup.guidance).map_err(refuse)?;
         let before = self.last_seen.as_ref().map(|(time, corners)| (*time, corners.as_slice()));
         let now = (observation.captured_at, seen.corners.as_slice());
         let width_px = f64::from(setup.image_size.width_px);
@@ -109,7 +109,7 @@ impl Session {
         let width_px = f64::from(self.setup.image_size.width_px);
         let now = observation.captured_at;
         let before = self.last_seen.as_ref();
-        let together = before.is_some_and(|(_, before)| moved_together(before, &view.corners));
+        let together = before.is_some_and(|(_, before)| moved_rigidly(before, &view.corners));
         match &mut self.hold {
             Some(hold) if hold.covers(&view.corners, width_px) => hold.add(view, role, together),
             hold => {
@@ -124,15 +124,43 @@ impl Session {
         if !complete {
             return None;
         }
-        let Hold { mut best, role, .. } = self.hold.take()?;
-        if let Role::Partner { of } = role {
-            best.opposes = self.accepted.get(of).map(|accepted| accepted.view.frame_id);
-        }
+        let Hold { best, role, .. } = self.hold.take()?;
         let (id, frame) = (self.next_view, best.frame_id.0);
-        self.next_view += 1;
         let name = std::mem::take(&mut self.hold_name);
-        self.accepted.push(AcceptedView { id, name, role, view: best });
-        self.solve();
+        self.accept(id, name, role, best);
         Some(Outcome::Accepted { view: id, frame, role })
+    }
+
+    /// Accepts the view of `observation` as `view`, as an earlier build recorded it, without judging it again.
+    ///
+    /// # Errors
+    ///
+    /// The [`Refusal`] that says why the observation measures nothing.
+    pub fn accept_recorded(
+        &mut self,
+        observation: &Observation,
+        view: u32,
+        role: Role,
+    ) -> Result<(), Refusal> {
+        let seen = observation.seen.as_ref().map_err(|_| Refusal::NotFound)?;
+        let frame = (observation.frame_id, observation.captured_at);
+        let measured = measure(
+            frame,
+            &seen.corners,
+            seen.quality.blur_px,
+            &self.setup.board,
+            &self.lens_estimate,
+        )?;
+        self.accept(view, observation.name.clone(), role, measured);
+        Ok(())
+    }
+
+    fn accept(&mut self, id: u32, name: String, role: Role, mut view: View) {
+        if let Role::Partner { of } = role {
+            view.partner_frame = self.accepted.get(of).map(|accepted| accepted.view.frame_id);
+        }
+        self.next_view = self.next_view.max(id + 1);
+        self.accepted.push(AcceptedView { id, name, role, view });
+        self.solve();
     }
 }

@@ -13,7 +13,7 @@ mod snapshot;
 pub use camera::{CameraState, Stream};
 pub use decision::{Decision, Outcome};
 pub use input::{Command, Input, Observation};
-pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, across_px};
+pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, lateral_offset_px};
 
 use std::sync::Arc;
 
@@ -24,8 +24,8 @@ use crate::{
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::Corner,
     guidance::{
-        Advice, Belief, GuidanceParams, Hold, Progress, Refusal, Role, Target, View, forecast,
-        measure, next_target, progress, progress_without_target, stop::Precision,
+        Advice, GuidanceParams, Hold, LensEstimate, Progress, Refusal, Role, Target, View,
+        final_progress, forecast, measure, next_target, progress, stop::Precision,
     },
 };
 
@@ -70,7 +70,7 @@ pub struct Session {
     /// Views taken back, newest last, with where they stood.
     removed: Vec<(usize, AcceptedView)>,
     next_view: u32,
-    belief: Belief,
+    lens_estimate: LensEstimate,
     calibration: Option<Result<Arc<Calibration>, NotCalibrated>>,
     target: Option<Target>,
     target_serial: u32,
@@ -92,15 +92,15 @@ pub struct Session {
 impl Session {
     /// An empty session.
     pub fn new(setup: SessionSetup) -> Self {
-        let belief = Belief::guess(setup.image_size);
-        let target = next_target(&[], &setup.board, &belief, None, &setup.guidance);
+        let lens_estimate = LensEstimate::guess(setup.image_size);
+        let target = next_target(&[], &setup.board, &lens_estimate, None, &setup.guidance);
         let views_to_go = forecast(&[], None, &setup.guidance);
         Self {
             setup: Arc::new(setup),
             accepted: Vec::new(),
             removed: Vec::new(),
             next_view: 0,
-            belief,
+            lens_estimate,
             calibration: None,
             target,
             target_serial: 0,
@@ -235,23 +235,23 @@ impl Session {
         let corners: Vec<Vec<Corner>> =
             self.accepted.iter().map(|accepted| accepted.view.corners.clone()).collect();
         let setup = &self.setup;
-        self.belief = Belief::guess(setup.image_size);
+        self.lens_estimate = LensEstimate::guess(setup.image_size);
         self.calibration = (!corners.is_empty()).then(|| {
             calibrate(&corners, &setup.board, setup.image_size, &setup.calibration).map(Arc::new)
         });
         if let Some(Ok(calibration)) = &self.calibration
             && corners.len() >= 2
         {
-            self.belief.camera = calibration.camera;
-            self.belief.covariance = Some(calibration.covariance);
+            self.lens_estimate.camera = calibration.camera;
+            self.lens_estimate.covariance = Some(calibration.covariance);
         }
         for accepted in &mut self.accepted {
             let view = &accepted.view;
             let frame = (view.frame_id, view.captured_at);
             if let Ok(again) =
-                measure(frame, &view.corners, view.blur_px, &setup.board, &self.belief)
+                measure(frame, &view.corners, view.blur_px, &setup.board, &self.lens_estimate)
             {
-                accepted.view = View { opposes: view.opposes, ..again };
+                accepted.view = View { partner_frame: view.partner_frame, ..again };
             }
         }
         let views: Vec<View> = self.accepted.iter().map(|accepted| accepted.view.clone()).collect();
@@ -262,18 +262,18 @@ impl Session {
             self.target = next_target(
                 &views,
                 &setup.board,
-                &self.belief,
+                &self.lens_estimate,
                 precision.as_ref(),
                 &setup.guidance,
             );
             if self.target.is_none() {
-                self.progress = progress_without_target(precision.as_ref(), &setup.guidance);
+                self.progress = final_progress(precision.as_ref(), &setup.guidance);
             }
         }
         self.target_serial += 1;
         let calibration = self.calibration().cloned();
         (self.views, self.pairs) =
-            snapshot::summaries(&self.accepted, &self.belief, calibration.as_deref());
+            snapshot::summaries(&self.accepted, &self.lens_estimate, calibration.as_deref());
         self.views_to_go = match self.progress {
             Progress::Collecting => forecast(&views, precision.as_ref(), &self.setup.guidance),
             Progress::Complete | Progress::Exhausted => None,
@@ -351,8 +351,11 @@ impl Session {
             live: self.live.clone(),
             target: self.target.clone(),
             pp_px: self.calibration().map_or(self.setup.image_size.centre_px(), |c| c.camera.pp_px),
-            pp_covariance_px2: self.belief.covariance.map(|_| self.belief.pp_covariance_px2()),
-            lens: self.belief.camera,
+            pp_covariance_px2: self
+                .lens_estimate
+                .covariance
+                .map(|_| self.lens_estimate.pp_covariance_px2()),
+            lens: self.lens_estimate.camera,
             calibration: self.calibration().cloned(),
             views: Arc::clone(&self.views),
             pairs: Arc::clone(&self.pairs),

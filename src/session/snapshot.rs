@@ -8,7 +8,7 @@ use crate::{
     detection::Miss,
     frame::{CaptureTime, FrameId},
     geometry::{Camera, FocalLength, PrincipalLine},
-    guidance::{Belief, Role, Target, View, partner_of},
+    guidance::{LensEstimate, Role, Target, View, partner_of},
 };
 
 /// What a window or a command line shows: plain data, cheap to clone.
@@ -76,8 +76,8 @@ pub struct Measured {
     pub tilt_rad: Option<f64>,
     /// Larger of the shares of the picture's width and height that the corners span.
     pub fill: f64,
-    /// Distance of the board's middle from the principal point across the line: see [`across_px`].
-    pub across_px: f64,
+    /// Distance of the board's middle from the principal point across the line: see [`lateral_offset_px`].
+    pub lateral_offset_px: f64,
 }
 
 /// An accepted view in short.
@@ -121,7 +121,7 @@ pub struct PairSummary {
 
 /// Signed distance of `middle_px` from `pp_px` across the principal line of a board that recedes towards
 /// `slot_rad`; positive to the right of someone who looks that way.
-pub fn across_px(slot_rad: f64, middle_px: &Point2<f64>, pp_px: &Point2<f64>) -> f64 {
+pub fn lateral_offset_px(slot_rad: f64, middle_px: &Point2<f64>, pp_px: &Point2<f64>) -> f64 {
     let offset = middle_px - pp_px;
     offset.y * slot_rad.cos() - offset.x * slot_rad.sin()
 }
@@ -147,7 +147,7 @@ impl LiveView {
                 slot_rad: view.slot_rad(),
                 tilt_rad: view.tilt_rad,
                 fill: view.fill,
-                across_px: across_px(view.slot_rad(), &view.mean_px, pp_px),
+                lateral_offset_px: lateral_offset_px(view.slot_rad(), &view.mean_px, pp_px),
             }),
             blur_px: seen.ok().map(|seen| seen.quality.blur_px),
             speed_px_per_s,
@@ -158,11 +158,11 @@ impl LiveView {
 /// The accepted views and their pairs in short.
 pub(super) fn summaries(
     accepted: &[AcceptedView],
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     calibration: Option<&Calibration>,
 ) -> (Arc<[ViewSummary]>, Arc<[PairSummary]>) {
     let views: Vec<View> = accepted.iter().map(|accepted| accepted.view.clone()).collect();
-    let pp = belief.camera.pp_px;
+    let pp = lens_estimate.camera.pp_px;
     let partners: Vec<_> = (0..views.len()).map(|index| partner_of(index, &views)).collect();
     let pairs = partners.iter().enumerate().filter_map(|(first, partner)| {
         let second = partner.filter(|second| *second > first)?;

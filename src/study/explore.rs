@@ -10,11 +10,11 @@ use super::{
     estimate::{View, by_principal_lines, view},
     setup::{SLOTS, Setup},
 };
-use crate::{calibration::skip::consecutive, geometry::PrincipalLine};
+use crate::{calibration::check::leave_out::consecutive, geometry::PrincipalLine};
 
 /// What is to be seen.
 #[derive(Clone, Debug)]
-pub struct Wish {
+pub struct ExploreSetup {
     /// Camera, board, distance and tilt.
     pub setup: Setup,
     /// Direction of the board.
@@ -88,7 +88,7 @@ impl Boards {
     }
 }
 
-impl Wish {
+impl ExploreSetup {
     /// Pose of the board of direction `slot_rad`.
     fn pose(&self, slot_rad: f64) -> Isometry3<f64> {
         self.setup.pose(slot_rad, &self.shift_m, &Vector2::zeros())
@@ -103,8 +103,8 @@ impl Wish {
     }
 }
 
-/// Looks.
-pub fn look(wish: &Wish) -> Seen {
+/// BoardFinder.
+pub fn look(wish: &ExploreSetup) -> Seen {
     let setup = &wish.setup;
     let pp = setup.camera.pp_px;
     let seen: Vec<(f64, Vec<Point2<f64>>, View)> = wish
@@ -166,8 +166,8 @@ mod tests {
     use super::*;
     use crate::study::Params;
 
-    fn wish(across_m: f64, boards: Boards, skipped: usize) -> Wish {
-        Wish {
+    fn wish(across_m: f64, boards: Boards, skipped: usize) -> ExploreSetup {
+        ExploreSetup {
             setup: Setup::of(&Params::default()),
             slot_rad: 0.0,
             shift_m: Vector2::new(across_m, 0.0),
@@ -188,7 +188,7 @@ mod tests {
         ] {
             // In whichever direction the dial stands.
             for slot_rad in [0.0, 1.0, 4.0] {
-                let seen = look(&Wish { slot_rad, ..wish(shift_m, Boards::One, 0) });
+                let seen = look(&ExploreSetup { slot_rad, ..wish(shift_m, Boards::One, 0) });
                 let row = seen.deflection.expect("a line");
                 assert!((row.offset_px.abs() - offset_px).abs() < 0.005, "{}", row.offset_px);
                 assert!((row.angle_rad.abs().to_degrees() - angle_deg).abs() < 5e-4);
@@ -196,7 +196,7 @@ mod tests {
                 assert!((drawn - row.offset_px.abs()).abs() < 1e-9, "{drawn}");
             }
         }
-        let along = Wish { shift_m: Vector2::new(0.0, 0.2), ..wish(0.0, Boards::One, 0) };
+        let along = ExploreSetup { shift_m: Vector2::new(0.0, 0.2), ..wish(0.0, Boards::One, 0) };
         assert!(look(&along).deflection.expect("a line").offset_px.abs() < 1e-9);
     }
 

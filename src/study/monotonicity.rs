@@ -53,7 +53,7 @@ pub fn outcome(params: &Params) -> Outcome {
         (least.min(slope(row)), most.max(slope(row)))
     });
     let mut checks = Vec::new();
-    for (shift, across_px, angle_deg, diagonal_px) in KNOWN {
+    for (shift, lateral_offset_px, angle_deg, diagonal_px) in KNOWN {
         let measured = |direction_rad| deflection(&setup, shift * 1e-3, direction_rad);
         if params.rendered {
             break;
@@ -63,7 +63,7 @@ pub fn outcome(params: &Params) -> Outcome {
         };
         let within = |rounding| Within::Share(0.01, rounding);
         for (what, reference, measured, rounding) in [
-            ("offset across (px)", across_px, across.offset_px.abs(), 0.005),
+            ("offset across (px)", lateral_offset_px, across.offset_px.abs(), 0.005),
             ("angle across (deg)", angle_deg, across.angle_rad.to_degrees().abs(), 0.0005),
             ("offset at 45° (px)", diagonal_px, diagonal.offset_px.abs(), 0.005),
         ] {

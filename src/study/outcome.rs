@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::export::csv_field;
+use crate::calibration::files::export::csv_field;
 
 /// One experiment's result.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

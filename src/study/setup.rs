@@ -8,10 +8,10 @@ use rand_distr::{Distribution, Normal};
 use super::params::{Params, SetupParams};
 use crate::{
     board::Checkerboard,
-    capture::synthetic::{Scene, render_view},
     detection::{DetectorParams, detect},
     frame::ImageSize,
     geometry::{Camera, Distortion},
+    simulation::{Scene, render_view},
 };
 
 /// Number of slots, 45° apart.

@@ -11,7 +11,7 @@ use super::{
     statistics,
 };
 use crate::{
-    calibration::{LensModel, skip::consecutive},
+    calibration::{LensModel, leave_out::consecutive},
     chart::{Plot, Series},
 };
 

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     calibration::{
         LensModel,
-        skip::{Spread, consecutive},
+        leave_out::{Spread, consecutive},
     },
     chart::{Plot, Series},
     frame::ImageSize,

@@ -1,7 +1,7 @@
 //! Broken things: what happened and what to do now.
 
 use crate::{
-    calibration::import::NotImported, capture::CaptureError, config::ConfigError,
+    calibration::files::import::NotImported, capture::CaptureError, config::ConfigError,
     pipeline::PipelineError, recording::RecordingError,
 };
 

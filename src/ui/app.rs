@@ -12,18 +12,18 @@ use std::{
 use egui::{Context, ThemePreference, Ui, ViewportCommand};
 
 use super::{
-    desk::{Desk, Ended, Trouble, Wake, Wish},
+    desk::{AppHost, Ended, SessionRequest, UserError, Wake},
     explore::{self, Explored},
     guide,
-    keys::{self, Ask},
-    replay::Shelf,
+    keys::{self, UiAction},
+    replay::RecordingBrowser,
     result,
     run::background,
     screen::Screen,
+    session_state::{Running, SessionState},
     settings,
     sound::{Sound, Tone},
-    stage::{Running, Stage},
-    trouble,
+    user_error,
 };
 use crate::{
     device::Control,
@@ -55,31 +55,31 @@ pub enum Page {
 
 /// The whole window.
 pub struct App {
-    desk: Box<dyn Desk>,
-    wish: Wish,
+    desk: Box<dyn AppHost>,
+    wish: SessionRequest,
     /// What the settings page says of the next session.
-    draft: Wish,
+    draft: SessionRequest,
     offered: settings::Offered,
     /// The source whose modes are offered.
     offered_of: String,
-    stage: Stage,
+    stage: SessionState,
     screen: Screen,
     page: Page,
     explored: Explored,
-    result: result::Table,
+    result: result::ResultPage,
     /// What the person set of the camera's controls.
     adjusted: BTreeMap<Control, i64>,
-    shelf: Shelf,
+    shelf: RecordingBrowser,
     sound: Sound,
     help: bool,
     note: Option<String>,
-    exported: Option<Result<PathBuf, Trouble>>,
+    exported: Option<Result<PathBuf, UserError>>,
     wake: Wake,
 }
 
 impl App {
     /// Starts the first session.
-    pub fn new(ctx: &Context, desk: Box<dyn Desk>) -> Self {
+    pub fn new(ctx: &Context, desk: Box<dyn AppHost>) -> Self {
         let wake: Wake = {
             let ctx = ctx.clone();
             // Not at once: several wakes within a moment paint once.
@@ -87,20 +87,20 @@ impl App {
         };
         super::theme::apply(ctx);
         let wish = desk.first_wish();
-        let nothing = Trouble { what: String::new(), action: None };
+        let nothing = UserError { what: String::new(), action: None };
         let mut app = Self {
             desk,
             wish: wish.clone(),
             draft: wish.clone(),
             offered: settings::Offered::default(),
             offered_of: String::new(),
-            stage: Stage::NotStarted(nothing),
+            stage: SessionState::NotStarted(nothing),
             screen: Screen::default(),
             page: Page::Guide,
             explored: Explored::default(),
-            result: result::Table::default(),
+            result: result::ResultPage::default(),
             adjusted: BTreeMap::new(),
-            shelf: Shelf::default(),
+            shelf: RecordingBrowser::default(),
             sound: Sound::new(),
             help: false,
             note: None,
@@ -124,7 +124,7 @@ impl App {
     /// The session that ended, once its result is stored.
     pub fn ended(&self) -> Option<&Ended> {
         match &self.stage {
-            Stage::Ended(ended) => Some(ended),
+            SessionState::Ended(ended) => Some(ended),
             _ => None,
         }
     }
@@ -136,7 +136,7 @@ impl App {
             ctx.send_viewport_cmd(ViewportCommand::Close);
         }
         match &mut self.stage {
-            Stage::Running(running) => {
+            SessionState::Running(running) => {
                 let news = running.look(ctx, &mut self.screen);
                 if news.taken && self.screen.preferences.tone {
                     self.sound.play(Tone::Taken);
@@ -148,23 +148,24 @@ impl App {
                     self.end();
                 }
             }
-            Stage::Ending(ending) => {
+            SessionState::Background(ending) => {
                 if let Some(ended) = ending.outcome() {
-                    let tone = if ended.trouble.is_some() { Tone::Trouble } else { Tone::Complete };
+                    let tone =
+                        if ended.trouble.is_some() { Tone::UserError } else { Tone::Complete };
                     if self.screen.preferences.tone {
                         self.sound.play(tone);
                     }
                     self.result.begin(&ended, self.desk.older(&ended.folder));
-                    self.stage = Stage::Ended(ended);
+                    self.stage = SessionState::Ended(ended);
                     self.page = Page::Result;
                 } else if ending.is_over() {
-                    self.stage = Stage::NotStarted(Trouble {
+                    self.stage = SessionState::NotStarted(UserError {
                         what: words::ENDING_FAILED.into(),
                         action: Some(words::FAILED_ACTION.into()),
                     });
                 }
             }
-            Stage::NotStarted(_) | Stage::Ended(_) => {}
+            SessionState::NotStarted(_) | SessionState::Ended(_) => {}
         }
         self.result.look();
         self.shelf.look();
@@ -178,7 +179,7 @@ impl App {
         if path.is_dir() {
             self.page = Page::Replay;
             self.shelf.open(&mut *self.desk, path, Arc::clone(&self.wake));
-        } else if matches!(self.stage, Stage::Ended(_)) {
+        } else if matches!(self.stage, SessionState::Ended(_)) {
             self.page = Page::Result;
             self.compare(path);
         } else {
@@ -187,7 +188,7 @@ impl App {
     }
 
     fn compare(&mut self, old: &Path) {
-        let Stage::Ended(ended) = &self.stage else { return };
+        let SessionState::Ended(ended) = &self.stage else { return };
         let wake = Arc::clone(&self.wake);
         self.result.comparison.begin(&mut *self.desk, (&ended.folder, old), wake);
     }
@@ -196,15 +197,15 @@ impl App {
     pub fn paint(&mut self, ui: &mut Ui) {
         // A recording has keys of its own.
         let replaying = self.page == Page::Replay;
-        let mut asks: Vec<Ask> = keys::pressed(ui.ctx())
+        let mut asks: Vec<UiAction> = keys::pressed(ui.ctx())
             .into_iter()
             .filter(|act| !(replaying && keys::is_of_session(*act)))
-            .map(Ask::Act)
+            .map(UiAction::Act)
             .collect();
         self.bar(ui, &mut asks);
         match (&self.stage, self.page) {
-            (Stage::NotStarted(trouble), Page::Guide) => {
-                trouble::show(ui, trouble, &self.wish, &mut asks);
+            (SessionState::NotStarted(trouble), Page::Guide) => {
+                user_error::show(ui, trouble, &self.wish, &mut asks);
             }
             (_, Page::Settings) => {
                 let preferences = self.screen.preferences;
@@ -219,10 +220,10 @@ impl App {
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
                 let state = match stage {
-                    Stage::NotStarted(_) => result::State::Nothing,
-                    Stage::Running(_) => result::State::Running,
-                    Stage::Ending(_) => result::State::Ending,
-                    Stage::Ended(ended) => result::State::Ended(ended),
+                    SessionState::NotStarted(_) => result::State::Nothing,
+                    SessionState::Running(_) => result::State::Running,
+                    SessionState::Background(_) => result::State::Background,
+                    SessionState::Ended(ended) => result::State::Ended(ended),
                 };
                 let formats = self.desk.formats();
                 let exported = self.exported.as_ref();
@@ -242,15 +243,15 @@ impl App {
     pub fn close(&mut self) {
         self.end();
         // Dropping what is being ended waits for it.
-        self.stage = Stage::NotStarted(Trouble { what: String::new(), action: None });
+        self.stage = SessionState::NotStarted(UserError { what: String::new(), action: None });
     }
 
-    fn open(&mut self, ctx: &Context, wish: Wish) {
+    fn open(&mut self, ctx: &Context, wish: SessionRequest) {
         self.end();
         let preferences = self.screen.preferences;
         self.screen = Screen { preferences, now_secs: ctx.time(), ..Screen::default() };
         (self.exported, self.note, self.page) = (None, None, Page::Guide);
-        self.result = result::Table::default();
+        self.result = result::ResultPage::default();
         self.stage = match self.desk.open(&wish, Arc::clone(&self.wake)) {
             Ok(opened) => {
                 self.screen.source.clone_from(&opened.source);
@@ -268,40 +269,43 @@ impl App {
                 for (control, value) in &self.adjusted {
                     running.adjust(*control, *value);
                 }
-                Stage::Running(Box::new(running))
+                SessionState::Running(Box::new(running))
             }
-            Err(trouble) => Stage::NotStarted(trouble),
+            Err(trouble) => SessionState::NotStarted(trouble),
         };
-        self.wish = Wish { first: None, ..wish };
+        self.wish = SessionRequest { first: None, ..wish };
     }
 
     /// Ends the running session, if there is one.
     fn end(&mut self) {
-        let nothing = Stage::NotStarted(Trouble { what: String::new(), action: None });
+        let nothing = SessionState::NotStarted(UserError { what: String::new(), action: None });
         self.stage = match std::mem::replace(&mut self.stage, nothing) {
-            Stage::Running(running) => running.end(Arc::clone(&self.wake)),
+            SessionState::Running(running) => running.end(Arc::clone(&self.wake)),
             other => other,
         };
     }
 
     fn command(&mut self, ctx: &Context, command: Command) {
         match &mut self.stage {
-            Stage::Running(running) => running.command(command),
+            SessionState::Running(running) => running.command(command),
             // Going on is how an ended session changes.
-            Stage::Ended(ended) => {
+            SessionState::Ended(ended) => {
                 let folder = ended.folder.clone();
-                let wish =
-                    Wish { go_on_with: Some(folder), first: Some(command), ..self.wish.clone() };
+                let wish = SessionRequest {
+                    go_on_with: Some(folder),
+                    first: Some(command),
+                    ..self.wish.clone()
+                };
                 self.open(ctx, wish);
             }
-            Stage::NotStarted(_) | Stage::Ending(_) => {}
+            SessionState::NotStarted(_) | SessionState::Background(_) => {}
         }
     }
 
-    fn obey(&mut self, ctx: &Context, ask: Ask) {
+    fn obey(&mut self, ctx: &Context, ask: UiAction) {
         let preferences = &mut self.screen.preferences;
         match ask {
-            Ask::Act(act) => match act {
+            UiAction::Act(act) => match act {
                 Act::Force => self.command(ctx, Command::ForceNext),
                 Act::Undo => self.command(ctx, Command::UndoLast),
                 Act::Restore => self.command(ctx, Command::Restore),
@@ -311,13 +315,14 @@ impl App {
                 }
                 Act::Finish => self.end(),
                 Act::New => {
-                    let wish = Wish { go_on_with: None, first: None, ..self.wish.clone() };
+                    let wish =
+                        SessionRequest { go_on_with: None, first: None, ..self.wish.clone() };
                     self.open(ctx, wish);
                 }
                 Act::GoOn => {
-                    if let Stage::Ended(ended) = &self.stage {
+                    if let SessionState::Ended(ended) = &self.stage {
                         let folder = Some(ended.folder.clone());
-                        self.open(ctx, Wish { go_on_with: folder, ..self.wish.clone() });
+                        self.open(ctx, SessionRequest { go_on_with: folder, ..self.wish.clone() });
                     }
                 }
                 Act::Mirror => preferences.mirrored ^= true,
@@ -346,30 +351,30 @@ impl App {
                     self.offered.sources = self.desk.sources();
                 }
             },
-            Ask::Remove(view) => self.command(ctx, Command::Remove { view }),
-            Ask::Open(wish) => self.open(ctx, *wish),
-            Ask::Adjust { control, value } => {
-                if let Stage::Running(running) = &self.stage {
+            UiAction::Remove(view) => self.command(ctx, Command::Remove { view }),
+            UiAction::Open(wish) => self.open(ctx, *wish),
+            UiAction::Adjust { control, value } => {
+                if let SessionState::Running(running) = &self.stage {
                     running.adjust(control, value);
                     self.adjusted.insert(control, value);
                     self.screen.adjust(control, value);
                 }
             }
-            Ask::Replay(folder) => {
+            UiAction::Replay(folder) => {
                 self.shelf.open(&mut *self.desk, &folder, Arc::clone(&self.wake));
             }
-            Ask::CloseRecording => {
+            UiAction::CloseRecording => {
                 self.shelf.close();
                 self.shelf.browse(&*self.desk);
             }
-            Ask::Compare(old) => self.compare(&old),
-            Ask::Show(file) => {
+            UiAction::Compare(old) => self.compare(&old),
+            UiAction::Show(file) => {
                 if let Err(trouble) = self.desk.show(&file) {
                     self.exported = Some(Err(trouble));
                 }
             }
-            Ask::Export(format) => {
-                if let Stage::Ended(ended) = &self.stage {
+            UiAction::Export(format) => {
+                if let SessionState::Ended(ended) = &self.stage {
                     let folder = ended.folder.clone();
                     self.exported = Some(self.desk.export(&folder, format));
                 }

@@ -12,7 +12,7 @@ use crate::{
     calibration::Drift,
     device::Adjustable,
     guidance::Plan,
-    pipeline::{Ending, Finished, Pipeline, PipelineError, Showing},
+    pipeline::{Background, Finished, LiveFeed, Pipeline, PipelineError},
     session::Command,
 };
 
@@ -20,16 +20,16 @@ use crate::{
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
 /// The program around the window.
-pub trait Desk {
+pub trait AppHost {
     /// What the first session is about.
-    fn first_wish(&self) -> Wish;
+    fn first_wish(&self) -> SessionRequest;
 
     /// Starts or goes on with a session.
     ///
     /// # Errors
     ///
-    /// [`Trouble`] with what the person can do; the same wish may be tried again.
-    fn open(&mut self, wish: &Wish, wake: Wake) -> Result<Opened, Trouble>;
+    /// [`UserError`] with what the person can do; the same wish may be tried again.
+    fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError>;
 
     /// Sources that can be named now: a name, and what it is.
     fn sources(&mut self) -> Vec<(String, String)>;
@@ -44,8 +44,8 @@ pub trait Desk {
     ///
     /// # Errors
     ///
-    /// [`Trouble`].
-    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, Trouble>;
+    /// [`UserError`].
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError>;
 
     /// Older calibrations that the session in `folder` may be compared with.
     fn older(&self, folder: &Path) -> Vec<PathBuf>;
@@ -54,8 +54,8 @@ pub trait Desk {
     ///
     /// # Errors
     ///
-    /// [`Trouble`] if it cannot begin.
-    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, Trouble>;
+    /// [`UserError`] if it cannot begin.
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError>;
 
     /// Recordings that are near at hand, newest first.
     fn recordings(&self) -> Vec<Recording>;
@@ -64,15 +64,15 @@ pub trait Desk {
     ///
     /// # Errors
     ///
-    /// [`Trouble`] if it cannot begin.
-    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, Trouble>;
+    /// [`UserError`] if it cannot begin.
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError>;
 
     /// Shows a file in the program that the desktop has for it.
     ///
     /// # Errors
     ///
-    /// [`Trouble`].
-    fn show(&mut self, file: &Path) -> Result<(), Trouble>;
+    /// [`UserError`].
+    fn show(&mut self, file: &Path) -> Result<(), UserError>;
 
     /// Whether the person asked the whole program to end.
     fn interrupted(&self) -> bool;
@@ -80,7 +80,7 @@ pub trait Desk {
 
 /// What a session should be about.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wish {
+pub struct SessionRequest {
     /// Name of the source.
     pub source: String,
     /// Mode of a live camera, as in the settings file.
@@ -102,7 +102,7 @@ pub struct Opened {
     /// Its threads.
     pub pipeline: Pipeline,
     /// What they show.
-    pub showing: Showing,
+    pub showing: LiveFeed,
     /// What the source calls itself.
     pub source: String,
     /// Where it is stored.
@@ -125,16 +125,16 @@ pub struct Ended {
     /// Files with the result.
     pub files: Vec<PathBuf>,
     /// What a comparison with an older calibration found, if the session began with one.
-    pub compared: Option<Result<Compared, Trouble>>,
+    pub compared: Option<Result<Compared, UserError>>,
     /// What went wrong, if anything did.
-    pub trouble: Option<Trouble>,
+    pub trouble: Option<UserError>,
 }
 
 /// A comparison under way.
-pub type Comparing = Ending<Result<Compared, Trouble>>;
+pub type Comparing = Background<Result<Compared, UserError>>;
 
 /// A recording that is being opened.
-pub type Loading = Ending<Result<Replayed, Trouble>>;
+pub type Loading = Background<Result<Replayed, UserError>>;
 
 /// A recorded session.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -162,7 +162,7 @@ pub struct Compared {
 
 /// Something that did not work, and what to do.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trouble {
+pub struct UserError {
     /// What happened.
     pub what: String,
     /// The next action, if one is known.

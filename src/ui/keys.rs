@@ -6,13 +6,13 @@ use crate::{device::Control, text::Act};
 
 /// What a panel asks for.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Ask {
+pub enum UiAction {
     /// One of the fixed things.
     Act(Act),
     /// Take back one view.
     Remove(u32),
     /// Start with these settings.
-    Open(Box<super::desk::Wish>),
+    Open(Box<super::desk::SessionRequest>),
     /// Write the result in the format of this number.
     Export(usize),
     /// Compare the result with the calibration in this file.
@@ -80,20 +80,20 @@ pub(super) fn pressed(ctx: &Context) -> Vec<Act> {
 }
 
 /// A button for `act`, with its tooltip and key.
-pub(super) fn button(ui: &mut Ui, act: Act, asks: &mut Vec<Ask>) -> Response {
+pub(super) fn button(ui: &mut Ui, act: Act, asks: &mut Vec<UiAction>) -> Response {
     let words = act.words();
     let response = with_tip(ui.button(words.label), act);
     if response.clicked() {
-        asks.push(Ask::Act(act));
+        asks.push(UiAction::Act(act));
     }
     response
 }
 
 /// A button that stays pressed while `on`.
-pub(super) fn toggle(ui: &mut Ui, act: Act, on: bool, asks: &mut Vec<Ask>) -> Response {
+pub(super) fn toggle(ui: &mut Ui, act: Act, on: bool, asks: &mut Vec<UiAction>) -> Response {
     let response = with_tip(ui.add(Button::selectable(on, act.words().label)), act);
     if response.clicked() {
-        asks.push(Ask::Act(act));
+        asks.push(UiAction::Act(act));
     }
     response
 }

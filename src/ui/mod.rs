@@ -1,7 +1,7 @@
 //! The window: guidance by picture, words and sound, and the result.
 //!
 //! Panels see a [`Screen`] only: the newest [`crate::session::Snapshot`], the newest picture and how the
-//! person wants to see them. What they want done they put into a list of [`Ask`]s; [`App`] does it. The
+//! person wants to see them. What they want done they put into a list of [`UiAction`]s; [`App`] does it. The
 //! window never waits: pictures and snapshots are latest-wins, commands go out when there is room, and a
 //! session is ended and stored beside it.
 //!
@@ -30,14 +30,14 @@ pub mod replay;
 pub mod result;
 mod run;
 mod screen;
+mod session_state;
 pub mod settings;
 mod sound;
-mod stage;
 mod theme;
-pub mod trouble;
+pub mod user_error;
 
 pub use app::{App, Page};
-pub use keys::Ask;
+pub use keys::UiAction;
 pub use picture::{Picture, Placed};
 pub use run::{NoWindow, SMALLEST, options, run, run_replay};
 pub use screen::{Preferences, Screen};

@@ -7,10 +7,10 @@ use egui::{Vec2, ViewportBuilder};
 
 use super::{
     app::App,
-    desk::Desk,
+    desk::AppHost,
     replay::{self, Replayed},
 };
-use crate::{panicked, text::window as words};
+use crate::{panic_message, text::window as words};
 
 /// Smallest window in which nothing is cut off.
 pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
@@ -40,7 +40,7 @@ pub enum NoWindow {
 /// # Errors
 ///
 /// [`NoWindow`]; no session has been started then.
-pub fn run(desk: Box<dyn Desk>) -> Result<(), NoWindow> {
+pub fn run(desk: Box<dyn AppHost>) -> Result<(), NoWindow> {
     open(|ctx| Box::new(App::new(ctx, desk)))
 }
 
@@ -123,9 +123,9 @@ fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), 
         Ok(Err(err)) if was_open => Err(NoWindow::Lost { reason: plain(&err.to_string()) }),
         Ok(Err(err)) => Err(NoWindow::Refused { reason: plain(&err.to_string()) }),
         Err(payload) if was_open => std::panic::resume_unwind(payload),
-        Err(payload) => {
-            Err(NoWindow::Refused { reason: panicked::words(&*payload).unwrap_or_default() })
-        }
+        Err(payload) => Err(NoWindow::Refused {
+            reason: panic_message::panic_message(&*payload).unwrap_or_default(),
+        }),
     }
 }
 

@@ -3,8 +3,8 @@
 use egui::{CentralPanel, ComboBox, DragValue, Grid, RichText, ScrollArea, Slider, TextEdit, Ui};
 
 use super::{
-    desk::Wish,
-    keys::{Ask, button, toggle},
+    desk::SessionRequest,
+    keys::{UiAction, button, toggle},
     screen::Preferences,
 };
 use crate::{
@@ -24,10 +24,10 @@ pub struct Offered {
 /// Shows the page; `draft` is what the next session will be about.
 pub fn show(
     ui: &mut Ui,
-    draft: &mut Wish,
+    draft: &mut SessionRequest,
     offered: &Offered,
     preferences: &Preferences,
-    asks: &mut Vec<Ask>,
+    asks: &mut Vec<UiAction>,
 ) {
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
@@ -40,8 +40,8 @@ pub fn show(
             ui.add_space(10.0);
             let start = RichText::new(words::START).size(20.0);
             if ui.button(start).on_hover_text(words::START_TIP).clicked() {
-                let wish = Wish { go_on_with: None, first: None, ..draft.clone() };
-                asks.push(Ask::Open(Box::new(wish)));
+                let wish = SessionRequest { go_on_with: None, first: None, ..draft.clone() };
+                asks.push(UiAction::Open(Box::new(wish)));
             }
             ui.add_space(20.0);
             ui.label(RichText::new(words::WINDOW).size(24.0).strong());
@@ -65,7 +65,7 @@ pub fn show(
     });
 }
 
-fn source(ui: &mut Ui, draft: &mut Wish, offered: &Offered) {
+fn source(ui: &mut Ui, draft: &mut SessionRequest, offered: &Offered) {
     let name = ui.label(words::SOURCE).on_hover_text(words::SOURCE_TIP);
     ui.horizontal(|ui| {
         let list = ComboBox::from_id_salt("source").selected_text(words::CHOOSE);
@@ -98,7 +98,7 @@ fn source(ui: &mut Ui, draft: &mut Wish, offered: &Offered) {
     ui.end_row();
 }
 
-fn board(ui: &mut Ui, draft: &mut Wish) {
+fn board(ui: &mut Ui, draft: &mut SessionRequest) {
     let name = ui.label(words::BOARD).on_hover_text(words::BOARD_TIP);
     ui.horizontal(|ui| {
         for (corners, word) in draft.board.iter_mut().zip(words::CORNERS) {
@@ -118,7 +118,7 @@ fn board(ui: &mut Ui, draft: &mut Wish) {
     ui.end_row();
 }
 
-fn plan(ui: &mut Ui, draft: &mut Wish) {
+fn plan(ui: &mut Ui, draft: &mut SessionRequest) {
     ui.label(words::PLAN).on_hover_text(words::PLAN_TIP);
     ui.horizontal(|ui| {
         for plan in [Plan::Quick, Plan::Full, Plan::Adaptive] {

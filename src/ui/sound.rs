@@ -23,7 +23,7 @@ pub(super) enum Tone {
     /// The session is complete.
     Complete,
     /// Something failed.
-    Trouble,
+    UserError,
 }
 
 /// Starts players and speakers, and never waits for them.
@@ -37,7 +37,7 @@ pub(super) struct Sound {
 }
 
 impl Sound {
-    /// Looks for the programs.
+    /// BoardFinder for the programs.
     pub(super) fn new() -> Self {
         Self {
             player: first_of(&PLAYERS),
@@ -109,7 +109,7 @@ fn samples(tone: Tone) -> Vec<u8> {
     let notes: &[f32] = match tone {
         Tone::Taken => &[880.0],
         Tone::Complete => &[660.0, 990.0],
-        Tone::Trouble => &[440.0, 330.0],
+        Tone::UserError => &[440.0, 330.0],
     };
     let length = SAMPLES_PER_SEC / 6;
     let mut bytes = Vec::with_capacity(notes.len() * length as usize * 2);
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_tone_fits_in_a_pipe_and_ends_softly() {
-        for tone in [Tone::Taken, Tone::Complete, Tone::Trouble] {
+        for tone in [Tone::Taken, Tone::Complete, Tone::UserError] {
             let bytes = samples(tone);
             assert!(bytes.len() < 60_000, "{}", bytes.len());
             let last = i16::from_le_bytes([bytes[bytes.len() - 2], bytes[bytes.len() - 1]]);

@@ -12,17 +12,14 @@ use std::{
 
 use boresight::{
     board::Checkerboard,
-    capture::{
-        Arrival, CaptureError, FrameSource, SourceIdentity, Unpacker,
-        integrity::JpegGate,
-        synthetic::{Scene, render_view},
-    },
+    capture::{Arrival, CaptureError, FrameSource, SourceIdentity, Unpacker, integrity::JpegGate},
     config::Config,
     detection::{Detection, Detector, DetectorParams, Miss, Search},
     device::PixelLayout,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
-    pipeline::{Judged, Looks, Pipeline, Setup},
+    pipeline::{BoardFinder, FrameReport, Pipeline, Setup},
     session::Session,
+    simulation::{Scene, render_view},
 };
 use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder};
 use nalgebra::{Isometry3, Vector3};
@@ -122,7 +119,7 @@ fn latency() {
         lossless: false,
         record_stream: false,
         first_frame: 0,
-        judged: Box::new(move |judged: Judged<'_>| {
+        judged: Box::new(move |judged: FrameReport<'_>| {
             let captured = Duration::from_nanos(judged.observation.captured_at.nanos);
             log.lock().expect("whole").push(started.elapsed().saturating_sub(captured));
         }),
@@ -196,7 +193,7 @@ struct HalfASecond {
     started: Instant,
 }
 
-impl Looks for HalfASecond {
+impl BoardFinder for HalfASecond {
     fn look(
         &mut self,
         image: &GrayImage,
@@ -237,7 +234,7 @@ fn slow_detector() {
         lossless: false,
         record_stream: false,
         first_frame: 0,
-        judged: Box::new(|_: Judged<'_>| ()),
+        judged: Box::new(|_: FrameReport<'_>| ()),
     };
     let (pipeline, showing) =
         Pipeline::start_shown_looking(setup, Box::new(looks), || ()).expect("threads");

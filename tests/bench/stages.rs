@@ -7,12 +7,12 @@ use std::{hint::black_box, time::Duration};
 use boresight::{
     board::Checkerboard,
     calibration::{BundleState, CalibrationParams, LensModel, Observations, adjust, calibrate},
-    capture::synthetic::{Scene, render_view},
     config::Config,
     detection::{Detection, Detector, DetectorParams, Miss, Prediction, Quality, Search},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::{Camera, Corner, Distortion, Homography, PrincipalLine},
     session::{Input, Observation, Session},
+    simulation::{Scene, render_view},
 };
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, Point2, Vector2, Vector3};

@@ -15,19 +15,19 @@ use std::{
 };
 
 use boresight::{
-    capture::{
-        Arrival, CaptureError, FrameSource, SourceIdentity,
-        synthetic::{NoCues, Scene, SyntheticSource},
-    },
+    capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, ImageSize},
     geometry::Camera,
     guidance::Plan,
-    pipeline::{Judged, Pipeline, Setup},
+    pipeline::{FrameReport, Pipeline, Setup},
     session::Session,
+    simulation::{NoCues, Scene, SyntheticSource},
     ui::{
         App,
-        desk::{Comparing, Desk, Ended, Loading, Opened, Recording, Trouble, Wake, Wish},
+        desk::{
+            AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
+        },
         options,
     },
 };
@@ -103,9 +103,9 @@ struct Bench {
     times: Arc<Mutex<Times>>,
 }
 
-impl Desk for Bench {
-    fn first_wish(&self) -> Wish {
-        Wish {
+impl AppHost for Bench {
+    fn first_wish(&self) -> SessionRequest {
+        SessionRequest {
             source: String::new(),
             mode: "auto".into(),
             board: [9, 6],
@@ -116,7 +116,7 @@ impl Desk for Bench {
         }
     }
 
-    fn open(&mut self, _wish: &Wish, wake: Wake) -> Result<Opened, Trouble> {
+    fn open(&mut self, _wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
         let config = Config::load(None, &[]).expect("valid");
         let (pictures, times) = (self.pictures.clone(), Arc::clone(&self.times));
         let source = Camera30 { pictures, next: 0, started: None, times: Arc::clone(&times) };
@@ -127,7 +127,7 @@ impl Desk for Bench {
             lossless: false,
             record_stream: false,
             first_frame: 0,
-            judged: Box::new(move |judged: Judged<'_>| {
+            judged: Box::new(move |judged: FrameReport<'_>| {
                 let mut times = times.lock().expect("whole");
                 if let Some(came) = times.came.get(&judged.source_frame.0) {
                     let took = came.elapsed();
@@ -162,31 +162,31 @@ impl Desk for Bench {
         Vec::new()
     }
 
-    fn export(&mut self, _folder: &Path, _format: usize) -> Result<PathBuf, Trouble> {
-        Err(Trouble { what: "nothing to export".into(), action: None })
+    fn export(&mut self, _folder: &Path, _format: usize) -> Result<PathBuf, UserError> {
+        Err(UserError { what: "nothing to export".into(), action: None })
     }
 
     fn older(&self, _folder: &Path) -> Vec<PathBuf> {
         Vec::new()
     }
 
-    fn compare(&mut self, _: &Path, _: &Path, _: Wake) -> Result<Comparing, Trouble> {
-        Err(Trouble { what: "nothing to compare".into(), action: None })
+    fn compare(&mut self, _: &Path, _: &Path, _: Wake) -> Result<Comparing, UserError> {
+        Err(UserError { what: "nothing to compare".into(), action: None })
     }
 
     fn recordings(&self) -> Vec<Recording> {
         Vec::new()
     }
 
-    fn replay(&mut self, _: &Path, _: Wake) -> Result<Loading, Trouble> {
-        Err(Trouble { what: "nothing to replay".into(), action: None })
+    fn replay(&mut self, _: &Path, _: Wake) -> Result<Loading, UserError> {
+        Err(UserError { what: "nothing to replay".into(), action: None })
     }
 
     fn modes(&mut self, _source: &str) -> Vec<String> {
         Vec::new()
     }
 
-    fn show(&mut self, _file: &Path) -> Result<(), Trouble> {
+    fn show(&mut self, _file: &Path) -> Result<(), UserError> {
         Ok(())
     }
 

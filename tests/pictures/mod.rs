@@ -1,9 +1,9 @@
 //! Rendered views of a board, with the truth.
 
 use boresight::{
-    capture::synthetic::{Scene, render_view},
     frame::ImageSize,
     geometry::Camera,
+    simulation::{Scene, render_view},
 };
 use image::GrayImage;
 use nalgebra::{Isometry3, Point2, Vector3};

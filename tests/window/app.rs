@@ -8,7 +8,7 @@ use std::{
 };
 
 use boresight::{
-    calibration::import,
+    calibration::files::import,
     cli::desk,
     ui::{App, Page, SMALLEST},
 };

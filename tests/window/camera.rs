@@ -18,8 +18,10 @@ use boresight::{
     recording::{Header, SessionFolder},
     session::{Input, Session},
     ui::{
-        App, Ask,
-        desk::{Comparing, Desk, Ended, Loading, Opened, Recording, Trouble, Wake, Wish},
+        App, UiAction,
+        desk::{
+            AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
+        },
     },
 };
 use egui::{Theme, accesskit::Role};
@@ -46,7 +48,7 @@ fn a_control_is_set_by_its_number_and_undone() {
     page.run();
     page.key_press(egui::Key::Enter);
     page.run();
-    let asked = Ask::Adjust { control: Control::Exposure, value: 80 };
+    let asked = UiAction::Adjust { control: Control::Exposure, value: 80 };
     assert_eq!(page.state().asks, [asked]);
     page.state_mut().screen.adjust(Control::Exposure, 80);
     page.run();
@@ -60,7 +62,7 @@ fn a_control_is_set_by_its_number_and_undone() {
     page.run();
     page.get_by_role_and_label(Role::Button, "back to 156").click();
     page.run();
-    let undone = Ask::Adjust { control: Control::Exposure, value: 156 };
+    let undone = UiAction::Adjust { control: Control::Exposure, value: 156 };
     assert_eq!(page.state().asks.last(), Some(&undone));
 }
 
@@ -72,7 +74,7 @@ fn a_focus_set_between_views_is_set_back_where_it_is_told() {
     page.get_by_label_contains("The views were taken at 30. Set it back to 30");
     page.get_by_role_and_label(Role::Button, "Set the focus back to 30").click();
     page.run();
-    assert_eq!(page.state().asks, [Ask::Adjust { control: Control::Focus, value: 30 }]);
+    assert_eq!(page.state().asks, [UiAction::Adjust { control: Control::Focus, value: 30 }]);
 }
 
 /// The program around a window, with one simulated camera.
@@ -82,9 +84,9 @@ struct OneCamera {
     opened: Arc<Mutex<u32>>,
 }
 
-impl Desk for OneCamera {
-    fn first_wish(&self) -> Wish {
-        Wish {
+impl AppHost for OneCamera {
+    fn first_wish(&self) -> SessionRequest {
+        SessionRequest {
             source: "/dev/video0".into(),
             mode: "auto".into(),
             board: [9, 6],
@@ -95,7 +97,7 @@ impl Desk for OneCamera {
         }
     }
 
-    fn open(&mut self, wish: &Wish, wake: Wake) -> Result<Opened, Trouble> {
+    fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
         let mut opened = self.opened.lock().expect("whole");
         *opened += 1;
         let folder = self.folder.join(opened.to_string());
@@ -142,7 +144,7 @@ impl Desk for OneCamera {
         Vec::new()
     }
 
-    fn export(&mut self, _: &Path, _: usize) -> Result<PathBuf, Trouble> {
+    fn export(&mut self, _: &Path, _: usize) -> Result<PathBuf, UserError> {
         unreachable!("there is no format")
     }
 
@@ -150,7 +152,7 @@ impl Desk for OneCamera {
         Vec::new()
     }
 
-    fn compare(&mut self, _: &Path, _: &Path, _: Wake) -> Result<Comparing, Trouble> {
+    fn compare(&mut self, _: &Path, _: &Path, _: Wake) -> Result<Comparing, UserError> {
         unreachable!("there is no result")
     }
 
@@ -158,11 +160,11 @@ impl Desk for OneCamera {
         Vec::new()
     }
 
-    fn replay(&mut self, _: &Path, _: Wake) -> Result<Loading, Trouble> {
+    fn replay(&mut self, _: &Path, _: Wake) -> Result<Loading, UserError> {
         unreachable!("there is no recording")
     }
 
-    fn show(&mut self, _: &Path) -> Result<(), Trouble> {
+    fn show(&mut self, _: &Path) -> Result<(), UserError> {
         unreachable!("there is no file")
     }
 

@@ -3,12 +3,12 @@
 use boresight::{
     calibration::{Drift, OldLens, drift},
     geometry::Corner,
-    pipeline::Ending,
+    pipeline::Background,
     session::Snapshot,
     text::{self, charts::Chart},
     ui::{
-        Ask,
-        desk::{Compared, Trouble},
+        UiAction,
+        desk::{Compared, UserError},
         result::{Comparison, Outcome},
     },
 };
@@ -69,7 +69,7 @@ fn a_comparison_is_asked_for_by_a_path() {
     page.run();
     page.get_by_role_and_label(Role::Button, button).click();
     page.run();
-    assert_eq!(page.state().asks, [Ask::Compare("old/calibration.json".into())]);
+    assert_eq!(page.state().asks, [UiAction::Compare("old/calibration.json".into())]);
     page.state_mut().result.comparison.older = vec!["sessions/a/calibration.json".into()];
     page.run();
     page.get_by_role_and_label(Role::ComboBox, field).click();
@@ -78,7 +78,7 @@ fn a_comparison_is_asked_for_by_a_path() {
     page.run();
     assert_eq!(page.state().result.comparison.path, "sessions/a/calibration.json");
     // It may take as long as it likes.
-    let work = Ending::start(|| Err(Trouble { what: String::new(), action: None }));
+    let work = Background::start(|| Err(UserError { what: String::new(), action: None }));
     page.state_mut().result.comparison.outcome = Outcome::Working(work.expect("a thread"));
     page.step();
     page.get_by_label("Comparing");
@@ -112,7 +112,7 @@ fn a_change_is_told_with_its_uncertainty_and_what_to_do() {
         }
         page.get_by_label_contains("Change: enlarged");
     }
-    let trouble = Trouble { what: "could not read \"nowhere.json\"".into(), action: None };
+    let trouble = UserError { what: "could not read \"nowhere.json\"".into(), action: None };
     page.state_mut().result.comparison.outcome = Outcome::Done(Err(trouble));
     page.run();
     page.get_by_label("could not read \"nowhere.json\"");

@@ -21,8 +21,8 @@ use boresight::{
     session::{Outcome, Snapshot},
     text::{Act, charts::Chart},
     ui::{
-        Ask, Preferences, SMALLEST, Screen, apply_theme,
-        desk::{Ended, Trouble, Wish},
+        Preferences, SMALLEST, Screen, UiAction, apply_theme,
+        desk::{Ended, ExploreSetup, UserError},
         explore::{self, Explored},
         guide,
         replay::{self, Replayed},
@@ -46,8 +46,8 @@ struct Table {
     result: result::Table,
     explored: Explored,
     replayed: Option<Replayed>,
-    draft: Wish,
-    asks: Vec<Ask>,
+    draft: ExploreSetup,
+    asks: Vec<UiAction>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,8 +63,8 @@ impl Page {
     const ALL: [Self; 5] = [Self::Guide, Self::Result, Self::Explore, Self::Replay, Self::Settings];
 }
 
-fn draft() -> Wish {
-    Wish {
+fn draft() -> ExploreSetup {
+    ExploreSetup {
         source: "sim".into(),
         mode: "auto".into(),
         board: [9, 6],
@@ -318,7 +318,7 @@ fn a_view_is_removed_by_its_own_button() {
     guide.get_by_label("Remove view 2").click();
     guide.run();
     let id = done.snapshot.views[1].id;
-    assert_eq!(guide.state().asks, [Ask::Remove(id)]);
+    assert_eq!(guide.state().asks, [UiAction::Remove(id)]);
 }
 
 #[test]
@@ -334,11 +334,11 @@ fn a_mirror_speaks_from_the_technicians_side() {
 
 #[test]
 fn a_session_that_cannot_start_says_what_to_do() {
-    let trouble = Trouble {
+    let trouble = UserError {
         what: "This user may not open the camera".into(),
         action: Some("Run: sudo usermod -aG video $USER, then log out and in".into()),
     };
-    let wish = Wish {
+    let wish = ExploreSetup {
         source: "/dev/video0".into(),
         mode: "auto".into(),
         board: [9, 6],
@@ -350,16 +350,16 @@ fn a_session_that_cannot_start_says_what_to_do() {
     let asked = wish.clone();
     let mut harness =
         Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
-            move |ui, asks: &mut Vec<Ask>| trouble::show(ui, &trouble, &asked, asks),
+            move |ui, asks: &mut Vec<UiAction>| trouble::show(ui, &trouble, &asked, asks),
             Vec::new(),
         );
     harness.get_by_label("This user may not open the camera");
     harness.get_by_label("Try again").click();
     harness.run();
-    assert_eq!(*harness.state(), [Ask::Open(Box::new(wish))]);
+    assert_eq!(*harness.state(), [UiAction::Open(Box::new(wish))]);
     harness.get_by_label("Choose another source").click();
     harness.run();
-    assert_eq!(harness.state().last(), Some(&Ask::Act(Act::SettingsPage)));
+    assert_eq!(harness.state().last(), Some(&UiAction::Act(Act::SettingsPage)));
 }
 
 #[test]
@@ -407,7 +407,7 @@ fn the_settings_start_the_session_that_they_say() {
     let (draft, offered) = (draft(), offered());
     let mut page =
         Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
-            move |ui, (draft, asks): &mut (Wish, Vec<Ask>)| {
+            move |ui, (draft, asks): &mut (ExploreSetup, Vec<UiAction>)| {
                 settings::show(ui, draft, &offered, &Preferences::default(), asks);
             },
             (draft, Vec::new()),
@@ -417,12 +417,12 @@ fn the_settings_start_the_session_that_they_say() {
     page.run();
     page.get_by_label("Start a new session").click();
     page.run();
-    let [Ask::Open(wish)] = page.state().1.as_slice() else { panic!("{:?}", page.state().1) };
+    let [UiAction::Open(wish)] = page.state().1.as_slice() else { panic!("{:?}", page.state().1) };
     assert_eq!(wish.plan, Plan::Quick);
     assert_eq!(wish.go_on_with, None, "a new session");
     page.get_by_label("Speak").click();
     page.run();
-    assert_eq!(page.state().1.last(), Some(&Ask::Act(Act::Speech)));
+    assert_eq!(page.state().1.last(), Some(&UiAction::Act(Act::Speech)));
 }
 
 #[test]

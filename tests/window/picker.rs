@@ -1,8 +1,8 @@
 //! Choosing a recording.
 
 use boresight::ui::{
-    Ask, SMALLEST,
-    desk::{Recording, Trouble},
+    SMALLEST, UiAction,
+    desk::{Recording, UserError},
     replay::{Picker, pick},
 };
 use egui::accesskit::Role;
@@ -10,7 +10,7 @@ use egui_kittest::{Harness, kittest::Queryable};
 
 use crate::paint::Painter;
 
-type Table = (Picker, Vec<Ask>);
+type Table = (Picker, Vec<UiAction>);
 
 fn page(picker: Picker) -> Harness<'static, Table> {
     Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
@@ -31,19 +31,19 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
     page.get_by_label("2026-11-21T08:00:00Z, sim, 1280x720");
     page.get_by_role_and_label(Role::Button, "sessions/one").click();
     page.run();
-    assert_eq!(page.state().1, [Ask::Replay("sessions/one".into())]);
+    assert_eq!(page.state().1, [UiAction::Replay("sessions/one".into())]);
     page.get_by_role_and_label(Role::TextInput, "Folder:").focus();
     page.run();
     page.get_by_role_and_label(Role::TextInput, "Folder:").type_text("elsewhere/two");
     page.run();
     page.get_by_role_and_label(Role::Button, "Open").click();
     page.run();
-    assert_eq!(page.state().1.last(), Some(&Ask::Replay("elsewhere/two".into())));
+    assert_eq!(page.state().1.last(), Some(&UiAction::Replay("elsewhere/two".into())));
 }
 
 #[test]
 fn an_empty_list_and_a_folder_that_is_none_say_so() {
-    let trouble = Trouble {
+    let trouble = UserError {
         what: "could not read session.toml".into(),
         action: Some("Name a session's folder.".into()),
     };

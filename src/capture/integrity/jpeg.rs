@@ -10,9 +10,9 @@ use super::{
 use crate::frame::ImageSize;
 
 /// Some cameras put a few bytes between the scan and its end, in every frame.
-const HABITUAL_SURPLUS: usize = 16;
+const TRAILING_PADDING_BYTES: usize = 16;
 /// Frames with such bytes, one after the other, that make a habit.
-const HABIT_AFTER: u32 = 5;
+const PADDED_FRAMES_TO_LEARN: u32 = 5;
 
 /// Checks the frames of one stream. Learns whether the camera is one of those that pad its frames.
 #[derive(Clone, Debug, Default)]
@@ -68,9 +68,9 @@ impl JpegGate {
             self.padded_in_a_row = 0;
             return Ok(());
         }
-        if surplus <= HABITUAL_SURPLUS {
+        if surplus <= TRAILING_PADDING_BYTES {
             self.padded_in_a_row += 1;
-            self.pads |= self.padded_in_a_row >= HABIT_AFTER;
+            self.pads |= self.padded_in_a_row >= PADDED_FRAMES_TO_LEARN;
             if self.pads {
                 return Ok(());
             }

@@ -14,10 +14,10 @@ use ::nokhwa::{
 };
 
 use crate::{
-    capture::{Offer, choose},
+    capture::{CameraMode, choose},
     device::{Fault, Mode, PixelLayout, Wanted},
     frame::ImageSize,
-    panicked,
+    panic_message,
 };
 
 /// Why a camera cannot be used, and what is known besides.
@@ -90,7 +90,7 @@ pub fn find(listed: &[Listed], source: &str) -> Result<Listed, Loss> {
 /// Calls the library; a panic in it is a fault of the driver.
 pub(super) fn caught<T>(call: impl FnOnce() -> Result<T, Loss>) -> Result<T, Loss> {
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
-        let words = panicked::words(&*payload).unwrap_or_default();
+        let words = panic_message::panic_message(&*payload).unwrap_or_default();
         Err((Fault::DriverBroken, format!("nokhwa failed: {words}")))
     })
 }
@@ -111,7 +111,7 @@ impl Streaming {
         let any = RequestedFormat::with_formats(RequestedFormatType::None, &FORMATS);
         let mut camera = Camera::new(index, any).map_err(failed)?;
         let formats = camera.compatible_camera_formats().map_err(failed)?;
-        let offers: Vec<Offer> = formats.iter().filter_map(offer).collect();
+        let offers: Vec<CameraMode> = formats.iter().filter_map(offer).collect();
         // Some systems list nothing and stream nevertheless.
         let current = offer(&camera.camera_format()).filter(|_| offers.is_empty());
         let chosen = choose(&offers, wanted).or(current);
@@ -174,7 +174,7 @@ fn ask_for_permission() -> Result<(), Loss> {
     }
 }
 
-fn offer(format: &CameraFormat) -> Option<Offer> {
+fn offer(format: &CameraFormat) -> Option<CameraMode> {
     let fourcc = match format.format() {
         FrameFormat::MJPEG => *b"MJPG",
         FrameFormat::YUYV => *b"YUYV",
@@ -184,10 +184,10 @@ fn offer(format: &CameraFormat) -> Option<Offer> {
     };
     let size = ImageSize { width_px: format.width(), height_px: format.height() };
     let rate = format.frame_rate();
-    Some(Offer { fourcc, size, interval: (rate > 0).then_some((1, rate)) })
+    Some(CameraMode { fourcc, size, interval: (rate > 0).then_some((1, rate)) })
 }
 
-fn format(offer: &Offer) -> Option<CameraFormat> {
+fn format(offer: &CameraMode) -> Option<CameraFormat> {
     let format = match &offer.fourcc {
         b"MJPG" => FrameFormat::MJPEG,
         b"YUYV" => FrameFormat::YUYV,

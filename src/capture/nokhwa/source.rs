@@ -22,7 +22,7 @@ use super::{
 use crate::capture::v4l2;
 use crate::{
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity, Unpacker, health::Health},
-    device::{CameraEvent, CameraFacts, Fault, Mode, Wanted},
+    device::{CameraEvent, CameraInfo, Fault, Mode, Wanted},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
 
@@ -41,7 +41,7 @@ const BUFFERS: usize = 4;
 /// A live camera, read through nokhwa.
 pub struct NokhwaCamera {
     name: String,
-    facts: CameraFacts,
+    facts: CameraInfo,
     open: Opener,
     /// What was doubtful before the first frame, and is again after each return.
     doubts: Vec<(Fault, String)>,
@@ -121,7 +121,7 @@ impl NokhwaCamera {
             }
         };
         let now = Instant::now();
-        let facts = CameraFacts {
+        let facts = CameraInfo {
             name: name.clone(),
             usb_id: None,
             serial: String::new(),
@@ -310,7 +310,7 @@ impl FrameSource for NokhwaCamera {
         false
     }
 
-    fn camera_facts(&self) -> Option<CameraFacts> {
+    fn camera_facts(&self) -> Option<CameraInfo> {
         Some(self.facts.clone())
     }
 

@@ -40,7 +40,7 @@ pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {
 
 /// How a control stands, for a person to see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Standing {
+pub struct ControlState {
     /// Which.
     pub control: Control,
     /// What it can be.
@@ -52,7 +52,7 @@ pub struct Standing {
 }
 
 /// The controls of a camera that matter here.
-pub fn standings(kernel: &mut dyn Kernel, device: Handle) -> Vec<Standing> {
+pub fn control_states(kernel: &mut dyn Kernel, device: Handle) -> Vec<ControlState> {
     let mut found = Vec::new();
     for control in Control::ALL {
         let (number, automatics) = numbers(control);
@@ -61,14 +61,14 @@ pub fn standings(kernel: &mut dyn Kernel, device: Handle) -> Vec<Standing> {
         let automatic = automatics.first().and_then(|(id, off)| {
             again(|| kernel.control(device, *id)).ok().map(|value| value != *off)
         });
-        found.push(Standing { control, range, value, automatic });
+        found.push(ControlState { control, range, value, automatic });
     }
     found
 }
 
 /// The controls of one open camera.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Keeper {
+pub(super) struct ControlLock {
     /// What was set before, in the order in which it is put back.
     before: Vec<(u32, i64)>,
     /// What is to stay.
@@ -83,7 +83,7 @@ pub(super) struct Deviation {
     pub(super) to: i64,
 }
 
-impl Keeper {
+impl ControlLock {
     /// Remembers how the controls stand. Only what can be read can be put back.
     pub(super) fn remember(kernel: &mut dyn Kernel, device: Handle) -> Self {
         let mut before = Vec::new();

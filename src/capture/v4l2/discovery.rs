@@ -11,8 +11,8 @@ use super::{
     queue::again,
 };
 use crate::{
-    capture::{Offer, layout},
-    device::{CameraFacts, ControlBefore, Fault, Mode, PixelLayout},
+    capture::{CameraMode, layout},
+    device::{CameraInfo, ControlBefore, Fault, Mode, PixelLayout},
 };
 
 /// A node that takes pictures.
@@ -31,7 +31,7 @@ pub struct Camera {
     /// Another camera here says the same of itself.
     pub has_twin: bool,
     /// What it offers; empty if another program has it.
-    pub offers: Vec<Offer>,
+    pub offers: Vec<CameraMode>,
 }
 
 /// By what a camera is found again.
@@ -84,8 +84,8 @@ impl Camera {
         backend: &'static str,
         mode: Mode,
         controls: Vec<ControlBefore>,
-    ) -> CameraFacts {
-        CameraFacts {
+    ) -> CameraInfo {
+        CameraInfo {
             name: self.name.clone(),
             usb_id: self.node.usb_id,
             serial: self.node.serial.clone(),

@@ -5,7 +5,6 @@
 //! | [`kernel`] | the system calls by meaning: what may be asked, and in which words it is answered |
 //! | [`linux`] | those calls; the only unsafe code of the program |
 //! | `system_files` | what else the system says: nodes, names, who has one open |
-//! | [`simulated`] | a model of them with strict rules and faults on demand, for tests |
 //! | [`discovery`] | which cameras are there; by what each is known again |
 //! | [`mode`] | what a camera offers and what is granted |
 //! | `queue` | the buffers, and who owns each |
@@ -21,12 +20,11 @@ pub mod kernel;
 pub mod linux;
 pub mod mode;
 mod queue;
-pub mod simulated;
 pub mod source;
 mod stream;
 mod system_files;
 
-pub use controls::{Standing, standings};
+pub use controls::{ControlState, control_states};
 pub use discovery::{Camera, Found, discover, find};
 pub use linux::Linux;
 pub use source::LiveCamera;

@@ -5,7 +5,7 @@ use super::{
     queue::again,
 };
 use crate::{
-    capture::{Offer, layout},
+    capture::{CameraMode, layout},
     device::Mode,
     frame::ImageSize,
 };
@@ -28,7 +28,7 @@ pub struct Granted {
 }
 
 /// Everything that a camera offers. A list that fails ends there.
-pub fn offers(kernel: &mut dyn Kernel, device: Handle) -> Result<Vec<Offer>, Errno> {
+pub fn offers(kernel: &mut dyn Kernel, device: Handle) -> Result<Vec<CameraMode>, Errno> {
     let mut found = Vec::new();
     for index in 0..LONGEST_LIST {
         match again(|| kernel.pixel_format(device, index)) {
@@ -41,7 +41,7 @@ pub fn offers(kernel: &mut dyn Kernel, device: Handle) -> Result<Vec<Offer>, Err
     Ok(found)
 }
 
-fn sizes(kernel: &mut dyn Kernel, device: Handle, fourcc: FourCc, found: &mut Vec<Offer>) {
+fn sizes(kernel: &mut dyn Kernel, device: Handle, fourcc: FourCc, found: &mut Vec<CameraMode>) {
     for index in 0..LONGEST_LIST {
         match again(|| kernel.frame_sizes(device, fourcc, index)) {
             Ok(FrameSizes::Discrete(width, height)) => {
@@ -70,7 +70,7 @@ fn intervals(
     kernel: &mut dyn Kernel,
     device: Handle,
     of: (FourCc, u32, u32),
-    found: &mut Vec<Offer>,
+    found: &mut Vec<CameraMode>,
 ) {
     let (fourcc, width_px, height_px) = of;
     let believable = |side: u32| (16..=LARGEST_SIDE_PX).contains(&side);
@@ -83,10 +83,10 @@ fn intervals(
         let Ok(interval) = again(|| kernel.frame_interval(device, of, index)) else { break };
         // 0/0 stands for "not known".
         let interval = (interval.0 > 0 && interval.1 > 0).then_some(interval);
-        found.push(Offer { fourcc, size, interval });
+        found.push(CameraMode { fourcc, size, interval });
     }
     if found.len() == before {
-        found.push(Offer { fourcc, size, interval: None });
+        found.push(CameraMode { fourcc, size, interval: None });
     }
 }
 
@@ -94,7 +94,7 @@ fn intervals(
 pub fn grant(
     kernel: &mut dyn Kernel,
     device: Handle,
-    offer: &Offer,
+    offer: &CameraMode,
 ) -> Result<Option<Granted>, Errno> {
     let wanted = Format {
         width: offer.size.width_px,

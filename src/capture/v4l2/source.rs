@@ -21,18 +21,18 @@ pub(in crate::capture) use loss::found_again;
 use loss::other_than_asked;
 
 use super::{
-    controls::{Keeper, Standing, standings},
+    controls::{ControlLock, ControlState, control_states},
     discovery::{Camera, Identity},
     kernel::{Errno, Kernel},
     stream::{Loss, Picture, Stream},
 };
 use crate::{
     capture::{
-        Arrival, CaptureError, FrameSource, Offer, SourceIdentity, choose,
+        Arrival, CameraMode, CaptureError, FrameSource, SourceIdentity, choose,
         health::{light, sharpness},
     },
     device::{
-        Adjustable, CameraEvent, CameraFacts, Control, ControlBefore, Fault, Locks, Mode, Wanted,
+        Adjustable, CameraEvent, CameraInfo, Control, ControlBefore, Fault, Locks, Mode, Wanted,
     },
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
@@ -59,9 +59,9 @@ pub struct LiveCamera<K: Kernel> {
     kernel: K,
     camera: Camera,
     identity: Identity,
-    offer: Offer,
+    offer: CameraMode,
     mode: Mode,
-    keeper: Keeper,
+    keeper: ControlLock,
     controls_before: Vec<ControlBefore>,
     locks: Option<Locks>,
     state: State,
@@ -122,10 +122,10 @@ impl<K: Kernel> LiveCamera<K> {
         let offer = choose(&camera.offers, wanted)
             .ok_or_else(|| failed((Fault::NoFormat, camera.stable_name())))?;
         let stream = Stream::start(&mut kernel, &camera, &offer).map_err(failed)?;
-        let keeper = Keeper::remember(&mut kernel, stream.device);
-        let controls_before = standings(&mut kernel, stream.device)
+        let keeper = ControlLock::remember(&mut kernel, stream.device);
+        let controls_before = control_states(&mut kernel, stream.device)
             .into_iter()
-            .map(|Standing { control, value, automatic, .. }| ControlBefore {
+            .map(|ControlState { control, value, automatic, .. }| ControlBefore {
                 control,
                 value,
                 automatic,
@@ -282,7 +282,7 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
         false
     }
 
-    fn camera_facts(&self) -> Option<CameraFacts> {
+    fn camera_facts(&self) -> Option<CameraInfo> {
         Some(self.camera.facts("v4l", self.mode, self.controls_before.clone()))
     }
 

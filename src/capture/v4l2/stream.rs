@@ -11,7 +11,7 @@ use super::{
     queue::{Broken, Queue, again},
 };
 use crate::{
-    capture::{Offer, health::Health, pixel_format::Unpacker},
+    capture::{CameraMode, health::Health, pixel_format::Unpacker},
     device::Fault,
     frame::CaptureTime,
 };
@@ -70,7 +70,7 @@ impl Stream {
     pub(super) fn start(
         kernel: &mut dyn Kernel,
         camera: &Camera,
-        offer: &Offer,
+        offer: &CameraMode,
     ) -> Result<Self, Loss> {
         let path = camera.node.path.clone();
         let device = open(kernel, &path)?;
@@ -87,7 +87,7 @@ impl Stream {
         kernel: &mut dyn Kernel,
         device: Handle,
         path: PathBuf,
-        offer: &Offer,
+        offer: &CameraMode,
     ) -> Result<Self, Loss> {
         let said = |kernel: &mut dyn Kernel, errno: Errno| {
             let holders = if errno.0 == libc::EBUSY { kernel.holders(&path) } else { Vec::new() };

@@ -12,10 +12,10 @@ use crate::{
     calibration::{
         Bundle, BundleState, LensModel, LensPrior, Observations, adjust, projection_jacobian,
     },
-    capture::technician::TechnicianParams,
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::{Camera, Corner, Distortion, cell_centres_px, fit_pose},
-    guidance::{Belief, GuidanceParams, Role, View, gate, measure, role_of},
+    guidance::{GuidanceParams, LensEstimate, Role, View, gate, measure, role_of},
+    simulation::technician::TechnicianParams,
     study::{
         params::Params,
         setup::{board, chance},
@@ -88,14 +88,14 @@ pub fn run(course: &Course, strategy: &Strategy, params: &Params, index: u64) ->
     let mut rng = chance(params.seed, 2_000_000 + index);
     let mut chance_of_strategy = chance(params.seed, 3_000_000 + index);
     let guidance = GuidanceParams { plan: strategy.plan, ..GuidanceParams::default() };
-    let mut belief = Belief::guess(IMAGE_SIZE);
+    let mut lens_estimate = LensEstimate::guess(IMAGE_SIZE);
     let mut hand = Hand { at: Isometry3::translation(0.0, 0.0, 0.8), secs: 0.0 };
     let (mut views, mut shown, mut poses, mut marks) =
         (Vec::<View>::new(), Vec::<Vec<Corner>>::new(), Vec::new(), Vec::new());
     let mut asked = 0;
     while shown.len() < params.guidance_views && asked < 3 * params.guidance_views {
         let situation = Situation {
-            belief: &belief,
+            lens_estimate: &lens_estimate,
             views: &views,
             shown: &shown,
             poses: &poses,
@@ -109,16 +109,18 @@ pub fn run(course: &Course, strategy: &Strategy, params: &Params, index: u64) ->
         asked += 1;
         let taken = (0..ATTEMPTS).find_map(|attempt| {
             let care = 0.6_f64.powi(attempt);
-            hand.bring(&wish, &belief.camera, care, &mut rng);
+            hand.bring(&wish, &lens_estimate.camera, care, &mut rng);
             let corners = seen(course, &hand.at, params.noise_px, &mut rng)?;
             let time = CaptureTime { nanos: (hand.secs * 1e9) as u64 };
             let frame = (FrameId(shown.len() as u64), time);
-            let mut view = measure(frame, &corners, 0.8, &course.board, &belief);
+            let mut view = measure(frame, &corners, 0.8, &course.board, &lens_estimate);
             if strategy.picky {
                 let measured = view.as_mut().ok()?;
                 gate(measured, &guidance).ok()?;
-                if let Role::Partner { of } = role_of(measured, &views, &belief, &guidance).ok()? {
-                    measured.opposes = Some(views[of].frame_id);
+                if let Role::Partner { of } =
+                    role_of(measured, &views, &lens_estimate, &guidance).ok()?
+                {
+                    measured.partner_frame = Some(views[of].frame_id);
                 }
             }
             Some((corners, view.ok()))
@@ -127,10 +129,10 @@ pub fn run(course: &Course, strategy: &Strategy, params: &Params, index: u64) ->
         // A board that faces the camera has no principal line, but its corners count all the same.
         views.extend(view);
         shown.push(corners);
-        let estimated = estimate(course, &shown, &belief, hand.secs);
+        let estimated = estimate(course, &shown, &lens_estimate, hand.secs);
         let Some((bundle, mark)) = estimated else { continue };
-        belief.camera = bundle.state.camera;
-        belief.covariance = bundle.covariance(1.0);
+        lens_estimate.camera = bundle.state.camera;
+        lens_estimate.covariance = bundle.covariance(1.0);
         poses = bundle.state.cam_from_board;
         marks.push(mark);
     }
@@ -202,7 +204,7 @@ fn seen(
 fn estimate(
     course: &Course,
     shown: &[Vec<Corner>],
-    belief: &Belief,
+    lens_estimate: &LensEstimate,
     secs: f64,
 ) -> Option<(Bundle, Mark)> {
     let board_m = course.board.corners_in_board_m();
@@ -210,11 +212,13 @@ fn estimate(
     let observations = Observations::new(&board_m, &corners).ok()?;
     let poses: Option<Vec<Isometry3<f64>>> = shown
         .iter()
-        .map(|corners| Some(fit_pose(&belief.camera, &board_m, corners).ok()?.cam_from_board))
+        .map(|corners| {
+            Some(fit_pose(&lens_estimate.camera, &board_m, corners).ok()?.cam_from_board)
+        })
         .collect();
-    let f_px = Belief::guess(IMAGE_SIZE).camera.f_px.x;
+    let f_px = LensEstimate::guess(IMAGE_SIZE).camera.f_px.x;
     let prior = LensPrior::weak(IMAGE_SIZE).with_focal_length(f_px, 0.5 * f_px);
-    let start = BundleState { camera: belief.camera, cam_from_board: poses? };
+    let start = BundleState { camera: lens_estimate.camera, cam_from_board: poses? };
     let bundle = adjust(&observations, &course.model.freedom(true), Some(&prior), start)?;
     // The corners' noise is known; a misfit of the lens must not hide behind it.
     let covariance = bundle.covariance(1.0)?;
@@ -239,15 +243,15 @@ fn projection_error_px(estimate: &Camera, truth: &Camera) -> Option<f64> {
     for px in cell_centres_px(IMAGE_SIZE) {
         let Some(ray) = truth.ideal_from_px(&px) else { continue };
         let at = estimate.project_ray(&ray);
-        off.push((at.px - px, at.by_turn));
+        off.push((at.px - px, at.jac_rotation));
     }
     let mut normal = nalgebra::Matrix3::zeros();
     let mut gradient = Vector3::zeros();
-    for (off, by_turn) in &off {
-        normal += by_turn.transpose() * by_turn;
-        gradient += by_turn.transpose() * off;
+    for (off, jac_rotation) in &off {
+        normal += jac_rotation.transpose() * jac_rotation;
+        gradient += jac_rotation.transpose() * off;
     }
     let turn = normal.try_inverse()? * gradient;
-    let sum: f64 = off.iter().map(|(off, by_turn)| (off - by_turn * turn).norm()).sum();
+    let sum: f64 = off.iter().map(|(off, jac_rotation)| (off - jac_rotation * turn).norm()).sum();
     (!off.is_empty()).then(|| sum / off.len() as f64)
 }

@@ -5,15 +5,15 @@ use egui::{Panel, RichText, Ui};
 use super::{
     super::{
         guide,
-        keys::{self, Ask, toggle},
-        stage::Stage,
+        keys::{self, UiAction, toggle},
+        session_state::SessionState,
     },
     App, Page,
 };
 use crate::text::{self, Act, window as words};
 
 impl App {
-    pub(super) fn bar(&self, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    pub(super) fn bar(&self, ui: &mut Ui, asks: &mut Vec<UiAction>) {
         Panel::top("bar").show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
@@ -33,20 +33,20 @@ impl App {
                             ui.separator();
                             let another = ui.button(text::replay::ANOTHER);
                             if another.on_hover_text(text::replay::ANOTHER_TIP).clicked() {
-                                asks.push(Ask::CloseRecording);
+                                asks.push(UiAction::CloseRecording);
                             }
                         }
                     }
-                    Stage::Running(_) => {
+                    SessionState::Running(_) => {
                         ui.separator();
                         guide::buttons(ui, &self.screen, asks);
                     }
-                    Stage::Ended(_) => {
+                    SessionState::Ended(_) => {
                         ui.separator();
                         keys::button(ui, Act::GoOn, asks);
                         keys::button(ui, Act::New, asks);
                     }
-                    Stage::NotStarted(_) | Stage::Ending(_) => {}
+                    SessionState::NotStarted(_) | SessionState::Background(_) => {}
                 }
                 ui.separator();
                 let preferences = &self.screen.preferences;

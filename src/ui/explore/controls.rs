@@ -6,12 +6,12 @@ use egui::{Button, RichText, Slider, Ui};
 
 use super::Explored;
 use crate::{
-    study::explore::{Boards, Wish},
+    study::explore::{Boards, ExploreSetup},
     text::explore as words,
 };
 
 /// Shows them. Returns whether anything was changed.
-pub(super) fn show(ui: &mut Ui, wish: &mut Wish) -> bool {
+pub(super) fn show(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
     let mut changed = false;
     ui.label(RichText::new(words::INTRODUCTION).size(13.0));
     ui.add_space(4.0);

@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 use crate::{
     study::{
         Params,
-        explore::{Boards, Seen, Wish, look},
+        explore::{Boards, ExploreSetup, Seen, look},
         setup::Setup,
     },
     text::explore as words,
@@ -18,13 +18,13 @@ use crate::{
 /// What is played with, and what it gives.
 #[derive(Clone, Debug)]
 pub struct Explored {
-    wish: Wish,
+    wish: ExploreSetup,
     seen: Seen,
 }
 
 impl Default for Explored {
     fn default() -> Self {
-        let wish = Wish {
+        let wish = ExploreSetup {
             setup: Setup::of(&Params::default()),
             slot_rad: 0.0,
             shift_m: Vector2::new(0.05, 0.0),
@@ -42,7 +42,7 @@ impl Explored {
     }
 
     /// Changes what is played with.
-    pub fn change(&mut self, change: impl FnOnce(&mut Wish)) {
+    pub fn change(&mut self, change: impl FnOnce(&mut ExploreSetup)) {
         change(&mut self.wish);
         self.seen = look(&self.wish);
     }
@@ -68,7 +68,7 @@ pub fn show(ui: &mut Ui, explored: &mut Explored) {
     }
 }
 
-fn numbers(ui: &mut Ui, seen: &Seen, wish: &Wish) {
+fn numbers(ui: &mut Ui, seen: &Seen, wish: &ExploreSetup) {
     let mut lines = Vec::new();
     match &seen.deflection {
         Some(row) => lines.extend(words::deflection(row.offset_px, row.angle_rad)),

@@ -14,7 +14,7 @@ use super::super::{
 use crate::{
     frame::ImageSize,
     geometry::PrincipalLine,
-    study::explore::{Board, Seen, Wish},
+    study::explore::{Board, ExploreSetup, Seen},
     text::explore as words,
 };
 
@@ -22,7 +22,7 @@ use crate::{
 const ENLARGED: f32 = 8.0;
 
 /// Shows the picture. Returns whether the board was dragged.
-pub(super) fn show(ui: &mut Ui, wish: &mut Wish, seen: &Seen) -> bool {
+pub(super) fn show(ui: &mut Ui, wish: &mut ExploreSetup, seen: &Seen) -> bool {
     let area = ui.available_rect_before_wrap();
     let placed = Placed::within(area.shrink(6.0), wish.setup.image_size, false);
     let response = ui.allocate_rect(area, Sense::drag());
@@ -43,7 +43,13 @@ pub(super) fn show(ui: &mut Ui, wish: &mut Wish, seen: &Seen) -> bool {
     true
 }
 
-fn paint_board(painter: &Painter, placed: &Placed, wish: &Wish, board: &Board, opacity: f32) {
+fn paint_board(
+    painter: &Painter,
+    placed: &Placed,
+    wish: &ExploreSetup,
+    board: &Board,
+    opacity: f32,
+) {
     let columns = wish.setup.board.columns();
     let rows = wish.setup.board.rows();
     if board.corners_px.len() != columns * rows {
@@ -63,7 +69,7 @@ fn paint_board(painter: &Painter, placed: &Placed, wish: &Wish, board: &Board, o
     painter.add(Shape::closed_line(rim, Stroke::new(2.0, color)));
 }
 
-fn paint_lines(painter: &Painter, placed: &Placed, wish: &Wish, seen: &Seen) {
+fn paint_lines(painter: &Painter, placed: &Placed, wish: &ExploreSetup, seen: &Seen) {
     let pp = wish.setup.camera.pp_px;
     for (index, board) in seen.boards.iter().enumerate() {
         let Some(line) = &board.line else { continue };
@@ -93,7 +99,7 @@ fn ends(line: &PrincipalLine, reach_px: f64) -> [Point2<f64>; 2] {
 }
 
 /// The surroundings of the principal point: a few pixels are seen there.
-fn enlarged(painter: &Painter, placed: &Placed, wish: &Wish, seen: &Seen) {
+fn enlarged(painter: &Painter, placed: &Placed, wish: &ExploreSetup, seen: &Seen) {
     let side = (0.38 * placed.rect.height()).min(260.0);
     let min = pos2(placed.rect.left() + 10.0, placed.rect.bottom() - side - 10.0);
     let rect = Rect::from_min_size(min, Vec2::splat(side));

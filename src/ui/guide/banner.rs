@@ -2,7 +2,7 @@
 
 use egui::{Color32, Frame, RichText, Ui};
 
-use super::super::{keys::Ask, screen::Screen, theme};
+use super::super::{keys::UiAction, screen::Screen, theme};
 use crate::{
     guidance::Progress,
     text::{self, adjust, window as words},
@@ -12,7 +12,7 @@ use crate::{
 const STALLED_SECS: f64 = 2.0;
 
 /// Shows what is wrong, if anything is.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     for (what, action) in troubles(screen) {
         Frame::new().fill(theme::RED.gamma_multiply(0.9)).inner_margin(8.0).show(ui, |ui| {
             ui.set_width(ui.available_width());
@@ -28,14 +28,14 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
 }
 
 /// Where a control that the person set keeps views from being taken, the way back is in sight.
-fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(camera) = screen.snapshot.as_ref().map(|snapshot| &snapshot.camera) else { return };
     for control in &camera.set_by_hand {
         let Some(change) = camera.changed.get(control) else { continue };
         let (control, value) = (*control, change.from);
         let button = ui.button(RichText::new(adjust::set_back(control, value)).size(16.0));
         if button.on_hover_text(adjust::tip(control)).clicked() {
-            asks.push(Ask::Adjust { control, value });
+            asks.push(UiAction::Adjust { control, value });
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use egui::{Button, RichText, Slider, Ui};
 
-use super::super::{keys::Ask, screen::Screen};
+use super::super::{keys::UiAction, screen::Screen};
 use crate::{
     device::{Adjustable, Lock},
     session::Stream,
@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Shows those that can be set.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };
     let lives = snapshot.camera.stream == Stream::Live;
     for adjustable in &screen.adjustables {
@@ -21,7 +21,12 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
     }
 }
 
-fn one(ui: &mut Ui, screen: &Screen, (adjustable, lock): (&Adjustable, Lock), asks: &mut Vec<Ask>) {
+fn one(
+    ui: &mut Ui,
+    screen: &Screen,
+    (adjustable, lock): (&Adjustable, Lock),
+    asks: &mut Vec<UiAction>,
+) {
     let Adjustable { control, min, max, step } = *adjustable;
     let tip = words::tip(control);
     let asked = screen.adjusting.get(&control).map(|adjusting| adjusting.value);
@@ -32,7 +37,7 @@ fn one(ui: &mut Ui, screen: &Screen, (adjustable, lock): (&Adjustable, Lock), as
         if let Some(first) = first.filter(|first| lock.value().is_some_and(|now| now != *first)) {
             let back = Button::new(RichText::new(words::back(first)).small()).small();
             if ui.add(back).on_hover_text(words::back_tip(control, first)).clicked() {
-                asks.push(Ask::Adjust { control, value: first });
+                asks.push(UiAction::Adjust { control, value: first });
             }
         }
         name.id
@@ -52,6 +57,6 @@ fn one(ui: &mut Ui, screen: &Screen, (adjustable, lock): (&Adjustable, Lock), as
     if !response.dragged()
         && let Some(value) = ui.data_mut(|data| data.remove_temp::<i64>(id))
     {
-        asks.push(Ask::Adjust { control, value });
+        asks.push(UiAction::Adjust { control, value });
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Point2;
 use super::super::{screen::Screen, theme};
 use crate::{
     guidance::direction_difference_rad,
-    session::{Snapshot, across_px},
+    session::{Snapshot, lateral_offset_px},
     text::window::Gauge,
 };
 
@@ -44,10 +44,11 @@ pub(super) fn reading(gauge: Gauge, snapshot: &Snapshot) -> Reading {
         Gauge::Size => read(measured.map(|m| m.fill), (guidance.min_fill, 1.0), (0.0, 1.0)),
         Gauge::Across => {
             let pp = &snapshot.pp_px;
-            let wanted = target
-                .map_or(0.0, |target| across_px(target.slot_rad, &middle(&target.ghost_px), pp));
+            let wanted = target.map_or(0.0, |target| {
+                lateral_offset_px(target.slot_rad, &middle(&target.ghost_px), pp)
+            });
             let limit = guidance.partner_offset_px;
-            let off = measured.map(|m| m.across_px - wanted);
+            let off = measured.map(|m| m.lateral_offset_px - wanted);
             read(off, (-limit, limit), (-4.0 * limit, 4.0 * limit))
         }
         Gauge::Still => {

@@ -16,7 +16,7 @@ use egui::{
 };
 
 use super::{
-    keys::{Ask, button, toggle},
+    keys::{UiAction, button, toggle},
     picture::Placed,
     screen::Screen,
 };
@@ -25,7 +25,7 @@ use crate::text::{Act, window as words};
 pub(super) use sentence::words as sentence_words;
 
 /// Shows the page.
-pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     Panel::top("sentence").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
         sentence::show(ui, screen);
         banner::show(ui, screen, asks);
@@ -76,7 +76,7 @@ fn picture(ui: &mut Ui, screen: &Screen) {
 }
 
 /// What can be done by hand while views are taken.
-pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let paused = snapshot.is_some_and(|snapshot| snapshot.paused);
     let has_views = snapshot.is_some_and(|snapshot| !snapshot.views.is_empty());

@@ -142,7 +142,7 @@ fn line_on_screen(placed: &Placed, snapshot: &Snapshot, line: &PrincipalLine) ->
 /// back on themselves.
 fn through_lens(lens: &Camera, px: &Point2<f64>) -> Option<Point2<f64>> {
     let ideal = Point2::from((px - lens.pp_px).component_div(&lens.f_px));
-    let seen = lens.px_from_ideal(&ideal);
+    let seen = lens.px_from_normalized(&ideal);
     let back = lens.undistort_px(&seen)?;
     ((back - px).norm() < 1.0).then_some(seen)
 }

@@ -3,14 +3,14 @@
 use egui::{Button, accesskit::Role};
 use egui::{Color32, Frame, Image, RichText, ScrollArea, Sense, Stroke, Ui, Vec2, WidgetInfo};
 
-use super::super::{keys::Ask, screen::Screen, theme};
+use super::super::{keys::UiAction, screen::Screen, theme};
 use crate::text::window as words;
 
 /// Height of a small picture.
 const HIGH: f32 = 48.0;
 
 /// Shows them in a row, newest last.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
+pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };
     if snapshot.views.is_empty() {
         ui.label(RichText::new(words::NO_VIEWS).weak());
@@ -50,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<Ask>) {
                             response
                                 .widget_info(|| WidgetInfo::labeled(Role::Button, true, &remove));
                             if response.on_hover_text(words::REMOVE_TIP).clicked() {
-                                asks.push(Ask::Remove(view.id));
+                                asks.push(UiAction::Remove(view.id));
                             }
                         });
                     });

@@ -1,11 +1,11 @@
 //! A recording, decision by decision: what was seen, and why it was taken or not.
 
 mod picker;
-mod shelf;
+mod recording_browser;
 mod strip;
 
 pub use picker::{Picker, pick};
-pub(super) use shelf::Shelf;
+pub(super) use recording_browser::RecordingBrowser;
 
 use egui::{Button, Key, Panel, RichText, Slider, Ui};
 use image::GrayImage;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use egui::{Button, CentralPanel, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::super::{
-    desk::{Recording, Trouble},
-    keys::Ask,
+    desk::{Recording, UserError},
+    keys::UiAction,
     theme,
 };
 use crate::text::replay as words;
@@ -21,11 +21,11 @@ pub struct Picker {
     /// The one that is being opened.
     pub opening: Option<PathBuf>,
     /// Why the last one could not be opened.
-    pub trouble: Option<Trouble>,
+    pub trouble: Option<UserError>,
 }
 
 /// Shows the page.
-pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<Ask>) {
+pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.label(RichText::new(words::PICK).size(24.0).strong());
@@ -54,7 +54,7 @@ pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<Ask>) {
                     let button = Button::new(&folder);
                     let button = ui.add_enabled(picker.opening.is_none(), button);
                     if button.on_hover_text(words::open_tip(&recording.folder)).clicked() {
-                        asks.push(Ask::Replay(recording.folder.clone()));
+                        asks.push(UiAction::Replay(recording.folder.clone()));
                     }
                     ui.label(&recording.what);
                     ui.end_row();
@@ -64,7 +64,7 @@ pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<Ask>) {
     });
 }
 
-fn path(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<Ask>) {
+fn path(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
     ui.horizontal(|ui| {
         let name = ui.label(words::FOLDER).on_hover_text(words::FOLDER_TIP);
         let field = TextEdit::singleline(&mut picker.path).desired_width(480.0);
@@ -73,7 +73,7 @@ fn path(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<Ask>) {
         let can = picker.opening.is_none() && !picker.path.trim().is_empty();
         let button = ui.add_enabled(can, Button::new(words::OPEN));
         if button.on_hover_text(words::FOLDER_TIP).clicked() || (enter && can) {
-            asks.push(Ask::Replay(picker.path.trim().into()));
+            asks.push(UiAction::Replay(picker.path.trim().into()));
         }
     });
 }

@@ -13,10 +13,10 @@ use super::{
         screen::Screen,
         theme,
     },
-    Table,
+    ResultPage,
 };
 use crate::{
-    calibration::{Calibration, Drift, skip::consecutive},
+    calibration::{Calibration, Drift, leave_out::consecutive},
     frame::ImageSize,
     geometry::{GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, intersect_unweighted},
     session::Snapshot,
@@ -24,8 +24,8 @@ use crate::{
 };
 
 /// Shows the choice of charts and the chosen one.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut Table) {
-    let Table { chart, comparison } = table;
+pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
+    let ResultPage { chart, comparison } = table;
     ui.horizontal_wrapped(|ui| {
         for other in Chart::ALL {
             let button = Button::selectable(*chart == other, other.name());
@@ -230,7 +230,7 @@ fn undistorted(
                 share(row, DOWN, height_px) - 0.5,
             );
             let ideal = Point2::from((px - camera.pp_px).component_div(&camera.f_px));
-            let seen = camera.px_from_ideal(&ideal);
+            let seen = camera.px_from_normalized(&ideal);
             let uv = pos2(
                 ((seen.x + 0.5) / f64::from(width_px)) as f32,
                 ((seen.y + 0.5) / f64::from(height_px)) as f32,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use egui::{ComboBox, RichText, TextEdit, Ui};
 
 use super::super::{
-    desk::{Compared, Comparing, Desk, Trouble, Wake},
-    keys::Ask,
+    desk::{AppHost, Compared, Comparing, UserError, Wake},
+    keys::UiAction,
     theme,
 };
 use crate::{
@@ -34,7 +34,7 @@ pub enum Outcome {
     /// It is under way.
     Working(Comparing),
     /// It is there, or why it is not.
-    Done(Result<Compared, Trouble>),
+    Done(Result<Compared, UserError>),
 }
 
 impl Comparison {
@@ -51,7 +51,7 @@ impl Comparison {
     /// Begins to compare the session in `folder` with the calibration in `old`, unless one is under way.
     pub(in super::super) fn begin(
         &mut self,
-        desk: &mut dyn Desk,
+        desk: &mut dyn AppHost,
         (folder, old): (&Path, &Path),
         wake: Wake,
     ) {
@@ -71,7 +71,7 @@ impl Comparison {
         let found = match comparing.outcome() {
             Some(found) => found,
             None if comparing.is_over() => {
-                Err(Trouble { what: text::NOT_COMPARED.into(), action: None })
+                Err(UserError { what: text::NOT_COMPARED.into(), action: None })
             }
             None => return false,
         };
@@ -89,7 +89,7 @@ impl Comparison {
 }
 
 /// Shows where to name the older calibration.
-pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<Ask>) {
+pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<UiAction>) {
     ui.horizontal(|ui| {
         let name = ui.label(words::COMPARE).on_hover_text(words::COMPARE_TIP);
         if !comparison.older.is_empty() {
@@ -111,7 +111,7 @@ pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<Ask>)
         let can = !working && !comparison.path.trim().is_empty();
         let button = ui.add_enabled(can, egui::Button::new(words::COMPARE_BUTTON));
         if button.on_hover_text(words::COMPARE_TIP).clicked() || (enter && can) {
-            asks.push(Ask::Compare(comparison.path.trim().into()));
+            asks.push(UiAction::Compare(comparison.path.trim().into()));
         }
         if working {
             ui.spinner();

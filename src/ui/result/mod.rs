@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 
 use super::{
-    desk::{Ended, Trouble},
-    keys::Ask,
+    desk::{Ended, UserError},
+    keys::UiAction,
     screen::Screen,
 };
 use crate::text::{charts::Chart, window as words};
@@ -25,7 +25,7 @@ pub enum State<'a> {
     /// Views are being taken.
     Running,
     /// It is being stored.
-    Ending,
+    Background,
     /// It is stored.
     Ended(&'a Ended),
 }
@@ -38,19 +38,19 @@ pub struct Context<'a> {
     /// Names of the formats that it can be exported in.
     pub formats: &'a [&'static str],
     /// What came of the newest export.
-    pub exported: Option<&'a Result<PathBuf, Trouble>>,
+    pub exported: Option<&'a Result<PathBuf, UserError>>,
 }
 
 /// What the person does on the page.
 #[derive(Debug, Default)]
-pub struct Table {
+pub struct ResultPage {
     /// The chart that is seen.
     pub chart: Chart,
     /// The comparison with an older calibration.
     pub comparison: Comparison,
 }
 
-impl Table {
+impl ResultPage {
     /// Takes what a comparison found, and shows it. Never waits.
     pub(super) fn look(&mut self) {
         if self.comparison.look() {
@@ -79,13 +79,13 @@ pub fn show(
     ui: &mut Ui,
     screen: &Screen,
     context: &Context<'_>,
-    table: &mut Table,
-    asks: &mut Vec<Ask>,
+    table: &mut ResultPage,
+    asks: &mut Vec<UiAction>,
 ) {
     let has_result = screen.snapshot.as_ref().is_some_and(|s| s.calibration.is_some());
     Panel::top("actions").show_separator_line(false).show(ui, |ui| match context.state {
         State::Nothing | State::Running => {}
-        State::Ending => {
+        State::Background => {
             ui.label(RichText::new(words::ENDING).size(22.0));
         }
         State::Ended(ended) => {
@@ -108,7 +108,7 @@ pub fn show(
     });
 }
 
-fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<Ask>) {
+fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<UiAction>) {
     if let Some(trouble) = &ended.trouble {
         trouble_lines(ui, trouble);
     }
@@ -116,7 +116,7 @@ fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<Ask
         ui.label(words::EXPORT);
         for (index, name) in context.formats.iter().enumerate() {
             if ui.button(*name).on_hover_text(words::export_tip(name)).clicked() {
-                asks.push(Ask::Export(index));
+                asks.push(UiAction::Export(index));
             }
         }
     });
@@ -131,14 +131,14 @@ fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<Ask
         for file in &ended.files {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             if ui.button(name).on_hover_text(words::show_tip(file)).clicked() {
-                asks.push(Ask::Show(file.clone()));
+                asks.push(UiAction::Show(file.clone()));
             }
         }
         ui.label(RichText::new(words::stored_in(&ended.folder)).small().weak());
     });
 }
 
-fn trouble_lines(ui: &mut Ui, trouble: &Trouble) {
+fn trouble_lines(ui: &mut Ui, trouble: &UserError) {
     ui.colored_label(super::theme::RED, RichText::new(&trouble.what).size(18.0));
     if let Some(action) = &trouble.action {
         ui.label(RichText::new(action).size(16.0));

@@ -10,7 +10,7 @@ use super::{
     settling,
 };
 use crate::{
-    capture::{Offer, layout},
+    capture::{CameraMode, layout},
     device::{CameraEvent, Fault, Mode},
 };
 
@@ -120,7 +120,7 @@ fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
 }
 
 /// In what the granted mode is another than the one asked for.
-pub(super) fn other_than_asked(offer: &Offer, mode: &Mode) -> Option<String> {
+pub(super) fn other_than_asked(offer: &CameraMode, mode: &Mode) -> Option<String> {
     let asked =
         Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };
     let rates = asked.rate_hz().zip(mode.rate_hz());

@@ -2,7 +2,7 @@
 
 use super::{
     super::{
-        controls::{Standing, standings},
+        controls::{ControlState, control_states},
         kernel::{Errno, Kernel},
     },
     LOCKING_NANOS, LiveCamera, Phase, READ_BACK_NANOS, State,
@@ -16,11 +16,11 @@ impl<K: Kernel> LiveCamera<K> {
     /// Controls that the camera lets one set, with their values.
     pub(super) fn what_can_be_set(&mut self) -> Vec<Adjustable> {
         let State::Running(running) = &self.state else { return Vec::new() };
-        standings(&mut self.kernel, running.stream.device)
+        control_states(&mut self.kernel, running.stream.device)
             .into_iter()
             .filter(|standing| standing.range.max > standing.range.min)
             .filter(|standing| standing.range.writable || standing.automatic == Some(true))
-            .map(|Standing { control, range, .. }| Adjustable {
+            .map(|ControlState { control, range, .. }| Adjustable {
                 control,
                 min: range.min,
                 max: range.max,

@@ -16,7 +16,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
         counts[cell(situation, corner.px.x, corner.px.y)] += 1;
     }
     let emptiness = |pose: &Isometry3<f64>| -> f64 {
-        seen_px(pose, situation.board, situation.belief)
+        seen_px(pose, situation.board, situation.lens_estimate)
             .iter()
             .map(|px| 1.0 / f64::from(1 + counts[cell(situation, px.x, px.y)]))
             .sum()
@@ -35,7 +35,7 @@ pub(super) fn wish_full_view(
 }
 
 fn cell(situation: &Situation<'_>, x: f64, y: f64) -> usize {
-    let size = situation.belief.image_size;
+    let size = situation.lens_estimate.image_size;
     let place = |at: f64, size: u32, count: usize| {
         ((at / f64::from(size) * count as f64).max(0.0) as usize).min(count - 1)
     };

@@ -28,12 +28,12 @@ pub(super) fn best(
     rng: &mut ChaCha8Rng,
     cost: impl Fn(&LensMatrix) -> f64,
 ) -> Option<Isometry3<f64>> {
-    let Situation { board, belief, noise_px, .. } = *situation;
+    let Situation { board, lens_estimate, noise_px, .. } = *situation;
     let known = known(situation);
     sample::random(situation, LIMITS, CANDIDATES, rng)
         .into_iter()
         .filter_map(|pose| {
-            let added = view_information(&pose, board, &belief.camera, noise_px)?;
+            let added = view_information(&pose, board, &lens_estimate.camera, noise_px)?;
             let covariance = covariance(situation, &(known + added))?;
             Some((cost(&covariance), pose))
         })
@@ -43,8 +43,8 @@ pub(super) fn best(
 
 /// Information of the views so far and of the weak beliefs.
 pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
-    let Situation { poses, board, belief, noise_px, .. } = *situation;
-    known_information(poses.iter().copied(), board, &belief.camera, noise_px)
+    let Situation { poses, board, lens_estimate, noise_px, .. } = *situation;
+    known_information(poses.iter().copied(), board, &lens_estimate.camera, noise_px)
 }
 
 /// Covariance of the parameters that are fitted; zero for the others.

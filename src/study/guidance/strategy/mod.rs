@@ -17,14 +17,14 @@ use crate::{
     board::Checkerboard,
     calibration::LensModel,
     geometry::Corner,
-    guidance::{Belief, GuidanceParams, Plan, View},
+    guidance::{GuidanceParams, LensEstimate, Plan, View},
 };
 
 /// What a strategy may know.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
     /// The camera as estimated from the views so far.
-    pub belief: &'a Belief,
+    pub lens_estimate: &'a LensEstimate,
     /// Views that have a principal line.
     pub views: &'a [View],
     /// Corners of all views that count.

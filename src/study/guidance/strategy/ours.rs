@@ -11,8 +11,8 @@ use crate::{
 
 /// The pose whose ghost our planner draws.
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
-    let Situation { belief, views, board, params, .. } = *situation;
-    let target = next_target(views, board, belief, None, params)?;
+    let Situation { lens_estimate, views, board, params, .. } = *situation;
+    let target = next_target(views, board, lens_estimate, None, params)?;
     let ghost: Vec<Corner> = target.ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
-    Some(fit_pose(&belief.camera, &board.corners_in_board_m(), &ghost).ok()?.cam_from_board)
+    Some(fit_pose(&lens_estimate.camera, &board.corners_in_board_m(), &ghost).ok()?.cam_from_board)
 }

@@ -18,12 +18,12 @@ use super::{
 const TILTS_RAD: [f64; 6] = [0.78, 0.39, 0.6, 0.2, 0.7, 0.5];
 
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
-    let camera = &situation.belief.camera;
+    let camera = &situation.lens_estimate.camera;
     let asked = situation.asked;
     let covariance = covariance(situation, &known(situation))?;
     let dispersion = |i: usize, value: f64| covariance[(i, i)] / value.abs().max(1e-3);
     // Pixels and distortion coefficients are compared by what they do at the picture's edge.
-    let radius = 0.5 * f64::from(situation.belief.image_size.width_px) / camera.f_px.x;
+    let radius = 0.5 * f64::from(situation.lens_estimate.image_size.width_px) / camera.f_px.x;
     let scale = camera.f_px.x * radius.powi(3);
     let pinhole = [
         dispersion(0, camera.f_px.x),

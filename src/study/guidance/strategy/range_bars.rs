@@ -48,12 +48,12 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
 
 /// X, Y, size and skew of a view, 0 to 1.
 fn bars(situation: &Situation<'_>, at: &Isometry3<f64>) -> Option<[f64; 4]> {
-    let size = situation.belief.image_size;
-    let centre = situation.belief.camera.project(&Point3::from(at.translation.vector))?;
+    let size = situation.lens_estimate.image_size;
+    let centre = situation.lens_estimate.camera.project(&Point3::from(at.translation.vector))?;
     let board = situation.board;
     let span_m = board.columns().max(board.rows()) as f64 * board.square_m();
-    let fill =
-        span_m * situation.belief.camera.f_px.x / (at.translation.z * f64::from(size.width_px));
+    let fill = span_m * situation.lens_estimate.camera.f_px.x
+        / (at.translation.z * f64::from(size.width_px));
     let normal = at.rotation * nalgebra::Vector3::z();
     Some([
         centre.x / f64::from(size.width_px),

@@ -26,8 +26,8 @@ pub(super) struct Wanted {
 
 /// The pose; the board comes no nearer than the picture allows. `None` if it cannot be seen whole.
 pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometry3<f64>> {
-    let camera = &situation.belief.camera;
-    let size = situation.belief.image_size;
+    let camera = &situation.lens_estimate.camera;
+    let size = situation.lens_estimate.image_size;
     let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
     let rotation = tilted(wanted.slot_rad, wanted.tilt_rad)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wanted.roll_rad);
@@ -49,7 +49,7 @@ pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometr
 
 /// Whether all corners lie in the picture with room for a hand's errors, and the larger share they span.
 fn spans(situation: &Situation<'_>, camera: &Camera, pose: &Isometry3<f64>) -> Option<(bool, f64)> {
-    let size = situation.belief.image_size;
+    let size = situation.lens_estimate.image_size;
     let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
     let corners_m = situation.board.corners_in_board_m();
     let seen_px: Option<Vec<Point2<f64>>> =

@@ -14,8 +14,9 @@ use crate::{
 
 /// Of the candidates the one after which the worst pixel is best.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
-    let jacobian = projection_jacobian(&situation.belief.camera, situation.belief.image_size)?;
-    let joined: Vec<_> = jacobian.by_lens.iter().map(square_pixels).collect();
+    let jacobian =
+        projection_jacobian(&situation.lens_estimate.camera, situation.lens_estimate.image_size)?;
+    let joined: Vec<_> = jacobian.jac_lens.iter().map(square_pixels).collect();
     best(situation, rng, |covariance: &LensMatrix| {
         let variance = |m: &SMatrix<f64, 2, PARAMETERS>| (m * covariance * m.transpose()).trace();
         joined.iter().map(variance).fold(0.0, f64::max)

@@ -1,0 +1,86 @@
+//! Corners that are wrong: a table in another order, single corners far off.
+
+use crate::board::Checkerboard;
+use crate::calibration::solve::bundle::{BundleState, Observations};
+use crate::geometry::Corner;
+
+/// Second difference over first, along a row: lenses and perspective bend rows far less.
+const CROOKED: f64 = 0.5;
+/// Share of crooked triples from which it is the order of the corners that is wrong.
+const TOO_MANY: f64 = 0.15;
+/// Distance over the typical one. Of a thousand sound corners the furthest lies at 3.2.
+const ODD: f64 = 8.0;
+
+/// Whether corners run row by row over `board`, but for a few.
+pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
+    let (columns, rows) = (board.columns(), board.rows());
+    let crooked = |a: usize, b: usize, c: usize| {
+        let (a, b, c) = (corners[a].px.coords, corners[b].px.coords, corners[c].px.coords);
+        (a + c - b * 2.0).norm() > CROOKED * (c - a).norm()
+    };
+    let (mut all, mut wrong) = (0, 0);
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = row * columns + column;
+            if (1..columns - 1).contains(&column) {
+                all += 1;
+                wrong += usize::from(crooked(at - 1, at, at + 1));
+            }
+            if (1..rows - 1).contains(&row) {
+                all += 1;
+                wrong += usize::from(crooked(at - columns, at, at + columns));
+            }
+        }
+    }
+    (wrong as f64) <= TOO_MANY * f64::from(all)
+}
+
+/// A corner far from where its view puts it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OddCorner {
+    pub(crate) view: usize,
+    pub(crate) corner: usize,
+    pub(crate) off_px: f64,
+    /// `off_px` over the typical distance: that of its own view or of all, whichever is larger.
+    pub(crate) times: f64,
+}
+
+/// Corners more than eight times as far off as is typical, furthest first.
+///
+/// Medians are the measure, so that a wrong corner does not hide behind itself.
+pub(crate) fn odd_corners(observations: &Observations, state: &BundleState) -> Vec<OddCorner> {
+    let views: Vec<Vec<f64>> = (0..observations.view_count())
+        .map(|view| {
+            let pose = &state.cam_from_board[view];
+            observations
+                .view(view)
+                .iter()
+                .map(|corner| {
+                    state
+                        .camera
+                        .project_board_point(pose, &corner.board_m)
+                        .map_or(f64::INFINITY, |predicted| (corner.px - predicted.px).norm())
+                })
+                .collect()
+        })
+        .collect();
+    let all: Vec<f64> = views.iter().flatten().copied().collect();
+    let typical_px = median(all).max(1e-3);
+    let mut odd = Vec::new();
+    for (view, off_px) in views.iter().enumerate() {
+        let measure_px = median(off_px.clone()).max(typical_px);
+        for (corner, off_px) in off_px.iter().enumerate() {
+            let times = off_px / measure_px;
+            if times > ODD {
+                odd.push(OddCorner { view, corner, off_px: *off_px, times });
+            }
+        }
+    }
+    odd.sort_by(|a, b| b.times.total_cmp(&a.times));
+    odd
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}

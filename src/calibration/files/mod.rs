@@ -1,0 +1,4 @@
+//! Calibrations as files: the formats of other programs, read and written.
+
+pub mod export;
+pub mod import;

@@ -1,0 +1,382 @@
+//! Bundle adjustment: the lens and all board poses that explain the corners best.
+//!
+//! Minimises `Σ |L⁻¹ (seen − predicted)|²`, `L Lᵀ` the covariance of each corner, by
+//! Levenberg–Marquardt with a Schur complement over the views. Reaches the Cramér–Rao bound when the
+//! lens model is right.
+
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector2, Vector3};
+
+use crate::calibration::solve::lens_model::{LensFreedom, LensPrior};
+use crate::calibration::solve::schur_lm::{
+    NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+};
+use crate::geometry::{Camera, Corner, LENS_PARAMETERS};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+type LensVector = SVector<f64, LENS_PARAMETERS>;
+
+/// Corners of all views, ready for adjustment.
+#[derive(Clone, Debug)]
+pub struct Observations {
+    board_m: Vec<Point2<f64>>,
+    views: Vec<Vec<Whitened>>,
+}
+
+/// A corner ready for least squares.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Whitened {
+    pub(crate) board_m: Point2<f64>,
+    pub(crate) px: Point2<f64>,
+    /// `L⁻¹`.
+    pub(crate) whitener: Matrix2<f64>,
+}
+
+/// Why corners cannot be adjusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InvalidCorners {
+    /// A view without exactly one corner per board corner.
+    Count {
+        /// The view.
+        view: usize,
+        /// Corners it has.
+        got: usize,
+        /// Corners of the board.
+        want: usize,
+    },
+    /// A corner that is not finite or whose covariance is not positive definite.
+    Value {
+        /// The view.
+        view: usize,
+        /// The corner.
+        corner: usize,
+    },
+}
+
+impl Observations {
+    /// Checks and prepares the corners of all views, each in the order of `board_m`.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidCorners`] names the first view or corner that cannot be used.
+    pub fn new(board_m: &[Point2<f64>], views: &[&[Corner]]) -> Result<Self, InvalidCorners> {
+        let mut whitened = Vec::with_capacity(views.len());
+        for (view, corners) in views.iter().enumerate() {
+            let (got, want) = (corners.len(), board_m.len());
+            if got != want {
+                return Err(InvalidCorners::Count { view, got, want });
+            }
+            let prepared: Vec<Whitened> =
+                corners.iter().zip(board_m).map_while(|(c, board_m)| whiten(c, board_m)).collect();
+            if prepared.len() < want {
+                return Err(InvalidCorners::Value { view, corner: prepared.len() });
+            }
+            whitened.push(prepared);
+        }
+        Ok(Self { board_m: board_m.to_vec(), views: whitened })
+    }
+
+    /// Number of coordinates seen.
+    pub fn coordinate_count(&self) -> usize {
+        2 * self.board_m.len() * self.views.len()
+    }
+
+    /// Number of views.
+    pub fn view_count(&self) -> usize {
+        self.views.len()
+    }
+
+    /// Board points in corner order.
+    pub(crate) fn board_m(&self) -> &[Point2<f64>] {
+        &self.board_m
+    }
+
+    /// Corners of one view.
+    pub(crate) fn view(&self, index: usize) -> &[Whitened] {
+        &self.views[index]
+    }
+
+    /// Root mean square pixel residual of each view, per coordinate.
+    pub fn residual_rms_px(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Vec<f64> {
+        poses
+            .iter()
+            .enumerate()
+            .map(|(view, pose)| self.view_residual_rms_px(view, camera, pose))
+            .collect()
+    }
+
+    /// Root mean square pixel residual of one view, per coordinate.
+    pub fn view_residual_rms_px(&self, view: usize, camera: &Camera, pose: &Isometry3<f64>) -> f64 {
+        let corners = &self.views[view];
+        let sum: f64 = corners
+            .iter()
+            .filter_map(|corner| {
+                let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
+                Some((corner.px - predicted).norm_squared())
+            })
+            .sum();
+        (sum / (2 * corners.len()).max(1) as f64).sqrt()
+    }
+
+    /// Whitened cost of one camera and its poses. `None` if a corner is behind the camera.
+    pub fn cost(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Option<f64> {
+        let mut cost = 0.0;
+        for (corners, pose) in self.views.iter().zip(poses) {
+            for corner in corners {
+                let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
+                cost += (corner.whitener * (corner.px - predicted)).norm_squared();
+            }
+        }
+        cost.is_finite().then_some(cost)
+    }
+}
+
+fn whiten(corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
+    let c = &corner.covariance_px2;
+    let l11 = c[(0, 0)].sqrt();
+    let l21 = c[(1, 0)] / l11;
+    let l22 = (c[(1, 1)] - l21 * l21).sqrt();
+    let whitener = Matrix2::new(1.0 / l11, 0.0, -l21 / (l11 * l22), 1.0 / l22);
+    let px = corner.px;
+    let usable =
+        whitener.iter().chain(px.coords.iter()).all(|x| x.is_finite()) && l11 > 0.0 && l22 > 0.0;
+    usable.then_some(Whitened { board_m: *board_m, px, whitener })
+}
+
+/// A lens and the poses of all views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundleState {
+    /// The lens.
+    pub camera: Camera,
+    /// One pose per view.
+    pub cam_from_board: Vec<Isometry3<f64>>,
+}
+
+/// Result of [`adjust`].
+#[derive(Clone, Debug)]
+pub struct Bundle {
+    /// The lens and poses at the minimum.
+    pub state: BundleState,
+    /// Which lens parameters were estimated.
+    pub freedom: LensFreedom,
+    /// Whitened sum of squared residuals, priors excluded.
+    pub cost: f64,
+    /// Coordinates seen less parameters estimated; at least 1.
+    pub degrees_of_freedom: usize,
+    /// Whether the minimum was reached to 1e-9 standard deviations.
+    pub converged: bool,
+    /// Information of the corners about the free lens parameters, poses settled.
+    information: LensMatrix,
+    /// Information of the prior.
+    prior_information: LensVector,
+    /// What each view contributes to `information`, and to the gradient.
+    view_information: Vec<(LensMatrix, LensVector)>,
+}
+
+struct BundleProblem<'a> {
+    observations: &'a Observations,
+    freedom: &'a LensFreedom,
+    prior: Option<&'a LensPrior>,
+    /// Of the corners, as a multiple of what they claim.
+    noise_variance: f64,
+}
+
+/// Keeps a prior from vanishing beside exact corners.
+pub(crate) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
+
+/// Minimises the reprojection error from `start`.
+///
+/// A prior is weighed against corners as noisy as they turn out to be, not as they claim: with one, a
+/// second pass follows the first.
+///
+/// `None` if the start puts a corner behind the camera, or if the corners and the prior leave a lens
+/// parameter undetermined.
+pub fn adjust(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    prior: Option<&LensPrior>,
+    start: BundleState,
+) -> Option<Bundle> {
+    if observations.view_count() == 0 || start.cam_from_board.len() != observations.view_count() {
+        return None;
+    }
+    let parameters = freedom.count() + 6 * observations.view_count();
+    let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
+    let mut problem = BundleProblem { observations, freedom, prior, noise_variance: 1.0 };
+    let mut minimum = minimise(&problem, start)?;
+    if prior.is_some() {
+        let BundleState { camera, cam_from_board } = &minimum.state;
+        let cost = observations.cost(camera, cam_from_board)?;
+        problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
+        minimum = minimise(&problem, minimum.state)?;
+    }
+    let mut prior_information = LensVector::zeros();
+    if let Some(prior) = prior {
+        for i in (0..LENS_PARAMETERS).filter(|i| freedom.free[*i]) {
+            prior_information[i] = prior.information[i];
+        }
+    }
+    let reduced = minimum.normal.reduced()?;
+    inverse(&reduced)?;
+    let mut information =
+        reduced - LensMatrix::from_diagonal(&prior_information) * problem.noise_variance;
+    for i in (0..LENS_PARAMETERS).filter(|i| !freedom.free[*i]) {
+        information[(i, i)] = 0.0;
+    }
+    let view_information =
+        minimum.normal.views.iter().map(ViewBlock::reduced).collect::<Option<Vec<_>>>()?;
+    let state = minimum.state;
+    Some(Bundle {
+        cost: observations.cost(&state.camera, &state.cam_from_board)?,
+        state,
+        freedom: *freedom,
+        degrees_of_freedom,
+        converged: minimum.converged,
+        information,
+        prior_information,
+        view_information,
+    })
+}
+
+/// Information about all parameters that `freedom` lets vary, poses settled, at `state` as it stands.
+///
+/// `None` if a corner is behind the camera there.
+pub(crate) fn information_at(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    state: &BundleState,
+) -> Option<LensMatrix> {
+    let problem = BundleProblem { observations, freedom, prior: None, noise_variance: 1.0 };
+    problem.linearise(state)?.1.reduced()
+}
+
+impl Bundle {
+    /// `√(cost / dof)`: the corners' error as a multiple of what their covariances claim.
+    pub fn noise_factor(&self) -> f64 {
+        (self.cost / self.degrees_of_freedom as f64).sqrt()
+    }
+
+    /// Covariance of the lens parameters if the corners' error is `noise_factor` times what their
+    /// covariances claim. Zero for fixed parameters; with square pixels `fy` equals `fx`.
+    pub fn covariance(&self, noise_factor: f64) -> Option<LensMatrix> {
+        self.covariance_of(&self.information, noise_factor)
+    }
+
+    /// `(δθ, covariance)` of the estimate with one view left out, to first order.
+    ///
+    /// One Gauss–Newton step from the full minimum: `δ = (I − Iᵢ)⁻¹ (−gᵢ)`.
+    pub fn without_view(&self, view: usize, noise_factor: f64) -> Option<(LensVector, LensMatrix)> {
+        let (information, gradient) = self.view_information.get(view)?;
+        let covariance = self.covariance_of(&(self.information - information), noise_factor)?;
+        let mut shift = covariance * gradient / -(noise_factor * noise_factor);
+        if self.freedom.square_pixels {
+            shift[1] = shift[0];
+        }
+        Some((shift, covariance))
+    }
+
+    /// What each view contributes to [`Self::information`], and its pull: the gradient.
+    pub(crate) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
+        &self.view_information
+    }
+
+    /// Information of the corners about the free lens parameters per unit of noise, poses settled.
+    pub fn information(&self) -> &LensMatrix {
+        &self.information
+    }
+
+    fn covariance_of(&self, information: &LensMatrix, noise_factor: f64) -> Option<LensMatrix> {
+        let mut full = information / (noise_factor * noise_factor)
+            + LensMatrix::from_diagonal(&self.prior_information);
+        for i in (0..LENS_PARAMETERS).filter(|i| !self.freedom.free[*i]) {
+            full[(i, i)] = 1.0;
+        }
+        let mut covariance = inverse(&full)?;
+        for i in (0..LENS_PARAMETERS).filter(|i| !self.freedom.free[*i]) {
+            covariance.row_mut(i).fill(0.0);
+            covariance.column_mut(i).fill(0.0);
+        }
+        if self.freedom.square_pixels {
+            let row = covariance.row(0).clone_owned();
+            covariance.row_mut(1).copy_from(&row);
+            let column = covariance.column(0).clone_owned();
+            covariance.column_mut(1).copy_from(&column);
+        }
+        Some(covariance)
+    }
+}
+
+impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
+    type State = BundleState;
+
+    fn linearise(&self, state: &BundleState) -> Option<(f64, NormalEquations<LENS_PARAMETERS, 6>)> {
+        if state.camera.f_px.min() <= 1.0 {
+            return None;
+        }
+        let mut cost = 0.0;
+        let mut views = Vec::with_capacity(self.observations.views.len());
+        for (corners, pose) in self.observations.views.iter().zip(&state.cam_from_board) {
+            let mut block = ViewBlock::zeros();
+            for corner in corners {
+                let predicted = state.camera.project_board_point(pose, &corner.board_m)?;
+                let residual: Vector2<f64> = corner.whitener * (corner.px - predicted.px);
+                cost += residual.norm_squared();
+                let mut jac_lens = predicted.jac_lens;
+                self.restrict(&mut jac_lens);
+                block.add(
+                    &(corner.whitener * jac_lens),
+                    &(corner.whitener * predicted.jac_pose),
+                    &residual,
+                );
+            }
+            views.push(block);
+        }
+        let mut normal = NormalEquations::from_views(views);
+        let parameters = state.camera.lens_parameters();
+        for (i, value) in parameters.iter().enumerate() {
+            if !self.freedom.free[i] {
+                // Keeps the matrix invertible; the step stays zero.
+                normal.shared[(i, i)] = 1.0;
+            } else if let Some(prior) = self.prior {
+                let miss = prior.mean[i] - value;
+                let information = prior.information[i] * self.noise_variance;
+                normal.shared[(i, i)] += information;
+                normal.gradient[i] += information * miss;
+                cost += information * miss * miss;
+            }
+        }
+        cost.is_finite().then_some((cost, normal))
+    }
+
+    fn moved(&self, state: &BundleState, step: &Step<LENS_PARAMETERS, 6>) -> BundleState {
+        let mut parameters = state.camera.lens_parameters();
+        for (parameter, change) in parameters.iter_mut().zip(step.shared.iter()) {
+            *parameter += change;
+        }
+        if self.freedom.square_pixels {
+            parameters[1] = parameters[0];
+        }
+        let cam_from_board = state
+            .cam_from_board
+            .iter()
+            .zip(&step.views)
+            .map(|(pose, step)| {
+                let turn_rad: Vector3<f64> = step.fixed_rows::<3>(0).into();
+                let shift_m: Vector3<f64> = step.fixed_rows::<3>(3).into();
+                Camera::moved(pose, &turn_rad, &shift_m)
+            })
+            .collect();
+        BundleState { camera: Camera::from_lens_parameters(&parameters), cam_from_board }
+    }
+}
+
+impl BundleProblem<'_> {
+    /// Removes the derivatives of fixed parameters; lets fx carry fy's if pixels are square.
+    fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
+        if self.freedom.square_pixels {
+            jac_lens[(1, 0)] = jac_lens[(1, 1)];
+        }
+        for i in (0..LENS_PARAMETERS).filter(|i| !self.freedom.free[*i]) {
+            jac_lens.column_mut(i).fill(0.0);
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Homographies seen through a common radial distortion: the independent check.
+//!
+//! ```text
+//! p = DC + S g (1 + K1 |g|² + K2 |g|⁴),   g = H_i X,   S = 1000 px
+//! ```
+//! Each view keeps all eight freedoms of its homography; DC, K1, K2 are shared. Neither a common focal
+//! length nor a distortion centre at the principal point is assumed. The undistorted views' principal
+//! lines then meet in the principal point.
+
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, SVector, Vector2, Vector4};
+
+use crate::calibration::solve::bundle::{LEAST_NOISE_VARIANCE, Observations};
+use crate::calibration::solve::free_covariance::pp_covariance;
+use crate::calibration::solve::schur_lm::{
+    NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+};
+use crate::frame::ImageSize;
+use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px};
+
+/// S above: makes g about 1 at the edge of the picture.
+const SCALE_PX: f64 = 1000.0;
+
+/// What is believed about the distortion centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistortionCentrePrior {
+    /// Most likely place.
+    pub px: Point2<f64>,
+    /// Standard deviation along each axis.
+    pub sd_px: f64,
+}
+
+impl DistortionCentrePrior {
+    /// Image centre ± 5 % of the width.
+    pub fn of(image_size: ImageSize) -> Self {
+        Self { px: image_size.centre_px(), sd_px: 0.05 * f64::from(image_size.width_px) }
+    }
+}
+
+/// The fit, and what follows from its principal lines.
+#[derive(Clone, Debug)]
+pub struct FreeHomographies {
+    /// DC.
+    pub distortion_centre_px: Point2<f64>,
+    /// K1, K2, for g in units of 1000 px.
+    pub k: [f64; 2],
+    /// Board (metres) → undistorted pixel, one per view.
+    pub image_from_board: Vec<Matrix3<f64>>,
+    /// Whitened sum of squared residuals, prior excluded.
+    pub cost: f64,
+    /// Coordinates seen less parameters.
+    pub degrees_of_freedom: usize,
+    /// Where the principal lines meet, weighted by their variances.
+    pub pp_px: Point2<f64>,
+    /// Covariance of `pp_px` for corners as noisy as their covariances claim.
+    pub pp_unit_covariance_px2: Matrix2<f64>,
+    /// Covariance of `(DC, K1, K2)` for corners as noisy as their covariances claim.
+    pub shared_unit_covariance: Matrix4<f64>,
+    /// Principal lines of the undistorted corners, for noise as claimed; `None` for frontal views.
+    pub lines: Vec<Option<PrincipalLine>>,
+}
+
+impl FreeHomographies {
+    /// `√(cost / dof)`.
+    pub fn noise_factor(&self) -> f64 {
+        (self.cost / self.degrees_of_freedom as f64).sqrt()
+    }
+
+    /// The unit of `g`.
+    pub fn unit_px(&self) -> f64 {
+        SCALE_PX
+    }
+
+    /// Residual, px, and claimed covariance, px², of every corner, view by view.
+    pub(crate) fn residuals_px(
+        &self,
+        observations: &Observations,
+    ) -> Vec<(Vector2<f64>, Matrix2<f64>)> {
+        let lens = Distortion { k1: self.k[0], k2: self.k[1], ..Distortion::default() };
+        let centre = self.distortion_centre_px;
+        self.image_from_board
+            .iter()
+            .enumerate()
+            .flat_map(|(view, h)| observations.view(view).iter().map(move |corner| (h, corner)))
+            .filter_map(|(h, corner)| {
+                let ideal_px = Point2::from_homogeneous(h * corner.board_m.to_homogeneous())?;
+                let g = Point2::from((ideal_px - centre) / SCALE_PX);
+                let predicted = centre + lens.apply(&g).coords * SCALE_PX;
+                let information = corner.whitener.transpose() * corner.whitener;
+                Some((corner.px - predicted, information.try_inverse()?))
+            })
+            .collect()
+    }
+}
+
+/// `h11 … h32` of a homography with `h33 = 1`.
+pub(crate) type Local = SVector<f64, 8>;
+
+#[derive(Clone)]
+struct FreeState {
+    shared: Vector4<f64>,
+    views: Vec<Local>,
+}
+
+fn lens(state: &FreeState) -> Distortion {
+    Distortion { k1: state.shared[2], k2: state.shared[3], ..Distortion::default() }
+}
+
+struct FreeProblem<'a> {
+    observations: &'a Observations,
+    board_scale_m: f64,
+    prior: DistortionCentrePrior,
+}
+
+/// Fits the model, starting from homographies of the corners as seen.
+///
+/// `None` with fewer than two views, where the fit fails, or where the lines do not meet.
+pub fn fit(
+    observations: &Observations,
+    prior: DistortionCentrePrior,
+    image_from_board_as_seen: &[Matrix3<f64>],
+) -> Option<FreeHomographies> {
+    if observations.view_count() < 2 || image_from_board_as_seen.len() != observations.view_count()
+    {
+        return None;
+    }
+    let largest = observations.board_m().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let mut problem = FreeProblem { observations, board_scale_m: largest, prior };
+    let board_from_unit = Matrix3::from_diagonal(&[largest, largest, 1.0].into());
+    let g_from_image = Matrix3::new(
+        1.0 / SCALE_PX,
+        0.0,
+        -prior.px.x / SCALE_PX,
+        0.0,
+        1.0 / SCALE_PX,
+        -prior.px.y / SCALE_PX,
+        0.0,
+        0.0,
+        1.0,
+    );
+    let views = image_from_board_as_seen
+        .iter()
+        .map(|h| {
+            let h = g_from_image * h * board_from_unit;
+            let h = h / h[(2, 2)];
+            Local::from_iterator((0..8).map(|i| h[(i / 3, i % 3)]))
+        })
+        .collect();
+    let start = FreeState { shared: Vector4::new(prior.px.x, prior.px.y, 0.0, 0.0), views };
+    let mut minimum = minimise(&problem, start)?;
+    let parameters = 4 + 8 * observations.view_count();
+    let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
+    // The prior weighs against corners as noisy as they turn out to be.
+    let cost = minimum.cost - problem.prior_cost(&minimum.state.shared);
+    let noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
+    problem.prior.sd_px /= noise_variance.sqrt();
+    minimum = minimise(&problem, minimum.state)?;
+    let state = &minimum.state;
+    let distortion_centre_px = Point2::new(state.shared[0], state.shared[1]);
+    let lines = (0..observations.view_count())
+        .map(|view| problem.line(view, state))
+        .collect::<Option<Vec<_>>>()?;
+    let usable: Vec<PrincipalLine> = lines.iter().flatten().cloned().collect();
+    let pp_px = intersect_weighted(&usable).ok()?.px;
+    let pp_in_g = (pp_px - distortion_centre_px) / SCALE_PX;
+    let views: Vec<(&Local, &ViewBlock<4, 8>)> = state
+        .views
+        .iter()
+        .zip(&minimum.normal.views)
+        .zip(&lines)
+        .filter_map(|(view, line)| line.is_some().then_some(view))
+        .collect();
+    let shared_covariance = inverse(&minimum.normal.reduced()?)?;
+    let pp_unit_covariance_px2 = pp_covariance(&views, &shared_covariance, &pp_in_g, SCALE_PX)?;
+    let image_from_board = state
+        .views
+        .iter()
+        .map(|view| image_from_board(view, largest, &distortion_centre_px))
+        .collect();
+    let usable = pp_px.coords.iter().chain(pp_unit_covariance_px2.iter()).all(|x| x.is_finite());
+    usable.then(|| FreeHomographies {
+        distortion_centre_px,
+        k: [state.shared[2], state.shared[3]],
+        image_from_board,
+        cost: minimum.cost - problem.prior_cost(&state.shared),
+        degrees_of_freedom,
+        pp_px,
+        pp_unit_covariance_px2,
+        shared_unit_covariance: shared_covariance,
+        lines,
+    })
+}
+
+fn image_from_board(view: &Local, board_scale_m: f64, centre_px: &Point2<f64>) -> Matrix3<f64> {
+    let h =
+        Matrix3::new(view[0], view[1], view[2], view[3], view[4], view[5], view[6], view[7], 1.0);
+    let image_from_g =
+        Matrix3::new(SCALE_PX, 0.0, centre_px.x, 0.0, SCALE_PX, centre_px.y, 0.0, 0.0, 1.0);
+    let unit_from_board =
+        Matrix3::from_diagonal(&[1.0 / board_scale_m, 1.0 / board_scale_m, 1.0].into());
+    image_from_g * h * unit_from_board
+}
+
+impl FreeProblem<'_> {
+    /// Principal line of one view's undistorted corners. `Some(None)` for a view without one, `None`
+    /// if a corner lies beyond the fold of the lens.
+    fn line(&self, view: usize, state: &FreeState) -> Option<Option<PrincipalLine>> {
+        let centre = Point2::new(state.shared[0], state.shared[1]);
+        let lens = lens(state);
+        let corners: Vec<Corner> = self
+            .observations
+            .view(view)
+            .iter()
+            .map(|corner| {
+                let g = lens.invert(&Point2::from((corner.px - centre) / SCALE_PX))?;
+                let px = centre + g.coords * SCALE_PX;
+                let information = corner.whitener.transpose() * corner.whitener;
+                Some(Corner { px, covariance_px2: information.try_inverse()? })
+            })
+            .collect::<Option<_>>()?;
+        let homography = Homography::fit(self.observations.board_m(), &corners).ok()?;
+        Some(PrincipalLine::of(&homography, self.prior.px, mean_px(&corners)).ok())
+    }
+
+    fn prior_cost(&self, shared: &Vector4<f64>) -> f64 {
+        let miss = self.prior.px.coords - shared.fixed_rows::<2>(0);
+        miss.norm_squared() / (self.prior.sd_px * self.prior.sd_px)
+    }
+}
+
+impl Problem<4, 8> for FreeProblem<'_> {
+    type State = FreeState;
+
+    fn linearise(&self, state: &FreeState) -> Option<(f64, NormalEquations<4, 8>)> {
+        let centre = Point2::new(state.shared[0], state.shared[1]);
+        let lens = lens(state);
+        let mut cost = 0.0;
+        let mut views = Vec::with_capacity(state.views.len());
+        for (index, h) in state.views.iter().enumerate() {
+            let mut block = ViewBlock::zeros();
+            for corner in self.observations.view(index) {
+                let (x, y) =
+                    (corner.board_m.x / self.board_scale_m, corner.board_m.y / self.board_scale_m);
+                let w = h[6] * x + h[7] * y + 1.0;
+                if w <= 1e-9 {
+                    return None;
+                }
+                let g =
+                    Point2::new((h[0] * x + h[1] * y + h[2]) / w, (h[3] * x + h[4] * y + h[5]) / w);
+                let r2 = g.coords.norm_squared();
+                let predicted = centre + lens.apply(&g).coords * SCALE_PX;
+                let residual = corner.whitener * (corner.px - predicted);
+                cost += residual.norm_squared();
+                let (by_k1, by_k2) = (g.coords * r2 * SCALE_PX, g.coords * r2 * r2 * SCALE_PX);
+                let by_shared =
+                    Matrix2x4::new(1.0, 0.0, by_k1.x, by_k2.x, 0.0, 1.0, by_k1.y, by_k2.y);
+                let (dx, dy, d1) = (x / w, y / w, 1.0 / w);
+                let g_by_view = SMatrix::<f64, 2, 8>::from_row_slice(&[
+                    dx,
+                    dy,
+                    d1,
+                    0.0,
+                    0.0,
+                    0.0,
+                    -g.x * dx,
+                    -g.x * dy,
+                    0.0,
+                    0.0,
+                    0.0,
+                    dx,
+                    dy,
+                    d1,
+                    -g.y * dx,
+                    -g.y * dy,
+                ]);
+                let by_view = lens.derivative(&g) * g_by_view * SCALE_PX;
+                block.add(&(corner.whitener * by_shared), &(corner.whitener * by_view), &residual);
+            }
+            views.push(block);
+        }
+        let mut normal = NormalEquations::from_views(views);
+        let information = 1.0 / (self.prior.sd_px * self.prior.sd_px);
+        for i in 0..2 {
+            normal.shared[(i, i)] += information;
+            normal.gradient[i] += information * (self.prior.px[i] - state.shared[i]);
+        }
+        cost += self.prior_cost(&state.shared);
+        cost.is_finite().then_some((cost, normal))
+    }
+
+    fn moved(&self, state: &FreeState, step: &Step<4, 8>) -> FreeState {
+        let views = state.views.iter().zip(&step.views).map(|(view, step)| view + step).collect();
+        FreeState { shared: state.shared + step.shared, views }
+    }
+}

@@ -1,0 +1,171 @@
+//! Where bundle adjustment starts: closed forms of the corners as seen.
+
+use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, SymmetricEigen};
+
+use crate::calibration::result::NotCalibrated;
+use crate::calibration::solve::bundle::{BundleState, Observations};
+use crate::calibration::solve::zhang;
+use crate::frame::ImageSize;
+use crate::geometry::{
+    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, intersect_unweighted,
+    intersect_weighted, mean_px, pose_from_homography, principal_line_and_ring,
+};
+
+/// No corner is believed to be found better than this.
+const NOISE_FLOOR_PX: f64 = 1e-3;
+/// Two views whose corners differ by less than this share of the picture's width are the same view.
+const ALIKE: f64 = 0.01;
+/// A board seen thinner than this is seen from its edge.
+const THINNEST: f64 = 0.01;
+
+/// Principal lines of the corners as seen, and what they meet in.
+pub(crate) struct AsSeen {
+    pub(crate) image_from_board: Vec<Matrix3<f64>>,
+    pub(crate) lines: Vec<Option<PrincipalLine>>,
+    pub(crate) unweighted: Option<PrincipalPoint>,
+    pub(crate) weighted: Option<PrincipalPoint>,
+    pub(crate) ring: Option<RingEstimate>,
+}
+
+/// Homographies and principal lines of the corners as the paper takes them: all with the same weight,
+/// so that where the lens bends the picture no corner pulls harder than another.
+pub(crate) fn as_seen(
+    views: &[Vec<Corner>],
+    board_m: &[Point2<f64>],
+    image_size: ImageSize,
+) -> Result<AsSeen, NotCalibrated> {
+    let sigma_px = typical_sigma_px(views);
+    let homographies: Vec<Homography> = views
+        .iter()
+        .enumerate()
+        .map(|(view, corners)| {
+            let missing = NotCalibrated::NoHomography { view };
+            if thinness(corners).is_nan() || thinness(corners) < THINNEST {
+                return Err(missing);
+            }
+            let equal: Vec<Corner> =
+                corners.iter().map(|corner| Corner::isotropic(corner.px, sigma_px)).collect();
+            Homography::fit(board_m, &equal).map_err(|_| missing)
+        })
+        .collect::<Result<_, _>>()?;
+    let lines: Vec<Option<PrincipalLine>> = homographies
+        .iter()
+        .zip(views)
+        .map(|(homography, corners)| {
+            PrincipalLine::of(homography, image_size.centre_px(), mean_px(corners)).ok()
+        })
+        .collect();
+    let usable: Vec<PrincipalLine> = lines.iter().flatten().cloned().collect();
+    Ok(AsSeen {
+        image_from_board: homographies.iter().map(|h| *h.image_from_board()).collect(),
+        unweighted: intersect_unweighted(&usable).ok(),
+        weighted: intersect_weighted(&usable).ok(),
+        ring: principal_line_and_ring(&usable).ok(),
+        lines,
+    })
+}
+
+/// Extent of the corners across their longest direction over the extent along it.
+fn thinness(corners: &[Corner]) -> f64 {
+    let mean = mean_px(corners);
+    let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
+        let off = corner.px - mean;
+        scatter + off * off.transpose()
+    });
+    let eigenvalues = SymmetricEigen::new(scatter).eigenvalues;
+    (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
+}
+
+/// The least error of the corners that is believed, as a multiple of what they claim.
+pub(crate) fn noise_floor(views: &[Vec<Corner>]) -> f64 {
+    NOISE_FLOOR_PX / typical_sigma_px(views)
+}
+
+/// Typical claimed error of a corner coordinate: root mean square.
+pub(crate) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
+    let (sum, count) = views
+        .iter()
+        .flatten()
+        .fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
+    (sum / count).sqrt()
+}
+
+/// The best of several starting cameras, with the poses it gives the views.
+///
+/// PL + ring, then Zhang's closed form, then single views' focal lengths with the principal point at
+/// the image centre, then a normal lens. `None` if a view has no pose under any of them.
+pub(crate) fn start(
+    observations: &Observations,
+    as_seen: &AsSeen,
+    image_size: ImageSize,
+) -> Option<BundleState> {
+    let width_px = f64::from(image_size.width_px.max(image_size.height_px));
+    let centre = image_size.centre_px();
+    let plausible = |camera: &Camera| {
+        camera.f_px.iter().all(|f| (0.2 * width_px..20.0 * width_px).contains(f))
+            && (camera.pp_px - centre).norm() < 0.5 * width_px
+    };
+    let mut cameras: Vec<Camera> = Vec::new();
+    if let Some(ring) = &as_seen.ring {
+        cameras.push(Camera::pinhole(ring.f_px, ring.pp_px));
+    }
+    if let Some(camera) = zhang::closed_form(&as_seen.image_from_board, image_size) {
+        cameras.push(Camera::pinhole(camera.f_px.mean(), camera.pp_px));
+    }
+    let mut focal: Vec<f64> = as_seen
+        .lines
+        .iter()
+        .flatten()
+        .map(|line| {
+            let along = (centre - line.origin_px).dot(&line.direction()) - line.v_px;
+            (line.d_px * line.d_px - along * along).sqrt()
+        })
+        .filter(|f_px| f_px.is_finite())
+        .collect();
+    focal.sort_by(f64::total_cmp);
+    if let Some(f_px) = focal.get(focal.len() / 2) {
+        cameras.push(Camera::pinhole(*f_px, centre));
+    }
+    cameras.retain(plausible);
+    cameras.push(Camera::pinhole(width_px, centre));
+    let mut best: Option<(f64, BundleState)> = None;
+    for camera in cameras {
+        let Some(cam_from_board) = poses(&as_seen.image_from_board, &camera) else { continue };
+        let Some(cost) = observations.cost(&camera, &cam_from_board) else { continue };
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, BundleState { camera, cam_from_board }));
+        }
+    }
+    best.map(|(_, state)| state)
+}
+
+/// Poses of all views under `camera`.
+pub(crate) fn poses(
+    image_from_board: &[Matrix3<f64>],
+    camera: &Camera,
+) -> Option<Vec<Isometry3<f64>>> {
+    image_from_board.iter().map(|h| pose_from_homography(h, camera)).collect()
+}
+
+/// Number of views that differ from all before them.
+pub(crate) fn distinct_views(views: &[Vec<Corner>], image_size: ImageSize) -> usize {
+    let limit_px = ALIKE * f64::from(image_size.width_px);
+    let mut kept: Vec<&[Corner]> = Vec::new();
+    for view in views {
+        if !kept.iter().any(|other| rms_distance_px(view, other) < limit_px) {
+            kept.push(view);
+        }
+    }
+    kept.len()
+}
+
+/// Root mean square distance of corners of the same number, or of opposite numbers if that is less:
+/// some boards look the same upside down.
+fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
+    let mean = |pairs: &mut dyn Iterator<Item = (Point2<f64>, Point2<f64>)>| {
+        pairs.map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len().max(1) as f64
+    };
+    let same = mean(&mut a.iter().map(|c| c.px).zip(b.iter().map(|c| c.px)));
+    let turned = mean(&mut a.iter().map(|c| c.px).zip(b.iter().rev().map(|c| c.px)));
+    same.min(turned).sqrt()
+}

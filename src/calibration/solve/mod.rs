@@ -1,0 +1,22 @@
+//! Corners → lens and poses: closed forms, least squares, lens models.
+//!
+//! | file | does |
+//! |---|---|
+//! | `initial_guess` | closed forms from the corners as seen: principal lines, ring, Zhang |
+//! | `zhang` | Zhang's method, the closed form and its refinement |
+//! | `schur_lm` | Levenberg-Marquardt on shared and per-view parameters, by Schur complement |
+//! | `bundle` | lens and poses by least squares, for one lens model |
+//! | `lens_model` | the nested lens models and their priors |
+//! | `model_choice` | the lens model chosen by BIC; doubt about the choice enters the covariance |
+//! | `free_homography`, `free_covariance` | the independent check: no common focal length, distortion centre free |
+//! | `varying` | the result when every view has its own focal length |
+
+pub(crate) mod bundle;
+pub(crate) mod free_covariance;
+pub mod free_homography;
+pub(crate) mod initial_guess;
+pub(crate) mod lens_model;
+pub(crate) mod model_choice;
+pub(crate) mod schur_lm;
+pub(crate) mod varying;
+pub mod zhang;

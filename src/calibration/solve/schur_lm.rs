@@ -1,0 +1,264 @@
+//! Least squares with an normal-shaped information matrix: parameters shared by all views, and
+//! parameters of one view each.
+
+use nalgebra::{SMatrix, SVector, Vector2};
+
+/// Normal equations `H δ = g` of `S` shared parameters and `L` parameters per view.
+///
+/// ```text
+/// H = | U    W₁  W₂ … |     Schur complement  U − Σ Wᵢ Vᵢ⁻¹ Wᵢᵀ: the information about the shared
+///     | W₁ᵀ  V₁       |     parameters once every view has settled.
+///     | W₂ᵀ      V₂   |
+/// ```
+#[derive(Clone, Debug)]
+pub(crate) struct NormalEquations<const S: usize, const L: usize> {
+    /// U, with whatever priors were added.
+    pub(crate) shared: SMatrix<f64, S, S>,
+    /// Shared part of g.
+    pub(crate) gradient: SVector<f64, S>,
+    /// One block per view.
+    pub(crate) views: Vec<ViewBlock<S, L>>,
+}
+
+/// What one view adds to an [`NormalEquations`].
+#[derive(Clone, Debug)]
+pub(crate) struct ViewBlock<const S: usize, const L: usize> {
+    /// This view's part of U.
+    pub(crate) shared: SMatrix<f64, S, S>,
+    /// This view's part of the shared gradient.
+    pub(crate) shared_gradient: SVector<f64, S>,
+    /// W.
+    pub(crate) cross: SMatrix<f64, S, L>,
+    /// V.
+    pub(crate) local: SMatrix<f64, L, L>,
+    /// Local part of g.
+    pub(crate) gradient: SVector<f64, L>,
+}
+
+/// Solution of an [`NormalEquations`].
+pub(crate) struct Step<const S: usize, const L: usize> {
+    pub(crate) shared: SVector<f64, S>,
+    pub(crate) views: Vec<SVector<f64, L>>,
+    /// `δᵀ g`: squared length of the step in standard deviations.
+    pub(crate) decrement: f64,
+}
+
+impl<const S: usize, const L: usize> ViewBlock<S, L> {
+    pub(crate) fn zeros() -> Self {
+        Self {
+            shared: SMatrix::zeros(),
+            shared_gradient: SVector::zeros(),
+            cross: SMatrix::zeros(),
+            local: SMatrix::zeros(),
+            gradient: SVector::zeros(),
+        }
+    }
+
+    /// Adds one whitened observation: `residual = observed − predicted` and the prediction's Jacobians.
+    pub(crate) fn add(
+        &mut self,
+        by_shared: &SMatrix<f64, 2, S>,
+        by_local: &SMatrix<f64, 2, L>,
+        residual: &Vector2<f64>,
+    ) {
+        let shared_transposed = by_shared.transpose();
+        let local_transposed = by_local.transpose();
+        self.shared += shared_transposed * by_shared;
+        self.cross += shared_transposed * by_local;
+        self.local += local_transposed * by_local;
+        self.shared_gradient += shared_transposed * residual;
+        self.gradient += local_transposed * residual;
+    }
+
+    /// `V⁻¹` with its diagonal raised by the factor `1 + damping`.
+    pub(crate) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
+        let mut local = self.local;
+        for i in 0..L {
+            local[(i, i)] *= 1.0 + damping;
+        }
+        inverse(&local)
+    }
+
+    /// What this view says about the shared parameters: information and gradient, its own
+    /// parameters settled.
+    pub(crate) fn reduced(&self) -> Option<(SMatrix<f64, S, S>, SVector<f64, S>)> {
+        let gain = self.cross * self.local_inverse(0.0)?;
+        Some((
+            self.shared - gain * self.cross.transpose(),
+            self.shared_gradient - gain * self.gradient,
+        ))
+    }
+}
+
+impl<const S: usize, const L: usize> NormalEquations<S, L> {
+    pub(crate) fn from_views(views: Vec<ViewBlock<S, L>>) -> Self {
+        let mut shared = SMatrix::zeros();
+        let mut gradient = SVector::zeros();
+        for view in &views {
+            shared += view.shared;
+            gradient += view.shared_gradient;
+        }
+        Self { shared, gradient, views }
+    }
+
+    /// The damped step. `None` if the information has no inverse.
+    pub(crate) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
+        let mut reduced = self.shared;
+        for i in 0..S {
+            reduced[(i, i)] *= 1.0 + damping;
+        }
+        let mut gradient = self.gradient;
+        let mut inverses = Vec::with_capacity(self.views.len());
+        for view in &self.views {
+            let inverse = view.local_inverse(damping)?;
+            let gain = view.cross * inverse;
+            reduced -= gain * view.cross.transpose();
+            gradient -= gain * view.gradient;
+            inverses.push(inverse);
+        }
+        let shared = inverse(&reduced)? * gradient;
+        let mut decrement = shared.dot(&self.gradient);
+        let views = self
+            .views
+            .iter()
+            .zip(&inverses)
+            .map(|(view, inverse)| {
+                let step = inverse * (view.gradient - view.cross.transpose() * shared);
+                decrement += step.dot(&view.gradient);
+                step
+            })
+            .collect();
+        decrement.is_finite().then_some(Step { shared, views, decrement })
+    }
+
+    /// Information about the shared parameters, priors included.
+    pub(crate) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
+        let mut reduced = self.shared;
+        for view in &self.views {
+            let gain = view.cross * view.local_inverse(0.0)?;
+            reduced -= gain * view.cross.transpose();
+        }
+        Some(reduced)
+    }
+}
+
+/// Inverse of a symmetric positive definite matrix, scaled to a unit diagonal first.
+pub(crate) fn inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let mut scale = SVector::<f64, N>::zeros();
+    for i in 0..N {
+        let diagonal = matrix[(i, i)];
+        if !(diagonal > 0.0 && diagonal.is_finite()) {
+            return None;
+        }
+        scale[i] = 1.0 / diagonal.sqrt();
+    }
+    let rescaled = |matrix: &SMatrix<f64, N, N>| {
+        SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j])
+    };
+    let unscaled = solve_spd(&rescaled(matrix))?;
+    let inverse = rescaled(&unscaled);
+    inverse.iter().all(|x| x.is_finite()).then_some(inverse)
+}
+
+/// Inverse by Cholesky factors, refused below a pivot that rounding alone could make.
+fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let mut lower = SMatrix::<f64, N, N>::zeros();
+    for j in 0..N {
+        let mut pivot = matrix[(j, j)];
+        for k in 0..j {
+            pivot -= lower[(j, k)] * lower[(j, k)];
+        }
+        if pivot <= 1e-14 || !pivot.is_finite() {
+            return None;
+        }
+        let root = pivot.sqrt();
+        lower[(j, j)] = root;
+        for i in j + 1..N {
+            let mut value = matrix[(i, j)];
+            for k in 0..j {
+                value -= lower[(i, k)] * lower[(j, k)];
+            }
+            lower[(i, j)] = value / root;
+        }
+    }
+    // Columns of L⁻¹, then L⁻ᵀ L⁻¹.
+    let mut inverse_lower = SMatrix::<f64, N, N>::zeros();
+    for j in 0..N {
+        inverse_lower[(j, j)] = 1.0 / lower[(j, j)];
+        for i in j + 1..N {
+            let mut sum = 0.0;
+            for k in j..i {
+                sum += lower[(i, k)] * inverse_lower[(k, j)];
+            }
+            inverse_lower[(i, j)] = -sum / lower[(i, i)];
+        }
+    }
+    Some(inverse_lower.transpose() * inverse_lower)
+}
+
+/// A sum of squares over views that can be linearised into an [`NormalEquations`].
+pub(crate) trait Problem<const S: usize, const L: usize> {
+    /// Values of all parameters.
+    type State: Clone;
+    /// Cost and normal equations. `None` where the model is undefined.
+    fn linearise(&self, state: &Self::State) -> Option<(f64, NormalEquations<S, L>)>;
+    /// `state` moved by `step`.
+    fn moved(&self, state: &Self::State, step: &Step<S, L>) -> Self::State;
+}
+
+/// Where [`minimise`] ended.
+pub(crate) struct Minimum<State, const S: usize, const L: usize> {
+    pub(crate) state: State,
+    pub(crate) cost: f64,
+    pub(crate) normal: NormalEquations<S, L>,
+    pub(crate) converged: bool,
+}
+
+/// Levenberg–Marquardt. Never ends higher than it started; deterministic; at most 100 steps.
+///
+/// Converged means that the next step is below 1e-9 standard deviations.
+pub(crate) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+) -> Option<Minimum<P::State, S, L>> {
+    minimise_to(problem, start, 1e-18)
+}
+
+/// The same; converged means that the next step's squared length, in standard deviations, is `close`.
+pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    close: f64,
+) -> Option<Minimum<P::State, S, L>> {
+    let (cost, normal) = problem.linearise(&start)?;
+    let mut at = Minimum { state: start, cost, normal, converged: false };
+    let mut damping = 1e-4;
+    for _ in 0..100 {
+        let accepted = at.normal.solve(damping).and_then(|step| {
+            if step.decrement <= close {
+                at.converged = true;
+                return None;
+            }
+            let state = problem.moved(&at.state, &step);
+            let (cost, normal) = problem.linearise(&state)?;
+            (cost <= at.cost * (1.0 + 1e-13)).then_some((state, cost, normal, step.decrement))
+        });
+        if at.converged {
+            break;
+        }
+        if let Some((state, cost, normal, decrement)) = accepted {
+            // Rounding keeps the last steps from shrinking further.
+            let stalled = at.cost - cost <= 1e-13 * at.cost && decrement <= 1e-15;
+            at = Minimum { state, cost, normal, converged: stalled };
+            damping = if damping > 1e-10 { damping * 0.1 } else { 0.0 };
+        } else if damping > 1e9 {
+            break;
+        } else {
+            damping = (damping * 10.0).max(1e-6);
+        }
+        if at.converged {
+            break;
+        }
+    }
+    Some(at)
+}

@@ -1,0 +1,94 @@
+//! A focal length that moves from view to view: the principal point without a common one.
+//!
+//! The lines of the free homographies meet in the principal point whatever each view's focal length is
+//! (Chuang 2021, section 3.4); each line then gives its own view's focal length.
+
+use nalgebra::{Matrix2, SMatrix, Vector2};
+
+use crate::calibration::solve::free_homography::FreeHomographies;
+use crate::calibration::solve::lens_model::LensModel;
+use crate::geometry::{Camera, Distortion, FocalLength, LENS_PARAMETERS, PrincipalLine};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// The lens of views that share all but their focal length.
+#[derive(Clone, Debug)]
+pub(crate) struct VaryingFocal {
+    /// With the mean focal length; distortion as the views have it there.
+    pub(crate) camera: Camera,
+    /// For a view whose focal length is measured as well as these are.
+    pub(crate) covariance: LensMatrix,
+    pub(crate) noise_factor: f64,
+    /// Sample standard deviation of the views' focal lengths.
+    pub(crate) scatter_px: f64,
+    /// Of each view; `None` for views that face the camera.
+    pub(crate) focal: Vec<Option<FocalLength>>,
+}
+
+/// The model in which the lens of [`VaryingFocal`] is written.
+pub(crate) const MODEL: LensModel = LensModel::K1K2P1P2;
+
+/// Reads PP, focal lengths and distortion off `free`.
+///
+/// With `g` in units of `S` about the distortion centre DC and `e = (DC − P)/f`, the radial model about DC
+/// is `x + k1 |x−e|² (x−e) + …` with `k1 = K1 (f/S)²`, `k2 = K2 (f/S)⁴`; to first order in `e` that is
+/// OpenCV's model with `(p2, p1) = −k1 e`.
+///
+/// `None` if fewer than two views have a focal length.
+pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option<VaryingFocal> {
+    let noise_factor = free.noise_factor().max(noise_floor);
+    let variance = noise_factor * noise_factor;
+    let pp_covariance_px2: Matrix2<f64> = free.pp_unit_covariance_px2 * variance;
+    let focal: Vec<Option<FocalLength>> = free
+        .lines
+        .iter()
+        .map(|line| {
+            let line = line.as_ref()?;
+            let line = PrincipalLine { covariance: line.covariance * variance, ..line.clone() };
+            line.focal_length(&free.pp_px, &pp_covariance_px2).ok()
+        })
+        .collect();
+    let known: Vec<&FocalLength> = focal.iter().flatten().collect();
+    if known.len() < 2 {
+        return None;
+    }
+    let count = known.len() as f64;
+    let mean_px = known.iter().map(|focal| focal.f_px).sum::<f64>() / count;
+    let squares: f64 = known.iter().map(|focal| (focal.f_px - mean_px).powi(2)).sum();
+    let of_one_px2 = known.iter().map(|focal| focal.sigma_px.powi(2)).sum::<f64>() / count;
+
+    let per_unit = mean_px / free.unit_px();
+    let centre = (free.distortion_centre_px - free.pp_px) / mean_px;
+    let (k1, k2) = (free.k[0] * per_unit.powi(2), free.k[1] * per_unit.powi(4));
+    let distortion = Distortion { k1, k2, p1: -k1 * centre.y, p2: -k1 * centre.x, k3: 0.0 };
+    let shared = free.shared_unit_covariance * variance;
+    let to_k = [per_unit.powi(2), per_unit.powi(4)];
+    let mut covariance = LensMatrix::zeros();
+    covariance.fixed_view_mut::<2, 2>(0, 0).fill(of_one_px2);
+    covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(&pp_covariance_px2);
+    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        covariance[(4 + i, 4 + j)] = shared[(2 + i, 2 + j)] * to_k[i] * to_k[j];
+    }
+    // p1 goes with y, p2 with x.
+    for (p, axis) in [(6, 1), (7, 0)] {
+        let of_centre = shared[(axis, axis)] + pp_covariance_px2[(axis, axis)];
+        covariance[(p, p)] = of_centre * (k1 / mean_px).powi(2);
+    }
+    let camera = Camera { f_px: Vector2::repeat(mean_px), pp_px: free.pp_px, distortion };
+    let usable = covariance.iter().chain(&camera.lens_parameters()).all(|x| x.is_finite());
+    usable.then_some(VaryingFocal {
+        camera,
+        covariance,
+        noise_factor,
+        scatter_px: (squares / (count - 1.0)).sqrt(),
+        focal,
+    })
+}
+
+impl VaryingFocal {
+    /// The camera as it was for one view; with the mean focal length where the view has none.
+    pub(crate) fn camera_of(&self, view: usize) -> Camera {
+        let f_px = self.focal[view].map_or(self.camera.f_px.x, |focal| focal.f_px);
+        Camera { f_px: Vector2::repeat(f_px), ..self.camera }
+    }
+}

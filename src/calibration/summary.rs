@@ -1,0 +1,314 @@
+//! From the minimum to what is told of it: every view, every method, every check.
+
+use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2, Vector3};
+
+use crate::calibration::calibrate::{Inputs, Solution, VIEWS_WITHOUT_PRIOR};
+use crate::calibration::check::finding::Verdict;
+use crate::calibration::check::held_out;
+use crate::calibration::check::leave_out;
+use crate::calibration::check::misfit_diagnosis::{Causes, causes};
+use crate::calibration::check::odd_corners::odd_corners;
+use crate::calibration::check::projection_sd::projection_jacobian;
+use crate::calibration::check::trust_checks::{self, Evidence};
+use crate::calibration::result::{
+    Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult,
+};
+use crate::calibration::solve::bundle::BundleState;
+use crate::calibration::solve::free_homography::FreeHomographies;
+use crate::calibration::solve::initial_guess::{poses, typical_sigma_px};
+use crate::calibration::solve::lens_model::LensModel;
+use crate::calibration::solve::model_choice::ModelChoice;
+use crate::calibration::solve::varying::{self, VaryingFocal, varying_focal};
+use crate::calibration::solve::zhang;
+use crate::geometry::{
+    BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
+    coverage, fit_pose, mean_px,
+};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// The lens that is the result, and its uncertainty.
+struct Lens {
+    model: LensModel,
+    camera: Camera,
+    focal: Focal,
+    covariance: LensMatrix,
+    covariance_all: LensMatrix,
+    noise_factor: f64,
+}
+
+/// Everything told of `solution`. `None` if its covariance is not finite.
+pub(crate) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calibration> {
+    let choice = &solution.choice;
+    let bundle = choice.bundle();
+    let noise_floor = inputs.noise_floor();
+    let plain = choice.averaged_covariance(noise_floor)?;
+    let causes = inputs.causes(choice);
+    let free = inputs.free.as_ref();
+    let varying = free
+        .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
+        .and_then(|free| varying_focal(free, noise_floor));
+    let lens = match &varying {
+        Some(varying) => Lens::varying(varying),
+        None => inputs.common_lens(choice, plain + causes.doubt),
+    };
+    let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;
+    let noise_px = noise_factor * typical_sigma_px(inputs.views);
+    let projection_sd = projection_jacobian(&camera, inputs.image_size)?.sd(&covariance_all);
+    let pp_covariance_px2: Matrix2<f64> = covariance.fixed_view::<2, 2>(2, 2).into();
+    let views: Vec<ViewResult> = match &varying {
+        Some(varying) => inputs.views_of_varying(varying, &bundle.state),
+        None => inputs.views_of_bundle(&bundle.state, &pp_covariance_px2, noise_factor),
+    };
+    let of_bundle: Matrix2<f64> = (plain + causes.doubt).fixed_view::<2, 2>(2, 2).into();
+    let widening = of_bundle.trace() / plain.fixed_view::<2, 2>(2, 2).trace();
+    let skip_one_ratio = (inputs.distinct >= 4)
+        .then(|| leave_out::leave_one_out(bundle, bundle.noise_factor().max(noise_floor)))
+        .flatten()
+        .map(|left_out| left_out.ratio / widening.sqrt());
+    let coverage = coverage(&inputs.outlines(), inputs.image_size);
+    let mirrored: Vec<bool> =
+        inputs.as_seen.image_from_board.iter().map(|h| h.determinant() * h[(2, 2)] < 0.0).collect();
+    let odd_corners = odd_corners(&inputs.observations, &bundle.state);
+    let held_out = (inputs.distinct > held_out::VIEWS_NEEDED)
+        .then(|| held_out::check(&inputs.observations, bundle, inputs.views))
+        .flatten();
+    let findings = trust_checks::check(&Evidence {
+        image_size: inputs.image_size,
+        camera: &camera,
+        choice,
+        varying_px: match focal {
+            Focal::Varying { scatter_px } if inputs.params.varying_focal => Some(scatter_px),
+            _ => None,
+        },
+        free,
+        views: &views,
+        mirrored: &mirrored,
+        seen: inputs.views,
+        causes: &causes,
+        odd_corners: &odd_corners,
+        held_out,
+        pp_doubt_px2: causes.doubt.fixed_view::<2, 2>(2, 2).into(),
+        projection_sd: &projection_sd,
+        pp_covariance_px2,
+        f_sd_px: covariance[(0, 0)].sqrt(),
+        skip_one_ratio,
+        coverage,
+        distinct: inputs.distinct,
+        noise_px,
+        noise_floor,
+        prior_used: solution.prior_used,
+        focal_prior_used: solution.focal_prior_used,
+    });
+    let squares: f64 = views.iter().map(|view| view.residual_rms_px.powi(2)).sum();
+    Some(Calibration {
+        image_size: inputs.image_size,
+        model,
+        camera,
+        focal,
+        covariance,
+        covariance_all,
+        rms_px: (squares / views.len() as f64).sqrt(),
+        noise_factor,
+        noise_px,
+        excess_px: noise_factor * inputs.excess_px,
+        candidates: choice.fits.clone(),
+        principal_point: inputs.principal_points(choice, free, of_bundle),
+        views,
+        projection_sd,
+        skip_one_ratio,
+        coverage,
+        verdict: Verdict::of(&findings),
+        findings,
+    })
+}
+
+impl Lens {
+    fn varying(varying: &VaryingFocal) -> Self {
+        Self {
+            model: varying::MODEL,
+            camera: varying.camera,
+            focal: Focal::Varying { scatter_px: varying.scatter_px },
+            covariance: varying.covariance,
+            covariance_all: varying.covariance,
+            noise_factor: varying.noise_factor,
+        }
+    }
+}
+
+impl Inputs<'_> {
+    fn common_lens(&self, choice: &ModelChoice, covariance_all: LensMatrix) -> Lens {
+        let (bundle, model) = (choice.bundle(), choice.fit().model);
+        Lens {
+            model,
+            camera: bundle.state.camera,
+            focal: Focal::Common,
+            covariance: restricted(&covariance_all, model, self.params.square_pixels),
+            covariance_all,
+            noise_factor: bundle.noise_factor(),
+        }
+    }
+
+    /// What else may be wrong with the views, weighed against the richest lens.
+    fn causes(&self, choice: &ModelChoice) -> Causes {
+        let richest = choice.bundles.last();
+        match richest {
+            Some(richest) if self.distinct >= VIEWS_WITHOUT_PRIOR => {
+                causes(&self.observations, richest, self.image_size, self.noise_floor())
+            }
+            _ => Causes::none(),
+        }
+    }
+
+    fn outlines(&self) -> Vec<BoardOutline> {
+        let outline = |corners: &Vec<Corner>| {
+            let px: Vec<_> = corners.iter().map(|corner| corner.px).collect();
+            BoardOutline::of(&px, self.board.columns())
+        };
+        self.views.iter().filter_map(outline).collect()
+    }
+
+    fn views_of_bundle(
+        &self,
+        state: &BundleState,
+        pp_covariance_px2: &Matrix2<f64>,
+        noise_factor: f64,
+    ) -> Vec<ViewResult> {
+        let residuals = self.observations.residual_rms_px(&state.camera, &state.cam_from_board);
+        residuals
+            .into_iter()
+            .enumerate()
+            .map(|(view, rms_px)| {
+                let focal = self.focal_length(view, &state.camera, pp_covariance_px2, noise_factor);
+                self.view(view, state.cam_from_board[view], rms_px, focal)
+            })
+            .collect()
+    }
+
+    /// Views under their own focal lengths; where no pose fits, that of the bundle.
+    fn views_of_varying(&self, varying: &VaryingFocal, state: &BundleState) -> Vec<ViewResult> {
+        (0..self.views.len())
+            .map(|view| {
+                let camera = varying.camera_of(view);
+                let pose = fit_pose(&camera, self.board_m, &self.views[view])
+                    .map_or(state.cam_from_board[view], |fit| fit.cam_from_board);
+                let rms_px = self.observations.view_residual_rms_px(view, &camera, &pose);
+                self.view(view, pose, rms_px, varying.focal[view])
+            })
+            .collect()
+    }
+
+    fn view(
+        &self,
+        view: usize,
+        cam_from_board: Isometry3<f64>,
+        residual_rms_px: f64,
+        focal: Option<FocalLength>,
+    ) -> ViewResult {
+        let (tilt_rad, slot_rad) = tilt_and_slot_rad(&cam_from_board);
+        let principal_line = self.as_seen.lines[view].clone();
+        let pl_residual_px = principal_line
+            .as_ref()
+            .zip(self.as_seen.weighted.as_ref())
+            .map(|(line, pp)| line.distance_px(&pp.px));
+        ViewResult {
+            cam_from_board,
+            residual_rms_px,
+            tilt_rad,
+            slot_rad,
+            principal_line,
+            pl_residual_px,
+            focal,
+            focal_as_seen: self.focal_length_as_seen(view),
+        }
+    }
+
+    /// This view's own focal length, its corners undistorted.
+    fn focal_length(
+        &self,
+        view: usize,
+        camera: &Camera,
+        pp_covariance_px2: &Matrix2<f64>,
+        noise_factor: f64,
+    ) -> Option<FocalLength> {
+        let corners: Vec<Corner> = self.views[view]
+            .iter()
+            .map(|corner| {
+                let px = camera.undistort_px(&corner.px)?;
+                let covariance_px2 =
+                    corner.covariance_px2 * noise_factor.max(self.noise_floor()).powi(2);
+                Some(Corner { px, covariance_px2 })
+            })
+            .collect::<Option<_>>()?;
+        let homography = Homography::fit(self.board_m, &corners).ok()?;
+        let line =
+            PrincipalLine::of(&homography, self.image_size.centre_px(), mean_px(&corners)).ok()?;
+        line.focal_length(&camera.pp_px, pp_covariance_px2).ok()
+    }
+
+    /// This view's own focal length as the paper has it: corners as seen, and the principal point where
+    /// their principal lines meet.
+    fn focal_length_as_seen(&self, view: usize) -> Option<FocalLength> {
+        let pp = self.as_seen.unweighted.as_ref()?;
+        self.as_seen.lines[view].as_ref()?.focal_length(&pp.px, &pp.covariance_px2).ok()
+    }
+
+    fn principal_points(
+        &self,
+        choice: &ModelChoice,
+        free: Option<&FreeHomographies>,
+        of_bundle_px2: Matrix2<f64>,
+    ) -> PrincipalPoints {
+        let variance = choice.fit().noise_factor.max(self.noise_floor()).powi(2);
+        let camera = choice.fit().camera;
+        let estimate =
+            |px, covariance_px2, f_px| PrincipalPointEstimate { px, covariance_px2, f_px };
+        let lines = |pp: &crate::geometry::PrincipalPoint| {
+            estimate(pp.px, Some(pp.covariance_px2 * variance), None)
+        };
+        let zhang = poses(&self.as_seen.image_from_board, &camera)
+            .filter(|_| self.distinct >= 2)
+            .and_then(|poses| zhang::refined(&self.observations, LensModel::K1K2, camera, poses))
+            .map(|bundle| {
+                let noise_factor = bundle.noise_factor().max(self.noise_floor());
+                let covariance = bundle
+                    .covariance(noise_factor)
+                    .map(|covariance| covariance.fixed_view::<2, 2>(2, 2).into());
+                let camera = bundle.state.camera;
+                estimate(camera.pp_px, covariance, Some(camera.f_px))
+            });
+        PrincipalPoints {
+            pl_unweighted: self.as_seen.unweighted.as_ref().map(lines),
+            pl_weighted: self.as_seen.weighted.as_ref().map(lines),
+            pl_ring: self.as_seen.ring.as_ref().map(|ring| {
+                let covariance: Matrix2<f64> = ring.covariance.fixed_view::<2, 2>(1, 1).into();
+                let f_px = Vector2::new(ring.f_px, ring.f_px);
+                estimate(ring.pp_px, Some(covariance * variance), Some(f_px))
+            }),
+            free_homography: free.map(|free| {
+                let variance = free.noise_factor().max(self.noise_floor()).powi(2);
+                estimate(free.pp_px, Some(free.pp_unit_covariance_px2 * variance), None)
+            }),
+            bundle: Some(estimate(camera.pp_px, Some(of_bundle_px2), Some(camera.f_px))),
+            zhang,
+        }
+    }
+}
+
+/// Angle between board and image plane, and image direction in which the board recedes.
+///
+/// On the plane `n·X = e`, `1/Z = n·(x, y, 1)/e`: depth grows fastest along `−(n_x, n_y)/e`.
+fn tilt_and_slot_rad(cam_from_board: &Isometry3<f64>) -> (f64, f64) {
+    let normal = cam_from_board.rotation * Vector3::z();
+    let distance = normal.dot(&cam_from_board.translation.vector);
+    let receding = -normal.xy() * distance.signum();
+    let slot_rad = receding.y.atan2(receding.x).rem_euclid(std::f64::consts::TAU);
+    (receding.norm().atan2(normal.z.abs()), slot_rad)
+}
+
+/// `covariance` with zeros for parameters that `model` does not estimate.
+fn restricted(covariance: &LensMatrix, model: LensModel, square_pixels: bool) -> LensMatrix {
+    let mut free = model.freedom(square_pixels).free;
+    free[1] = true;
+    LensMatrix::from_fn(|i, j| if free[i] && free[j] { covariance[(i, j)] } else { 0.0 })
+}

@@ -1,0 +1,31 @@
+use super::{Control, Mode};
+
+/// What is known of a live camera when its session begins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CameraInfo {
+    /// Name, as the camera says it; may hold anything.
+    pub name: String,
+    /// USB vendor and product number.
+    pub usb_id: Option<(u16, u16)>,
+    /// USB serial number; empty if there is none.
+    pub serial: String,
+    /// Where it hangs, in the system's words; empty if not known.
+    pub place: String,
+    /// Through what it is read, as `--backend` calls it.
+    pub backend: &'static str,
+    /// What the driver granted.
+    pub mode: Mode,
+    /// The controls that matter, before the session locked them.
+    pub controls: Vec<ControlBefore>,
+}
+
+/// How a control stood before the session locked it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlBefore {
+    /// Which.
+    pub control: Control,
+    /// In the driver's unit; `None` if it cannot be read.
+    pub value: Option<i64>,
+    /// Whether the camera moved it by itself; `None` if it has no such automatic.
+    pub automatic: Option<bool>,
+}

@@ -1,0 +1,132 @@
+//! Scene files of the simulated camera: TOML in millimetres and degrees.
+
+use std::path::Path;
+
+use nalgebra::{Point2, Vector2};
+use serde::{Deserialize, Serialize};
+
+use crate::config::ConfigError;
+use crate::{
+    frame::ImageSize,
+    geometry::{Camera, Distortion},
+    simulation::Scene,
+};
+
+/// A scene as a file. What is left out is as in the default scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    name: Option<String>,
+    seed: Option<u64>,
+    image_size_px: Option<[u32; 2]>,
+    f_px: Option<f64>,
+    pp_px: Option<[f64; 2]>,
+    /// `k1 k2 p1 p2 k3`.
+    distortion: Option<[f64; 5]>,
+    fps: Option<f64>,
+    noise_levels: Option<f64>,
+    blur_px: Option<f64>,
+    exposure_ms: Option<f64>,
+    clutter: Option<f64>,
+    technician: Option<TechnicianFile>,
+}
+
+/// The person with the board.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TechnicianFile {
+    reaction_secs: Option<f64>,
+    rotation_error_deg: Option<f64>,
+    lateral_error_px: Option<f64>,
+    distance_error: Option<f64>,
+    max_speed_mm_per_s: Option<f64>,
+    max_turn_deg_per_s: Option<f64>,
+    tremor_mm: Option<f64>,
+    tremor_deg: Option<f64>,
+}
+
+impl SceneFile {
+    /// Reads a scene; its board comes from the configuration.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if the file cannot be read, has unknown names, or describes no camera.
+    pub fn load(path: &Path) -> Result<Scene, ConfigError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| ConfigError::Read { source, path: path.to_path_buf() })?;
+        let invalid = |message: &str| ConfigError::Invalid {
+            message: message.into(),
+            origin: path.display().to_string(),
+        };
+        let file: Self = toml::from_str(&text).map_err(|err| invalid(err.message()))?;
+        let scene = file.over(Scene::default_720p(1));
+        let (width_px, height_px) = (scene.image_size.width_px, scene.image_size.height_px);
+        let sized = (160..=8192).contains(&width_px) && (120..=8192).contains(&height_px);
+        let lens = scene.camera.lens_parameters();
+        let finite = lens.iter().all(|value| value.is_finite()) && scene.camera.f_px.x > 1.0;
+        let rest = scene.noise_sigma >= 0.0
+            && (0.0..20.0).contains(&scene.psf_sigma_px)
+            && (0.0..1.0).contains(&scene.exposure_secs)
+            && scene.frame_interval_nanos > 0;
+        let corners = [(0, 0), (width_px, 0), (0, height_px), (width_px, height_px)];
+        let unfolded = corners.iter().all(|&(x, y)| {
+            scene.camera.ideal_from_px(&Point2::new(f64::from(x), f64::from(y))).is_some()
+        });
+        for (good, message) in [
+            (sized, "image_size_px needs 160x120 to 8192x8192"),
+            (finite, "f_px, pp_px and distortion must be numbers, f_px above 1"),
+            (rest, "noise_levels, blur_px, exposure_ms and fps must be sensible positive numbers"),
+            (finite && unfolded, "this distortion folds the picture over within its corners"),
+        ] {
+            if !good {
+                return Err(invalid(message));
+            }
+        }
+        Ok(scene)
+    }
+
+    fn over(self, mut scene: Scene) -> Scene {
+        if let Some([width_px, height_px]) = self.image_size_px {
+            let scale = f64::from(width_px) / f64::from(scene.image_size.width_px);
+            scene.image_size = ImageSize { width_px, height_px };
+            scene.camera.pp_px = scene.image_size.centre_px();
+            scene.camera.f_px *= scale;
+        }
+        scene.name = self.name.unwrap_or(scene.name);
+        scene.seed = self.seed.unwrap_or(scene.seed);
+        if let Some(f_px) = self.f_px {
+            scene.camera.f_px = Vector2::new(f_px, f_px);
+        }
+        if let Some([x, y]) = self.pp_px {
+            scene.camera.pp_px = Point2::new(x, y);
+        }
+        if let Some([k1, k2, p1, p2, k3]) = self.distortion {
+            scene.camera = Camera { distortion: Distortion { k1, k2, p1, p2, k3 }, ..scene.camera };
+        }
+        if let Some(fps) = self.fps {
+            scene.frame_interval_nanos = (1e9 / fps).max(0.0) as u64;
+        }
+        scene.noise_sigma = self.noise_levels.unwrap_or(scene.noise_sigma);
+        scene.psf_sigma_px = self.blur_px.unwrap_or(scene.psf_sigma_px);
+        scene.exposure_secs = self.exposure_ms.map_or(scene.exposure_secs, |ms| ms * 1e-3);
+        scene.clutter = self.clutter.unwrap_or(scene.clutter);
+        if let Some(file) = self.technician {
+            let person = &mut scene.technician;
+            let set = |value: Option<f64>, factor: f64, into: &mut f64| {
+                if let Some(value) = value {
+                    *into = value * factor;
+                }
+            };
+            let degree = 1_f64.to_radians();
+            set(file.reaction_secs, 1.0, &mut person.reaction_secs);
+            set(file.rotation_error_deg, degree, &mut person.rotation_error_rad);
+            set(file.lateral_error_px, 1.0, &mut person.lateral_error_px);
+            set(file.distance_error, 1.0, &mut person.distance_error);
+            set(file.max_speed_mm_per_s, 1e-3, &mut person.max_speed_m_per_s);
+            set(file.max_turn_deg_per_s, degree, &mut person.max_turn_rad_per_s);
+            set(file.tremor_mm, 1e-3, &mut person.tremor_m);
+            set(file.tremor_deg, degree, &mut person.tremor_rad);
+        }
+        scene
+    }
+}

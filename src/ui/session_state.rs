@@ -1,0 +1,114 @@
+//! A session in the window, from its start to its stored result.
+
+use std::collections::VecDeque;
+
+use egui::Context;
+
+use super::{
+    desk::{Ended, Opened, UserError, Wake},
+    screen::Screen,
+};
+use crate::{
+    device::Control,
+    guidance::Progress,
+    pipeline::Background,
+    session::{Command, Snapshot},
+};
+
+/// Where a session is.
+pub(super) enum SessionState {
+    /// It could not be started.
+    NotStarted(UserError),
+    /// Views are being taken.
+    Running(Box<Running>),
+    /// The result is being computed and stored.
+    Background(Background<Ended>),
+    /// The result is stored.
+    Ended(Ended),
+}
+
+/// A session under way.
+pub(super) struct Running {
+    opened: Opened,
+    /// What the session's inbox had no room for yet.
+    unsent: VecDeque<Command>,
+    /// Whether views were wanted at some time: a session that is gone on with may be complete already, and
+    /// is then ended by hand, or by what is done to it.
+    has_collected: bool,
+}
+
+/// What happened since the last look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct News {
+    /// A view was taken.
+    pub(super) taken: bool,
+    /// Nothing more will be taken.
+    pub(super) over: bool,
+}
+
+impl Running {
+    pub(super) fn new(opened: Opened, first: Option<Command>) -> Self {
+        Self { opened, unsent: first.into_iter().collect(), has_collected: false }
+    }
+
+    pub(super) fn adjust(&self, control: Control, value: i64) {
+        self.opened.pipeline.adjust(control, value);
+    }
+
+    pub(super) fn command(&mut self, command: Command) {
+        self.unsent.push_back(command);
+    }
+
+    /// Takes what is new onto the screen. Never waits.
+    pub(super) fn look(&mut self, ctx: &Context, screen: &mut Screen) -> News {
+        while let Some(command) = self.unsent.pop_front() {
+            if let Err(command) = self.opened.pipeline.try_command(command) {
+                self.unsent.push_front(command);
+                break;
+            }
+        }
+        let mut news = News::default();
+        let showing = &self.opened.showing;
+        if let Some(frame) = showing.newest_frame() {
+            screen.picture.show_frame(ctx, &frame, screen.now_secs);
+        }
+        while let Some(taken) = showing.next_taken() {
+            screen.add_thumbnail(ctx, taken.view, &taken.frame.image);
+            screen.taken_secs = Some(screen.now_secs);
+            news.taken = true;
+        }
+        screen.frames_replaced = self.opened.pipeline.frames_replaced();
+        if let Some(snapshot) = showing.newest_snapshot() {
+            let collecting = snapshot.decision.progress == Progress::Collecting;
+            self.has_collected |= collecting;
+            news.over = (self.has_collected && !collecting) || has_stopped(&snapshot);
+            screen.show(snapshot);
+        }
+        // The session thread ends early if nothing can be stored any more.
+        news.over |= showing.has_ended();
+        news
+    }
+
+    /// Ends it beside the window.
+    pub(super) fn end(self, wake: Wake) -> SessionState {
+        let Opened { pipeline, showing, folder, conclude, .. } = self.opened;
+        // What it still shows, nobody needs to see.
+        drop(showing);
+        let ending = pipeline.stop_then(move |finished| {
+            let ended = conclude(finished);
+            wake();
+            ended
+        });
+        match ending {
+            Ok(ending) => SessionState::Background(ending),
+            Err(err) => {
+                let trouble = Some(UserError { what: err.to_string(), action: None });
+                SessionState::Ended(Ended { folder, files: Vec::new(), compared: None, trouble })
+            }
+        }
+    }
+}
+
+fn has_stopped(snapshot: &Snapshot) -> bool {
+    snapshot.source_ended || !snapshot.failures.is_empty()
+}

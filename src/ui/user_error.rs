@@ -1,0 +1,40 @@
+//! A session that could not be started: what is wrong, what to do, and another try.
+
+use egui::{CentralPanel, RichText, Ui};
+
+use super::{desk::SessionRequest, desk::UserError, keys::UiAction};
+use crate::text::{Act, window as words};
+
+/// Shows the page.
+pub fn show(ui: &mut Ui, trouble: &UserError, wish: &SessionRequest, asks: &mut Vec<UiAction>) {
+    CentralPanel::default().show(ui, |ui| {
+        ui.vertical_centered(|ui| {
+            ui.add_space(0.12 * ui.available_height());
+            ui.set_max_width(760.0);
+            ui.label(RichText::new(words::NOT_STARTED).size(40.0).strong());
+            ui.add_space(16.0);
+            ui.label(RichText::new(&trouble.what).size(22.0));
+            if let Some(action) = &trouble.action {
+                ui.add_space(8.0);
+                ui.label(RichText::new(action).size(22.0).strong());
+            }
+            ui.add_space(24.0);
+            let again = RichText::new(words::TRY_AGAIN).size(20.0);
+            if ui.button(again).on_hover_text(words::TRY_AGAIN_TIP).clicked() {
+                asks.push(UiAction::Open(Box::new(wish.clone())));
+            }
+            ui.add_space(8.0);
+            let other = RichText::new(words::OTHER_SOURCE).size(20.0);
+            if ui.button(other).on_hover_text(Act::SettingsPage.words().tip).clicked() {
+                asks.push(UiAction::Act(Act::SettingsPage));
+            }
+            ui.add_space(8.0);
+            let simulated = RichText::new(words::SIMULATED).size(20.0);
+            if ui.button(simulated).on_hover_text(words::SIMULATED_TIP).clicked() {
+                let wish =
+                    SessionRequest { source: "sim".into(), go_on_with: None, ..wish.clone() };
+                asks.push(UiAction::Open(Box::new(wish)));
+            }
+        });
+    });
+}
