@@ -54,6 +54,7 @@
 //! - Pixel (0, 0) is the centre of the top-left pixel. Inside it is metres, radians and pixels, and names
 //!   say so.
 
+pub mod app;
 pub mod board;
 pub mod calibration;
 pub mod capture;

@@ -147,7 +147,7 @@ fn a_session_that_is_killed_keeps_every_view_and_goes_on() {
         let told = lines(&mut child);
         child.wait().expect("ended");
         let after = held(&path).expect("a session");
-        let going_on = format!("Going on with {} views.", before.views);
+        let going_on = format!("Resuming with {} views.", before.views);
         assert!(told.contains(&going_on), "{told:?}");
         assert_eq!(after.frames[..before.views], before.frames, "nothing lost, nothing doubled");
         assert_eq!(after.views, before.views + taken(&told));

@@ -207,7 +207,7 @@ fn a_session_goes_on_after_its_source_failed() {
     // The file is mended, and the session goes on where it stopped.
     fs::write(&third, whole).expect("written");
     let ended = boresight(place.path(), &["guide", "--headless", "--session", "session"]);
-    says(&ended, ended.code, &["Going on with 2 views", "Taken: view"]);
+    says(&ended, ended.code, &["Resuming with 2 views", "Taken: view"]);
     assert_ne!(ended.code, 1, "the old failure is over: {}", ended.stderr);
     assert!(!ended.stderr.contains("The capture failed"), "{}", ended.stderr);
 }

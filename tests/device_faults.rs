@@ -10,9 +10,9 @@ use boresight::{
     capture::v4l2::{
         discover,
         kernel::{Format, FrameSizes},
-        simulated::{SimCamera, SimFrame, SimKernel},
     },
     device::{CameraEvent, Control, Fault, Mode},
+    simulation::kernel::{SimCamera, SimFrame, SimKernel},
     text,
 };
 use cameras::{

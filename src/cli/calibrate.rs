@@ -10,16 +10,14 @@ use anyhow::{Context, bail};
 use clap::Args;
 
 use super::{
-    Exit,
-    board_args::BoardArguments,
-    corner_table,
-    json::{self, ViewName},
-    outcome::tell,
-    print,
-    report::{picture_beside, this_command, versions},
-    say,
+    Exit, announcer, board_args::BoardArguments, corner_table, print, report::this_command, say,
 };
 use crate::{
+    app::{
+        announce_result,
+        json::{self, ViewName},
+        report::{picture_beside, versions},
+    },
     board::Checkerboard,
     calibration::calibrate,
     capture::{CaptureError, read_picture},
@@ -107,7 +105,7 @@ impl Arguments {
             inputs => from_pictures(inputs, &board, self.report.is_some())?,
         };
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
-        let exit = tell(result.as_ref());
+        let exit = announce_result(result.as_ref(), &announcer());
         let report = json::calibration(result.as_ref(), views.image_size, &board, &views.names);
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         if let Some(path) = &self.out {

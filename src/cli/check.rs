@@ -9,22 +9,18 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{
-    Exit,
-    board_args::BoardArguments,
-    camera::BackendName,
-    compare::{self, Checked, NoVerdict},
-    guide::{self, new_session_path, open, spelled},
-    print,
-    run::Run,
-    say, session_report,
-    source::SourceName,
+    Exit, announcer, backend::BackendName, board_args::BoardArguments, guide, print, say, stop_flag,
 };
 use crate::{
+    app::{
+        Opening,
+        comparison::{self, Checked, NoVerdict},
+        session_report,
+        source::SourceName,
+    },
     calibration::{DriftVerdict, NoDrift, import::OldCalibration},
     config::{BoardConfig, Config, PlanName},
     device::Control,
-    recording::{Header, SessionFolder},
-    session::Session,
     text,
 };
 
@@ -70,45 +66,37 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let old = compare::read(&self.against)?;
+        let old = comparison::read(&self.against)?;
         for doubt in text::doubts_of_old(&old) {
             say(&format!("{doubt}."));
         }
+        let announcer = announcer();
         let mut config = self.board.config()?;
         config.guidance.plan = PlanName::Quick;
-        if let Some(backend) = self.backend {
-            config.camera.backend = backend.into();
-        }
-        let name = SourceName::parse(&self.source, &config)?;
-        let source_name = spelled(&name, &self.source);
+        let opening = Opening {
+            backend: self.backend.map(Into::into),
+            against: Some(self.against.clone()),
+            out: self.out.clone(),
+            max_frames: self.max_frames,
+            ..Opening::new(&self.source, config)
+        };
+        let config = opening.with_backend(&opening.config);
+        let name = SourceName::parse(&self.source, &config, &announcer)?;
+        let source_name = name.stable_name(&self.source);
         if old.focal_varies {
             return self.tell(&old, &source_name, None, &Err(NoVerdict::FocalVaries));
         }
         if let Some(named) = self.other_camera(&old, &source_name)? {
             return self.tell(&old, &source_name, None, &Err(named));
         }
-        let (source, judged, truth) = open(&name, self.max_frames)?;
-        let image_size =
-            source.identity().image_size.context("the source does not say its picture size")?;
+        let open = name.open(self.max_frames)?;
+        let image_size = open.image_size()?;
         if image_size != old.image_size {
             let reason = NoDrift::OtherSize { new: image_size, old: old.image_size };
             return self.tell(&old, &source_name, None, &Err(NoVerdict::NoDrift(reason)));
         }
-        let path = self.out.clone().unwrap_or_else(new_session_path);
-        let header = Header::new(&source_name, image_size, config.clone())
-            .against(&self.against)
-            .of_camera(source.camera_facts());
-        let run = Run {
-            folder: SessionFolder::create(&path, &header)?,
-            session: Session::new(config.session(image_size)?),
-            source,
-            judged,
-            truth,
-            record_stream: false,
-            first_frame: 0,
-            resumed: false,
-        };
-        let ran = run.carry_out()?;
+        let run = opening.begin_with(&source_name, open, config.clone())?;
+        let ran = run.carry_out(&*stop_flag()?, &announcer)?;
         for (worker, reason) in ran.session.failures() {
             say(&format!("The {worker} failed: {reason}"));
         }
@@ -119,10 +107,10 @@ impl Arguments {
                 say(&format!("{line}."));
             }
         }
-        let found = compare::compare(&ran.session, &old);
+        let found = comparison::compare(&ran.session, &old);
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
-        session_report::write_and_tell(&ran.path, &ran.session);
+        session_report::write_and_announce(&ran.path, &ran.session, &announcer);
         if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }
@@ -158,16 +146,16 @@ impl Arguments {
         session: Option<&Path>,
         found: &Checked,
     ) -> anyhow::Result<Exit> {
-        let (_, action) = compare::words(found);
-        compare::tell(found, action);
-        let report = compare::check_json(&self.against, source, old, found, action);
+        let (_, action) = comparison::words(found);
+        comparison::announce(found, action, &announcer());
+        let report = comparison::check_json(&self.against, source, old, found, action);
         let exit = match found.as_ref().map(|drift| drift.verdict) {
             Ok(DriftVerdict::Ok | DriftVerdict::Watch) => Exit::Good,
             Ok(DriftVerdict::Recalibrate) => Exit::Recalibrate,
             Err(_) => Exit::NotTrustworthy,
         };
         if let Some(path) = session {
-            let file = compare::store(path, &report)?;
+            let file = comparison::store(path, &report)?;
             say(&format!("Result: {}", file.display()));
         }
         if self.json {
@@ -192,14 +180,13 @@ impl Arguments {
 
     /// A full session with the same source and board; its result names the old file.
     fn full_calibration(self) -> anyhow::Result<Exit> {
-        guide::Arguments::full(
-            self.source,
-            self.board,
-            self.against,
-            (self.backend, self.max_frames),
-            self.json,
-        )
-        .run()
+        let opening = Opening {
+            backend: self.backend.map(Into::into),
+            against: Some(self.against),
+            max_frames: self.max_frames,
+            ..Opening::new(&self.source, self.board.config()?)
+        };
+        guide::run(&opening, self.json)
     }
 }
 

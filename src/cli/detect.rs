@@ -5,8 +5,9 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::bail;
 use clap::Args;
 
-use super::{Exit, board_args::BoardArguments, corner_table, json, print, say};
+use super::{Exit, board_args::BoardArguments, corner_table, print, say};
 use crate::{
+    app::json,
     capture::read_picture,
     detection::{Detector, DetectorParams},
     text,

@@ -1,33 +1,13 @@
 //! `boresight guide`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, bail};
 use clap::Args;
 
 use super::{
-    Exit,
-    board_args::BoardArguments,
-    camera::BackendName,
-    compare,
-    cue_link::cue_link,
-    run::{Listener, Run},
-    say,
-    source::{SourceName, open_folder, open_session},
-    window,
+    Exit, announcer, backend::BackendName, board_args::BoardArguments, print, stop_flag, window,
 };
-#[cfg(unix)]
-use crate::capture::Ffmpeg;
-use crate::{
-    capture::FrameSource,
-    config::Config,
-    pipeline::FrameReport,
-    recording::{Header, SessionFolder, replay},
-    session::Session,
-    simulation::{SyntheticSource, TruthLog},
-    text,
-    ui::desk::AppHost,
-};
+use crate::app::{AppHost, Opening};
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
 ///
@@ -73,62 +53,24 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// What a session is opened with: the arguments, or what the window's settings make of them.
-pub(super) struct Opening {
-    pub(super) source: String,
-    /// Instead of the configuration's.
-    pub(super) backend: Option<BackendName>,
-    pub(super) config: Config,
-    /// The session to go on with.
-    pub(super) session: Option<PathBuf>,
-    /// The older calibration to compare with.
-    pub(super) against: Option<PathBuf>,
-    pub(super) out: Option<PathBuf>,
-    pub(super) record_stream: bool,
-    pub(super) max_frames: u64,
-}
-
 impl Arguments {
-    /// A full session of a camera whose calibration in `old` no longer holds.
-    pub(super) fn full(
-        source: String,
-        board: BoardArguments,
-        old: PathBuf,
-        (backend, max_frames): (Option<BackendName>, u64),
-        json: bool,
-    ) -> Self {
-        Self {
-            source,
-            backend,
-            headless: true,
-            board,
-            session: None,
-            against: Some(old),
-            out: None,
-            record_stream: false,
-            max_frames,
-            json,
-        }
-    }
-
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let opening = self.opening()?;
         if !self.headless {
             return window::run(opening, self.json);
         }
-        let (run, _) = opening.open()?;
-        run.finish(self.json)
+        run(&opening, self.json)
     }
 
-    /// The program around a window that shows these sessions.
-    pub(super) fn desk(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
-        window::desk(self.opening()?, paced)
+    /// The program behind a window that shows these sessions.
+    pub(super) fn app_host(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
+        window::app_host(self.opening()?, paced)
     }
 
     fn opening(&self) -> anyhow::Result<Opening> {
         Ok(Opening {
             source: self.source.clone(),
-            backend: self.backend,
+            backend: self.backend.map(Into::into),
             config: self.board.config()?,
             session: self.session.clone(),
             against: self.against.clone(),
@@ -139,126 +81,13 @@ impl Arguments {
     }
 }
 
-impl Opening {
-    /// Opens source and folder. Returns what can be run, and what a person at a window should know.
-    pub(super) fn open(&self) -> anyhow::Result<(Run, Option<String>)> {
-        // What cannot be read is better known before the views are taken than after.
-        let old = self.against.as_deref().map(compare::read).transpose()?;
-        for doubt in old.iter().flat_map(text::doubts_of_old) {
-            say(&format!("{doubt}."));
-        }
-        let (mut config, resumed) = match &self.session {
-            Some(path) => {
-                let opened = SessionFolder::open(path)?;
-                (opened.1.config.clone(), Some(opened))
-            }
-            None => (self.config.clone(), None),
-        };
-        if let Some(backend) = self.backend {
-            config.camera.backend = backend.into();
-        }
-        let name = match &resumed {
-            Some((_, header, _)) if self.source == "auto" => header.source.clone(),
-            _ => self.source.clone(),
-        };
-        let name = SourceName::parse(&name, &config)?;
-        // With one camera, or none, the person did not choose.
-        let note = matches!(name, SourceName::Simulated(_) if self.source == "auto")
-            .then(|| text::window::NO_CAMERA.to_owned());
-        let (source, judged, truth) = open(&name, self.max_frames)?;
-        let image_size =
-            source.identity().image_size.context("the source does not say its picture size")?;
-        let mut session = Session::new(config.session(image_size)?);
-        let mut first_frame = 0;
-        let is_resumed = resumed.is_some();
-        let folder = match resumed {
-            Some((folder, header, contents)) => {
-                if header.image_size() != image_size {
-                    bail!(
-                        "the session's pictures are {:?}, this source's {:?}: a calibration is for one size",
-                        header.image_size_px,
-                        [image_size.width_px, image_size.height_px]
-                    );
-                }
-                replay(&mut session, contents.lines, |_, decision| {
-                    first_frame = first_frame.max(decision.frame.map_or(0, |frame| frame + 1));
-                });
-                say(&format!("Going on with {} views.", session.accepted().len()));
-                folder
-            }
-            None => {
-                let path = self.out.clone().unwrap_or_else(new_session_path);
-                let header = Header::new(&spelled(&name, &self.source), image_size, config)
-                    .of_camera(source.camera_facts());
-                let header = match &self.against {
-                    Some(old) => header.against(old),
-                    None => header,
-                };
-                SessionFolder::create(&path, &header)?
-            }
-        };
-        let run = Run {
-            folder,
-            session,
-            source,
-            judged,
-            truth,
-            record_stream: self.record_stream,
-            first_frame,
-            resumed: is_resumed,
-        };
-        Ok((run, note))
+/// Runs a session in the terminal; prints the result as JSON with `json`.
+pub(super) fn run(opening: &Opening, json: bool) -> anyhow::Result<Exit> {
+    let announcer = announcer();
+    let concluded =
+        opening.open(&announcer)?.carry_out(&*stop_flag()?, &announcer)?.conclude(&announcer)?;
+    if json {
+        print(&concluded.result.to_string())?;
     }
-}
-
-/// What brings the same source back: the name as given.
-pub(super) fn spelled(name: &SourceName, given: &str) -> String {
-    match name {
-        SourceName::Simulated(_) if given == "auto" => "sim".into(),
-        SourceName::Camera(camera) => camera.stable_name(),
-        _ => given.into(),
-    }
-}
-
-/// Frames that a simulated camera may have under way at once.
-const IN_FLIGHT: usize = 24;
-
-/// A new folder name from the time.
-pub(super) fn new_session_path() -> PathBuf {
-    let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
-    let plain = Path::new("sessions").join(&stamp);
-    (2..1000)
-        .map(|n| Path::new("sessions").join(format!("{stamp}-{n}")))
-        .fold(plain, |free, next| if free.exists() { next } else { free })
-}
-
-/// A source, who listens to what is made of its frames, and the truth if it knows it.
-pub(super) type Opened = (Box<dyn FrameSource>, Listener, Option<TruthLog>);
-
-/// Opens a source; the simulated one with the link that tells its technician what to do.
-pub(super) fn open(name: &SourceName, max_frames: u64) -> anyhow::Result<Opened> {
-    Ok(match name {
-        SourceName::Simulated(scene) => {
-            let (mut sender, receiver) = cue_link();
-            let source = SyntheticSource::new(
-                (**scene).clone(),
-                Box::new(receiver),
-                Some(max_frames),
-                IN_FLIGHT,
-            );
-            let truth = source.truth();
-            (
-                Box::new(source),
-                Box::new(move |judged: FrameReport<'_>| sender.tell(judged)),
-                Some(truth),
-            )
-        }
-        SourceName::Camera(camera) => (camera.open()?, Box::new(|_: FrameReport<'_>| ()), None),
-        #[cfg(unix)]
-        SourceName::Video(name) => {
-            (Box::new(Ffmpeg::open(name)?), Box::new(|_: FrameReport<'_>| ()), None)
-        }
-        SourceName::Session(path) => (open_session(path)?, Box::new(|_: FrameReport<'_>| ()), None),
-        SourceName::Folder(path) => (open_folder(path)?, Box::new(|_: FrameReport<'_>| ()), None),
-    })
+    Ok(concluded.exit)
 }

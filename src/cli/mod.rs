@@ -1,41 +1,32 @@
 //! The command line: one subcommand a file. Machines read stdout, people read stderr.
 
+mod backend;
 mod board_args;
 mod calibrate;
-mod camera;
-mod camera_words;
 mod check;
-mod compare;
-mod conclusion;
 mod corner_table;
-mod cue_link;
 mod detect;
 mod devices;
 mod doctor;
 mod export;
 mod guide;
-mod json;
-mod outcome;
-mod recordings;
 mod replay;
 mod report;
-mod run;
-mod session_report;
 mod simulate;
-mod source;
 mod study;
 mod target;
-mod truth;
 mod window;
 
-use std::{io::Write, process::ExitCode};
+use std::{
+    io::Write,
+    process::ExitCode,
+    sync::{Arc, atomic::AtomicBool},
+};
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-pub use outcome::Exit;
-
-use crate::{text, ui::desk::AppHost};
+use crate::app::{Announcer, AppHost, Exit, explain};
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -100,7 +91,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(err) => {
-            let hint = text::explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
+            let hint = explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
             // If stderr is closed there is nobody left to tell.
             let _ = writeln!(std::io::stderr(), "boresight: {err:#}{hint}");
             Exit::Failed.into()
@@ -108,16 +99,16 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// The program around a window of guided sessions, for those who show the window otherwise than on a display,
-/// as tests do: `arguments` are those of `boresight guide`. With `paced`, a simulated source keeps to its own
-/// time, as it does for a person; without, it is as fast as the machine.
+/// The program behind a window of guided sessions, for tests that show the window without a display:
+/// `arguments` are those of `boresight guide`. With `paced`, a simulated source keeps to its own time, as a
+/// person needs; without, it's as fast as the machine.
 ///
 /// # Errors
 ///
 /// If the arguments are wrong.
-pub fn desk(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
+pub fn app_host(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
     let arguments = ["boresight"].iter().chain(arguments);
-    CommandLine::try_parse_from(arguments)?.guide.desk(paced)
+    CommandLine::try_parse_from(arguments)?.guide.app_host(paced)
 }
 
 /// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
@@ -132,4 +123,29 @@ fn print(line: &str) -> anyhow::Result<()> {
 /// Writes a line to stderr; without a reader the work goes on.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// A flag that Ctrl-C and a polite kill set.
+fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    Ok(stop)
+}
+
+/// Prints every sentence on stderr.
+fn announcer() -> Announcer {
+    Announcer::new(say)
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        match exit {
+            Exit::Good => Self::SUCCESS,
+            Exit::Failed => Self::from(1),
+            Exit::NotTrustworthy => Self::from(3),
+            Exit::Recalibrate => Self::from(4),
+        }
+    }
 }

@@ -1,17 +1,19 @@
 //! `boresight report`.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, bail};
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::{Exit, print, say, session_report};
+use super::{Exit, print, say};
 use crate::{
-    capture::read_picture,
-    frame::ImageSize,
+    app::{
+        RESULT_FILE,
+        report::{of_file, quoted},
+        session_report,
+    },
     recording::save::{Overwrite, save},
-    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail, page},
+    report::page,
     text::report as words,
 };
 
@@ -43,7 +45,7 @@ impl Arguments {
         let session = self.session();
         let report = match &session {
             Some(path) => session_report::of_folder(path)?,
-            None => of_file(&self.input)?,
+            None => of_file(&self.input, this_command())?,
         };
         let own = session.map(|path| session_report::page_path(&path));
         let (path, overwrite) = match (&self.out, own) {
@@ -79,7 +81,7 @@ impl Arguments {
         if self.input.is_dir() {
             return Some(self.input.clone());
         }
-        let is_result = self.input.file_name().is_some_and(|name| name == "calibration.json");
+        let is_result = self.input.file_name().is_some_and(|name| name == RESULT_FILE);
         let folder = self.input.parent()?;
         (is_result && folder.join("session.toml").is_file()).then(|| match folder.as_os_str() {
             here if here.is_empty() => PathBuf::from("."),
@@ -88,86 +90,9 @@ impl Arguments {
     }
 }
 
-/// The report of a calibration file by itself.
-fn of_file(path: &Path) -> anyhow::Result<Report> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
-    let value: Value = serde_json::from_str(&text)
-        .with_context(|| format!("not a calibration that boresight wrote: {path:?}"))?;
-    let schema = value["schema"].as_str().unwrap_or_default();
-    if schema != CALIBRATION_SCHEMA {
-        bail!("its schema is {schema:?}, this version reads {CALIBRATION_SCHEMA:?}: {path:?}");
-    }
-    let facts = CalibrationFile::read(&value)
-        .with_context(|| format!("not a whole calibration: {path:?}"))?;
-    let [width_px, height_px] = facts.image_size;
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let size = ImageSize { width_px, height_px };
-    let used = facts.views.iter().filter(|view| view.used);
-    let pictures = used.map(|view| picture_beside(folder, &view.name, size)).collect();
-    let mut rows = versions(&[]);
-    rows.push((words::name::FILE.into(), path.display().to_string()));
-    Ok(Report {
-        name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        facts,
-        notes: Vec::new(),
-        camera: CameraSection::default(),
-        corners: Vec::new(),
-        pictures,
-        drift: None,
-        refused: Vec::new(),
-        provenance: Provenance { rows, command: this_command() },
-    })
-}
-
-const CALIBRATION_SCHEMA: &str = "boresight.calibration/1";
-
-/// The picture of that name below `folder`, if it is there and of that size. A name that leads out of the
-/// folder is none.
-pub(super) fn picture_beside(folder: &Path, name: &str, size: ImageSize) -> Option<Thumbnail> {
-    let inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
-    let path = folder.join(name);
-    if name.is_empty() || !inside || !path.is_file() {
-        return None;
-    }
-    let thumbnail = Thumbnail::of(&read_picture(&path).ok()?)?;
-    (thumbnail.full_size() == size).then_some(thumbnail)
-}
-
-/// Program and schemas: the calibration's and `more`.
-pub(super) fn versions(more: &[&str]) -> Vec<(String, String)> {
-    let schemas = [&[CALIBRATION_SCHEMA], more].concat().join(", ");
-    vec![
-        (words::name::PROGRAM.into(), format!("boresight {}", env!("CARGO_PKG_VERSION"))),
-        (words::name::SCHEMAS.into(), schemas),
-    ]
-}
-
 /// The command line of this run, as a shell reads it.
 pub(super) fn this_command() -> String {
     let arguments = std::env::args_os().skip(1);
     let words = arguments.map(|argument| quoted(&argument.to_string_lossy()));
     std::iter::once("boresight".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
-}
-
-/// A word as a shell reads it.
-pub(super) fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_./:=,@%+-".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_quoted_where_a_shell_needs_it() {
-        assert_eq!(quoted("pictures/0.png"), "pictures/0.png");
-        assert_eq!(quoted("my picture.png"), "'my picture.png'");
-        assert_eq!(quoted("it's; rm *"), r"'it'\''s; rm *'");
-        assert_eq!(quoted(""), "''");
-    }
 }

@@ -2,14 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::Args;
 
-use super::{Exit, board_args::BoardArguments, guide::open, run::Run, source::SourceName};
-use crate::{
-    recording::{Header, SessionFolder},
-    session::Session,
-};
+use super::{Exit, board_args::BoardArguments, guide::run};
+use crate::app::Opening;
 
 /// Record a guided session of the simulated camera: every picture, every decision, and the truth.
 ///
@@ -41,24 +37,13 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let config = self.board.config()?;
-        let spelled = self.scenario.as_ref().map_or("sim".into(), |name| format!("sim:{name}"));
-        let (source, judged, truth) =
-            open(&SourceName::parse(&spelled, &config)?, self.max_frames)?;
-        let Some(image_size) = source.identity().image_size else {
-            bail!("the scene does not say its picture size");
-        };
-        let session = Session::new(config.session(image_size)?);
-        let folder = SessionFolder::create(&self.out, &Header::new(&spelled, image_size, config))?;
-        let run = Run {
-            folder,
-            session,
-            source,
-            judged,
-            truth,
+        let source = self.scenario.as_ref().map_or("sim".into(), |name| format!("sim:{name}"));
+        let opening = Opening {
+            out: Some(self.out),
             record_stream: !self.accepted_only,
-            first_frame: 0,
-            resumed: false,
+            max_frames: self.max_frames,
+            ..Opening::new(&source, config)
         };
-        run.finish(self.json)
+        run(&opening, self.json)
     }
 }

@@ -8,7 +8,6 @@ pub mod camera;
 pub mod charts;
 mod controls;
 mod drift;
-mod errors;
 pub mod explore;
 mod findings;
 mod gauge;
@@ -16,6 +15,7 @@ mod numbers;
 pub mod replay;
 pub mod report;
 pub mod result;
+mod run;
 pub mod settings;
 mod target;
 pub mod window;
@@ -26,8 +26,8 @@ pub use drift::{
     drift_numbers, focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift,
     other_camera,
 };
-pub use errors::explain;
 pub use findings::{finding, not_calibrated, verdict};
+pub use run::{resuming, views_are_safe};
 pub use target::{does_not_fit, other_square, target_lines, target_steps};
 
 use crate::{

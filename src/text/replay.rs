@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::{
-    recording::Header,
+    frame::ImageSize,
     session::{Outcome, Snapshot},
 };
 
@@ -64,11 +64,26 @@ pub fn open_tip(folder: &Path) -> String {
     format!("Step through the decisions of {}.", folder.display())
 }
 
-/// A recording in the list.
-pub fn recording(header: &Header) -> String {
-    let [width_px, height_px] = header.image_size_px;
-    let source = super::camera::printable(&header.source);
-    format!("{}, {source}, {width_px}x{height_px}", header.created)
+/// A recording in the list: when it began, of which source.
+pub fn recording(created: &str, source: &str, size: ImageSize) -> String {
+    let source = super::camera::printable(source);
+    format!("{created}, {source}, {}x{}", size.width_px, size.height_px)
+}
+
+/// The last journal line was cut.
+pub const CUT: &str =
+    "The last line was cut before anything in it was shown as done. It is left out.";
+
+/// This build would have accepted other views than the recorded ones.
+pub fn restored(views: usize) -> String {
+    let views = if views == 1 {
+        "its 1 view stands".to_owned()
+    } else {
+        format!("its {views} views stand")
+    };
+    format!(
+        "Another version decided this session: {views} as recorded, though this version would decide differently."
+    )
 }
 
 /// A control: label, key, what it does.

@@ -12,7 +12,6 @@ use std::{
 use egui::{Context, ThemePreference, Ui, ViewportCommand};
 
 use super::{
-    desk::{AppHost, Ended, SessionRequest, UserError, Wake},
     explore::{self, Explored},
     guide,
     keys::{self, UiAction},
@@ -26,6 +25,7 @@ use super::{
     user_error,
 };
 use crate::{
+    app::host::{AppHost, Ended, SessionRequest, UserError, Wake},
     device::Control,
     session::Command,
     text::{Act, window as words},
@@ -55,7 +55,7 @@ pub enum Page {
 
 /// The whole window.
 pub struct App {
-    desk: Box<dyn AppHost>,
+    host: Box<dyn AppHost>,
     wish: SessionRequest,
     /// What the settings page says of the next session.
     draft: SessionRequest,
@@ -79,17 +79,17 @@ pub struct App {
 
 impl App {
     /// Starts the first session.
-    pub fn new(ctx: &Context, desk: Box<dyn AppHost>) -> Self {
+    pub fn new(ctx: &Context, host: Box<dyn AppHost>) -> Self {
         let wake: Wake = {
             let ctx = ctx.clone();
             // Not at once: several wakes within a moment paint once.
             Arc::new(move || ctx.request_repaint_after(Duration::from_millis(1)))
         };
         super::theme::apply(ctx);
-        let wish = desk.first_wish();
+        let wish = host.first_wish();
         let nothing = UserError { what: String::new(), action: None };
         let mut app = Self {
-            desk,
+            host,
             wish: wish.clone(),
             draft: wish.clone(),
             offered: settings::Offered::default(),
@@ -132,7 +132,7 @@ impl App {
     /// What needs no painting, also while the window is hidden: the session goes on and ends by itself.
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
-        if self.desk.interrupted() {
+        if self.host.interrupted() {
             ctx.send_viewport_cmd(ViewportCommand::Close);
         }
         match &mut self.stage {
@@ -155,7 +155,7 @@ impl App {
                     if self.screen.preferences.tone {
                         self.sound.play(tone);
                     }
-                    self.result.begin(&ended, self.desk.older(&ended.folder));
+                    self.result.begin(&ended, self.host.older(&ended.folder));
                     self.stage = SessionState::Ended(ended);
                     self.page = Page::Result;
                 } else if ending.is_over() {
@@ -178,7 +178,7 @@ impl App {
     fn dropped(&mut self, path: &Path) {
         if path.is_dir() {
             self.page = Page::Replay;
-            self.shelf.open(&mut *self.desk, path, Arc::clone(&self.wake));
+            self.shelf.open(&mut *self.host, path, Arc::clone(&self.wake));
         } else if matches!(self.stage, SessionState::Ended(_)) {
             self.page = Page::Result;
             self.compare(path);
@@ -190,7 +190,7 @@ impl App {
     fn compare(&mut self, old: &Path) {
         let SessionState::Ended(ended) = &self.stage else { return };
         let wake = Arc::clone(&self.wake);
-        self.result.comparison.begin(&mut *self.desk, (&ended.folder, old), wake);
+        self.result.comparison.begin(&mut *self.host, (&ended.folder, old), wake);
     }
 
     /// Paints the page and does what is asked for.
@@ -211,7 +211,7 @@ impl App {
                 let preferences = self.screen.preferences;
                 if self.offered_of != self.draft.source {
                     self.offered_of.clone_from(&self.draft.source);
-                    self.offered.modes = self.desk.modes(&self.draft.source);
+                    self.offered.modes = self.host.modes(&self.draft.source);
                 }
                 settings::show(ui, &mut self.draft, &self.offered, &preferences, &mut asks);
             }
@@ -225,7 +225,7 @@ impl App {
                     SessionState::Background(_) => result::State::Background,
                     SessionState::Ended(ended) => result::State::Ended(ended),
                 };
-                let formats = self.desk.formats();
+                let formats = self.host.formats();
                 let exported = self.exported.as_ref();
                 let context = result::Context { state, formats: &formats, exported };
                 result::show(ui, &self.screen, &context, &mut self.result, &mut asks);
@@ -252,7 +252,7 @@ impl App {
         self.screen = Screen { preferences, now_secs: ctx.time(), ..Screen::default() };
         (self.exported, self.note, self.page) = (None, None, Page::Guide);
         self.result = result::ResultPage::default();
-        self.stage = match self.desk.open(&wish, Arc::clone(&self.wake)) {
+        self.stage = match self.host.open(&wish, Arc::clone(&self.wake)) {
             Ok(opened) => {
                 self.screen.source.clone_from(&opened.source);
                 self.screen.folder = Some(opened.folder.clone());
@@ -344,11 +344,11 @@ impl App {
                 Act::ExplorePage => self.page = Page::Explore,
                 Act::ReplayPage => {
                     self.page = Page::Replay;
-                    self.shelf.browse(&*self.desk);
+                    self.shelf.browse(&*self.host);
                 }
                 Act::SettingsPage => {
                     self.page = Page::Settings;
-                    self.offered.sources = self.desk.sources();
+                    self.offered.sources = self.host.sources();
                 }
             },
             UiAction::Remove(view) => self.command(ctx, Command::Remove { view }),
@@ -361,22 +361,22 @@ impl App {
                 }
             }
             UiAction::Replay(folder) => {
-                self.shelf.open(&mut *self.desk, &folder, Arc::clone(&self.wake));
+                self.shelf.open(&mut *self.host, &folder, Arc::clone(&self.wake));
             }
             UiAction::CloseRecording => {
                 self.shelf.close();
-                self.shelf.browse(&*self.desk);
+                self.shelf.browse(&*self.host);
             }
             UiAction::Compare(old) => self.compare(&old),
             UiAction::Show(file) => {
-                if let Err(trouble) = self.desk.show(&file) {
+                if let Err(trouble) = self.host.show(&file) {
                     self.exported = Some(Err(trouble));
                 }
             }
             UiAction::Export(format) => {
                 if let SessionState::Ended(ended) = &self.stage {
                     let folder = ended.folder.clone();
-                    self.exported = Some(self.desk.export(&folder, format));
+                    self.exported = Some(self.host.export(&folder, format));
                 }
             }
         }

@@ -12,7 +12,7 @@ pub enum UiAction {
     /// Take back one view.
     Remove(u32),
     /// Start with these settings.
-    Open(Box<super::desk::SessionRequest>),
+    Open(Box<crate::app::host::SessionRequest>),
     /// Write the result in the format of this number.
     Export(usize),
     /// Compare the result with the calibration in this file.

@@ -9,7 +9,6 @@
 //! |---|---|
 //! | `run` | the window system: opens, or says why not |
 //! | `app` | pages, keys, the session behind them |
-//! | `desk` | what the window asks of the program around it |
 //! | `stage` | a session from its start to its stored result |
 //! | `screen`, `picture`, `theme` | what panels see, and in which colours |
 //! | `keys`, `sound` | what can be done by hand; what is heard |
@@ -21,7 +20,6 @@
 //! | `trouble` | a session that could not be started |
 
 mod app;
-pub mod desk;
 pub mod explore;
 pub mod guide;
 mod keys;

@@ -7,10 +7,13 @@ use egui::{Vec2, ViewportBuilder};
 
 use super::{
     app::App,
-    desk::AppHost,
     replay::{self, Replayed},
 };
-use crate::{panic_message, text::window as words};
+use crate::{
+    app::{AppHost, recordings::DecidedRecording},
+    panic_message,
+    text::window as words,
+};
 
 /// Smallest window in which nothing is cut off.
 pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
@@ -40,8 +43,8 @@ pub enum NoWindow {
 /// # Errors
 ///
 /// [`NoWindow`]; no session has been started then.
-pub fn run(desk: Box<dyn AppHost>) -> Result<(), NoWindow> {
-    open(|ctx| Box::new(App::new(ctx, desk)))
+pub fn run(host: Box<dyn AppHost>) -> Result<(), NoWindow> {
+    open(|ctx| Box::new(App::new(ctx, host)))
 }
 
 /// Shows a recording until the window is closed.
@@ -49,18 +52,20 @@ pub fn run(desk: Box<dyn AppHost>) -> Result<(), NoWindow> {
 /// # Errors
 ///
 /// [`NoWindow`].
-pub fn run_replay(replayed: Replayed) -> Result<(), NoWindow> {
+pub fn run_replay(recording: DecidedRecording) -> Result<(), NoWindow> {
     open(|ctx| {
         super::theme::apply(ctx);
-        Box::new(ReplayWindow(replayed))
+        Box::new(ReplayWindow(Replayed::new(recording)))
     })
 }
 
-struct ReplayWindow(Replayed);
+struct ReplayWindow(Option<Replayed>);
 
 impl eframe::App for ReplayWindow {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        replay::show(ui, &mut self.0);
+        if let Some(replayed) = &mut self.0 {
+            replay::show(ui, replayed);
+        }
     }
 
     fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {

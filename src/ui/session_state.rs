@@ -4,11 +4,9 @@ use std::collections::VecDeque;
 
 use egui::Context;
 
-use super::{
-    desk::{Ended, Opened, UserError, Wake},
-    screen::Screen,
-};
+use super::screen::Screen;
 use crate::{
+    app::host::{Ended, Opened, UserError, Wake},
     device::Control,
     guidance::Progress,
     pipeline::Background,

@@ -3,11 +3,11 @@
 use egui::{CentralPanel, ComboBox, DragValue, Grid, RichText, ScrollArea, Slider, TextEdit, Ui};
 
 use super::{
-    desk::SessionRequest,
     keys::{UiAction, button, toggle},
     screen::Preferences,
 };
 use crate::{
+    app::host::SessionRequest,
     guidance::Plan,
     text::{Act, explore, settings as words, window},
 };

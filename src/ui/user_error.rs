@@ -2,7 +2,8 @@
 
 use egui::{CentralPanel, RichText, Ui};
 
-use super::{desk::SessionRequest, desk::UserError, keys::UiAction};
+use super::keys::UiAction;
+use crate::app::host::{SessionRequest, UserError};
 use crate::text::{Act, window as words};
 
 /// Shows the page.

@@ -15,6 +15,9 @@ use std::{
 };
 
 use boresight::{
+    app::host::{
+        AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
+    },
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, ImageSize},
@@ -23,13 +26,7 @@ use boresight::{
     pipeline::{FrameReport, Pipeline, Setup},
     session::Session,
     simulation::{NoCues, Scene, SyntheticSource},
-    ui::{
-        App,
-        desk::{
-            AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
-        },
-        options,
-    },
+    ui::{App, options},
 };
 use eframe::egui;
 use nalgebra::{Point2, Vector2};

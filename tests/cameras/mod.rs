@@ -8,14 +8,12 @@ use std::time::Duration;
 use boresight::{
     capture::{
         Arrival, CaptureError, FrameSource,
-        v4l2::{
-            Found, LiveCamera, discover, find,
-            simulated::{SimCamera, SimControl, SimKernel},
-        },
+        v4l2::{Found, LiveCamera, discover, find},
     },
     device::{CameraEvent, Fault, Wanted},
     frame::{CaptureTime, FrameId, ImageSize},
     session::{Input, Session},
+    simulation::kernel::{SimCamera, SimControl, SimKernel},
 };
 use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder};
 

@@ -9,7 +9,7 @@ use std::{
 
 use boresight::{
     calibration::files::import,
-    cli::desk,
+    cli::app_host,
     ui::{App, Page, SMALLEST},
 };
 use egui::accesskit::Role;
@@ -109,8 +109,8 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     let session = folder.path().join("one");
     let name = session.display().to_string();
     let source = format!("sim:{}", scene.display());
-    let desk = desk(&["--source", &source, "--out", &name], false).expect("arguments");
-    let mut window = window(|ctx| App::new(ctx, desk));
+    let host = app_host(&["--source", &source, "--out", &name], false).expect("arguments");
+    let mut window = window(|ctx| App::new(ctx, host));
     assert_eq!(app(&window).page(), Page::Guide);
     let mut sentences = Vec::new();
     let mut checked = 0;

@@ -6,10 +6,10 @@ use std::{
 };
 
 use boresight::{
-    capture::{
-        FrameSource,
-        v4l2::{LiveCamera, simulated::SimKernel},
+    app::host::{
+        AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
     },
+    capture::{FrameSource, v4l2::LiveCamera},
     config::Config,
     device::{Adjustable, CameraEvent, Control},
     frame::ImageSize,
@@ -17,12 +17,8 @@ use boresight::{
     pipeline::{Pipeline, Setup},
     recording::{Header, SessionFolder},
     session::{Input, Session},
-    ui::{
-        App, UiAction,
-        desk::{
-            AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
-        },
-    },
+    simulation::kernel::SimKernel,
+    ui::{App, UiAction},
 };
 use egui::{Theme, accesskit::Role};
 use egui_kittest::kittest::Queryable;
@@ -177,9 +173,9 @@ impl AppHost for OneCamera {
 fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
     let folder = tempfile::tempdir().expect("a folder");
     let kernel = SimKernel::new(vec![grey(0)]);
-    let desk =
+    let host =
         OneCamera { kernel: kernel.clone(), folder: folder.path().into(), opened: Arc::default() };
-    let mut window = app::window(|ctx| App::new(ctx, Box::new(desk)));
+    let mut window = app::window(|ctx| App::new(ctx, Box::new(host)));
     let reads = |window: &app::Window, words: &str| window.query_by_label(words).is_some();
     app::until(&mut window, "the locked exposure", |window| reads(window, "locked at 156"));
     window.get_by_role_and_label(Role::SpinButton, "Exposure").focus();

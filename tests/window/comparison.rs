@@ -1,6 +1,7 @@
 //! A result held against an older calibration.
 
 use boresight::{
+    app::host::{Compared, UserError},
     calibration::{Drift, OldLens, drift},
     geometry::Corner,
     pipeline::Background,
@@ -8,7 +9,6 @@ use boresight::{
     text::{self, charts::Chart},
     ui::{
         UiAction,
-        desk::{Compared, UserError},
         result::{Comparison, Outcome},
     },
 };

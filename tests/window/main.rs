@@ -15,6 +15,10 @@ mod picker;
 mod world;
 
 use boresight::{
+    app::{
+        host::{Ended, SessionRequest, UserError},
+        recordings::DecidedRecording,
+    },
     device::{Adjustable, Control},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::{Plan, Progress},
@@ -22,11 +26,10 @@ use boresight::{
     text::{Act, charts::Chart},
     ui::{
         Preferences, SMALLEST, Screen, UiAction, apply_theme,
-        desk::{Ended, ExploreSetup, UserError},
         explore::{self, Explored},
         guide,
         replay::{self, Replayed},
-        result, settings, trouble,
+        result, settings, user_error,
     },
 };
 use egui::{Theme, accesskit::Role};
@@ -46,7 +49,7 @@ struct Table {
     result: result::Table,
     explored: Explored,
     replayed: Option<Replayed>,
-    draft: ExploreSetup,
+    draft: SessionRequest,
     asks: Vec<UiAction>,
 }
 
@@ -63,8 +66,8 @@ impl Page {
     const ALL: [Self; 5] = [Self::Guide, Self::Result, Self::Explore, Self::Replay, Self::Settings];
 }
 
-fn draft() -> ExploreSetup {
-    ExploreSetup {
+fn draft() -> SessionRequest {
+    SessionRequest {
         source: "sim".into(),
         mode: "auto".into(),
         board: [9, 6],
@@ -138,7 +141,7 @@ fn harness_at(
     let table = Table {
         screen: Screen::default(),
         page,
-        result: result::Table::default(),
+        result: result::ResultPage::default(),
         explored: Explored::default(),
         replayed: None,
         draft: draft(),
@@ -149,7 +152,12 @@ fn harness_at(
         let picture = |_| Some(GrayImage::new(64, 36));
         let steps = vec![moment.snapshot.clone()];
         let name = "sessions/one".into();
-        table.replayed = Replayed::new(steps, &[], name, Box::new(picture));
+        table.replayed = Replayed::new(DecidedRecording {
+            steps,
+            different: vec![],
+            name,
+            load: Box::new(picture),
+        });
     }
     let mut harness = Harness::builder()
         .with_size(size)
@@ -338,7 +346,7 @@ fn a_session_that_cannot_start_says_what_to_do() {
         what: "This user may not open the camera".into(),
         action: Some("Run: sudo usermod -aG video $USER, then log out and in".into()),
     };
-    let wish = ExploreSetup {
+    let wish = SessionRequest {
         source: "/dev/video0".into(),
         mode: "auto".into(),
         board: [9, 6],
@@ -350,7 +358,7 @@ fn a_session_that_cannot_start_says_what_to_do() {
     let asked = wish.clone();
     let mut harness =
         Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
-            move |ui, asks: &mut Vec<UiAction>| trouble::show(ui, &trouble, &asked, asks),
+            move |ui, asks: &mut Vec<UiAction>| user_error::show(ui, &trouble, &asked, asks),
             Vec::new(),
         );
     harness.get_by_label("This user may not open the camera");
@@ -371,7 +379,12 @@ fn a_replay_steps_through_decisions_and_says_why() {
     );
     let taken = taken.expect("a session takes views");
     let picture = |frame: u64| frame.is_multiple_of(2).then(|| GrayImage::new(64, 36));
-    let replayed = Replayed::new(story, &[2], "sessions/one".into(), Box::new(picture));
+    let replayed = Replayed::new(DecidedRecording {
+        steps: story,
+        different: vec![2],
+        name: "sessions/one".into(),
+        load: Box::new(picture),
+    });
     let mut page = Harness::builder()
         .with_size(SMALLEST)
         .renderer(Painter::default())
@@ -407,7 +420,7 @@ fn the_settings_start_the_session_that_they_say() {
     let (draft, offered) = (draft(), offered());
     let mut page =
         Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
-            move |ui, (draft, asks): &mut (ExploreSetup, Vec<UiAction>)| {
+            move |ui, (draft, asks): &mut (SessionRequest, Vec<UiAction>)| {
                 settings::show(ui, draft, &offered, &Preferences::default(), asks);
             },
             (draft, Vec::new()),

@@ -1,9 +1,11 @@
 //! Choosing a recording.
 
-use boresight::ui::{
-    SMALLEST, UiAction,
-    desk::{Recording, UserError},
-    replay::{Picker, pick},
+use boresight::{
+    app::host::{Recording, UserError},
+    ui::{
+        SMALLEST, UiAction,
+        replay::{Picker, pick},
+    },
 };
 use egui::accesskit::Role;
 use egui_kittest::{Harness, kittest::Queryable};

@@ -8,7 +8,6 @@ pub use picker::{Picker, pick};
 pub(super) use recording_browser::RecordingBrowser;
 
 use egui::{Button, Key, Panel, RichText, Slider, Ui};
-use image::GrayImage;
 
 use super::{
     guide,
@@ -17,12 +16,10 @@ use super::{
     theme,
 };
 use crate::{
+    app::recordings::{DecidedRecording, LoadPicture},
     session::{Outcome, Snapshot},
     text::replay as words,
 };
-
-/// Loads the stored picture of a frame; `None` if none was stored or it cannot be read.
-pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage> + Send>;
 
 /// A recording that was decided again.
 pub struct Replayed {
@@ -41,14 +38,9 @@ pub struct Replayed {
 }
 
 impl Replayed {
-    /// Of the snapshots after each input, and the inputs at which the recording decided differently. `None`
-    /// without a step.
-    pub fn new(
-        steps: Vec<Snapshot>,
-        different: &[usize],
-        source: String,
-        load: LoadPicture,
-    ) -> Option<Self> {
+    /// Starts at the first step; `None` if there is none.
+    pub fn new(recording: DecidedRecording) -> Option<Self> {
+        let DecidedRecording { steps, different, name, load } = recording;
         let first = steps.iter().find_map(|step| step.live.as_ref()).map(|live| live.captured_at);
         let mut now = 0.0;
         let secs = steps
@@ -62,7 +54,7 @@ impl Replayed {
             })
             .collect();
         let differs = (0..steps.len()).map(|index| different.contains(&index)).collect();
-        let screen = Screen { source, is_recorded: true, ..Screen::default() };
+        let screen = Screen { source: name, is_recorded: true, ..Screen::default() };
         (!steps.is_empty()).then_some(Self {
             steps,
             secs,

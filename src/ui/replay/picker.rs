@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use egui::{Button, CentralPanel, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
-use super::super::{
-    desk::{Recording, UserError},
-    keys::UiAction,
-    theme,
+use super::super::{keys::UiAction, theme};
+use crate::{
+    app::host::{Recording, UserError},
+    text::replay as words,
 };
-use crate::text::replay as words;
 
 /// What the person does where no recording is open.
 #[derive(Clone, Debug, Default)]

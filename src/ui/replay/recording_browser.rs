@@ -5,14 +5,16 @@ use std::path::Path;
 use egui::Ui;
 
 use super::{
-    super::{
-        desk::{AppHost, Loading, UserError, Wake},
-        keys::UiAction,
-        screen::Preferences,
-    },
+    super::{keys::UiAction, screen::Preferences},
     Picker, Replayed, pick, show,
 };
-use crate::text::replay as words;
+use crate::{
+    app::{
+        host::{AppHost, Loading, UserError, Wake},
+        recordings::DecidedRecording,
+    },
+    text::replay as words,
+};
 
 /// See the module.
 #[derive(Default)]
@@ -29,8 +31,8 @@ impl RecordingBrowser {
     }
 
     /// Sees what there is to choose from.
-    pub(in super::super) fn browse(&mut self, desk: &dyn AppHost) {
-        self.picker.recordings = desk.recordings();
+    pub(in super::super) fn browse(&mut self, host: &dyn AppHost) {
+        self.picker.recordings = host.recordings();
     }
 
     /// Closes the recording.
@@ -39,13 +41,13 @@ impl RecordingBrowser {
     }
 
     /// Begins to open the recording in `folder`, unless another one is being opened.
-    pub(in super::super) fn open(&mut self, desk: &mut dyn AppHost, folder: &Path, wake: Wake) {
+    pub(in super::super) fn open(&mut self, host: &mut dyn AppHost, folder: &Path, wake: Wake) {
         if self.loading.is_some() {
             return;
         }
         self.close();
         self.picker.path = folder.display().to_string();
-        match desk.replay(folder, wake) {
+        match host.replay(folder, wake) {
             Ok(loading) => {
                 self.picker.opening = Some(folder.to_path_buf());
                 self.picker.trouble = None;
@@ -68,10 +70,10 @@ impl RecordingBrowser {
         self.opened(opened);
     }
 
-    fn opened(&mut self, outcome: Result<Replayed, UserError>) {
+    fn opened(&mut self, outcome: Result<DecidedRecording, UserError>) {
         self.picker.opening = None;
         match outcome {
-            Ok(recording) => self.recording = Some(Box::new(recording)),
+            Ok(recording) => self.recording = Replayed::new(recording).map(Box::new),
             Err(trouble) => self.picker.trouble = Some(trouble),
         }
     }

@@ -4,12 +4,9 @@ use std::path::{Path, PathBuf};
 
 use egui::{ComboBox, RichText, TextEdit, Ui};
 
-use super::super::{
-    desk::{AppHost, Compared, Comparing, UserError, Wake},
-    keys::UiAction,
-    theme,
-};
+use super::super::{keys::UiAction, theme};
 use crate::{
+    app::host::{AppHost, Compared, Comparing, UserError, Wake},
     calibration::DriftVerdict,
     text::{self, result as words},
 };
@@ -51,7 +48,7 @@ impl Comparison {
     /// Begins to compare the session in `folder` with the calibration in `old`, unless one is under way.
     pub(in super::super) fn begin(
         &mut self,
-        desk: &mut dyn AppHost,
+        host: &mut dyn AppHost,
         (folder, old): (&Path, &Path),
         wake: Wake,
     ) {
@@ -59,7 +56,7 @@ impl Comparison {
             return;
         }
         self.path = old.display().to_string();
-        self.outcome = match desk.compare(folder, old, wake) {
+        self.outcome = match host.compare(folder, old, wake) {
             Ok(comparing) => Outcome::Working(comparing),
             Err(trouble) => Outcome::Done(Err(trouble)),
         };

@@ -10,12 +10,11 @@ use std::path::PathBuf;
 
 use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 
-use super::{
-    desk::{Ended, UserError},
-    keys::UiAction,
-    screen::Screen,
+use super::{keys::UiAction, screen::Screen};
+use crate::{
+    app::host::{Ended, UserError},
+    text::{charts::Chart, window as words},
 };
-use crate::text::{charts::Chart, window as words};
 
 /// Where the session is.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,8 @@
-//! Which live camera is used.
+//! Which live camera a name means.
 
 use anyhow::bail;
-use clap::ValueEnum;
 
+use super::Announcer;
 #[cfg(not(target_os = "linux"))]
 use crate::capture::nokhwa::{find, list};
 use crate::{
@@ -21,35 +21,16 @@ use crate::{
     frame::ImageSize,
 };
 
-/// Through what a live camera is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum BackendName {
-    /// The kernel's own interface, on Linux only: controls are locked and watched, every frame is checked and timed
-    V4l,
-    /// The library nokhwa, on every system: controls are neither locked nor watched, frames carry no number and are
-    /// timed as they arrive; `boresight devices` says what else it cannot promise
-    Nokhwa,
-}
-
-impl From<BackendName> for Backend {
-    fn from(name: BackendName) -> Self {
-        match name {
-            BackendName::V4l => Self::V4l,
-            BackendName::Nokhwa => Self::Nokhwa,
-        }
-    }
-}
-
-/// Whether `name` is that of a camera and of nothing else.
-pub(super) fn is_name(name: &str) -> bool {
+/// Whether `name` can only mean a live camera.
+pub fn is_name(name: &str) -> bool {
     let starts: &[&str] =
         if cfg!(target_os = "linux") { &["/dev/", "usb:", "place:"] } else { &["nokhwa:"] };
     starts.iter().any(|start| name.starts_with(start))
 }
 
-/// A camera that was found, not yet opened.
+/// A camera that was found but isn't open yet.
 #[derive(Clone, Debug)]
-pub(super) struct ChosenCamera {
+pub struct ChosenCamera {
     #[cfg(target_os = "linux")]
     camera: Camera,
     #[cfg(target_os = "linux")]
@@ -72,9 +53,9 @@ fn several(names: &[(String, String)]) -> anyhow::Error {
     anyhow::anyhow!("there are several cameras; say which with --source:\n{}", lines.join("\n"))
 }
 
-/// The cameras that are there: what finds each again, and what it calls itself.
+/// The connected cameras: the name that finds each again, and the product name.
 #[cfg(target_os = "linux")]
-pub(super) fn names() -> Vec<(String, String)> {
+pub fn names() -> Vec<(String, String)> {
     named(&discover(&mut Linux::default()).cameras)
 }
 
@@ -89,7 +70,7 @@ fn named(cameras: &[Camera]) -> Vec<(String, String)> {
 /// The modes of the camera called `name` that can be read, as the settings name them; none without such a
 /// camera.
 #[cfg(target_os = "linux")]
-pub(super) fn modes(name: &str) -> Vec<String> {
+pub fn modes(name: &str) -> Vec<String> {
     if !is_name(name) {
         return Vec::new();
     }
@@ -119,13 +100,13 @@ fn round(hz: f64) -> f64 {
 
 /// Modes are not listed on this system.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn modes(_name: &str) -> Vec<String> {
+pub fn modes(_name: &str) -> Vec<String> {
     Vec::new()
 }
 
-/// The cameras that are there: what finds each again, and what it calls itself.
+/// The connected cameras: the name that finds each again, and the product name.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn names() -> Vec<(String, String)> {
+pub fn names() -> Vec<(String, String)> {
     let listed = list().unwrap_or_default();
     listed
         .into_iter()
@@ -140,15 +121,24 @@ impl ChosenCamera {
     }
 
     /// The camera that `name` means.
-    pub(super) fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError::Camera`] if there is no such camera.
+    pub fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
         let found = discover(&mut Linux::default());
         let camera =
             find(&found, name).map_err(|(fault, detail)| CaptureError::Camera { fault, detail })?;
         Ok(Self::new(camera, config))
     }
 
-    /// The only camera that is no virtual or infrared one; `None` if there is none.
-    pub(super) fn only(config: &Config) -> anyhow::Result<Option<Self>> {
+    /// The only camera that isn't virtual or infrared; `None` if there is none. Announces which, or why one
+    /// that is connected can't be used.
+    ///
+    /// # Errors
+    ///
+    /// If there are several: the names to choose from.
+    pub fn only(config: &Config, announcer: &Announcer) -> anyhow::Result<Option<Self>> {
         let Found { cameras, others } = discover(&mut Linux::default());
         let mut ordinary: Vec<Camera> = cameras.into_iter().filter(Camera::is_ordinary).collect();
         if ordinary.len() > 1 {
@@ -160,11 +150,11 @@ impl ChosenCamera {
                 others.iter().filter(|o| matches!(o.why, Fault::Busy | Fault::NotPermitted))
             {
                 let (cause, action) = text::camera::with_detail(other.why, &other.detail);
-                super::say(&format!("{}: {cause}. {action}", other.why.code()));
+                announcer.say(&format!("{}: {cause}. {action}", other.why.code()));
             }
             return Ok(None);
         };
-        super::say(&format!(
+        announcer.say(&format!(
             "Camera: {} ({})",
             text::camera::printable(&camera.name),
             camera.stable_name()
@@ -172,13 +162,17 @@ impl ChosenCamera {
         Ok(Some(Self::new(camera, config)))
     }
 
-    /// What finds it again.
-    pub(super) fn stable_name(&self) -> String {
+    /// The name that finds it again.
+    pub fn stable_name(&self) -> String {
         self.camera.stable_name()
     }
 
-    /// Opens it.
-    pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+    /// Starts streaming.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError::Camera`] with the fault.
+    pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         if self.backend.is_nokhwa() {
             return Ok(Box::new(NokhwaCamera::of(&self.camera, &self.wanted)?));
         }
@@ -189,7 +183,11 @@ impl ChosenCamera {
 #[cfg(not(target_os = "linux"))]
 impl ChosenCamera {
     /// The camera that `name` means.
-    pub(super) fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError::Camera`] if there is no such camera.
+    pub fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
         if !config.camera.backend.is_nokhwa() {
             bail!(text::backend::V4L_ELSEWHERE);
         }
@@ -198,26 +196,34 @@ impl ChosenCamera {
         Ok(Self { source, wanted: wanted(config) })
     }
 
-    /// The only camera; `None` if there is none.
-    pub(super) fn only(config: &Config) -> anyhow::Result<Option<Self>> {
+    /// The only camera; `None` if there is none. Announces which.
+    ///
+    /// # Errors
+    ///
+    /// If there are several: the names to choose from.
+    pub fn only(config: &Config, announcer: &Announcer) -> anyhow::Result<Option<Self>> {
         let names = names();
         match names.as_slice() {
             [] => Ok(None),
             [(source, name)] => {
-                super::say(&format!("Camera: {name} ({source})"));
+                announcer.say(&format!("Camera: {name} ({source})"));
                 Self::named(source, config).map(Some)
             }
             names => bail!(several(names)),
         }
     }
 
-    /// What finds it again.
-    pub(super) fn stable_name(&self) -> String {
+    /// The name that finds it again.
+    pub fn stable_name(&self) -> String {
         self.source.clone()
     }
 
-    /// Opens it.
-    pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+    /// Starts streaming.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError::Camera`] with the fault.
+    pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         Ok(Box::new(NokhwaCamera::named(&self.source, &self.wanted)?))
     }
 }

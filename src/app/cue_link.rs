@@ -1,4 +1,4 @@
-//! Carries the guidance to the simulated person.
+//! Carries what the screen shows to the simulated person.
 
 use std::time::{Duration, Instant};
 
@@ -15,13 +15,13 @@ use crate::{
     },
 };
 
-/// Told of judged frames.
+/// Sends what a person would see and hear after each report frame.
 pub(super) struct CueSender {
     link: Sender<(FrameId, Vec<Cue>)>,
     last_target: Option<u32>,
 }
 
-/// Read by the simulated person.
+/// What the simulated person reads.
 pub(super) struct CueReceiver {
     link: Receiver<(FrameId, Vec<Cue>)>,
     unread: std::collections::VecDeque<Cue>,
@@ -35,10 +35,10 @@ pub(super) fn cue_link() -> (CueSender, CueReceiver) {
 }
 
 impl CueSender {
-    /// Passes on what a person would see and hear after this frame.
-    pub(super) fn tell(&mut self, judged: FrameReport<'_>) {
-        let decision = &judged.snapshot.decision;
-        let seen_at = judged.observation.captured_at;
+    /// Sends what a person would see and hear after this frame.
+    pub(super) fn send(&mut self, report: FrameReport<'_>) {
+        let decision = &report.snapshot.decision;
+        let seen_at = report.observation.captured_at;
         let mut cues = Vec::new();
         if matches!(decision.outcome, Outcome::Accepted { .. }) {
             cues.push(Cue { seen_at, kind: CueKind::Taken });
@@ -46,14 +46,14 @@ impl CueSender {
         if decision.progress != Progress::Collecting {
             cues.push(Cue { seen_at, kind: CueKind::Finished });
         } else if self.last_target != Some(decision.target_serial)
-            && let Some(target) = &judged.snapshot.target
+            && let Some(target) = &report.snapshot.target
         {
             self.last_target = Some(decision.target_serial);
             let (ghost_px, target) = (target.ghost_px.clone(), u64::from(decision.target_serial));
             cues.push(Cue { seen_at, kind: CueKind::Show { ghost_px, target } });
         }
         // Without a reader the camera has stopped, and nobody holds the board.
-        self.link.send((judged.source_frame, cues)).ok();
+        self.link.send((report.source_frame, cues)).ok();
     }
 }
 

@@ -1,12 +1,10 @@
-//! What came of a session, for people and for machines.
+//! What a session found, for people and for machines.
 
 use serde_json::{Value, json};
 
 use super::{
-    Exit,
+    Announcer, Exit, announce_result,
     json::{self, ViewName},
-    outcome::tell,
-    say,
 };
 use crate::{
     calibration::{Calibration, NotCalibrated},
@@ -18,41 +16,41 @@ use crate::{
 };
 
 /// Result of a session.
-pub(super) struct Conclusion {
-    /// The exit code that it deserves: good only if the plan is complete, too.
-    pub(super) exit: Exit,
+pub struct Conclusion {
+    /// The exit status that it deserves: good only if the plan is complete.
+    pub exit: Exit,
     /// `boresight.calibration/1`.
-    pub(super) report: Value,
+    pub result: Value,
 }
 
-/// Tells the person what came of `session`, whose folder has `header`.
-pub(super) fn conclude(session: &Session, header: &Header) -> Conclusion {
-    say(text::progress(session.progress()));
-    let exit = tell(result(session));
-    let report = calibration_json(session, header);
+/// Announces what `session`, whose folder has `header`, found.
+pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
+    announcer.say(text::progress(session.progress()));
+    let exit = announce_result(result_of(session), announcer);
+    let result = calibration_json(session, header);
     for (worker, reason) in session.failures() {
-        say(&format!("The {worker} failed: {reason}"));
+        announcer.say(&format!("The {worker} failed: {reason}"));
     }
     let exit = match session.progress() {
         Progress::Complete => exit,
         Progress::Collecting if !session.failures().is_empty() => Exit::Failed,
         Progress::Collecting | Progress::Exhausted => Exit::NotTrustworthy,
     };
-    Conclusion { exit, report }
+    Conclusion { exit, result }
 }
 
 /// `boresight.calibration/1` of what a session, whose folder has `header`, has so far.
-pub(super) fn calibration_json(session: &Session, header: &Header) -> Value {
+pub fn calibration_json(session: &Session, header: &Header) -> Value {
     let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
     let setup = session.setup();
-    let mut report = json::calibration(result(session), setup.image_size, &setup.board, &names);
+    let mut report = json::calibration(result_of(session), setup.image_size, &setup.board, &names);
     report["source"] = json!(header.source);
     report["replaces"] = json!(header.against);
     report["camera"] = camera(session.camera());
     report
 }
 
-fn result(session: &Session) -> Result<&Calibration, &NotCalibrated> {
+fn result_of(session: &Session) -> Result<&Calibration, &NotCalibrated> {
     match session.calibration() {
         Some(calibration) => Ok(calibration.as_ref()),
         None => Err(session.not_calibrated().unwrap_or(&NotCalibrated::NoViews)),

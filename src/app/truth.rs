@@ -1,10 +1,10 @@
-//! What the simulated camera knows, beside what was found out.
+//! The simulated camera's truth, on disk and against the result.
 
 use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::say;
+use super::Announcer;
 use crate::{
     calibration::Calibration,
     recording::save::{Overwrite, save},
@@ -14,7 +14,7 @@ use crate::{
 /// Writes `truth.json` into the session: the lens, and where the board was in the middle of each frame's
 /// exposure. Frames are numbered as in the session, of which this run began at `first_frame`; what an
 /// earlier run wrote stays.
-pub(super) fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<()> {
+pub fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<()> {
     let path = session.join("truth.json");
     let mut frames = earlier_frames(&path);
     frames.extend(truth.poses.iter().map(|(frame, cam_from_board)| {
@@ -46,8 +46,9 @@ fn earlier_frames(path: &Path) -> Vec<Value> {
     }
 }
 
-/// Says how far the result is from the truth, in pixels and in its own standard deviations.
-pub(super) fn tell(truth: &Truth, calibration: &Calibration) {
+/// Announces how far the result is from the truth, in pixels and in its standard deviations.
+pub fn announce(truth: &Truth, calibration: &Calibration, announcer: &Announcer) {
+    let say = |line: &str| announcer.say(line);
     let off = |found: f64, truth: f64, sd: f64| {
         format!("{truth:.2} ({:+.3} px, {:.1} sd)", found - truth, ((found - truth) / sd).abs())
     };

@@ -1,8 +1,8 @@
-//! Broken things: what happened and what to do now.
+//! The next action for an error.
 
 use crate::{
     calibration::files::import::NotImported, capture::CaptureError, config::ConfigError,
-    pipeline::PipelineError, recording::RecordingError,
+    pipeline::PipelineError, recording::RecordingError, text,
 };
 
 /// The next action for an error, if one is known. The error itself says what happened.
@@ -66,7 +66,7 @@ fn recording(err: &RecordingError) -> Option<String> {
 fn capture(err: &CaptureError) -> String {
     match err {
         CaptureError::Camera { fault, .. } => {
-            let (cause, action) = super::camera::fault(*fault);
+            let (cause, action) = text::camera::fault(*fault);
             return format!("{cause}. {action}");
         }
         CaptureError::Read { .. } => "Check the name and that the file may be read.",

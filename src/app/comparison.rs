@@ -1,52 +1,62 @@
-//! New views held against an older calibration.
+//! New views compared with an older calibration.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde_json::{Value, json};
 
-use super::{run::RESULT_FILE, say, session_report};
+use super::{Announcer, RESULT_FILE, SavedSession, host::Compared, session_report};
 use crate::{
     calibration::{
         Drift, DriftVerdict, NoDrift, OldLens, Verdict, drift,
         import::{self, OldCalibration},
     },
     geometry::Corner,
-    recording::{
-        SessionFolder, replay,
-        save::{Overwrite, save},
-    },
+    recording::save::{Overwrite, save},
     session::Session,
     text,
-    ui::desk::Compared,
 };
 
 /// What a comparison is called in the session's folder.
 const CHECK_FILE: &str = "check.json";
-/// Older calibrations that a person is offered at most.
+/// Older calibrations offered at most.
 const MOST_OFFERED: usize = 50;
 
 /// Why there is no verdict.
-pub(super) enum NoVerdict {
+#[derive(Debug)]
+pub enum NoVerdict {
     /// The file names another camera.
-    OtherCamera { old: String, new: String },
+    OtherCamera {
+        /// Name in the file.
+        old: String,
+        /// Name of the source.
+        new: String,
+    },
     /// The file has a focal length for every view and none for the camera.
     FocalVaries,
     /// The views do not allow one.
     NoDrift(NoDrift),
 }
 
-/// What came of a comparison.
-pub(super) type Checked = Result<Drift, NoVerdict>;
+/// What a comparison found: the change, or why there is no verdict.
+pub type Checked = Result<Drift, NoVerdict>;
 
 /// Reads a calibration of this or another program.
-pub(super) fn read(path: &Path) -> anyhow::Result<OldCalibration> {
+///
+/// # Errors
+///
+/// If the file can't be read, or [`import::NotImported`].
+pub fn read(path: &Path) -> anyhow::Result<OldCalibration> {
     let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
     import::read(&text).with_context(|| format!("could not use {path:?}"))
 }
 
-/// Holds the views of `session` against `old`.
-pub(super) fn compare(session: &Session, old: &OldCalibration) -> Checked {
+/// Compares the views of `session` with `old`.
+///
+/// # Errors
+///
+/// [`NoVerdict`].
+pub fn compare(session: &Session, old: &OldCalibration) -> Checked {
     if old.focal_varies {
         return Err(NoVerdict::FocalVaries);
     }
@@ -63,7 +73,7 @@ pub(super) fn compare(session: &Session, old: &OldCalibration) -> Checked {
 }
 
 /// What was found in words, and the next action.
-pub(super) fn words(found: &Checked) -> (String, &'static str) {
+pub fn words(found: &Checked) -> (String, &'static str) {
     match found {
         Ok(drift) => text::drift(drift),
         Err(NoVerdict::NoDrift(reason)) => text::no_drift(reason),
@@ -72,8 +82,9 @@ pub(super) fn words(found: &Checked) -> (String, &'static str) {
     }
 }
 
-/// Says what was found, and `action`.
-pub(super) fn tell(found: &Checked, action: &str) {
+/// Announces what was found, and `action`.
+pub fn announce(found: &Checked, action: &str, announcer: &Announcer) {
+    let say = |line: &str| announcer.say(line);
     let (what, _) = words(found);
     say(&format!("{what}. {action}"));
     let Ok(drift) = found else { return };
@@ -86,7 +97,7 @@ pub(super) fn tell(found: &Checked, action: &str) {
 }
 
 /// `boresight.check/1`.
-pub(super) fn check_json(
+pub fn check_json(
     against: &Path,
     source: &str,
     old: &OldCalibration,
@@ -113,17 +124,25 @@ pub(super) fn check_json(
     report
 }
 
-/// Writes `boresight.check/1` into the session's folder. It follows from the session and the older file, and
-/// may be replaced.
-pub(super) fn store(session: &Path, report: &Value) -> anyhow::Result<PathBuf> {
+/// Writes `boresight.check/1` into the session's folder. It follows from the session and the older file, so it
+/// may be replaced. Returns the file.
+///
+/// # Errors
+///
+/// [`crate::recording::RecordingError::Write`].
+pub fn store(session: &Path, report: &Value) -> anyhow::Result<PathBuf> {
     let file = session.join(CHECK_FILE);
     save(&file, serde_json::to_string_pretty(report)?.as_bytes(), Overwrite::Allowed)?;
     Ok(file)
 }
 
-/// Holds a session that has ended against the calibration in `against` and stores what comes of it, but for
-/// the report.
-pub(super) fn of_session(
+/// Compares a finished session with the calibration in `against` and writes `check.json`; the report is
+/// written separately.
+///
+/// # Errors
+///
+/// If `against` can't be read or `check.json` can't be written.
+pub fn of_session(
     path: &Path,
     session: &Session,
     source: &str,
@@ -147,19 +166,21 @@ pub(super) fn of_session(
     Ok((Compared { against, what, action: action.into(), doubts, drift }, found))
 }
 
-/// The same for the folder of a session; its report is written anew.
-pub(super) fn of_folder(path: &Path, against: &Path) -> anyhow::Result<Compared> {
-    let header = SessionFolder::header(path)?;
-    let contents = SessionFolder::journal(path)?;
-    let mut session = Session::new(header.config.session(header.image_size())?);
-    replay(&mut session, contents.lines, |_, _| ());
-    let (compared, _) = of_session(path, &session, &header.source, against)?;
-    session_report::write_and_tell(path, &session);
+/// Compares the session in the folder `path` with the calibration in `against`, and rewrites its report.
+///
+/// # Errors
+///
+/// As [`of_session`], and if the folder can't be read.
+pub fn of_folder(path: &Path, against: &Path, announcer: &Announcer) -> anyhow::Result<Compared> {
+    let saved = SavedSession::open(path)?;
+    saved.announce(announcer);
+    let (compared, _) = of_session(path, &saved.session, &saved.header.source, against)?;
+    session_report::write_and_announce(path, &saved.session, announcer);
     Ok(compared)
 }
 
-/// Results of the sessions beside the one in `folder`, newest first: what it may be compared with.
-pub(super) fn older(folder: &Path) -> Vec<PathBuf> {
+/// Results of the sessions beside the one in `folder`, newest first: what it can be compared with.
+pub fn older(folder: &Path) -> Vec<PathBuf> {
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
     let entries = std::fs::read_dir(parent.unwrap_or(Path::new("."))).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries

@@ -1,27 +1,46 @@
-//! Which source a name means.
+//! What a source's name means, and how it's opened.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
 use super::{
+    Announcer,
     camera::{self, ChosenCamera},
-    say,
+    cue_link::cue_link,
 };
 #[cfg(unix)]
-use crate::capture::is_address;
+use crate::capture::{Ffmpeg, is_address};
 use crate::{
     capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity},
     config::Config,
-    frame::{CaptureTime, Frame, FrameId, FrameKind},
+    frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
+    pipeline::FrameReport,
     recording::{SessionFolder, stored_frame},
     session::Input,
-    simulation::{Scene, SceneFile},
+    simulation::{Scene, SceneFile, SyntheticSource, TruthLog},
+    text,
 };
 
-/// A source by name, not yet opened.
+/// Called with every judged frame.
+pub type FrameListener = Box<dyn FnMut(FrameReport<'_>) + Send>;
+
+/// Frames that the simulated camera may have in flight at once.
+const IN_FLIGHT: usize = 24;
+
+/// An open source.
+pub struct OpenSource {
+    /// Where frames come from.
+    pub source: Box<dyn FrameSource>,
+    /// Must be called with every judged frame: the simulated person reads the screen through it.
+    pub on_frame: FrameListener,
+    /// The truth, if the source is simulated.
+    pub truth: Option<TruthLog>,
+}
+
+/// What a source's name means; not open yet.
 #[derive(Clone, Debug)]
-pub(super) enum SourceName {
+pub enum SourceName {
     /// The simulated camera.
     Simulated(Box<Scene>),
     /// A live camera.
@@ -35,11 +54,26 @@ pub(super) enum SourceName {
     Folder(PathBuf),
 }
 
+impl OpenSource {
+    /// Size of its pictures.
+    ///
+    /// # Errors
+    ///
+    /// If the source doesn't state it before its first picture.
+    pub fn image_size(&self) -> anyhow::Result<ImageSize> {
+        self.source.identity().image_size.context("the source doesn't state its picture size")
+    }
+}
+
 impl SourceName {
-    /// What `name` means: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a
-    /// session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
-    /// simulated one; it says which.
-    pub(super) fn parse(name: &str, config: &Config) -> anyhow::Result<Self> {
+    /// What `name` means: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a video
+    /// file or stream, a session folder, or a folder of pictures. `auto` is the only real camera if there is
+    /// one, else the simulated camera; it announces which.
+    ///
+    /// # Errors
+    ///
+    /// If nothing has that name, a scene file is wrong, or `auto` finds several cameras.
+    pub fn parse(name: &str, config: &Config, announcer: &Announcer) -> anyhow::Result<Self> {
         if let Some(simulated) = name.strip_prefix("sim") {
             let mut scene = match simulated.strip_prefix(':') {
                 None if simulated.is_empty() => Scene::default_720p(1),
@@ -67,10 +101,10 @@ impl SourceName {
             return ChosenCamera::named(name, config).map(|camera| Self::Camera(Box::new(camera)));
         }
         if name == "auto" {
-            if let Some(camera) = ChosenCamera::only(config)? {
+            if let Some(camera) = ChosenCamera::only(config, announcer)? {
                 return Ok(Self::Camera(Box::new(camera)));
             }
-            say("There is no camera: this is the simulated camera with a simulated technician.");
+            announcer.say(text::window::NO_CAMERA);
             let mut scene = Scene::default_720p(1);
             scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
@@ -86,6 +120,44 @@ impl SourceName {
             "no source {name:?}: try a name from `boresight devices`, sim, a session folder, or a folder of pictures"
         )
     }
+
+    /// The name that opens the same source again, where `given` is the name that was typed.
+    pub fn stable_name(&self, given: &str) -> String {
+        match self {
+            Self::Simulated(_) if given == "auto" => "sim".into(),
+            Self::Camera(camera) => camera.stable_name(),
+            _ => given.into(),
+        }
+    }
+
+    /// Opens the source. A simulated camera ends after `max_frames`.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError`], or [`crate::recording::RecordingError`] for a session folder.
+    pub fn open(&self, max_frames: u64) -> anyhow::Result<OpenSource> {
+        let source: Box<dyn FrameSource> = match self {
+            Self::Simulated(scene) => return Ok(open_simulated(scene, max_frames)),
+            Self::Camera(camera) => camera.open()?,
+            #[cfg(unix)]
+            Self::Video(name) => Box::new(Ffmpeg::open(name)?),
+            Self::Session(path) => open_session(path)?,
+            Self::Folder(path) => Box::new(ImageFolder::open(path)?),
+        };
+        Ok(OpenSource { source, on_frame: Box::new(|_| ()), truth: None })
+    }
+}
+
+fn open_simulated(scene: &Scene, max_frames: u64) -> OpenSource {
+    let (mut sender, receiver) = cue_link();
+    let source =
+        SyntheticSource::new(scene.clone(), Box::new(receiver), Some(max_frames), IN_FLIGHT);
+    let truth = source.truth();
+    OpenSource {
+        source: Box::new(source),
+        on_frame: Box::new(move |report| sender.send(report)),
+        truth: Some(truth),
+    }
 }
 
 /// Whether `path` is a file of moving pictures.
@@ -96,13 +168,8 @@ fn is_video(path: &Path) -> bool {
     path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
 }
 
-/// Opens a folder of pictures.
-pub(super) fn open_folder(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
-    Ok(Box::new(ImageFolder::open(path)?))
-}
-
-/// Opens the stored pictures of a session as a source.
-pub(super) fn open_session(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
+/// The stored pictures of a session, as a source.
+fn open_session(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
     let header = SessionFolder::header(path)?;
     let identity =
         SourceIdentity { name: header.source.clone(), image_size: Some(header.image_size()) };

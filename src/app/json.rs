@@ -15,14 +15,15 @@ use crate::{
 };
 
 /// Name and fate of a picture, beside the numbers of its view.
-pub(super) struct ViewName {
-    pub(super) name: String,
+pub struct ViewName {
+    /// File name of the picture.
+    pub name: String,
     /// Why it was not used; `None` if it was.
-    pub(super) reason: Option<String>,
+    pub reason: Option<String>,
 }
 
 /// `boresight.calibration/1`.
-pub(super) fn calibration(
+pub fn calibration(
     result: Result<&Calibration, &NotCalibrated>,
     image_size: ImageSize,
     board: &Checkerboard,
@@ -203,7 +204,7 @@ fn outline_px(camera: &Camera, board: &Checkerboard, view: &ViewResult) -> Optio
 }
 
 /// One line of `detect --json`.
-pub(super) fn detection(
+pub fn detection(
     file: &str,
     board: &Checkerboard,
     seen: &Result<Detection, Miss>,

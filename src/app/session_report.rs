@@ -1,4 +1,4 @@
-//! The report of a session: what its folder holds, put together.
+//! The report of a session folder.
 
 use std::{
     collections::BTreeMap,
@@ -9,9 +9,9 @@ use anyhow::Context;
 use serde_json::Value;
 
 use super::{
-    conclusion::calibration_json,
+    Announcer, RESULT_FILE, SavedSession,
     report::{quoted, versions},
-    say,
+    result::calibration_json,
 };
 use crate::{
     config::{BoardConfig, Config, PlanName},
@@ -19,7 +19,7 @@ use crate::{
     device::{Control, Lock},
     guidance::Progress,
     recording::{
-        Header, Line, SessionFolder, Stored, replay,
+        Header, Line, SessionFolder, Stored,
         save::{Overwrite, save},
         stored_frame,
     },
@@ -31,41 +31,46 @@ use crate::{
     text::{self, report as words},
 };
 
-/// Where a session's own page stands.
-pub(super) fn page_path(session: &Path) -> PathBuf {
+/// Path of a session's report.
+pub fn page_path(session: &Path) -> PathBuf {
     session.join("report.html")
 }
 
-/// Writes the page of a session that has just ended, and says where. What it follows from is safe, so that
-/// a page that cannot be written is said and no failure.
-pub(super) fn write_and_tell(path: &Path, session: &Session) {
+/// Writes the report of a session that has just ended, and announces where. Everything that it shows is
+/// already on disk, so a report that can't be written is announced but isn't a failure.
+pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer) {
     match write(path, session) {
-        Ok(page) => say(&format!("Report: {}", page.display())),
-        Err(err) => say(&format!("{} ({err:#})", words::not_written(path))),
+        Ok(page) => announcer.say(&format!("Report: {}", page.display())),
+        Err(err) => announcer.say(&format!("{} ({err:#})", words::not_written(path))),
     }
 }
 
-/// It follows from the journal and may be replaced.
+/// The report follows from the journal, so it may be replaced.
 fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     let header = SessionFolder::header(path)?;
     let contents = SessionFolder::journal(path)?;
-    let report = put_together(path, &header, &contents.lines, session)?;
+    let report = compose(path, &header, &contents.lines, session)?;
     let file = page_path(path);
     save(&file, page(&report).as_bytes(), Overwrite::Allowed)?;
     Ok(file)
 }
 
-/// The report of the session at `path`, calibrated anew from its journal.
-pub(super) fn of_folder(path: &Path) -> anyhow::Result<Report> {
-    let header = SessionFolder::header(path)?;
-    let contents = SessionFolder::journal(path)?;
-    let mut session = Session::new(header.config.session(header.image_size())?);
-    replay(&mut session, contents.lines.clone(), |_, _| ());
-    let mut report = put_together(path, &header, &contents.lines, &session)?;
-    if contents.cut {
+/// The report of the session at `path`, calibrated again from the views that its journal records.
+///
+/// # Errors
+///
+/// If the folder or its `check.json` can't be read.
+pub fn of_folder(path: &Path) -> anyhow::Result<Report> {
+    let saved = SavedSession::open(path)?;
+    let SavedSession { header, session, lines, .. } = &saved;
+    let mut report = compose(path, header, lines, session)?;
+    if saved.cut {
         report.notes.push(words::CUT.into());
     }
-    if holds_another_result(path, &calibration_json(&session, &header)) {
+    if saved.restored {
+        report.notes.push(text::replay::restored(session.accepted().len()));
+    }
+    if holds_another_result(path, &calibration_json(session, header)) {
         report.notes.push(words::OTHER_RESULT.into());
     }
     Ok(report)
@@ -73,7 +78,7 @@ pub(super) fn of_folder(path: &Path) -> anyhow::Result<Report> {
 
 /// Whether the folder has a result that is not `ours`.
 fn holds_another_result(path: &Path, ours: &Value) -> bool {
-    let text = std::fs::read_to_string(path.join("calibration.json"));
+    let text = std::fs::read_to_string(path.join(RESULT_FILE));
     let Ok(theirs) = text.map(|text| serde_json::from_str::<Value>(&text).unwrap_or(Value::Null))
     else {
         return false;
@@ -83,7 +88,7 @@ fn holds_another_result(path: &Path, ours: &Value) -> bool {
         .any(|pointer| theirs.pointer(pointer) != ours.pointer(pointer))
 }
 
-fn put_together(
+fn compose(
     path: &Path,
     header: &Header,
     lines: &[Line],

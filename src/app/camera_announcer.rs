@@ -1,25 +1,32 @@
-//! Tells the person what the live camera does, once for each change.
+//! Announces what the live camera does, once for each change.
 
-use super::say;
+use super::Announcer;
 use crate::{
     device::{Control, Lock},
     session::{CameraState, Stream},
     text::camera as words,
 };
 
-/// What was said last.
-#[derive(Clone, Debug, Default)]
-pub(super) struct CameraWords {
-    told: CameraState,
+/// Remembers the state that was announced last.
+#[derive(Debug)]
+pub(super) struct CameraAnnouncer<'a> {
+    announcer: &'a Announcer,
+    announced: CameraState,
 }
 
-impl CameraWords {
-    /// Says what is new in `now`.
-    pub(super) fn tell(&mut self, now: &CameraState) {
-        if *now == self.told {
+impl<'a> CameraAnnouncer<'a> {
+    /// Nothing is announced yet.
+    pub(super) fn new(announcer: &'a Announcer) -> Self {
+        Self { announcer, announced: CameraState::default() }
+    }
+
+    /// Announces what is new in `now`.
+    pub(super) fn announce(&mut self, now: &CameraState) {
+        if *now == self.announced {
             return;
         }
-        let before = std::mem::replace(&mut self.told, now.clone());
+        let before = std::mem::replace(&mut self.announced, now.clone());
+        let say = |line: &str| self.announcer.say(line);
         if let Some(mode) = now.mode.filter(|_| now.mode != before.mode) {
             say(&format!("  Camera: {}", words::mode(&mode)));
         }

@@ -1,4 +1,4 @@
-//! What the window asks of the program around it, which knows sources, folders and settings.
+//! What the window asks of the program, which knows sources, folders and settings.
 
 use std::{
     path::{Path, PathBuf},
@@ -7,7 +7,7 @@ use std::{
 
 use image::GrayImage;
 
-use super::replay::Replayed;
+use super::recordings::DecidedRecording;
 use crate::{
     calibration::Drift,
     device::Adjustable,
@@ -134,7 +134,7 @@ pub struct Ended {
 pub type Comparing = Background<Result<Compared, UserError>>;
 
 /// A recording that is being opened.
-pub type Loading = Background<Result<Replayed, UserError>>;
+pub type Loading = Background<Result<DecidedRecording, UserError>>;
 
 /// A recorded session.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,15 +1,13 @@
-//! How commands end.
-
-use std::process::ExitCode;
+//! The verdict on a result, in sentences and as an exit status.
 
 use crate::{
     calibration::{Calibration, Focal, NotCalibrated, Verdict},
     text,
 };
 
-use super::say;
+use super::Announcer;
 
-/// What the exit code says, from good to bad.
+/// How a command ends, from good to bad; the number is the exit code of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// 0: done, and usable.
@@ -22,19 +20,13 @@ pub enum Exit {
     Failed,
 }
 
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Good => Self::SUCCESS,
-            Exit::Failed => Self::from(1),
-            Exit::NotTrustworthy => Self::from(3),
-            Exit::Recalibrate => Self::from(4),
-        }
-    }
-}
-
-/// Tells the person of a result; the exit code that it deserves.
-pub(super) fn tell(result: Result<&Calibration, &NotCalibrated>) -> Exit {
+/// Announces a result: the verdict first, then what speaks against it, then the numbers. Returns the exit
+/// status that it deserves.
+pub fn announce_result(
+    result: Result<&Calibration, &NotCalibrated>,
+    announcer: &Announcer,
+) -> Exit {
+    let say = |line: &str| announcer.say(line);
     let calibration = match result {
         Ok(calibration) => calibration,
         Err(reason) => {

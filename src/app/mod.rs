@@ -1,0 +1,58 @@
+//! What the program does, without a command line and without a window.
+//!
+//! A session is opened by the name of its source, run, concluded, compared with an older calibration,
+//! reported and exported. The command line and the window both stand on this room; a library user can do
+//! the same without either.
+//!
+//! | file | does |
+//! |---|---|
+//! | `announcer` | where sentences for the person go |
+//! | `saved_session` | opens a session folder; the only caller of [`crate::recording::replay`] |
+//! | `camera`, `source` | what a source's name means, and how it's opened |
+//! | `opening` | a new session, or one that is resumed: source, folder and state |
+//! | `run` | a session from its first frame to its stored result |
+//! | `result`, `verdict` | what a session found: the file, the sentences and the exit status |
+//! | `comparison` | new views against an older calibration |
+//! | `report`, `session_report` | the HTML report of a calibration file or of a session folder |
+//! | `export` | a result in the formats of other programs |
+//! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
+//! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
+//! | `host`, `window_host` | what the window asks of the program, and the answer |
+//! | `explain` | the next action for an error |
+//!
+//! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain`] turns one into the next action.
+
+mod announcer;
+pub mod camera;
+mod camera_announcer;
+pub mod comparison;
+mod cue_link;
+pub mod doctor;
+mod explain;
+pub mod export;
+pub mod host;
+pub mod json;
+pub mod opening;
+pub mod recordings;
+pub mod redetect;
+pub mod report;
+pub mod result;
+pub mod run;
+mod saved_session;
+pub mod session_report;
+pub mod source;
+pub mod truth;
+mod verdict;
+mod window_host;
+
+pub use announcer::Announcer;
+pub use explain::explain;
+pub use host::AppHost;
+pub use opening::Opening;
+pub use run::{FinishedRun, Run};
+pub use saved_session::{JournalReading, SavedSession};
+pub use verdict::{Exit, announce_result};
+pub use window_host::{OnResult, WindowHost};
+
+/// Name of the result in the session's folder.
+pub const RESULT_FILE: &str = "calibration.json";

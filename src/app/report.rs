@@ -1,0 +1,94 @@
+//! The report of a calibration file.
+
+use std::path::{Component, Path};
+
+use anyhow::{Context, bail};
+use serde_json::Value;
+
+use crate::{
+    capture::read_picture,
+    frame::ImageSize,
+    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail},
+    text::report as words,
+};
+
+/// The report of a calibration file without its session. `command` is the command line that repeats it.
+///
+/// # Errors
+///
+/// If the file can't be read or isn't a whole `boresight.calibration/1`.
+pub fn of_file(path: &Path, command: String) -> anyhow::Result<Report> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
+    let value: Value = serde_json::from_str(&text)
+        .with_context(|| format!("not a calibration that boresight wrote: {path:?}"))?;
+    let schema = value["schema"].as_str().unwrap_or_default();
+    if schema != CALIBRATION_SCHEMA {
+        bail!("its schema is {schema:?}, this version reads {CALIBRATION_SCHEMA:?}: {path:?}");
+    }
+    let facts = CalibrationFile::read(&value)
+        .with_context(|| format!("not a whole calibration: {path:?}"))?;
+    let [width_px, height_px] = facts.image_size;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let size = ImageSize { width_px, height_px };
+    let used = facts.views.iter().filter(|view| view.used);
+    let pictures = used.map(|view| picture_beside(folder, &view.name, size)).collect();
+    let mut rows = versions(&[]);
+    rows.push((words::name::FILE.into(), path.display().to_string()));
+    Ok(Report {
+        name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        facts,
+        notes: Vec::new(),
+        camera: CameraSection::default(),
+        corners: Vec::new(),
+        pictures,
+        drift: None,
+        refused: Vec::new(),
+        provenance: Provenance { rows, command },
+    })
+}
+
+const CALIBRATION_SCHEMA: &str = "boresight.calibration/1";
+
+/// The picture of that name below `folder`, if it is there and of that size. A name that leads out of the
+/// folder is none.
+pub fn picture_beside(folder: &Path, name: &str, size: ImageSize) -> Option<Thumbnail> {
+    let inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    let path = folder.join(name);
+    if name.is_empty() || !inside || !path.is_file() {
+        return None;
+    }
+    let thumbnail = Thumbnail::of(&read_picture(&path).ok()?)?;
+    (thumbnail.full_size() == size).then_some(thumbnail)
+}
+
+/// Program and schemas: the calibration's and `more`.
+pub fn versions(more: &[&str]) -> Vec<(String, String)> {
+    let schemas = [&[CALIBRATION_SCHEMA], more].concat().join(", ");
+    vec![
+        (words::name::PROGRAM.into(), format!("boresight {}", env!("CARGO_PKG_VERSION"))),
+        (words::name::SCHEMAS.into(), schemas),
+    ]
+}
+
+/// A word as a shell reads it.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_./:=,@%+-".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_needs_it() {
+        assert_eq!(quoted("pictures/0.png"), "pictures/0.png");
+        assert_eq!(quoted("my picture.png"), "'my picture.png'");
+        assert_eq!(quoted("it's; rm *"), r"'it'\''s; rm *'");
+        assert_eq!(quoted(""), "''");
+    }
+}

@@ -1,0 +1,225 @@
+//! A session from its first frame to its stored result.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use image::GrayImage;
+
+use super::{
+    Announcer, Exit, RESULT_FILE,
+    camera_announcer::CameraAnnouncer,
+    comparison,
+    host::Compared,
+    result::{Conclusion, conclude},
+    session_report,
+    source::{FrameListener, OpenSource},
+    truth,
+};
+use crate::{
+    guidance::{Progress, Refusal},
+    pipeline::{Finished, FrameReport, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
+    recording::{
+        SessionFolder,
+        save::{Overwrite, save},
+    },
+    session::{Input, Outcome, Session, Snapshot},
+    simulation::TruthLog,
+    text,
+};
+
+/// A session that is ready to run.
+pub struct Run {
+    /// Its folder, locked.
+    pub folder: SessionFolder,
+    /// Its state: empty, or as recorded.
+    pub session: Session,
+    /// Where frames come from.
+    pub open: OpenSource,
+    /// Whether every picture is stored, not only the accepted ones.
+    pub record_stream: bool,
+    /// The first frame number that the journal has not used.
+    pub first_frame: u64,
+    /// Pictures of the views accepted so far, by view number.
+    pub pictures: Vec<(u32, GrayImage)>,
+    /// Whether the session was resumed.
+    pub resumed: bool,
+    /// Something to know at the start, such as that the camera is simulated.
+    pub note: Option<String>,
+}
+
+/// What is needed once the threads have ended.
+pub struct RunContext {
+    /// The session's folder.
+    pub path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
+/// A session that has run.
+pub struct FinishedRun {
+    /// The state at the end.
+    pub session: Session,
+    /// The session's folder.
+    pub path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
+/// A session that has run, with its result on disk.
+pub struct Concluded {
+    /// The exit status that the result deserves.
+    pub exit: Exit,
+    /// What [`RESULT_FILE`] holds.
+    pub result: serde_json::Value,
+    /// What the comparison with an older calibration found, if one was asked for. That it fails is no
+    /// failure of the session.
+    pub compared: Option<anyhow::Result<Compared>>,
+}
+
+impl Run {
+    /// Runs until the plan is complete, the source ends, or `stop` is set.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError`]; every view that was announced as taken is on disk.
+    pub fn carry_out(
+        self,
+        stop: &AtomicBool,
+        announcer: &Announcer,
+    ) -> anyhow::Result<FinishedRun> {
+        let (setup, context) = self.setup(announcer)?;
+        let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
+        let mut camera = CameraAnnouncer::new(announcer);
+        // The link also closes when the session thread ends, for example because the disk is full. A lost
+        // camera sends no snapshots; `stop` must be noticed nevertheless.
+        while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
+            let ended = snapshot.as_ref().is_some_and(has_ended);
+            if let Some(snapshot) = snapshot {
+                camera.announce(&snapshot.camera);
+            }
+            if stop.load(Ordering::Relaxed) || ended {
+                break;
+            }
+        }
+        context.finished(pipeline.stop())
+    }
+
+    /// What the threads are started with, and what is needed once they have ended. Announces the folder.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::recording::RecordingError`] if a resumed session's journal can't be written.
+    pub fn setup(self, announcer: &Announcer) -> anyhow::Result<(Setup, RunContext)> {
+        let path = self.folder.path().to_path_buf();
+        announcer.say(&format!("Session: {}", path.display()));
+        let Self { mut folder, mut session, open, record_stream, first_frame, resumed, .. } = self;
+        let OpenSource { source, on_frame, truth } = open;
+        if resumed {
+            let decision = session.handle(&Input::Resumed);
+            folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
+        }
+        let lossless = source.waits();
+        let setup = Setup {
+            source,
+            session,
+            folder: Some(folder),
+            lossless,
+            record_stream,
+            first_frame,
+            judged: Box::new(announced(on_frame, announcer.clone())),
+        };
+        Ok((setup, RunContext { path, truth, first_frame }))
+    }
+}
+
+impl RunContext {
+    /// The session that has run.
+    ///
+    /// # Errors
+    ///
+    /// What ended the threads.
+    pub fn finished(
+        self,
+        finished: Result<Finished, PipelineError>,
+    ) -> anyhow::Result<FinishedRun> {
+        let Self { path, truth, first_frame } = self;
+        Ok(FinishedRun { session: finished?.session, path, truth, first_frame })
+    }
+}
+
+impl FinishedRun {
+    /// Announces the result, and writes result, comparison and report into the session's folder.
+    ///
+    /// # Errors
+    ///
+    /// If the result can't be written. A report or comparison that can't be written is announced.
+    pub fn conclude(self, announcer: &Announcer) -> anyhow::Result<Concluded> {
+        let Self { session, path, truth, first_frame } = self;
+        let header = SessionFolder::header(&path)?;
+        let Conclusion { exit, result } = conclude(&session, &header, announcer);
+        if !session.failures().is_empty() {
+            announcer.say(&text::views_are_safe(&path));
+        }
+        if let Some(log) = truth {
+            let truth = log.snapshot();
+            if let Some(calibration) = session.calibration() {
+                truth::announce(&truth, calibration, announcer);
+            }
+            truth::write(&path, &truth, first_frame)?;
+        }
+        let file = path.join(RESULT_FILE);
+        // The result follows from the journal, so it may be replaced.
+        save(&file, serde_json::to_string_pretty(&result)?.as_bytes(), Overwrite::Allowed)?;
+        announcer.say(&format!("Result: {}", file.display()));
+        let compared = header.against.as_deref().map(|against| {
+            let against = Path::new(against);
+            let (compared, found) =
+                comparison::of_session(&path, &session, &header.source, against)?;
+            announcer.say(&text::compared_with(against));
+            comparison::announce(&found, &compared.action, announcer);
+            Ok(compared)
+        });
+        if let Some(Err(err)) = &compared {
+            announcer.say(&format!("{} ({err:#})", text::NOT_COMPARED));
+        }
+        session_report::write_and_announce(&path, &session, announcer);
+        Ok(Concluded { exit, result, compared })
+    }
+}
+
+/// Announces each change of advice and every view taken, then passes the frame on.
+fn announced(
+    mut on_frame: FrameListener,
+    announcer: Announcer,
+) -> impl FnMut(FrameReport<'_>) + Send {
+    let mut last = String::new();
+    move |report| {
+        let snapshot = report.snapshot;
+        if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
+            announcer.say(&outcome);
+        }
+        // Nothing that the person does with the board would change this.
+        if let Outcome::Refused { refusal: refusal @ Refusal::OtherSize { .. } } =
+            &snapshot.decision.outcome
+        {
+            announcer.say(&format!("  Left out: {}", text::refusal(refusal)));
+        }
+        let advice =
+            text::advice(&snapshot.decision.advice, report.observation.seen.as_ref().err());
+        // On a terminal, the same advice with another number is not news.
+        let gist: String = advice.chars().filter(|c| !c.is_ascii_digit()).collect();
+        if gist != last {
+            announcer.say(&format!("  {advice}"));
+            last = gist;
+        }
+        on_frame(report);
+    }
+}
+
+fn has_ended(snapshot: &Snapshot) -> bool {
+    snapshot.decision.progress != Progress::Collecting
+        || snapshot.source_ended
+        || !snapshot.failures.is_empty()
+}

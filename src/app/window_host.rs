@@ -1,0 +1,229 @@
+//! The program behind the window: sources, folders, settings, results.
+
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use serde_json::Value;
+
+use super::{
+    Announcer, Exit, Opening, RESULT_FILE, camera, comparison, explain, export,
+    host::{
+        AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
+    },
+    opening::new_session_path,
+    recordings,
+    run::Concluded,
+    session_report,
+};
+use crate::{
+    config::PlanName,
+    guidance::Plan,
+    pipeline::{Background, Paced, Pipeline},
+    text,
+};
+
+/// Called with each session's result, as `calibration.json` holds it.
+pub type OnResult = Arc<dyn Fn(&Value) + Send + Sync>;
+
+/// Answers the window: opens and concludes sessions, compares, exports and replays.
+pub struct WindowHost {
+    opening: Opening,
+    /// Whether sources that can wait keep to the time of their recording.
+    paced: bool,
+    stop: Arc<AtomicBool>,
+    announcer: Announcer,
+    on_result: OnResult,
+    /// Folders that hold sessions.
+    session_folders: BTreeSet<PathBuf>,
+    exit: Arc<Mutex<Exit>>,
+}
+
+impl AppHost for WindowHost {
+    fn first_wish(&self) -> SessionRequest {
+        let config = &self.opening.config;
+        let plan = match config.guidance.plan {
+            PlanName::Quick => Plan::Quick,
+            PlanName::Full => Plan::Full,
+            PlanName::Adaptive => Plan::Adaptive,
+        };
+        SessionRequest {
+            source: self.opening.source.clone(),
+            mode: config.camera.mode.clone(),
+            board: [config.board.columns, config.board.rows],
+            square_m: config.board.square_mm * 1e-3,
+            plan,
+            go_on_with: self.opening.session.clone(),
+            first: None,
+        }
+    }
+
+    fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
+        self.opened(wish, wake).map_err(|err| user_error(&err))
+    }
+
+    fn sources(&mut self) -> Vec<(String, String)> {
+        let mut sources = vec![("auto".into(), text::window::SOURCE_AUTO.into())];
+        sources.extend(camera::names());
+        sources.push(("sim".into(), text::window::SOURCE_SIMULATED.into()));
+        sources
+    }
+
+    fn modes(&mut self, source: &str) -> Vec<String> {
+        camera::modes(source)
+    }
+
+    fn formats(&self) -> Vec<&'static str> {
+        export::FORMATS.iter().map(|format| format.label()).collect()
+    }
+
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError> {
+        export::beside(folder, format, &self.announcer).map_err(|err| user_error(&err))
+    }
+
+    fn older(&self, folder: &Path) -> Vec<PathBuf> {
+        comparison::older(folder)
+    }
+
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError> {
+        let (folder, old) = (folder.to_path_buf(), old.to_path_buf());
+        let announcer = self.announcer.clone();
+        let work = move || {
+            let compared =
+                comparison::of_folder(&folder, &old, &announcer).map_err(|err| user_error(&err));
+            wake();
+            compared
+        };
+        Background::start(work).map_err(|err| user_error(&err.into()))
+    }
+
+    fn recordings(&self) -> Vec<Recording> {
+        recordings::within(&self.session_folders)
+    }
+
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError> {
+        let folder = folder.to_path_buf();
+        let work = move || {
+            let replayed = recordings::open(&folder).map_err(|err| user_error(&err));
+            wake();
+            replayed
+        };
+        Background::start(work).map_err(|err| user_error(&err.into()))
+    }
+
+    fn show(&mut self, file: &Path) -> Result<(), UserError> {
+        let shown = Command::new("xdg-open")
+            .arg(file)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        shown.map(drop).map_err(|_| UserError {
+            what: text::window::NO_VIEWER.into(),
+            action: Some(text::window::written(file)),
+        })
+    }
+
+    fn interrupted(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+impl WindowHost {
+    /// Answers for a window whose first session is `opening`. `stop` ends the whole program. With `paced`, a
+    /// simulated or recorded source keeps to its own time, as a person needs; without, it's as fast as the
+    /// machine.
+    pub fn new(
+        opening: Opening,
+        paced: bool,
+        stop: Arc<AtomicBool>,
+        announcer: Announcer,
+        on_result: OnResult,
+    ) -> Self {
+        let path = new_session_path();
+        let sessions = path.parent().unwrap_or(Path::new("."));
+        Self {
+            opening,
+            paced,
+            stop,
+            announcer,
+            on_result,
+            session_folders: BTreeSet::from([sessions.into()]),
+            exit: Arc::new(Mutex::new(Exit::Good)),
+        }
+    }
+
+    /// The exit status of the session that ended last.
+    pub fn exit(&self) -> Arc<Mutex<Exit>> {
+        Arc::clone(&self.exit)
+    }
+
+    fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
+        let mut config = self.opening.config.clone();
+        [config.board.columns, config.board.rows] = wish.board;
+        config.board.square_mm = wish.square_m * 1e3;
+        config.camera.mode.clone_from(&wish.mode);
+        // What was typed is checked as a settings file is.
+        let mut config = config.with(&[])?;
+        config.guidance.plan = match wish.plan {
+            Plan::Quick => PlanName::Quick,
+            Plan::Full => PlanName::Full,
+            Plan::Adaptive => PlanName::Adaptive,
+        };
+        let opening = Opening {
+            source: wish.source.clone(),
+            config,
+            session: wish.go_on_with.clone(),
+            against: self.opening.against.clone().filter(|_| wish.go_on_with.is_none()),
+            // A folder named for the first session is that session's; the next gets its own.
+            out: self.opening.out.take().filter(|_| wish.go_on_with.is_none()),
+            ..self.opening
+        };
+        let mut run = opening.open(&self.announcer).inspect_err(|_| {
+            self.opening.out.clone_from(&opening.out);
+        })?;
+        let (pictures, note) = (std::mem::take(&mut run.pictures), run.note.take());
+        let source = run.open.source.identity().name;
+        let (mut setup, context) = run.setup(&self.announcer)?;
+        let adjustables = setup.source.adjustables();
+        if setup.lossless && self.paced {
+            setup.source = Box::new(Paced::new(setup.source));
+        }
+        let folder = context.path.clone();
+        let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+        self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
+        let (pipeline, showing) = Pipeline::start_shown(setup, move || wake())?;
+        let (announcer, exit) = (self.announcer.clone(), Arc::clone(&self.exit));
+        let on_result = Arc::clone(&self.on_result);
+        let conclude = Box::new(move |finished| {
+            let folder = context.path.clone();
+            let outcome = context.finished(finished).and_then(|run| run.conclude(&announcer));
+            let code = outcome.as_ref().map_or(Exit::Failed, |concluded| concluded.exit);
+            *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
+            let files = [session_report::page_path(&folder), folder.join(RESULT_FILE)]
+                .into_iter()
+                .filter(|file| outcome.is_ok() && file.is_file())
+                .collect();
+            let (compared, trouble) = match outcome {
+                Ok(Concluded { result, compared, .. }) => {
+                    on_result(&result);
+                    (compared, None)
+                }
+                Err(err) => (None, Some(user_error(&err))),
+            };
+            let compared = compared.map(|outcome| outcome.map_err(|err| user_error(&err)));
+            Ended { folder, files, compared, trouble }
+        });
+        Ok(Opened { pipeline, showing, source, folder, pictures, adjustables, note, conclude })
+    }
+}
+
+fn user_error(err: &anyhow::Error) -> UserError {
+    UserError { what: format!("{err:#}"), action: explain(err) }
+}
