@@ -14,11 +14,9 @@ use serde_json::Value;
 
 use super::{
     Announcer, Exit, Opening, RESULT_FILE, camera, comparison, explain, export,
-    host::{
-        AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
-    },
+    host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
     opening::new_session_path,
-    recordings,
+    recordings::{self, Recording},
     run::Concluded,
     session_report,
 };
@@ -115,6 +113,10 @@ impl AppHost for WindowHost {
             replayed
         };
         Background::start(work).map_err(|err| user_error(&err.into()))
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
     }
 
     fn show(&mut self, file: &Path) -> Result<(), UserError> {

@@ -2,7 +2,6 @@
 
 use std::{
     path::{Path, PathBuf},
-    str::FromStr,
     thread::available_parallelism,
 };
 
@@ -10,11 +9,14 @@ use anyhow::{Context, bail};
 use clap::Args;
 
 use super::{
-    Exit, announcer, board_args::BoardArguments, corner_table, print, report::this_command, say,
+    board_args::{BoardArguments, Size},
+    corner_table,
+    report::this_command,
+    terminal::{announcer, print, say},
 };
 use crate::{
     app::{
-        announce_result,
+        Exit, announce_result,
         json::{self, ViewName},
         report::{picture_beside, versions},
     },
@@ -60,21 +62,6 @@ pub(super) struct Arguments {
     /// Print the result as JSON on stdout.
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Size(pub(super) ImageSize);
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parsed = text.split_once(['x', 'X']).and_then(|(width, height)| {
-            let (width_px, height_px) = (width.parse().ok()?, height.parse().ok()?);
-            (width_px > 0 && height_px > 0).then_some(ImageSize { width_px, height_px })
-        });
-        parsed.map(Self).ok_or_else(|| "wants width x height, for example 1280x720".into())
-    }
 }
 
 struct Views {

@@ -9,11 +9,14 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{
-    Exit, announcer, backend::BackendName, board_args::BoardArguments, guide, print, say, stop_flag,
+    backend::BackendName,
+    board_args::BoardArguments,
+    guide,
+    terminal::{announcer, print, say, stop_flag},
 };
 use crate::{
     app::{
-        Opening,
+        Exit, Opening,
         comparison::{self, Checked, NoVerdict},
         session_report,
         source::SourceName,

@@ -5,9 +5,13 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::bail;
 use clap::Args;
 
-use super::{Exit, board_args::BoardArguments, corner_table, print, say};
+use super::{
+    board_args::BoardArguments,
+    corner_table,
+    terminal::{print, say},
+};
 use crate::{
-    app::json,
+    app::{Exit, json},
     capture::read_picture,
     detection::{Detector, DetectorParams},
     text,

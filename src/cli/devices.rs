@@ -3,9 +3,10 @@
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::{Exit, print, say};
+use super::terminal::{print, say};
 #[cfg(target_os = "linux")]
 use crate::{
+    app::Exit,
     capture::{
         CameraMode, choose, layout,
         v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},

@@ -6,8 +6,9 @@ use anyhow::bail;
 use clap::Args;
 use serde_json::json;
 
-use super::{Exit, print, say};
+use super::terminal::{print, say};
 use crate::{
+    app::Exit,
     app::doctor::{Diagnosis, recover, verify},
     text,
 };

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    Exit, announcer, backend::BackendName, board_args::BoardArguments, print, stop_flag, window,
+    backend::BackendName,
+    board_args::BoardArguments,
+    terminal::{announcer, print, stop_flag},
+    window,
 };
-use crate::app::{AppHost, Opening};
+use crate::app::{AppHost, Exit, Opening};
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
 ///

@@ -15,18 +15,14 @@ mod report;
 mod simulate;
 mod study;
 mod target;
+mod terminal;
 mod window;
 
-use std::{
-    io::Write,
-    process::ExitCode,
-    sync::{Arc, atomic::AtomicBool},
-};
+use std::{io::Write, process::ExitCode};
 
-use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-use crate::app::{Announcer, AppHost, Exit, explain};
+use crate::app::{AppHost, Exit, explain};
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -109,43 +105,4 @@ pub fn main() -> ExitCode {
 pub fn app_host(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
     let arguments = ["boresight"].iter().chain(arguments);
     CommandLine::try_parse_from(arguments)?.guide.app_host(paced)
-}
-
-/// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
-/// out still decides its exit code.
-fn print(line: &str) -> anyhow::Result<()> {
-    match writeln!(std::io::stdout(), "{line}") {
-        Err(err) if err.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.context("could not write to stdout"),
-    }
-}
-
-/// Writes a line to stderr; without a reader the work goes on.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
-}
-
-/// A flag that Ctrl-C and a polite kill set.
-fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
-    Ok(stop)
-}
-
-/// Prints every sentence on stderr.
-fn announcer() -> Announcer {
-    Announcer::new(say)
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Good => Self::SUCCESS,
-            Exit::Failed => Self::from(1),
-            Exit::NotTrustworthy => Self::from(3),
-            Exit::Recalibrate => Self::from(4),
-        }
-    }
 }

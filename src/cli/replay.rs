@@ -8,10 +8,14 @@ use std::{
 use clap::Args;
 use serde_json::json;
 
-use super::{Exit, announcer, board_args::setting, print, say, window};
+use super::{
+    board_args::setting,
+    terminal::{announcer, print, say},
+    window,
+};
 use crate::{
     app::{
-        JournalReading,
+        Exit, JournalReading,
         recordings::decided,
         redetect::{change, redetect},
         result::{Conclusion, conclude},

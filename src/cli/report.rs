@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::{Exit, print, say};
+use super::terminal::{print, say};
 use crate::{
     app::{
-        RESULT_FILE,
+        Exit, RESULT_FILE,
         report::{of_file, quoted},
         session_report,
     },

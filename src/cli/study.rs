@@ -7,8 +7,9 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::{Exit, print, say};
+use super::terminal::{print, say};
 use crate::{
+    app::Exit,
     recording::save::{Overwrite, save},
     study::{EXPERIMENTS, Outcome, Params, guidance, page},
 };

@@ -17,11 +17,11 @@ use super::{
     keys::{self, UiAction},
     replay::RecordingBrowser,
     result,
-    run::background,
     screen::Screen,
     session_state::{Running, SessionState},
     settings,
     sound::{Sound, Tone},
+    theme::background,
     user_error,
 };
 use crate::{
@@ -148,7 +148,7 @@ impl App {
                     self.end();
                 }
             }
-            SessionState::Background(ending) => {
+            SessionState::Ending(ending) => {
                 if let Some(ended) = ending.outcome() {
                     let tone =
                         if ended.trouble.is_some() { Tone::UserError } else { Tone::Complete };
@@ -176,7 +176,7 @@ impl App {
 
     /// A file or folder was dropped onto the window.
     fn dropped(&mut self, path: &Path) {
-        if path.is_dir() {
+        if self.host.is_folder(path) {
             self.page = Page::Replay;
             self.shelf.open(&mut *self.host, path, Arc::clone(&self.wake));
         } else if matches!(self.stage, SessionState::Ended(_)) {
@@ -222,7 +222,7 @@ impl App {
                 let state = match stage {
                     SessionState::NotStarted(_) => result::State::Nothing,
                     SessionState::Running(_) => result::State::Running,
-                    SessionState::Background(_) => result::State::Background,
+                    SessionState::Ending(_) => result::State::Ending,
                     SessionState::Ended(ended) => result::State::Ended(ended),
                 };
                 let formats = self.host.formats();
@@ -298,7 +298,7 @@ impl App {
                 };
                 self.open(ctx, wish);
             }
-            SessionState::NotStarted(_) | SessionState::Background(_) => {}
+            SessionState::NotStarted(_) | SessionState::Ending(_) => {}
         }
     }
 

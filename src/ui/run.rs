@@ -8,6 +8,7 @@ use egui::{Vec2, ViewportBuilder};
 use super::{
     app::App,
     replay::{self, Replayed},
+    theme,
 };
 use crate::{
     app::{AppHost, recordings::DecidedRecording},
@@ -54,7 +55,7 @@ pub fn run(host: Box<dyn AppHost>) -> Result<(), NoWindow> {
 /// [`NoWindow`].
 pub fn run_replay(recording: DecidedRecording) -> Result<(), NoWindow> {
     open(|ctx| {
-        super::theme::apply(ctx);
+        theme::apply(ctx);
         Box::new(ReplayWindow(Replayed::new(recording)))
     })
 }
@@ -69,13 +70,8 @@ impl eframe::App for ReplayWindow {
     }
 
     fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
-        background(visuals)
+        theme::background(visuals)
     }
-}
-
-/// What is seen where no panel stands.
-pub(super) fn background(visuals: &egui::Visuals) -> [f32; 4] {
-    visuals.panel_fill.to_normalized_gamma_f32()
 }
 
 /// How the window is opened.

@@ -46,7 +46,7 @@ impl App {
                         keys::button(ui, Act::GoOn, asks);
                         keys::button(ui, Act::New, asks);
                     }
-                    SessionState::NotStarted(_) | SessionState::Background(_) => {}
+                    SessionState::NotStarted(_) | SessionState::Ending(_) => {}
                 }
                 ui.separator();
                 let preferences = &self.screen.preferences;
