@@ -1,0 +1,15 @@
+//! The program as a process: what it says, how it ends, and what it leaves on the disk.
+
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod person;
+#[path = "../common/pictures.rs"]
+mod pictures;
+
+mod check;
+mod command_line;
+mod crash;
+mod damage;
+
+mod report;
+mod target;
