@@ -58,6 +58,7 @@ pub mod app;
 pub mod board;
 pub mod calibration;
 pub mod capture;
+#[cfg(any(feature = "report", feature = "study"))]
 mod chart;
 pub mod cli;
 pub mod config;
@@ -69,10 +70,13 @@ pub mod guidance;
 mod panic_message;
 pub mod pipeline;
 pub mod recording;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod session;
 pub mod simulation;
+#[cfg(feature = "study")]
 pub mod study;
 pub mod target;
 pub mod text;
+#[cfg(feature = "window")]
 pub mod ui;

@@ -13,12 +13,11 @@ use std::{
 use serde_json::Value;
 
 use super::{
-    Announcer, Exit, Opening, RESULT_FILE, camera, comparison, explain, export,
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, camera, comparison, explain, export,
     host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
     opening::new_session_path,
     recordings::{self, Recording},
     run::Concluded,
-    session_report,
 };
 use crate::{
     config::PlanName,
@@ -208,7 +207,7 @@ impl WindowHost {
             let outcome = context.finished(finished).and_then(|run| run.conclude(&announcer));
             let code = outcome.as_ref().map_or(Exit::Failed, |concluded| concluded.exit);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
-            let files = [session_report::page_path(&folder), folder.join(RESULT_FILE)]
+            let files = [folder.join(REPORT_FILE), folder.join(RESULT_FILE)]
                 .into_iter()
                 .filter(|file| outcome.is_ok() && file.is_file())
                 .collect();

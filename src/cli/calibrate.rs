@@ -8,17 +8,25 @@ use std::{
 use anyhow::{Context, bail};
 use clap::Args;
 
+#[cfg(not(feature = "report"))]
+use super::left_out::report::{Thumbnail, picture_beside};
+#[cfg(feature = "report")]
+use super::report::this_command;
 use super::{
     board_args::{BoardArguments, Size},
     corner_table,
-    report::this_command,
     terminal::{announcer, print, say},
+};
+#[cfg(feature = "report")]
+use crate::{
+    app::report::{picture_beside, versions},
+    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail, page},
+    text::report as words,
 };
 use crate::{
     app::{
         Exit, announce_result,
         json::{self, ViewName},
-        report::{picture_beside, versions},
     },
     board::Checkerboard,
     calibration::calibrate,
@@ -27,8 +35,7 @@ use crate::{
     geometry::Corner,
     pipeline::detect_many,
     recording::save::{Overwrite, save},
-    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail, page},
-    text::{self, report as words},
+    text,
 };
 
 /// Calibrate from pictures of the board, or from a table of its corners.
@@ -74,6 +81,10 @@ struct Views {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        #[cfg(not(feature = "report"))]
+        if self.report.is_some() {
+            return Err(crate::app::MissingFeature::REPORT.into());
+        }
         let mut config = self.board.config()?;
         config.calibration.varying_focal |= self.varying_focal;
         let board = config.board()?;
@@ -99,6 +110,7 @@ impl Arguments {
             save(path, serde_json::to_string_pretty(&report)?.as_bytes(), overwrite)?;
             say(&format!("Written: {}", path.display()));
         }
+        #[cfg(feature = "report")]
         if let Some(path) = &self.report {
             let report = Report {
                 name: words::files(&folder_name(&self.inputs), self.inputs.len()),
@@ -122,6 +134,7 @@ impl Arguments {
 }
 
 /// What the folder of the first input is called.
+#[cfg(feature = "report")]
 fn folder_name(inputs: &[PathBuf]) -> String {
     let first = inputs.first().map(|path| std::path::absolute(path).unwrap_or(path.clone()));
     let folder = first.as_deref().and_then(Path::parent).and_then(Path::file_name);

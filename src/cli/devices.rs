@@ -4,7 +4,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::terminal::{print, say};
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 use crate::{
     app::Exit,
     capture::{
@@ -48,7 +48,7 @@ impl Arguments {
 }
 
 /// The report, and whether there is a camera. Tells the person if `tell`.
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(all(target_os = "linux", feature = "live")))]
 fn list(tell: bool) -> (Value, bool) {
     let (cameras, others) = match crate::capture::nokhwa::list() {
         Ok(cameras) => (cameras, Vec::new()),
@@ -103,7 +103,7 @@ fn backends() -> Vec<Value> {
         .collect()
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn list(tell: bool) -> (Value, bool) {
     let mut kernel = Linux::default();
     let Found { cameras, others } = discover(&mut kernel);
@@ -143,7 +143,7 @@ fn list(tell: bool) -> (Value, bool) {
     (report, !cameras.is_empty())
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn describe(camera: &Camera, controls: &[ControlState]) {
     say(&format!("{}  {}", camera.stable_name(), printable(&camera.name)));
     let links: Vec<String> =
@@ -173,7 +173,7 @@ fn describe(camera: &Camera, controls: &[ControlState]) {
     }
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn marks(camera: &Camera) -> [(bool, Fault); 3] {
     [
         (camera.is_virtual, Fault::Virtual),
@@ -183,7 +183,7 @@ fn marks(camera: &Camera) -> [(bool, Fault); 3] {
 }
 
 /// Sizes with their rates by format; formats that cannot be read are said to be so.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
     let mut formats: Vec<(String, Vec<String>)> = Vec::new();
     let mut last = None;
@@ -213,24 +213,24 @@ fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
     formats
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn fourcc(offer: &CameraMode) -> String {
     printable(&String::from_utf8_lossy(&offer.fourcc))
 }
 
 /// Pictures per second, to a tenth.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn rate(offer: &CameraMode) -> Option<f64> {
     offer.interval.map(|(n, d)| (f64::from(d) / f64::from(n) * 10.0).round() / 10.0)
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn mode_name(offer: &CameraMode) -> String {
     let rate = rate(offer).map_or(String::new(), |rate| format!("@{rate}"));
     format!("{}x{}{rate}:{}", offer.size.width_px, offer.size.height_px, fourcc(offer))
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn report(camera: &Camera, controls: &[ControlState]) -> Value {
     let modes: Vec<Value> = camera
         .offers

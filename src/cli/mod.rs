@@ -6,23 +6,38 @@ mod calibrate;
 mod check;
 mod corner_table;
 mod detect;
+#[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod devices;
 mod doctor;
 mod export;
 mod guide;
+#[cfg(not(all(feature = "live", feature = "nokhwa", feature = "report", feature = "study")))]
+mod left_out;
 mod replay;
+#[cfg(feature = "report")]
 mod report;
 mod simulate;
+#[cfg(feature = "study")]
 mod study;
 mod target;
 mod terminal;
+#[cfg(feature = "window")]
 mod window;
 
 use std::{io::Write, process::ExitCode};
 
 use clap::{Parser, Subcommand};
 
-use crate::app::{AppHost, Exit, explain};
+#[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
+use left_out::devices;
+#[cfg(not(feature = "report"))]
+use left_out::report;
+#[cfg(not(feature = "study"))]
+use left_out::study;
+
+#[cfg(feature = "window")]
+use crate::app::AppHost;
+use crate::app::{Exit, MissingFeature, explain};
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -41,6 +56,9 @@ struct CommandLine {
     #[command(flatten)]
     guide: guide::Arguments,
 }
+
+/// Exit code of arguments that this build doesn't take; clap uses it for wrong ones.
+const WRONG_USAGE: u8 = 2;
 
 const AFTER_HELP: &str = "\
 Without a command: a guided session, the same as `boresight guide`, with the same options.
@@ -90,6 +108,9 @@ pub fn main() -> ExitCode {
             let hint = explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
             // If stderr is closed there is nobody left to tell.
             let _ = writeln!(std::io::stderr(), "boresight: {err:#}{hint}");
+            if err.chain().any(|cause| cause.is::<MissingFeature>()) {
+                return ExitCode::from(WRONG_USAGE);
+            }
             Exit::Failed.into()
         }
     }
@@ -102,6 +123,7 @@ pub fn main() -> ExitCode {
 /// # Errors
 ///
 /// If the arguments are wrong.
+#[cfg(feature = "window")]
 pub fn app_host(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
     let arguments = ["boresight"].iter().chain(arguments);
     CommandLine::try_parse_from(arguments)?.guide.app_host(paced)

@@ -11,12 +11,12 @@ use serde_json::json;
 use super::{
     board_args::setting,
     terminal::{announcer, print, say},
-    window,
 };
+#[cfg(not(feature = "window"))]
+use crate::app::MissingFeature;
 use crate::{
     app::{
         Exit, JournalReading,
-        recordings::decided,
         redetect::{change, redetect},
         result::{Conclusion, conclude},
     },
@@ -57,6 +57,10 @@ const SHOWN: usize = 5;
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        #[cfg(not(feature = "window"))]
+        if self.gui {
+            return Err(MissingFeature::WINDOW.into());
+        }
         let mut worst = Exit::Good;
         for path in &self.sessions {
             say(&format!("Session: {}", path.display()));
@@ -116,7 +120,13 @@ impl Arguments {
             print(&result.to_string())?;
         }
         if self.gui {
-            window::replay(decided(path, steps, &differences, journal.stored())?)?;
+            #[cfg(feature = "window")]
+            super::window::replay(crate::app::recordings::decided(
+                path,
+                steps,
+                &differences,
+                journal.stored(),
+            )?)?;
         }
         Ok(exit)
     }

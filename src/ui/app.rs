@@ -11,8 +11,9 @@ use std::{
 
 use egui::{Context, ThemePreference, Ui, ViewportCommand};
 
+#[cfg(feature = "study")]
+use super::explore::{self, Explored};
 use super::{
-    explore::{self, Explored},
     guide,
     keys::{self, UiAction},
     replay::RecordingBrowser,
@@ -46,6 +47,7 @@ pub enum Page {
     /// The calibration.
     Result,
     /// The paper's effect to play with.
+    #[cfg(feature = "study")]
     Explore,
     /// The next session, and how the window looks and sounds.
     Settings,
@@ -65,6 +67,7 @@ pub struct App {
     stage: SessionState,
     screen: Screen,
     page: Page,
+    #[cfg(feature = "study")]
     explored: Explored,
     result: result::ResultPage,
     /// What the person set of the camera's controls.
@@ -97,6 +100,7 @@ impl App {
             stage: SessionState::NotStarted(nothing),
             screen: Screen::default(),
             page: Page::Guide,
+            #[cfg(feature = "study")]
             explored: Explored::default(),
             result: result::ResultPage::default(),
             adjusted: BTreeMap::new(),
@@ -216,6 +220,7 @@ impl App {
                 settings::show(ui, &mut self.draft, &self.offered, &preferences, &mut asks);
             }
             (_, Page::Replay) => self.shelf.show(ui, self.screen.preferences, &mut asks),
+            #[cfg(feature = "study")]
             (_, Page::Explore) => explore::show(ui, &mut self.explored),
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
@@ -341,7 +346,10 @@ impl App {
                 Act::Help => self.help ^= true,
                 Act::GuidePage => self.page = Page::Guide,
                 Act::ResultPage => self.page = Page::Result,
+                #[cfg(feature = "study")]
                 Act::ExplorePage => self.page = Page::Explore,
+                #[cfg(not(feature = "study"))]
+                Act::ExplorePage => {}
                 Act::ReplayPage => {
                     self.page = Page::Replay;
                     self.shelf.browse(&*self.host);

@@ -89,9 +89,16 @@ pub fn options() -> eframe::NativeOptions {
     }
 }
 
-fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
+/// Whether there is a display to open a window on. The environment names those of X11 and Wayland; other
+/// systems always have one.
+pub fn has_display() -> bool {
     let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name)) {
+    cfg!(any(not(unix), target_os = "macos"))
+        || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name))
+}
+
+fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
+    if !has_display() {
         return Err(NoWindow::NoDisplay);
     }
     // A missing library makes the window system's client panic; until the window is there, that is only

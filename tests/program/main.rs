@@ -5,6 +5,8 @@
 mod person;
 #[path = "../common/pictures.rs"]
 mod pictures;
+#[path = "../common/world.rs"]
+mod world;
 
 mod check;
 mod command_line;
@@ -12,4 +14,5 @@ mod crash;
 mod damage;
 
 mod report;
+mod saved_session;
 mod target;

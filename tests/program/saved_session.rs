@@ -1,10 +1,5 @@
 //! Which views are accepted is a recorded fact, whatever another build would decide.
 
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
-
-mod program;
-mod world;
-
 use std::{fs, path::Path};
 
 use boresight::{
@@ -16,9 +11,12 @@ use boresight::{
     },
     session::{Command, Input, Session},
 };
-use program::{boresight, says};
 use tempfile::TempDir;
-use world::{SIZE, guided};
+
+use crate::{
+    person::{boresight, says},
+    world::{SIZE, guided},
+};
 
 /// Records a guided session at `path`, with its last view removed and restored; returns its last state.
 fn recorded(path: &Path) -> Session {

@@ -1,65 +1,39 @@
-//! Which live camera a name means.
+//! The cameras of Linux, found through V4L2.
 
 use anyhow::bail;
 
-use super::Announcer;
-#[cfg(not(target_os = "linux"))]
-use crate::capture::nokhwa::{find, list};
-use crate::{
-    capture::{CaptureError, FrameSource, nokhwa::NokhwaCamera},
-    config::{Backend, Config},
-    device::Wanted,
-    text,
-};
-#[cfg(target_os = "linux")]
+#[cfg(not(feature = "nokhwa"))]
+use super::MissingFeature;
+use super::{Announcer, is_name, several, wanted};
+#[cfg(feature = "nokhwa")]
+use crate::capture::nokhwa::NokhwaCamera;
 use crate::{
     capture::{
-        layout,
+        CaptureError, FrameSource, layout,
         v4l2::{Camera, Found, Linux, LiveCamera, discover, find},
     },
-    device::{Fault, Mode},
+    config::{Backend, Config},
+    device::{Fault, Mode, Wanted},
     frame::ImageSize,
+    text,
 };
 
-/// Whether `name` can only mean a live camera.
-pub fn is_name(name: &str) -> bool {
-    let starts: &[&str] =
-        if cfg!(target_os = "linux") { &["/dev/", "usb:", "place:"] } else { &["nokhwa:"] };
-    starts.iter().any(|start| name.starts_with(start))
-}
+/// What the name of a live camera begins with.
+pub(super) const NAMES: &[&str] = &["/dev/", "usb:", "place:"];
 
 /// A camera that was found but isn't open yet.
 #[derive(Clone, Debug)]
 pub struct ChosenCamera {
-    #[cfg(target_os = "linux")]
     camera: Camera,
-    #[cfg(target_os = "linux")]
     backend: Backend,
-    /// Its name in nokhwa's list.
-    #[cfg(not(target_os = "linux"))]
-    source: String,
     wanted: Wanted,
 }
 
-/// What the configuration, which was checked when it was read, wants of the mode.
-fn wanted(config: &Config) -> Wanted {
-    config.camera.wanted().unwrap_or_default()
-}
-
-/// Says which of several cameras could be meant.
-fn several(names: &[(String, String)]) -> anyhow::Error {
-    let lines: Vec<String> =
-        names.iter().map(|(source, name)| format!("  {source}  {name}")).collect();
-    anyhow::anyhow!("there are several cameras; say which with --source:\n{}", lines.join("\n"))
-}
-
 /// The connected cameras: the name that finds each again, and the product name.
-#[cfg(target_os = "linux")]
 pub fn names() -> Vec<(String, String)> {
     named(&discover(&mut Linux::default()).cameras)
 }
 
-#[cfg(target_os = "linux")]
 fn named(cameras: &[Camera]) -> Vec<(String, String)> {
     cameras
         .iter()
@@ -69,7 +43,6 @@ fn named(cameras: &[Camera]) -> Vec<(String, String)> {
 
 /// The modes of the camera called `name` that can be read, as the settings name them; none without such a
 /// camera.
-#[cfg(target_os = "linux")]
 pub fn modes(name: &str) -> Vec<String> {
     if !is_name(name) {
         return Vec::new();
@@ -93,28 +66,10 @@ pub fn modes(name: &str) -> Vec<String> {
     modes.into_iter().map(|(_, mode)| mode).collect()
 }
 
-#[cfg(target_os = "linux")]
 fn round(hz: f64) -> f64 {
     (100.0 * hz).round() / 100.0
 }
 
-/// Modes are not listed on this system.
-#[cfg(not(target_os = "linux"))]
-pub fn modes(_name: &str) -> Vec<String> {
-    Vec::new()
-}
-
-/// The connected cameras: the name that finds each again, and the product name.
-#[cfg(not(target_os = "linux"))]
-pub fn names() -> Vec<(String, String)> {
-    let listed = list().unwrap_or_default();
-    listed
-        .into_iter()
-        .map(|camera| (camera.source, text::camera::printable(&camera.name)))
-        .collect()
-}
-
-#[cfg(target_os = "linux")]
 impl ChosenCamera {
     fn new(camera: Camera, config: &Config) -> Self {
         Self { camera, backend: config.camera.backend, wanted: wanted(config) }
@@ -174,56 +129,11 @@ impl ChosenCamera {
     /// [`CaptureError::Camera`] with the fault.
     pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         if self.backend.is_nokhwa() {
+            #[cfg(feature = "nokhwa")]
             return Ok(Box::new(NokhwaCamera::of(&self.camera, &self.wanted)?));
+            #[cfg(not(feature = "nokhwa"))]
+            bail!(MissingFeature::NOKHWA);
         }
         Ok(Box::new(LiveCamera::open(Linux::default(), self.camera.clone(), &self.wanted)?))
-    }
-}
-
-#[cfg(not(target_os = "linux"))]
-impl ChosenCamera {
-    /// The camera that `name` means.
-    ///
-    /// # Errors
-    ///
-    /// [`CaptureError::Camera`] if there is no such camera.
-    pub fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
-        if !config.camera.backend.is_nokhwa() {
-            bail!(text::backend::V4L_ELSEWHERE);
-        }
-        let failed = |(fault, detail)| CaptureError::Camera { fault, detail };
-        let source = find(&list().map_err(failed)?, name).map_err(failed)?.source;
-        Ok(Self { source, wanted: wanted(config) })
-    }
-
-    /// The only camera; `None` if there is none. Announces which.
-    ///
-    /// # Errors
-    ///
-    /// If there are several: the names to choose from.
-    pub fn only(config: &Config, announcer: &Announcer) -> anyhow::Result<Option<Self>> {
-        let names = names();
-        match names.as_slice() {
-            [] => Ok(None),
-            [(source, name)] => {
-                announcer.say(&format!("Camera: {name} ({source})"));
-                Self::named(source, config).map(Some)
-            }
-            names => bail!(several(names)),
-        }
-    }
-
-    /// The name that finds it again.
-    pub fn stable_name(&self) -> String {
-        self.source.clone()
-    }
-
-    /// Starts streaming.
-    ///
-    /// # Errors
-    ///
-    /// [`CaptureError::Camera`] with the fault.
-    pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
-        Ok(Box::new(NokhwaCamera::named(&self.source, &self.wanted)?))
     }
 }
