@@ -80,7 +80,7 @@ impl House {
                 continue;
             };
             for (used, names) in self.rooms_of(named) {
-                if used != *room && !allowed.contains(&used.as_str()) {
+                if used != *room && !allowed.split_whitespace().any(|room| room == used) {
                     let names = listed(&names);
                     problems.push(format!("src/{path}: `{room}` may not use `{used}`: {names}"));
                 }
@@ -93,18 +93,28 @@ impl House {
     pub(crate) fn wrong_panels(&self, rules: &Rules) -> Vec<String> {
         let mut problems = Vec::new();
         let mut unseen: BTreeSet<&str> = rules.panels.iter().copied().collect();
-        for File { path, room, named, .. } in &self.files {
+        for File { path, named, .. } in &self.files {
             let Some(panel) = rules.panels.iter().find(|panel| is_within(path, panel)) else {
                 continue;
             };
             unseen.remove(panel);
-            for (used, names) in self.rooms_of(named) {
-                if used != *room && !rules.panels_may_use.contains(&used.as_str()) {
-                    problems.push(format!(
-                        "src/{path}: a panel sees plain data and words, not `{used}`: {}",
-                        listed(&names)
-                    ));
+            let mut wrong: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+            for (named, resolved) in named {
+                for target in &resolved.targets {
+                    let (Target::Item { module, .. } | Target::Module(module)) = target else {
+                        continue;
+                    };
+                    let file = self.modules[*module].file.as_str();
+                    if !rules.panels_may_use.iter().any(|place| is_within(file, place)) {
+                        wrong.entry(file).or_default().insert(named.path.join("::"));
+                    }
                 }
+            }
+            for (file, names) in wrong {
+                let names = listed(&names);
+                problems.push(format!(
+                    "src/{path}: a panel sees plain data and words, not `{file}`: {names}"
+                ));
             }
         }
         problems.extend(unseen.iter().map(|panel| format!("src/{panel}: no such panel")));
@@ -138,7 +148,7 @@ impl House {
         for (item, users) in rules.only_by {
             let mut used_rightly = false;
             for File { path, module: file_module, named, .. } in &self.files {
-                for (named, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
+                for (_, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
                     let is_it = resolved.targets.iter().any(|target| match target {
                         Target::Item { module, name } => {
                             file_module != module
@@ -219,11 +229,11 @@ impl House {
         let mut above = BTreeSet::new();
         let mut problems = Vec::new();
         for (room, uses) in rules.may_use {
-            for used in uses.iter().filter(|used| !above.contains(*used)) {
+            for used in uses.split_whitespace().filter(|used| !above.contains(used)) {
                 problems
                     .push(format!("map: `{used}` does not stand above `{room}`, which uses it"));
             }
-            if !above.insert(room) {
+            if !above.insert(*room) {
                 problems.push(format!("map: `{room}` stands there twice"));
             }
             if !rooms.contains(room) {

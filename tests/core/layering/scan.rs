@@ -30,7 +30,7 @@ pub(crate) fn paths(source: &Source) -> Vec<Named> {
     }
     for (module, tokens) in &source.code {
         let mut scan = Scan { module: *module, scopes: Vec::new(), found: &mut found };
-        scan.tokens(tokens.clone(), false);
+        scan.tokens(tokens.clone(), Inside::Code);
     }
     found
 }
@@ -126,6 +126,16 @@ impl Tokens {
     }
 }
 
+/// Where tokens stand.
+#[derive(Clone, Copy, PartialEq)]
+enum Inside {
+    Code,
+    /// Where variants are defined.
+    Enum,
+    /// In serde's attributes, where strings may be paths.
+    Serde,
+}
+
 struct Scan<'a> {
     module: usize,
     /// What `use` brings into the blocks around.
@@ -134,20 +144,26 @@ struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// The paths in `tokens`; in serde's attributes, strings are paths, too.
-    fn tokens(&mut self, tokens: TokenStream, in_serde: bool) {
+    fn tokens(&mut self, tokens: TokenStream, inside: Inside) {
         let tokens = Tokens(tokens.into_iter().collect());
         self.scopes.push(Vec::new());
+        let mut in_enum = false;
         let mut at = 0;
         while let Some(token) = tokens.0.get(at) {
             at += 1;
             match token {
                 TokenTree::Group(group) => {
-                    let of_serde = at >= 2
-                        && matches!(&tokens.0[at - 2], TokenTree::Ident(name) if *name == "serde");
-                    self.tokens(group.stream(), in_serde || of_serde);
+                    let is_body = in_enum && group.delimiter() == Delimiter::Brace;
+                    in_enum &= !is_body;
+                    let inner = match inside {
+                        _ if is_body => Inside::Enum,
+                        _ if tokens.follows(at - 1, &["serde"]) => Inside::Serde,
+                        Inside::Serde => Inside::Serde,
+                        Inside::Code | Inside::Enum => Inside::Code,
+                    };
+                    self.tokens(group.stream(), inner);
                 }
-                TokenTree::Literal(literal) if in_serde => {
+                TokenTree::Literal(literal) if inside == Inside::Serde => {
                     let key = at.checked_sub(3).map(|key| tokens.0[key].to_string());
                     let names_code = key.is_some_and(|key| {
                         !["rename", "rename_all", "tag", "content", "alias"].contains(&key.as_str())
@@ -156,7 +172,7 @@ impl Scan<'_> {
                         && let Ok(text) = syn::parse_str::<syn::LitStr>(&literal.to_string())
                         && let Ok(inner) = text.value().parse()
                     {
-                        self.tokens(inner, false);
+                        self.tokens(inner, Inside::Code);
                     }
                 }
                 TokenTree::Ident(first) if *first == "use" => {
@@ -175,8 +191,14 @@ impl Scan<'_> {
                 }
                 TokenTree::Ident(_) => {
                     let (path, end) = tokens.path(at - 1);
+                    in_enum |= path[0] == "enum";
+                    let is_variant = inside == Inside::Enum
+                        && (at == 1
+                            || tokens.is(at - 2, ',')
+                            || tokens.is_group(at - 2, Delimiter::Bracket));
                     let defined = ["fn", "struct", "enum", "trait", "type", "const", "static"];
-                    let is_path = !tokens.is_member(at - 1)
+                    let is_path = !is_variant
+                        && !tokens.is_member(at - 1)
                         && !tokens.is_within_a_type(at - 1)
                         && !(at >= 2 && tokens.is(at - 2, '\''))
                         && !tokens.follows(at - 1, &defined);

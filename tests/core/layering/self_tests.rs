@@ -11,14 +11,14 @@ use super::{
 /// `low` may use nothing, `middle` may use `low`, `window` may use both; only `disk` may read files.
 const SMALL: Rules = Rules {
     may_use: &[
-        ("lib", &[]),
-        ("low", &[]),
-        ("middle", &["low"]),
-        ("disk", &["low"]),
-        ("window", &["low", "middle"]),
+        ("lib", ""),
+        ("low", ""),
+        ("middle", "low"),
+        ("disk", "low"),
+        ("window", "low middle"),
     ],
     panels: &["window/panel"],
-    panels_may_use: &["low"],
+    panels_may_use: &["low", "window"],
     only_in: &[
         (Reach::Path("std::fs"), &["disk"]),
         (Reach::Path("rand"), &[]),
@@ -125,7 +125,7 @@ fn what_a_room_passes_on_belongs_to_the_room_that_defines_it() {
         &changed,
         &[
             "src/disk/mod.rs: `disk` may not use `middle`: crate::middle::Plain",
-            "src/window/panel.rs: a panel sees plain data and words, not `middle`: \
+            "src/window/panel.rs: a panel sees plain data and words, not `middle.rs`: \
              super::again",
             "src/window/panel.rs: only window/saved.rs may use `middle::replay`",
         ],
@@ -295,6 +295,28 @@ fn an_item_defined_in_the_folder_s_own_file_makes_a_circle() {
         \n    disk/mod.rs uses disk/raw.rs: handle\
         \n    disk/raw.rs uses disk/mod.rs: Failed";
     assert_eq!(circles(&files), [expected]);
+}
+
+#[test]
+fn a_variant_with_the_name_of_a_type_is_not_that_type() {
+    let mod_rs = "mod raw; pub use raw::Raw; pub enum Failed { #[doc(hidden)] Raw, Plan(u8) }";
+    let files = [("disk/mod.rs", mod_rs), ("disk/raw.rs", "pub struct Raw(super::Failed);")];
+    assert_eq!(circles(&files), [""; 0]);
+    let holds = mod_rs.replace("Plan(u8)", "Plan(Raw)");
+    let files = [("disk/mod.rs", holds.as_str()), files[1]];
+    assert_eq!(circles(&files).len(), 1);
+}
+
+#[test]
+fn a_module_may_have_a_file_of_another_name_and_one_for_each_system() {
+    let files = [
+        (
+            "disk/mod.rs",
+            "#[cfg(unix)] #[path = \"raw.rs\"] mod now; #[cfg(not(unix))] mod now; pub use now::handle;",
+        ),
+        ("disk/now.rs", "pub fn handle() { println!() }"),
+    ];
+    assert_wrong(&files, &["src/disk/now.rs: no `println!` in `disk`"]);
 }
 
 #[test]

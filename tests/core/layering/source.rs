@@ -148,7 +148,7 @@ impl Reader<'_> {
                 if let Item::Mod(item) = item
                     && item.content.is_none()
                 {
-                    self.reach_tests(folder, &item.ident.to_string());
+                    self.reach_tests(folder, &item.ident.to_string(), &item.attrs);
                 }
                 continue;
             }
@@ -177,7 +177,7 @@ impl Reader<'_> {
                             self.items(inner, items, &format!("{folder}{name}/"));
                             Some(inner)
                         }
-                        None => match self.file_of(folder, &name) {
+                        None => match self.file_of(folder, &name, &item.attrs) {
                             Some(file) => self.file(&file, path, Some(module)),
                             None => {
                                 let file = &self.made.sources[source].path;
@@ -208,15 +208,24 @@ impl Reader<'_> {
         self.made.modules[module].names.entry(name).or_default().push(is);
     }
 
-    fn file_of(&self, folder: &str, name: &str) -> Option<String> {
-        [format!("{folder}{name}.rs"), format!("{folder}{name}/mod.rs")]
+    /// The file of `mod name;`, which `#[path = "…"]` may name.
+    fn file_of(&self, folder: &str, name: &str, attributes: &[Attribute]) -> Option<String> {
+        let named = attributes.iter().find_map(|attribute| match &attribute.meta {
+            Meta::NameValue(meta) if meta.path.is_ident("path") => {
+                let value = &meta.value;
+                let value: syn::LitStr = syn::parse2(value.to_token_stream()).ok()?;
+                Some(format!("{folder}{}", value.value()))
+            }
+            _ => None,
+        });
+        [named.unwrap_or_else(|| format!("{folder}{name}.rs")), format!("{folder}{name}/mod.rs")]
             .into_iter()
             .find(|path| self.texts.contains_key(path))
     }
 
     /// Marks the files of a module that only exists in unit tests.
-    fn reach_tests(&mut self, folder: &str, name: &str) {
-        if let Some(file) = self.file_of(folder, name) {
+    fn reach_tests(&mut self, folder: &str, name: &str, attributes: &[Attribute]) {
+        if let Some(file) = self.file_of(folder, name, attributes) {
             let below = format!("{folder}{name}/");
             let inner = self.texts.keys().filter(|path| path.starts_with(&below)).cloned();
             self.reached.extend(inner);
