@@ -13,7 +13,7 @@ use boresight::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
     recording::{Header, Journal, RecordingError, SessionFolder, replay, stored_frame},
-    session::{Command, Input, Observation, Session},
+    session::{Command, Input, Observation, Session, ViewNumber},
 };
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2};
@@ -260,7 +260,7 @@ fn input() -> impl Strategy<Value = Input> {
         1 => prop::sample::select(vec![
             Input::Command(Command::ForceNext),
             Input::Command(Command::UndoLast),
-            Input::Command(Command::Remove { view: 7 }),
+            Input::Command(Command::Remove { view: ViewNumber(7) }),
             Input::Command(Command::Restore),
             Input::Command(Command::Pause),
             Input::Command(Command::Resume),

@@ -25,7 +25,7 @@ use crate::{
     guidance::Plan,
     pipeline::{Background, Paced, Pipeline},
     recording::{SessionFolder, Stored, stored_frame},
-    session::Session,
+    session::{Session, ViewNumber},
     text,
     ui::{
         self, NoWindow,
@@ -228,7 +228,7 @@ impl Program {
 }
 
 /// The stored pictures of the views that are there already.
-fn pictures(run: &Run) -> anyhow::Result<Vec<(u32, GrayImage)>> {
+fn pictures(run: &Run) -> anyhow::Result<Vec<(ViewNumber, GrayImage)>> {
     let session: &Session = &run.session;
     if session.accepted().is_empty() {
         return Ok(Vec::new());
@@ -242,11 +242,11 @@ fn pictures(run: &Run) -> anyhow::Result<Vec<(u32, GrayImage)>> {
         .filter_map(|view| {
             let frame = view.view.frame_id.0;
             let stored = stored.iter().find(|stored| stored.frame == frame)?;
-            Some((view.id, stored))
+            Some((view.number, stored))
         })
-        .map(|(id, stored)| {
+        .map(|(number, stored)| {
             let picture = stored_frame(path, stored).context("a view's picture is gone")?;
-            Ok((id, picture))
+            Ok((number, picture))
         })
         .collect()
 }

@@ -229,7 +229,8 @@ impl Config {
         Ok(Checkerboard::new(columns, rows, square_mm * 1e-3)?)
     }
 
-    /// The limits of the planner.
+    /// The limits of the planner, with lengths for pictures 1280 pixels wide: see
+    /// [`GuidanceParams::for_image`].
     pub fn guidance(&self) -> GuidanceParams {
         let g = &self.guidance;
         GuidanceParams {
@@ -246,8 +247,8 @@ impl Config {
             max_tilt_rad: g.max_tilt_deg.to_radians(),
             target_tilt_rad: g.target_tilt_deg.to_radians(),
             max_sigma_phi_rad: g.max_direction_sigma_deg.to_radians(),
-            min_fill: g.min_fill,
-            target_fill: g.target_fill,
+            min_span_fraction: g.min_fill,
+            target_span_fraction: g.target_fill,
             margin_px: g.margin_px,
             max_slot_error_rad: g.max_slot_error_deg.to_radians(),
             independent_rad: g.independent_deg.to_radians(),
@@ -282,7 +283,7 @@ impl Config {
         Ok(SessionSetup {
             board: self.board()?,
             image_size,
-            guidance: self.guidance(),
+            guidance: self.guidance().for_image(image_size),
             calibration: self.calibration(),
         })
     }

@@ -3,7 +3,7 @@
 use super::percent;
 use crate::{
     guidance::Plan,
-    session::{PairSummary, Snapshot, ViewSummary},
+    session::{Snapshot, ViewSummary},
 };
 
 /// "653.4 ± 0.2, 348.2 ± 0.2 px", or that it is not known yet.
@@ -66,11 +66,11 @@ pub(super) fn signed(px: f64) -> String {
 }
 
 /// What the newest pair leaves uncancelled.
-pub fn pair_balance(pairs: &[PairSummary]) -> String {
-    match pairs.last() {
+pub fn pair_balance(snapshot: &Snapshot) -> String {
+    match snapshot.pairs.last() {
         Some(pair) => {
-            let balance = signed(pair.balance_px);
-            format!("{balance} px, views {} and {}", pair.first + 1, pair.second + 1)
+            let [first, second] = [pair.first, pair.second].map(|at| snapshot.views[at].number);
+            format!("{} px, views {first} and {second}", signed(pair.balance_px))
         }
         None => "no pair yet".into(),
     }

@@ -4,10 +4,10 @@ use crate::{
     detection::{Miss, Side},
     device::{Adjustable, Control},
     guidance::{Advice, GuidanceParams, Plan, Progress, Refusal},
-    session::{CameraState, LiveView, Snapshot, Stream, ViewSummary},
+    session::{CameraState, LiveView, Snapshot, Stream, ViewNumber, ViewSummary},
 };
 
-use super::{deg, edge, numbers::signed};
+use super::{deg, edge, numbers::signed, view_name};
 pub use super::{gauge::*, numbers::*, result::*};
 
 /// The window's title.
@@ -54,20 +54,22 @@ pub const STARTING: &str = "Starting";
 /// While the result is being computed and stored.
 pub const ENDING: &str = "Storing the result";
 
-fn mirrored_slot(slot_rad: f64) -> f64 {
-    std::f64::consts::PI - slot_rad
+fn mirrored_direction(direction_rad: f64) -> f64 {
+    std::f64::consts::PI - direction_rad
 }
 
 /// The advice with left and right exchanged.
 fn mirrored_advice(advice: &Advice) -> Advice {
     match *advice {
-        Advice::TipTowards { slot_rad, wanted_rad } => Advice::TipTowards {
-            slot_rad: slot_rad.map(mirrored_slot),
-            wanted_rad: mirrored_slot(wanted_rad),
+        Advice::TipTowards { tilt_azimuth_rad, wanted_rad } => Advice::TipTowards {
+            tilt_azimuth_rad: tilt_azimuth_rad.map(mirrored_direction),
+            wanted_rad: mirrored_direction(wanted_rad),
         },
-        Advice::Tilt { tilt_rad, wanted_rad, slot_rad } => {
-            Advice::Tilt { tilt_rad, wanted_rad, slot_rad: mirrored_slot(slot_rad) }
-        }
+        Advice::Tilt { tilt_rad, wanted_rad, tilt_azimuth_rad } => Advice::Tilt {
+            tilt_rad,
+            wanted_rad,
+            tilt_azimuth_rad: mirrored_direction(tilt_azimuth_rad),
+        },
         Advice::Shift { right_px, down_px } => Advice::Shift { right_px: -right_px, down_px },
         other => other,
     }
@@ -86,16 +88,21 @@ fn mirrored_miss(miss: &Miss) -> Miss {
 }
 
 /// Name of a direction of the wheel, as seen in the picture.
-pub fn slot_name(slot_rad: f64, mirrored: bool) -> &'static str {
-    edge(if mirrored { mirrored_slot(slot_rad) } else { slot_rad })
+pub fn direction_name(direction_rad: f64, mirrored: bool) -> &'static str {
+    edge(if mirrored { mirrored_direction(direction_rad) } else { direction_rad })
 }
 
 /// State of one slot of the wheel.
-pub fn slot_state(slot_rad: f64, taken: Option<usize>, wanted: bool, mirrored: bool) -> String {
-    let name = slot_name(slot_rad, mirrored);
+pub fn slot_state(
+    slot_rad: f64,
+    taken: Option<ViewNumber>,
+    wanted: bool,
+    mirrored: bool,
+) -> String {
+    let name = direction_name(slot_rad, mirrored);
     match (taken, wanted) {
         (_, true) => format!("{name} edge away: wanted now"),
-        (Some(view), false) => format!("{name} edge away: view {}", view + 1),
+        (Some(view), false) => format!("{name} edge away: {}", view_name(view)),
         (None, false) => format!("{name} edge away: open"),
     }
 }
@@ -106,29 +113,30 @@ pub const WHEEL: &str = "Directions";
 pub const WHEEL_TIP: &str = "Each dot is a direction in which the board is tipped away from the camera. Opposite dots are partners: together they cancel what the lens does to each.";
 
 /// Below a thumbnail.
-pub fn thumbnail(number: usize, view: &ViewSummary, mirrored: bool) -> String {
-    let off = signed(view.pl_residual_px);
-    format!("{number} {} {off} px", slot_name(view.slot_rad, mirrored))
+pub fn thumbnail(view: &ViewSummary, mirrored: bool) -> String {
+    let (number, off) = (view.number, signed(view.pl_residual_px));
+    format!("{number} {} {off} px", direction_name(view.tilt_azimuth_rad, mirrored))
 }
 
 /// All that is known of an accepted view.
-pub fn thumbnail_tip(number: usize, view: &ViewSummary, mirrored: bool) -> String {
+pub fn thumbnail_tip(view: &ViewSummary, mirrored: bool) -> String {
     let tilt = view.tilt_rad.map_or("?".into(), deg);
     let partner = match view.partner {
-        Some(partner) => format!("Partner: view {}.", partner + 1),
+        Some(partner) => format!("Partner: {}.", view_name(partner)),
         None => "No partner yet.".into(),
     };
     let rms = view.rms_px.map_or(String::new(), |rms| format!(" Corners fit to {rms:.2} px."));
     format!(
-        "View {number}: {} edge away, tilt {tilt}°. Its principal line passes the principal point at {} px. {partner}{rms}",
-        slot_name(view.slot_rad, mirrored),
+        "View {}: {} edge away, tilt {tilt}°. Its principal line passes the principal point at {} px. {partner}{rms}",
+        view.number,
+        direction_name(view.tilt_azimuth_rad, mirrored),
         signed(view.pl_residual_px)
     )
 }
 
 /// On a thumbnail's button.
-pub fn remove_view(number: usize) -> String {
-    format!("Remove view {number}")
+pub fn remove_view(number: ViewNumber) -> String {
+    format!("Remove {}", view_name(number))
 }
 
 /// How old the drawing on the picture is.
@@ -267,9 +275,10 @@ mod tests {
 
     #[test]
     fn a_mirror_exchanges_left_and_right_only() {
-        let right = Advice::TipTowards { slot_rad: None, wanted_rad: 0.0 };
+        let right = Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad: 0.0 };
         assert_eq!(super::super::advice(&mirrored_advice(&right), None), "Tip the left edge away");
-        let top = Advice::Tilt { tilt_rad: 0.3, wanted_rad: 0.7, slot_rad: 270_f64.to_radians() };
+        let tilt_azimuth_rad = 270_f64.to_radians();
+        let top = Advice::Tilt { tilt_rad: 0.3, wanted_rad: 0.7, tilt_azimuth_rad };
         assert_eq!(
             super::super::advice(&mirrored_advice(&top), None),
             super::super::advice(&top, None)
