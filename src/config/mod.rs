@@ -327,6 +327,34 @@ mod tests {
     }
 
     #[test]
+    fn the_documented_tilt_limits_are_the_defaults() {
+        let documented: Vec<(&str, f64)> = include_str!("../guidance/params.rs")
+            .lines()
+            .filter_map(|line| {
+                let mut cells = line.strip_prefix("/// | `")?.split(" | ");
+                let name = cells.next()?.trim_end_matches('`');
+                Some((name, cells.next()?.parse().ok()?))
+            })
+            .collect();
+        let g = Config::load(None, &[]).expect("valid").guidance;
+        let defaults = [
+            ("min_tilt_deg", g.min_tilt_deg),
+            ("target_tilt_deg", g.target_tilt_deg),
+            ("max_tilt_deg", g.max_tilt_deg),
+        ];
+        assert_eq!(documented, defaults);
+    }
+
+    #[test]
+    fn lengths_in_pixels_grow_with_the_picture() {
+        let config = Config::load(None, &[]).expect("valid");
+        let margin_px = |width_px, height_px| {
+            config.session(ImageSize { width_px, height_px }).expect("valid").guidance.margin_px
+        };
+        assert_eq!([margin_px(1280, 720), margin_px(2560, 1440)], [8.0, 16.0]);
+    }
+
+    #[test]
     fn one_setting_changes_one_thing() {
         let set = |text: &str| Config::load(None, &[text.to_owned()]);
         assert_eq!(set("guidance.min_tilt_deg=25").expect("valid").guidance.min_tilt_deg, 25.0);

@@ -27,7 +27,7 @@ pub use drift::{
     other_camera,
 };
 pub use errors::explain;
-pub use findings::{finding, not_calibrated, verdict};
+pub use findings::{finding, finding_in_session, not_calibrated, verdict};
 pub use target::{does_not_fit, other_square, target_lines, target_steps};
 
 use crate::{
