@@ -23,7 +23,7 @@ use crate::{
         SessionFolder,
         save::{Overwrite, save},
     },
-    session::{Input, Outcome, Session, Snapshot},
+    session::{Input, Outcome, Session, Snapshot, ViewNumber},
     simulation::TruthLog,
     text,
 };
@@ -41,7 +41,7 @@ pub struct Run {
     /// The first frame number that the journal has not used.
     pub first_frame: u64,
     /// Pictures of the views accepted so far, by view number.
-    pub pictures: Vec<(u32, GrayImage)>,
+    pub pictures: Vec<(ViewNumber, GrayImage)>,
     /// Whether the session was resumed.
     pub resumed: bool,
     /// Something to know at the start, such as that the camera is simulated.

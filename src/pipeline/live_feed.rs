@@ -5,7 +5,10 @@ use std::sync::Arc;
 use crossbeam_channel::{Receiver, Sender, bounded};
 
 use super::latest::{LatestReceiver, LatestSender, latest};
-use crate::{frame::Frame, session::Snapshot};
+use crate::{
+    frame::Frame,
+    session::{Snapshot, ViewNumber},
+};
 
 /// Pictures of views that a window may lag behind by; more than the largest plan.
 const TAKEN_CAPACITY: usize = 256;
@@ -14,7 +17,7 @@ const TAKEN_CAPACITY: usize = 256;
 #[derive(Clone, Debug)]
 pub struct AcceptedPicture {
     /// Number of the view.
-    pub view: u32,
+    pub view: ViewNumber,
     /// The picture.
     pub frame: Arc<Frame>,
 }

@@ -9,7 +9,7 @@ use crate::{
     detection::{Detection, Miss, Quality, Side},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::Corner,
-    session::{Command, Input, Observation},
+    session::{Command, Input, Observation, ViewNumber},
 };
 
 /// One line of the journal: the checksum is over the exact bytes of `body`.
@@ -181,7 +181,7 @@ impl From<&Input> for InputLine {
             Input::Command(command) => Self::Command(match *command {
                 Command::ForceNext => CommandLine::ForceNext,
                 Command::UndoLast => CommandLine::UndoLast,
-                Command::Remove { view } => CommandLine::Remove { view },
+                Command::Remove { view } => CommandLine::Remove { view: view.0 },
                 Command::Restore => CommandLine::Restore,
                 Command::Pause => CommandLine::Pause,
                 Command::Resume => CommandLine::Resume,
@@ -204,7 +204,7 @@ impl From<InputLine> for Input {
             InputLine::Command(command) => Self::Command(match command {
                 CommandLine::ForceNext => Command::ForceNext,
                 CommandLine::UndoLast => Command::UndoLast,
-                CommandLine::Remove { view } => Command::Remove { view },
+                CommandLine::Remove { view } => Command::Remove { view: ViewNumber(view) },
                 CommandLine::Restore => Command::Restore,
                 CommandLine::Pause => Command::Pause,
                 CommandLine::Resume => Command::Resume,

@@ -9,7 +9,7 @@ use boresight::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
     recording::{Header, Journal, RecordingError, SessionFolder, replay, stored_frame},
-    session::{Command, Input, Observation, Session},
+    session::{Command, Input, Observation, Session, ViewNumber},
 };
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2};
@@ -56,7 +56,7 @@ fn another_setting_gives_other_decisions_and_says_where() {
     let path = place.path().join("session");
     let live = recorded(&path);
     let mut setup = setup(live.setup().board);
-    setup.guidance.min_fill = 0.65;
+    setup.guidance.min_span_fraction = 0.65;
     let lines = SessionFolder::journal(&path).expect("whole").lines;
     let differences = replay(&mut Session::new(setup), lines, |_, _| ());
     assert!(!differences.is_empty());
@@ -257,7 +257,7 @@ fn input() -> impl Strategy<Value = Input> {
         1 => prop::sample::select(vec![
             Input::Command(Command::ForceNext),
             Input::Command(Command::UndoLast),
-            Input::Command(Command::Remove { view: 7 }),
+            Input::Command(Command::Remove { view: ViewNumber(7) }),
             Input::Command(Command::Restore),
             Input::Command(Command::Pause),
             Input::Command(Command::Resume),

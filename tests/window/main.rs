@@ -168,7 +168,7 @@ fn harness_at(
         .build_ui_state(show, table);
     screen.picture.show_frame(&harness.ctx, &frame, 9.99);
     for view in moment.snapshot.views.iter() {
-        screen.add_thumbnail(&harness.ctx, view.id, &frame.image);
+        screen.add_thumbnail(&harness.ctx, view.number, &frame.image);
     }
     if moment.snapshot.camera.stream != boresight::session::Stream::NotLive {
         screen.adjustables = [(Control::Focus, 255), (Control::Exposure, 500)]
@@ -325,7 +325,7 @@ fn a_view_is_removed_by_its_own_button() {
     let mut guide = harness(Page::Guide, done, Theme::Dark, 1.0);
     guide.get_by_label("Remove view 2").click();
     guide.run();
-    let id = done.snapshot.views[1].id;
+    let id = done.snapshot.views[1].number;
     assert_eq!(guide.state().asks, [UiAction::Remove(id)]);
 }
 

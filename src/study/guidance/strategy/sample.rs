@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::situation::Situation;
 use crate::{
     geometry::Camera,
-    guidance::{target::tilted, view::bounds_px},
+    guidance::{view::bounds_px, wanted_pose::tilted},
 };
 
 /// A pose in a person's terms.
