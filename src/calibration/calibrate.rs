@@ -2,23 +2,25 @@ use std::borrow::Cow;
 
 use nalgebra::Point2;
 
-use crate::board::Checkerboard;
-use crate::calibration::check::noise_inflation::{excess_variance_px2, inflated};
-use crate::calibration::check::odd_corners::is_grid;
-use crate::calibration::result::{Calibration, CalibrationParams, NotCalibrated};
-use crate::calibration::solve::bundle::{InvalidCorners, Observations};
-use crate::calibration::solve::free_homography::{self, DistortionCentrePrior, FreeHomographies};
-use crate::calibration::solve::initial_guess::{
-    AsSeen, as_seen, distinct_views, noise_floor, start,
+use super::{
+    check::{
+        noise_inflation::{excess_variance_px2, inflated},
+        odd_corners::is_grid,
+    },
+    inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
+    params::{CalibrationParams, NotCalibrated},
+    result::Calibration,
+    solve::{
+        bundle::{InvalidCorners, Observations},
+        free_homography::{self, DistortionCentrePrior},
+        initial_guess::{NotPlanar, as_seen, distinct_views, start},
+        lens_model::{LensModel, LensPrior},
+        model_choice::{ModelChoice, ModelSearch, fit_models},
+    },
+    summary::assemble,
 };
-use crate::calibration::solve::lens_model::{LensModel, LensPrior};
-use crate::calibration::solve::model_choice::{ModelChoice, ModelSearch, fit_models};
-use crate::calibration::summary::assemble;
-use crate::frame::ImageSize;
-use crate::geometry::Corner;
+use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 
-/// Different views from which the lens stands without weak beliefs.
-pub(crate) const VIEWS_WITHOUT_PRIOR: usize = 4;
 /// A focal length less certain than this share of itself needs a lens_estimate.
 const F_UNDETERMINED: f64 = 0.2;
 
@@ -51,7 +53,8 @@ pub fn calibrate(
     if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
         return Err(NotCalibrated::NoGrid { view });
     }
-    let as_seen = as_seen(views, &board_m, image_size)?;
+    let as_seen = as_seen(views, &board_m, image_size)
+        .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
     let distinct = distinct_views(views, image_size);
     let prior = DistortionCentrePrior::of(image_size);
     let fit_free = |observations: &Observations| {
@@ -93,32 +96,7 @@ fn observations(
     })
 }
 
-/// The corners and what was derived from them before any adjustment.
-pub(crate) struct Inputs<'a> {
-    pub(crate) views: &'a [Vec<Corner>],
-    pub(crate) board: &'a Checkerboard,
-    pub(crate) board_m: &'a [Point2<f64>],
-    pub(crate) image_size: ImageSize,
-    pub(crate) params: &'a CalibrationParams,
-    pub(crate) observations: Observations,
-    pub(crate) as_seen: AsSeen,
-    pub(crate) free: Option<FreeHomographies>,
-    pub(crate) distinct: usize,
-    /// Root of the variance that was added to what the corners claim.
-    pub(crate) excess_px: f64,
-}
-
-pub(crate) struct Solution {
-    pub(crate) choice: ModelChoice,
-    pub(crate) prior_used: bool,
-    pub(crate) focal_prior_used: bool,
-}
-
 impl Inputs<'_> {
-    pub(crate) fn noise_floor(&self) -> f64 {
-        noise_floor(self.views)
-    }
-
     /// Lens models that this many different views may be asked about.
     fn models(&self) -> Vec<LensModel> {
         let richest = match self.distinct {

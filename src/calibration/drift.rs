@@ -2,15 +2,17 @@
 
 use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector2, Vector3};
 
-use crate::board::Checkerboard;
-use crate::calibration::solve::bundle::{
-    Bundle, BundleState, Observations, adjust, information_at,
+use super::solve::{
+    bundle::{Bundle, BundleState, Observations, adjust, information_at},
+    initial_guess::noise_floor,
+    lens_model::LensModel,
+    schur_lm::inverse,
 };
-use crate::calibration::solve::initial_guess::noise_floor;
-use crate::calibration::solve::lens_model::LensModel;
-use crate::calibration::solve::schur_lm::inverse;
-use crate::frame::ImageSize;
-use crate::geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose};
+use crate::{
+    board::Checkerboard,
+    frame::ImageSize,
+    geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose},
+};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 

@@ -14,6 +14,8 @@ mod calibrate;
 pub mod check;
 mod drift;
 pub mod files;
+mod inputs;
+mod params;
 mod result;
 pub mod solve;
 mod summary;
@@ -26,10 +28,8 @@ pub use check::{
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
 pub use files::{export, import};
-pub use result::{
-    Calibration, CalibrationParams, Focal, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
-    ViewResult,
-};
+pub use params::{CalibrationParams, NotCalibrated};
+pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},
     free_homography::{self, FreeHomographies},

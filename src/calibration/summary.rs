@@ -2,24 +2,27 @@
 
 use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2, Vector3};
 
-use crate::calibration::calibrate::{Inputs, Solution, VIEWS_WITHOUT_PRIOR};
-use crate::calibration::check::finding::Verdict;
-use crate::calibration::check::held_out;
-use crate::calibration::check::leave_out;
-use crate::calibration::check::misfit_diagnosis::{Causes, causes};
-use crate::calibration::check::odd_corners::odd_corners;
-use crate::calibration::check::projection_sd::projection_jacobian;
-use crate::calibration::check::trust_checks::{self, Evidence};
-use crate::calibration::result::{
-    Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult,
+use super::{
+    check::{
+        finding::Verdict,
+        held_out, leave_out,
+        misfit_diagnosis::{Causes, causes},
+        odd_corners::odd_corners,
+        projection_sd::projection_jacobian,
+        trust_checks::{self, Evidence, ViewEvidence},
+    },
+    inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
+    result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
+    solve::{
+        bundle::BundleState,
+        free_homography::FreeHomographies,
+        initial_guess::{poses, typical_sigma_px},
+        lens_model::LensModel,
+        model_choice::ModelChoice,
+        varying::{self, VaryingFocal, varying_focal},
+        zhang,
+    },
 };
-use crate::calibration::solve::bundle::BundleState;
-use crate::calibration::solve::free_homography::FreeHomographies;
-use crate::calibration::solve::initial_guess::{poses, typical_sigma_px};
-use crate::calibration::solve::lens_model::LensModel;
-use crate::calibration::solve::model_choice::ModelChoice;
-use crate::calibration::solve::varying::{self, VaryingFocal, varying_focal};
-use crate::calibration::solve::zhang;
 use crate::geometry::{
     BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
     coverage, fit_pose, mean_px,
@@ -38,7 +41,7 @@ struct Lens {
 }
 
 /// Everything told of `solution`. `None` if its covariance is not finite.
-pub(crate) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calibration> {
+pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calibration> {
     let choice = &solution.choice;
     let bundle = choice.bundle();
     let noise_floor = inputs.noise_floor();
@@ -67,8 +70,16 @@ pub(crate) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         .flatten()
         .map(|left_out| left_out.ratio / widening.sqrt());
     let coverage = coverage(&inputs.outlines(), inputs.image_size);
-    let mirrored: Vec<bool> =
-        inputs.as_seen.image_from_board.iter().map(|h| h.determinant() * h[(2, 2)] < 0.0).collect();
+    let view_evidence: Vec<ViewEvidence> = views
+        .iter()
+        .zip(&inputs.as_seen.image_from_board)
+        .map(|(view, h)| ViewEvidence {
+            tilt_rad: view.tilt_rad,
+            tilt_azimuth_rad: view.slot_rad,
+            residual_rms_px: view.residual_rms_px,
+            mirrored: h.determinant() * h[(2, 2)] < 0.0,
+        })
+        .collect();
     let odd_corners = odd_corners(&inputs.observations, &bundle.state);
     let held_out = (inputs.distinct > held_out::VIEWS_NEEDED)
         .then(|| held_out::check(&inputs.observations, bundle, inputs.views))
@@ -82,8 +93,7 @@ pub(crate) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
             _ => None,
         },
         free,
-        views: &views,
-        mirrored: &mirrored,
+        views: &view_evidence,
         seen: inputs.views,
         causes: &causes,
         odd_corners: &odd_corners,

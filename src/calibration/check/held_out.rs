@@ -1,24 +1,26 @@
 //! Views that the stop rule did not need, predicted from the others.
 
-use crate::calibration::solve::bundle::{Bundle, Observations};
-use crate::geometry::{Camera, Corner, LENS_PARAMETERS, fit_pose};
+use crate::{
+    calibration::solve::bundle::{Bundle, Observations},
+    geometry::{Camera, Corner, LENS_PARAMETERS, fit_pose},
+};
 
 /// Different views that stay when one is held out.
-pub(crate) const VIEWS_NEEDED: usize = 5;
+pub(in crate::calibration) const VIEWS_NEEDED: usize = 5;
 
 /// The view that the others predict worst.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct HeldOutView {
-    pub(crate) view: usize,
-    pub(crate) rms_px: f64,
-    pub(crate) expected_px: f64,
+pub(in crate::calibration) struct HeldOutView {
+    pub(in crate::calibration) view: usize,
+    pub(in crate::calibration) rms_px: f64,
+    pub(super) expected_px: f64,
 }
 
 /// Predicts each of the last views, a fifth of all, from the lens that the other views give.
 ///
 /// The lens without a view is taken to first order; the view's own pose is fitted anew. Expected is the
 /// view's residual when it takes part, inflated by what leaving it out makes the lens uncertain.
-pub(crate) fn check(
+pub(in crate::calibration) fn check(
     observations: &Observations,
     bundle: &Bundle,
     views: &[Vec<Corner>],

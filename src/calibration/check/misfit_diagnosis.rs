@@ -2,11 +2,15 @@
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use crate::calibration::check::misfit_models::{Cause, Explanation, explain};
-use crate::calibration::solve::bundle::{Bundle, Observations};
-use crate::calibration::solve::schur_lm::inverse;
-use crate::frame::ImageSize;
-use crate::geometry::LENS_PARAMETERS;
+use super::misfit_models::{Cause, Explanation, explain};
+use crate::{
+    calibration::solve::{
+        bundle::{Bundle, Observations},
+        schur_lm::inverse,
+    },
+    frame::ImageSize,
+    geometry::LENS_PARAMETERS,
+};
 
 type LensMatrix = nalgebra::SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
@@ -20,33 +24,33 @@ const SAME_CENTRE: f64 = 0.004;
 
 /// One thing that may have gone wrong, and how much better it explains the corners.
 #[derive(Clone, Debug)]
-pub(crate) struct Hypothesis {
+pub(super) struct Hypothesis {
     /// `n ln(cost₀/cost) − k ln n` over the richest plain bundle.
-    pub(crate) gain: f64,
-    pub(crate) explanation: Explanation,
+    pub(in crate::calibration) gain: f64,
+    pub(super) explanation: Explanation,
 }
 
 /// All suspects, likeliest first.
 #[derive(Clone, Debug)]
-pub(crate) struct Causes {
-    pub(crate) suspects: Vec<Hypothesis>,
+pub(in crate::calibration) struct Causes {
+    pub(super) suspects: Vec<Hypothesis>,
     /// What the doubt about them adds to the covariance of the lens.
-    pub(crate) doubt: LensMatrix,
+    pub(in crate::calibration) doubt: LensMatrix,
 }
 
 impl Causes {
-    pub(crate) fn none() -> Self {
+    pub(in crate::calibration) fn none() -> Self {
         Self { suspects: Vec::new(), doubt: LensMatrix::zeros() }
     }
 
     /// The likeliest, if it is far likelier than that nothing is wrong.
-    pub(crate) fn best_hypothesis(&self) -> Option<&Hypothesis> {
+    pub(super) fn best_hypothesis(&self) -> Option<&Hypothesis> {
         self.suspects.first().filter(|suspect| suspect.gain > TOLD)
     }
 
     /// Scatter of the focal length over its mean, if it is what moved, and by more than one focal length
     /// can stand for.
-    pub(crate) fn focus_moved(&self) -> Option<f64> {
+    pub(in crate::calibration) fn focus_moved(&self) -> Option<f64> {
         let suspect = self.best_hypothesis().filter(|s| s.explanation.cause == Cause::Focus)?;
         let relative_sd = suspect.explanation.state.focal_relative_sd();
         (relative_sd > FOCUS_BAD).then_some(relative_sd)
@@ -54,7 +58,7 @@ impl Causes {
 }
 
 /// Fits every cause from the minimum of `bundle`, the richest plain one.
-pub(crate) fn causes(
+pub(in crate::calibration) fn causes(
     observations: &Observations,
     bundle: &Bundle,
     image_size: ImageSize,

@@ -6,12 +6,14 @@
 
 use nalgebra::{Isometry3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
 
-use crate::calibration::solve::bundle::{BundleState, Observations};
-use crate::calibration::solve::schur_lm::{
-    NormalEquations, Problem, Step, ViewBlock, inverse, minimise_to,
+use crate::{
+    calibration::solve::{
+        bundle::{BundleState, Observations},
+        schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise_to},
+    },
+    frame::ImageSize,
+    geometry::{Camera, LENS_PARAMETERS},
 };
-use crate::frame::ImageSize;
-use crate::geometry::{Camera, LENS_PARAMETERS};
 
 /// Parameters of a cause that all views share.
 const SHARED_EXTRAS: usize = 4;
@@ -35,7 +37,7 @@ const CLOSE: f64 = 1e-3;
 
 /// What may make views disagree with one lens and a flat board of squares.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Cause {
+pub(super) enum Cause {
     /// Every view has its own focal length.
     Focus,
     /// The views marked are of another camera, mode or size: another f and principal point.
@@ -54,30 +56,30 @@ pub(crate) enum Cause {
 
 /// A cause's parameters and the lens and poses that go with it.
 #[derive(Clone, Debug)]
-pub(crate) struct ExtendedState {
-    pub(crate) bundle: BundleState,
-    pub(crate) shared: [f64; SHARED_EXTRAS],
-    pub(crate) local: Vec<[f64; LOCAL_EXTRAS]>,
+pub(super) struct ExtendedState {
+    pub(in crate::calibration) bundle: BundleState,
+    pub(in crate::calibration) shared: [f64; SHARED_EXTRAS],
+    pub(in crate::calibration) local: Vec<[f64; LOCAL_EXTRAS]>,
 }
 
 /// The best that one cause can do.
 #[derive(Clone, Debug)]
-pub(crate) struct Explanation {
-    pub(crate) cause: Cause,
+pub(super) struct Explanation {
+    pub(super) cause: Cause,
     /// Parameters that it adds.
-    pub(crate) parameters: usize,
+    pub(in crate::calibration) parameters: usize,
     /// Whitened sum of squared residuals.
-    pub(crate) cost: f64,
-    pub(crate) state: ExtendedState,
+    pub(in crate::calibration) cost: f64,
+    pub(in crate::calibration) state: ExtendedState,
     /// Covariance of the lens for corners as noisy as they claim, the cause settled.
-    pub(crate) unit_covariance: LensMatrix,
+    pub(in crate::calibration) unit_covariance: LensMatrix,
     /// From the lowest to the highest corner of the board; zero unless it is bent.
-    pub(crate) depth_m: f64,
+    pub(super) depth_m: f64,
 }
 
 impl ExtendedState {
     /// Sample standard deviation of the views' focal lengths over their mean, where each has its own.
-    pub(crate) fn focal_relative_sd(&self) -> f64 {
+    pub(super) fn focal_relative_sd(&self) -> f64 {
         let own: Vec<f64> = self.local.iter().map(|local| local[0]).collect();
         let mean = own.iter().sum::<f64>() / own.len() as f64;
         let squares: f64 = own.iter().map(|x| (x - mean).powi(2)).sum();
@@ -85,7 +87,7 @@ impl ExtendedState {
     }
 
     /// Root mean square movement from the top to the bottom row, where the shutter rolls.
-    pub(crate) fn shear_px(&self) -> f64 {
+    pub(super) fn shear_px(&self) -> f64 {
         let squares: f64 = self.local.iter().map(|local| local[0].powi(2) + local[1].powi(2)).sum();
         (squares / self.local.len() as f64).sqrt()
     }
@@ -110,7 +112,7 @@ impl Cause {
     }
 
     /// Parameters beyond those of the plain bundle.
-    pub(crate) fn parameters(&self, views: usize) -> usize {
+    pub(in crate::calibration) fn parameters(&self, views: usize) -> usize {
         match self {
             // The common focal length is one of them.
             Self::Focus => views - 1,
@@ -123,7 +125,7 @@ impl Cause {
 /// Minimises the reprojection error under `cause`, from the minimum of the plain bundle.
 ///
 /// `None` if the first step promises a cost above `worth`, or if the fit fails.
-pub(crate) fn explain(
+pub(super) fn explain(
     observations: &Observations,
     cause: Cause,
     image_size: ImageSize,

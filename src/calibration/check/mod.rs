@@ -11,12 +11,12 @@
 //! | `trust_checks` | runs the checks: findings and the verdict |
 //! | `finding` | what can be found, and how severe it is |
 
-pub(crate) mod finding;
-pub(crate) mod held_out;
+pub(super) mod finding;
+pub(super) mod held_out;
 pub mod leave_out;
-pub(crate) mod misfit_diagnosis;
-pub(crate) mod misfit_models;
-pub(crate) mod noise_inflation;
-pub(crate) mod odd_corners;
-pub(crate) mod projection_sd;
-pub(crate) mod trust_checks;
+pub(super) mod misfit_diagnosis;
+pub(super) mod misfit_models;
+pub(super) mod noise_inflation;
+pub(super) mod odd_corners;
+pub(super) mod projection_sd;
+pub(super) mod trust_checks;

@@ -8,9 +8,10 @@
 
 use nalgebra::Matrix2;
 
-use crate::calibration::solve::bundle::Observations;
-use crate::calibration::solve::free_homography::FreeHomographies;
-use crate::geometry::Corner;
+use crate::{
+    calibration::solve::{bundle::Observations, free_homography::FreeHomographies},
+    geometry::Corner,
+};
 
 /// Twice the gain in log likelihood from which the excess is believed: χ²₁ at 0.1 %.
 const BELIEVED: f64 = 10.8;
@@ -19,7 +20,10 @@ const STEP: f64 = 1.2;
 
 /// ρ: variance, px², to be added to every corner's claimed covariance. Zero if the residuals are as
 /// the claims say, up to a common factor.
-pub(crate) fn excess_variance_px2(observations: &Observations, free: &FreeHomographies) -> f64 {
+pub(in crate::calibration) fn excess_variance_px2(
+    observations: &Observations,
+    free: &FreeHomographies,
+) -> f64 {
     let residuals = free.residuals_px(observations);
     // One number a corner: its mean squared residual and its mean claimed variance.
     let corners: Vec<(f64, f64)> = residuals
@@ -54,7 +58,7 @@ pub(crate) fn excess_variance_px2(observations: &Observations, free: &FreeHomogr
 }
 
 /// `views` with `rho` added to the variance of every corner.
-pub(crate) fn inflated(views: &[Vec<Corner>], rho: f64) -> Vec<Vec<Corner>> {
+pub(in crate::calibration) fn inflated(views: &[Vec<Corner>], rho: f64) -> Vec<Vec<Corner>> {
     let more = Matrix2::from_diagonal_element(rho);
     let widen = |c: &Corner| Corner { px: c.px, covariance_px2: c.covariance_px2 + more };
     views.iter().map(|corners| corners.iter().map(widen).collect()).collect()

@@ -1,8 +1,10 @@
 //! Corners that are wrong: a table in another order, single corners far off.
 
-use crate::board::Checkerboard;
-use crate::calibration::solve::bundle::{BundleState, Observations};
-use crate::geometry::Corner;
+use crate::{
+    board::Checkerboard,
+    calibration::solve::bundle::{BundleState, Observations},
+    geometry::Corner,
+};
 
 /// Second difference over first, along a row: lenses and perspective bend rows far less.
 const CROOKED: f64 = 0.5;
@@ -12,7 +14,7 @@ const TOO_MANY: f64 = 0.15;
 const ODD: f64 = 8.0;
 
 /// Whether corners run row by row over `board`, but for a few.
-pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
+pub(in crate::calibration) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     let (columns, rows) = (board.columns(), board.rows());
     let crooked = |a: usize, b: usize, c: usize| {
         let (a, b, c) = (corners[a].px.coords, corners[b].px.coords, corners[c].px.coords);
@@ -37,18 +39,21 @@ pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
 
 /// A corner far from where its view puts it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct OddCorner {
-    pub(crate) view: usize,
-    pub(crate) corner: usize,
-    pub(crate) off_px: f64,
+pub(in crate::calibration) struct OddCorner {
+    pub(in crate::calibration) view: usize,
+    pub(in crate::calibration) corner: usize,
+    pub(super) off_px: f64,
     /// `off_px` over the typical distance: that of its own view or of all, whichever is larger.
-    pub(crate) times: f64,
+    pub(in crate::calibration) times: f64,
 }
 
 /// Corners more than eight times as far off as is typical, furthest first.
 ///
 /// Medians are the measure, so that a wrong corner does not hide behind itself.
-pub(crate) fn odd_corners(observations: &Observations, state: &BundleState) -> Vec<OddCorner> {
+pub(in crate::calibration) fn odd_corners(
+    observations: &Observations,
+    state: &BundleState,
+) -> Vec<OddCorner> {
     let views: Vec<Vec<f64>> = (0..observations.view_count())
         .map(|view| {
             let pose = &state.cam_from_board[view];

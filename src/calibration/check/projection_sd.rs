@@ -4,9 +4,11 @@ use nalgebra::{Matrix3, Point2, SMatrix};
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::calibration::solve::schur_lm::inverse;
-use crate::frame::ImageSize;
-use crate::geometry::{Camera, LENS_PARAMETERS, cell_centres_px};
+use crate::{
+    calibration::solve::schur_lm::inverse,
+    frame::ImageSize,
+    geometry::{Camera, LENS_PARAMETERS, cell_centres_px},
+};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 

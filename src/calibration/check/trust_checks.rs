@@ -2,18 +2,20 @@
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
-use crate::calibration::check::finding::{Finding, FindingCode, Severity};
-use crate::calibration::check::held_out::HeldOutView;
-use crate::calibration::check::misfit_diagnosis::Causes;
-use crate::calibration::check::misfit_models::Cause;
-use crate::calibration::check::odd_corners::OddCorner;
-use crate::calibration::check::projection_sd::ProjectionSd;
-use crate::calibration::result::ViewResult;
-use crate::calibration::solve::free_homography::FreeHomographies;
-use crate::calibration::solve::model_choice::ModelChoice;
-use crate::frame::ImageSize;
-use crate::geometry::{
-    Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
+use super::{
+    finding::{Finding, FindingCode, Severity},
+    held_out::HeldOutView,
+    misfit_diagnosis::Causes,
+    misfit_models::Cause,
+    odd_corners::OddCorner,
+    projection_sd::ProjectionSd,
+};
+use crate::{
+    calibration::solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
+    frame::ImageSize,
+    geometry::{
+        Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
+    },
 };
 
 /// χ² with 2 degrees of freedom at 1 %.
@@ -51,37 +53,49 @@ const F_BAD: f64 = 0.04;
 const PROJECTION_CARE: f64 = 0.001;
 const PROJECTION_BAD: f64 = 0.01;
 
+/// One view, as far as the checks look at it.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::calibration) struct ViewEvidence {
+    /// Angle between image plane and board.
+    pub(in crate::calibration) tilt_rad: f64,
+    /// Image direction in which the board recedes.
+    pub(in crate::calibration) tilt_azimuth_rad: f64,
+    /// Root mean square residual per coordinate.
+    pub(in crate::calibration) residual_rms_px: f64,
+    /// Whether the view is a mirror image of the board.
+    pub(in crate::calibration) mirrored: bool,
+}
+
 /// What the checks look at.
-pub(crate) struct Evidence<'a> {
-    pub(crate) image_size: ImageSize,
+pub(in crate::calibration) struct Evidence<'a> {
+    pub(in crate::calibration) image_size: ImageSize,
     /// The result.
-    pub(crate) camera: &'a Camera,
-    pub(crate) choice: &'a ModelChoice,
+    pub(in crate::calibration) camera: &'a Camera,
+    pub(in crate::calibration) choice: &'a ModelChoice,
     /// Scatter of the focal length, if it was asked to differ from view to view.
-    pub(crate) varying_px: Option<f64>,
-    pub(crate) free: Option<&'a FreeHomographies>,
-    pub(crate) views: &'a [ViewResult],
-    pub(crate) mirrored: &'a [bool],
-    pub(crate) seen: &'a [Vec<Corner>],
-    pub(crate) causes: &'a Causes,
-    pub(crate) odd_corners: &'a [OddCorner],
-    pub(crate) held_out: Option<HeldOutView>,
+    pub(in crate::calibration) varying_px: Option<f64>,
+    pub(in crate::calibration) free: Option<&'a FreeHomographies>,
+    pub(in crate::calibration) views: &'a [ViewEvidence],
+    pub(in crate::calibration) seen: &'a [Vec<Corner>],
+    pub(in crate::calibration) causes: &'a Causes,
+    pub(in crate::calibration) odd_corners: &'a [OddCorner],
+    pub(in crate::calibration) held_out: Option<HeldOutView>,
     /// What the doubt about causes adds to the principal point's covariance.
-    pub(crate) pp_doubt_px2: Matrix2<f64>,
-    pub(crate) projection_sd: &'a ProjectionSd,
-    pub(crate) pp_covariance_px2: Matrix2<f64>,
-    pub(crate) f_sd_px: f64,
-    pub(crate) skip_one_ratio: Option<f64>,
-    pub(crate) coverage: f64,
-    pub(crate) distinct: usize,
-    pub(crate) noise_px: f64,
-    pub(crate) noise_floor: f64,
-    pub(crate) prior_used: bool,
-    pub(crate) focal_prior_used: bool,
+    pub(in crate::calibration) pp_doubt_px2: Matrix2<f64>,
+    pub(in crate::calibration) projection_sd: &'a ProjectionSd,
+    pub(in crate::calibration) pp_covariance_px2: Matrix2<f64>,
+    pub(in crate::calibration) f_sd_px: f64,
+    pub(in crate::calibration) skip_one_ratio: Option<f64>,
+    pub(in crate::calibration) coverage: f64,
+    pub(in crate::calibration) distinct: usize,
+    pub(in crate::calibration) noise_px: f64,
+    pub(in crate::calibration) noise_floor: f64,
+    pub(in crate::calibration) prior_used: bool,
+    pub(in crate::calibration) focal_prior_used: bool,
 }
 
 /// All findings, in a fixed order.
-pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
+pub(in crate::calibration) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut say = |severity: Option<Severity>, code: FindingCode| {
         findings.extend(severity.map(|severity| Finding { code, severity }));
@@ -152,7 +166,7 @@ fn views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
     // Slots are the directions of the principal lines, whose normals have the same singular values.
     let mut normals = Matrix2::zeros();
     for view in evidence.views.iter().filter(|view| view.tilt_rad >= TILT_NONE_RAD) {
-        let along = Vector2::new(view.slot_rad.cos(), view.slot_rad.sin());
+        let along = Vector2::new(view.tilt_azimuth_rad.cos(), view.tilt_azimuth_rad.sin());
         normals += along * along.transpose();
     }
     let spread = SymmetricEigen::new(normals).eigenvalues.min().max(0.0).sqrt();
@@ -164,7 +178,7 @@ fn views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
         let code = FindingCode::CoverageLow { share: evidence.coverage, wanted: COVERAGE_WANTED };
         say(Some(Severity::Care), code);
     }
-    if let Some(view) = evidence.mirrored.iter().position(|mirrored| *mirrored) {
+    if let Some(view) = evidence.views.iter().position(|view| view.mirrored) {
         say(Some(Severity::Care), FindingCode::Mirrored { view });
     }
     if evidence.prior_used {

@@ -6,9 +6,9 @@
 
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector2, Vector3};
 
-use crate::calibration::solve::lens_model::{LensFreedom, LensPrior};
-use crate::calibration::solve::schur_lm::{
-    NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+use super::{
+    lens_model::{LensFreedom, LensPrior},
+    schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise},
 };
 use crate::geometry::{Camera, Corner, LENS_PARAMETERS};
 
@@ -24,11 +24,11 @@ pub struct Observations {
 
 /// A corner ready for least squares.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Whitened {
-    pub(crate) board_m: Point2<f64>,
-    pub(crate) px: Point2<f64>,
+pub(in crate::calibration) struct Whitened {
+    pub(in crate::calibration) board_m: Point2<f64>,
+    pub(in crate::calibration) px: Point2<f64>,
     /// `L⁻¹`.
-    pub(crate) whitener: Matrix2<f64>,
+    pub(in crate::calibration) whitener: Matrix2<f64>,
 }
 
 /// Why corners cannot be adjusted.
@@ -86,12 +86,12 @@ impl Observations {
     }
 
     /// Board points in corner order.
-    pub(crate) fn board_m(&self) -> &[Point2<f64>] {
+    pub(in crate::calibration) fn board_m(&self) -> &[Point2<f64>] {
         &self.board_m
     }
 
     /// Corners of one view.
-    pub(crate) fn view(&self, index: usize) -> &[Whitened] {
+    pub(in crate::calibration) fn view(&self, index: usize) -> &[Whitened] {
         &self.views[index]
     }
 
@@ -181,7 +181,7 @@ struct BundleProblem<'a> {
 }
 
 /// Keeps a prior from vanishing beside exact corners.
-pub(crate) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
+pub(super) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
 
 /// Minimises the reprojection error from `start`.
 ///
@@ -240,7 +240,7 @@ pub fn adjust(
 /// Information about all parameters that `freedom` lets vary, poses settled, at `state` as it stands.
 ///
 /// `None` if a corner is behind the camera there.
-pub(crate) fn information_at(
+pub(in crate::calibration) fn information_at(
     observations: &Observations,
     freedom: &LensFreedom,
     state: &BundleState,
@@ -275,7 +275,7 @@ impl Bundle {
     }
 
     /// What each view contributes to [`Self::information`], and its pull: the gradient.
-    pub(crate) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
+    pub(in crate::calibration) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
         &self.view_information
     }
 

@@ -1,9 +1,11 @@
 //! Covariance of the principal point that principal lines of free homographies meet in.
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, RowVector2, SMatrix, Vector2};
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, RowVector2, SMatrix, SVector, Vector2};
 
-use crate::calibration::solve::free_homography::Local;
-use crate::calibration::solve::schur_lm::ViewBlock;
+use super::schur_lm::ViewBlock;
+
+/// `h11 … h32` of a homography with `h33 = 1`.
+pub(super) type Local = SVector<f64, 8>;
 
 /// Principal line of a view, in units of g: `n·p = c`, and `v` along it.
 struct Line {
@@ -57,7 +59,7 @@ impl Line {
 /// Each view's line has its own noise, `V⁻¹`, and all move with the shared lens, whose covariance is
 /// `shared_covariance` over (DC, K1, K2):
 /// `p = DC + S g`, `dP = N⁻¹ Σ w n (dc − (t·P) dφ)`, `N = Σ w n nᵀ`, `w` from each line's own noise.
-pub(crate) fn pp_covariance(
+pub(in crate::calibration) fn pp_covariance(
     views: &[(&Local, &ViewBlock<4, 8>)],
     shared_covariance: &Matrix4<f64>,
     pp_in_g: &Vector2<f64>,

@@ -7,15 +7,17 @@
 //! length nor a distortion centre at the principal point is assumed. The undistorted views' principal
 //! lines then meet in the principal point.
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, SVector, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector4};
 
-use crate::calibration::solve::bundle::{LEAST_NOISE_VARIANCE, Observations};
-use crate::calibration::solve::free_covariance::pp_covariance;
-use crate::calibration::solve::schur_lm::{
-    NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+use super::{
+    bundle::{LEAST_NOISE_VARIANCE, Observations},
+    free_covariance::{Local, pp_covariance},
+    schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise},
 };
-use crate::frame::ImageSize;
-use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px};
+use crate::{
+    frame::ImageSize,
+    geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px},
+};
 
 /// S above: makes g about 1 at the edge of the picture.
 const SCALE_PX: f64 = 1000.0;
@@ -71,7 +73,7 @@ impl FreeHomographies {
     }
 
     /// Residual, px, and claimed covariance, px², of every corner, view by view.
-    pub(crate) fn residuals_px(
+    pub(in crate::calibration) fn residuals_px(
         &self,
         observations: &Observations,
     ) -> Vec<(Vector2<f64>, Matrix2<f64>)> {
@@ -91,9 +93,6 @@ impl FreeHomographies {
             .collect()
     }
 }
-
-/// `h11 … h32` of a homography with `h33 = 1`.
-pub(crate) type Local = SVector<f64, 8>;
 
 #[derive(Clone)]
 struct FreeState {

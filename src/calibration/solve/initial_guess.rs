@@ -2,13 +2,17 @@
 
 use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, SymmetricEigen};
 
-use crate::calibration::result::NotCalibrated;
-use crate::calibration::solve::bundle::{BundleState, Observations};
-use crate::calibration::solve::zhang;
-use crate::frame::ImageSize;
-use crate::geometry::{
-    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, intersect_unweighted,
-    intersect_weighted, mean_px, pose_from_homography, principal_line_and_ring,
+use super::{
+    bundle::{BundleState, Observations},
+    zhang,
+};
+use crate::{
+    frame::ImageSize,
+    geometry::{
+        Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate,
+        intersect_unweighted, intersect_weighted, mean_px, pose_from_homography,
+        principal_line_and_ring,
+    },
 };
 
 /// No corner is believed to be found better than this.
@@ -18,28 +22,34 @@ const ALIKE: f64 = 0.01;
 /// A board seen thinner than this is seen from its edge.
 const THINNEST: f64 = 0.01;
 
+/// A view whose corners are not the image of a flat board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::calibration) struct NotPlanar {
+    pub(in crate::calibration) view: usize,
+}
+
 /// Principal lines of the corners as seen, and what they meet in.
-pub(crate) struct AsSeen {
-    pub(crate) image_from_board: Vec<Matrix3<f64>>,
-    pub(crate) lines: Vec<Option<PrincipalLine>>,
-    pub(crate) unweighted: Option<PrincipalPoint>,
-    pub(crate) weighted: Option<PrincipalPoint>,
-    pub(crate) ring: Option<RingEstimate>,
+pub(in crate::calibration) struct AsSeen {
+    pub(in crate::calibration) image_from_board: Vec<Matrix3<f64>>,
+    pub(in crate::calibration) lines: Vec<Option<PrincipalLine>>,
+    pub(in crate::calibration) unweighted: Option<PrincipalPoint>,
+    pub(in crate::calibration) weighted: Option<PrincipalPoint>,
+    pub(in crate::calibration) ring: Option<RingEstimate>,
 }
 
 /// Homographies and principal lines of the corners as the paper takes them: all with the same weight,
 /// so that where the lens bends the picture no corner pulls harder than another.
-pub(crate) fn as_seen(
+pub(in crate::calibration) fn as_seen(
     views: &[Vec<Corner>],
     board_m: &[Point2<f64>],
     image_size: ImageSize,
-) -> Result<AsSeen, NotCalibrated> {
+) -> Result<AsSeen, NotPlanar> {
     let sigma_px = typical_sigma_px(views);
     let homographies: Vec<Homography> = views
         .iter()
         .enumerate()
         .map(|(view, corners)| {
-            let missing = NotCalibrated::NoHomography { view };
+            let missing = NotPlanar { view };
             if thinness(corners).is_nan() || thinness(corners) < THINNEST {
                 return Err(missing);
             }
@@ -77,12 +87,12 @@ fn thinness(corners: &[Corner]) -> f64 {
 }
 
 /// The least error of the corners that is believed, as a multiple of what they claim.
-pub(crate) fn noise_floor(views: &[Vec<Corner>]) -> f64 {
+pub(in crate::calibration) fn noise_floor(views: &[Vec<Corner>]) -> f64 {
     NOISE_FLOOR_PX / typical_sigma_px(views)
 }
 
 /// Typical claimed error of a corner coordinate: root mean square.
-pub(crate) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
+pub(in crate::calibration) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     let (sum, count) = views
         .iter()
         .flatten()
@@ -94,7 +104,7 @@ pub(crate) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
 ///
 /// PL + ring, then Zhang's closed form, then single views' focal lengths with the principal point at
 /// the image centre, then a normal lens. `None` if a view has no pose under any of them.
-pub(crate) fn start(
+pub(in crate::calibration) fn start(
     observations: &Observations,
     as_seen: &AsSeen,
     image_size: ImageSize,
@@ -140,7 +150,7 @@ pub(crate) fn start(
 }
 
 /// Poses of all views under `camera`.
-pub(crate) fn poses(
+pub(in crate::calibration) fn poses(
     image_from_board: &[Matrix3<f64>],
     camera: &Camera,
 ) -> Option<Vec<Isometry3<f64>>> {
@@ -148,7 +158,10 @@ pub(crate) fn poses(
 }
 
 /// Number of views that differ from all before them.
-pub(crate) fn distinct_views(views: &[Vec<Corner>], image_size: ImageSize) -> usize {
+pub(in crate::calibration) fn distinct_views(
+    views: &[Vec<Corner>],
+    image_size: ImageSize,
+) -> usize {
     let limit_px = ALIKE * f64::from(image_size.width_px);
     let mut kept: Vec<&[Corner]> = Vec::new();
     for view in views {

@@ -1,5 +1,4 @@
-use crate::frame::ImageSize;
-use crate::geometry::LENS_PARAMETERS;
+use crate::{frame::ImageSize, geometry::LENS_PARAMETERS};
 
 /// Which deviations from a pinhole are estimated. Each model contains the ones before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -11,12 +11,12 @@
 //! | `free_homography`, `free_covariance` | the independent check: no common focal length, distortion centre free |
 //! | `varying` | the result when every view has its own focal length |
 
-pub(crate) mod bundle;
-pub(crate) mod free_covariance;
+pub(super) mod bundle;
+pub(super) mod free_covariance;
 pub mod free_homography;
-pub(crate) mod initial_guess;
-pub(crate) mod lens_model;
-pub(crate) mod model_choice;
-pub(crate) mod schur_lm;
-pub(crate) mod varying;
+pub(super) mod initial_guess;
+pub(super) mod lens_model;
+pub(super) mod model_choice;
+pub(super) mod schur_lm;
+pub(super) mod varying;
 pub mod zhang;

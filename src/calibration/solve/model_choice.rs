@@ -2,8 +2,10 @@
 
 use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix};
 
-use crate::calibration::solve::bundle::{Bundle, BundleState, Observations, adjust};
-use crate::calibration::solve::lens_model::{LensModel, LensPrior};
+use super::{
+    bundle::{Bundle, BundleState, Observations, adjust},
+    lens_model::{LensModel, LensPrior},
+};
 use crate::geometry::{Camera, LENS_PARAMETERS};
 
 /// Cost of a parameter when models are weighed against each other, instead of BIC's ln n.
@@ -43,32 +45,35 @@ const HELD_SCALES: [(f64, f64); 2] = [(1.0, 0.7), (6.0, 0.3)];
 
 /// All models fitted, and the one chosen.
 #[derive(Clone, Debug)]
-pub(crate) struct ModelChoice {
-    pub(crate) fits: Vec<ModelFit>,
+pub(in crate::calibration) struct ModelChoice {
+    pub(in crate::calibration) fits: Vec<ModelFit>,
     /// In the order of `fits`.
-    pub(crate) bundles: Vec<Bundle>,
-    pub(crate) chosen: usize,
+    pub(in crate::calibration) bundles: Vec<Bundle>,
+    pub(in crate::calibration) chosen: usize,
     /// The richest model that might have been chosen.
     richest_allowed: LensModel,
 }
 
 /// What [`fit_models`] needs beside the corners.
-pub(crate) struct ModelSearch<'a> {
-    pub(crate) observations: &'a Observations,
+pub(in crate::calibration) struct ModelSearch<'a> {
+    pub(in crate::calibration) observations: &'a Observations,
     /// All to fit, simplest first.
-    pub(crate) models: &'a [LensModel],
+    pub(in crate::calibration) models: &'a [LensModel],
     /// Those that may be chosen; the others only serve as a check.
-    pub(crate) allowed: &'a [LensModel],
-    pub(crate) square_pixels: bool,
-    pub(crate) prior: Option<&'a LensPrior>,
+    pub(in crate::calibration) allowed: &'a [LensModel],
+    pub(in crate::calibration) square_pixels: bool,
+    pub(in crate::calibration) prior: Option<&'a LensPrior>,
     /// Corners are never believed to be better than this, as a multiple of what they claim.
-    pub(crate) noise_floor: f64,
+    pub(in crate::calibration) noise_floor: f64,
 }
 
 /// Fits the models in order, each started from the one before, the first from `start`.
 ///
 /// `None` if none that may be chosen can be fitted.
-pub(crate) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option<ModelChoice> {
+pub(in crate::calibration) fn fit_models(
+    search: &ModelSearch<'_>,
+    start: BundleState,
+) -> Option<ModelChoice> {
     let mut state = start;
     let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
     for model in search.models {
@@ -116,11 +121,11 @@ pub(crate) fn fit_models(search: &ModelSearch<'_>, start: BundleState) -> Option
 }
 
 impl ModelChoice {
-    pub(crate) fn fit(&self) -> &ModelFit {
+    pub(in crate::calibration) fn fit(&self) -> &ModelFit {
         &self.fits[self.chosen]
     }
 
-    pub(crate) fn bundle(&self) -> &Bundle {
+    pub(in crate::calibration) fn bundle(&self) -> &Bundle {
         &self.bundles[self.chosen]
     }
 
@@ -129,7 +134,10 @@ impl ModelChoice {
     ///
     /// Simpler models could only lower it; they are left out. Errors that all views share are added, see
     /// [`SHARED_PP_SD_PX`].
-    pub(crate) fn averaged_covariance(&self, noise_floor: f64) -> Option<LensMatrix> {
+    pub(in crate::calibration) fn averaged_covariance(
+        &self,
+        noise_floor: f64,
+    ) -> Option<LensMatrix> {
         let centre = self.fit().camera.lens_parameters();
         let mut sum = LensMatrix::zeros();
         let mut total = 0.0;

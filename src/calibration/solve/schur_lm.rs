@@ -11,40 +11,40 @@ use nalgebra::{SMatrix, SVector, Vector2};
 ///     | W₂ᵀ      V₂   |
 /// ```
 #[derive(Clone, Debug)]
-pub(crate) struct NormalEquations<const S: usize, const L: usize> {
+pub(in crate::calibration) struct NormalEquations<const S: usize, const L: usize> {
     /// U, with whatever priors were added.
-    pub(crate) shared: SMatrix<f64, S, S>,
+    pub(in crate::calibration) shared: SMatrix<f64, S, S>,
     /// Shared part of g.
-    pub(crate) gradient: SVector<f64, S>,
+    pub(in crate::calibration) gradient: SVector<f64, S>,
     /// One block per view.
-    pub(crate) views: Vec<ViewBlock<S, L>>,
+    pub(in crate::calibration) views: Vec<ViewBlock<S, L>>,
 }
 
 /// What one view adds to an [`NormalEquations`].
 #[derive(Clone, Debug)]
-pub(crate) struct ViewBlock<const S: usize, const L: usize> {
+pub(in crate::calibration) struct ViewBlock<const S: usize, const L: usize> {
     /// This view's part of U.
-    pub(crate) shared: SMatrix<f64, S, S>,
+    pub(in crate::calibration) shared: SMatrix<f64, S, S>,
     /// This view's part of the shared gradient.
-    pub(crate) shared_gradient: SVector<f64, S>,
+    pub(super) shared_gradient: SVector<f64, S>,
     /// W.
-    pub(crate) cross: SMatrix<f64, S, L>,
+    pub(in crate::calibration) cross: SMatrix<f64, S, L>,
     /// V.
-    pub(crate) local: SMatrix<f64, L, L>,
+    pub(in crate::calibration) local: SMatrix<f64, L, L>,
     /// Local part of g.
-    pub(crate) gradient: SVector<f64, L>,
+    pub(in crate::calibration) gradient: SVector<f64, L>,
 }
 
 /// Solution of an [`NormalEquations`].
-pub(crate) struct Step<const S: usize, const L: usize> {
-    pub(crate) shared: SVector<f64, S>,
-    pub(crate) views: Vec<SVector<f64, L>>,
+pub(in crate::calibration) struct Step<const S: usize, const L: usize> {
+    pub(in crate::calibration) shared: SVector<f64, S>,
+    pub(in crate::calibration) views: Vec<SVector<f64, L>>,
     /// `δᵀ g`: squared length of the step in standard deviations.
-    pub(crate) decrement: f64,
+    pub(in crate::calibration) decrement: f64,
 }
 
 impl<const S: usize, const L: usize> ViewBlock<S, L> {
-    pub(crate) fn zeros() -> Self {
+    pub(in crate::calibration) fn zeros() -> Self {
         Self {
             shared: SMatrix::zeros(),
             shared_gradient: SVector::zeros(),
@@ -55,7 +55,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
     }
 
     /// Adds one whitened observation: `residual = observed − predicted` and the prediction's Jacobians.
-    pub(crate) fn add(
+    pub(in crate::calibration) fn add(
         &mut self,
         by_shared: &SMatrix<f64, 2, S>,
         by_local: &SMatrix<f64, 2, L>,
@@ -71,7 +71,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
     }
 
     /// `V⁻¹` with its diagonal raised by the factor `1 + damping`.
-    pub(crate) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
+    pub(super) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
         let mut local = self.local;
         for i in 0..L {
             local[(i, i)] *= 1.0 + damping;
@@ -81,7 +81,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
 
     /// What this view says about the shared parameters: information and gradient, its own
     /// parameters settled.
-    pub(crate) fn reduced(&self) -> Option<(SMatrix<f64, S, S>, SVector<f64, S>)> {
+    pub(in crate::calibration) fn reduced(&self) -> Option<(SMatrix<f64, S, S>, SVector<f64, S>)> {
         let gain = self.cross * self.local_inverse(0.0)?;
         Some((
             self.shared - gain * self.cross.transpose(),
@@ -91,7 +91,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
 }
 
 impl<const S: usize, const L: usize> NormalEquations<S, L> {
-    pub(crate) fn from_views(views: Vec<ViewBlock<S, L>>) -> Self {
+    pub(in crate::calibration) fn from_views(views: Vec<ViewBlock<S, L>>) -> Self {
         let mut shared = SMatrix::zeros();
         let mut gradient = SVector::zeros();
         for view in &views {
@@ -102,7 +102,7 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
     }
 
     /// The damped step. `None` if the information has no inverse.
-    pub(crate) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
+    pub(in crate::calibration) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
         let mut reduced = self.shared;
         for i in 0..S {
             reduced[(i, i)] *= 1.0 + damping;
@@ -132,7 +132,7 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
     }
 
     /// Information about the shared parameters, priors included.
-    pub(crate) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
+    pub(in crate::calibration) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
         let mut reduced = self.shared;
         for view in &self.views {
             let gain = view.cross * view.local_inverse(0.0)?;
@@ -143,7 +143,9 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
 }
 
 /// Inverse of a symmetric positive definite matrix, scaled to a unit diagonal first.
-pub(crate) fn inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+pub(in crate::calibration) fn inverse<const N: usize>(
+    matrix: &SMatrix<f64, N, N>,
+) -> Option<SMatrix<f64, N, N>> {
     let mut scale = SVector::<f64, N>::zeros();
     for i in 0..N {
         let diagonal = matrix[(i, i)];
@@ -197,7 +199,7 @@ fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64,
 }
 
 /// A sum of squares over views that can be linearised into an [`NormalEquations`].
-pub(crate) trait Problem<const S: usize, const L: usize> {
+pub(in crate::calibration) trait Problem<const S: usize, const L: usize> {
     /// Values of all parameters.
     type State: Clone;
     /// Cost and normal equations. `None` where the model is undefined.
@@ -207,17 +209,17 @@ pub(crate) trait Problem<const S: usize, const L: usize> {
 }
 
 /// Where [`minimise`] ended.
-pub(crate) struct Minimum<State, const S: usize, const L: usize> {
-    pub(crate) state: State,
-    pub(crate) cost: f64,
-    pub(crate) normal: NormalEquations<S, L>,
-    pub(crate) converged: bool,
+pub(in crate::calibration) struct Minimum<State, const S: usize, const L: usize> {
+    pub(in crate::calibration) state: State,
+    pub(in crate::calibration) cost: f64,
+    pub(in crate::calibration) normal: NormalEquations<S, L>,
+    pub(in crate::calibration) converged: bool,
 }
 
 /// Levenberg–Marquardt. Never ends higher than it started; deterministic; at most 100 steps.
 ///
 /// Converged means that the next step is below 1e-9 standard deviations.
-pub(crate) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
+pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
 ) -> Option<Minimum<P::State, S, L>> {
@@ -225,7 +227,7 @@ pub(crate) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
 }
 
 /// The same; converged means that the next step's squared length, in standard deviations, is `close`.
-pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
+pub(in crate::calibration) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
     close: f64,

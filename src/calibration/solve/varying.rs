@@ -5,28 +5,27 @@
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
-use crate::calibration::solve::free_homography::FreeHomographies;
-use crate::calibration::solve::lens_model::LensModel;
+use super::{free_homography::FreeHomographies, lens_model::LensModel};
 use crate::geometry::{Camera, Distortion, FocalLength, LENS_PARAMETERS, PrincipalLine};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// The lens of views that share all but their focal length.
 #[derive(Clone, Debug)]
-pub(crate) struct VaryingFocal {
+pub(in crate::calibration) struct VaryingFocal {
     /// With the mean focal length; distortion as the views have it there.
-    pub(crate) camera: Camera,
+    pub(in crate::calibration) camera: Camera,
     /// For a view whose focal length is measured as well as these are.
-    pub(crate) covariance: LensMatrix,
-    pub(crate) noise_factor: f64,
+    pub(in crate::calibration) covariance: LensMatrix,
+    pub(in crate::calibration) noise_factor: f64,
     /// Sample standard deviation of the views' focal lengths.
-    pub(crate) scatter_px: f64,
+    pub(in crate::calibration) scatter_px: f64,
     /// Of each view; `None` for views that face the camera.
-    pub(crate) focal: Vec<Option<FocalLength>>,
+    pub(in crate::calibration) focal: Vec<Option<FocalLength>>,
 }
 
 /// The model in which the lens of [`VaryingFocal`] is written.
-pub(crate) const MODEL: LensModel = LensModel::K1K2P1P2;
+pub(in crate::calibration) const MODEL: LensModel = LensModel::K1K2P1P2;
 
 /// Reads PP, focal lengths and distortion off `free`.
 ///
@@ -35,7 +34,10 @@ pub(crate) const MODEL: LensModel = LensModel::K1K2P1P2;
 /// OpenCV's model with `(p2, p1) = −k1 e`.
 ///
 /// `None` if fewer than two views have a focal length.
-pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option<VaryingFocal> {
+pub(in crate::calibration) fn varying_focal(
+    free: &FreeHomographies,
+    noise_floor: f64,
+) -> Option<VaryingFocal> {
     let noise_factor = free.noise_factor().max(noise_floor);
     let variance = noise_factor * noise_factor;
     let pp_covariance_px2: Matrix2<f64> = free.pp_unit_covariance_px2 * variance;
@@ -87,7 +89,7 @@ pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option
 
 impl VaryingFocal {
     /// The camera as it was for one view; with the mean focal length where the view has none.
-    pub(crate) fn camera_of(&self, view: usize) -> Camera {
+    pub(in crate::calibration) fn camera_of(&self, view: usize) -> Camera {
         let f_px = self.focal[view].map_or(self.camera.f_px.x, |focal| focal.f_px);
         Camera { f_px: Vector2::repeat(f_px), ..self.camera }
     }

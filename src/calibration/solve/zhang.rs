@@ -2,10 +2,14 @@
 
 use nalgebra::{DMatrix, Isometry3, Matrix3, Point2, Vector2};
 
-use crate::calibration::solve::bundle::{Bundle, BundleState, Observations, adjust};
-use crate::calibration::solve::lens_model::LensModel;
-use crate::frame::ImageSize;
-use crate::geometry::{Camera, Distortion};
+use super::{
+    bundle::{Bundle, BundleState, Observations, adjust},
+    lens_model::LensModel,
+};
+use crate::{
+    frame::ImageSize,
+    geometry::{Camera, Distortion},
+};
 
 /// Zhang's closed form with zero skew, from at least two homographies.
 ///
