@@ -112,8 +112,9 @@ impl Run {
     /// [`crate::recording::RecordingError`] if a resumed session's journal can't be written.
     pub fn setup(self, announcer: &Announcer) -> anyhow::Result<(Setup, RunContext)> {
         let path = self.folder.path().to_path_buf();
-        announcer.say(&format!("Session: {}", path.display()));
         let Self { mut folder, mut session, open, record_stream, first_frame, resumed, .. } = self;
+        let camera = if open.truth.is_some() { " (SIMULATED camera)" } else { "" };
+        announcer.say(&format!("Session: {}{camera}", path.display()));
         let OpenSource { source, on_frame, truth } = open;
         if resumed {
             let decision = session.handle(&Input::Resumed);
@@ -177,7 +178,7 @@ impl FinishedRun {
             let (compared, found) =
                 comparison::of_session(&path, &session, &header.source, against)?;
             announcer.say(&text::compared_with(against));
-            comparison::announce(&found, &compared.action, announcer);
+            comparison::announce(&found, &compared.action, &header.source, announcer);
             Ok(compared)
         });
         if let Some(Err(err)) = &compared {
