@@ -13,12 +13,13 @@ use super::{
     comparison,
     host::Compared,
     result::{Conclusion, conclude},
-    source::{FrameListener, OpenSource},
+    source::OpenSource,
     truth,
 };
 use crate::{
+    capture::Renumbered,
     guidance::{Progress, Refusal},
-    pipeline::{Finished, FrameReport, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
+    pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
     recording::{
         SessionFolder,
         save::{Overwrite, save},
@@ -122,13 +123,12 @@ impl Run {
         }
         let lossless = source.waits();
         let setup = Setup {
-            source,
+            source: Box::new(Renumbered::new(source, first_frame)),
             session,
             folder: Some(folder),
             lossless,
             record_stream,
-            first_frame,
-            judged: Box::new(announced(on_frame, announcer.clone())),
+            on_frame: Box::new(announced(on_frame, announcer.clone())),
         };
         Ok((setup, RunContext { path, truth, first_frame }))
     }
@@ -191,10 +191,7 @@ impl FinishedRun {
 }
 
 /// Announces each change of advice and every view taken, then passes the frame on.
-fn announced(
-    mut on_frame: FrameListener,
-    announcer: Announcer,
-) -> impl FnMut(FrameReport<'_>) + Send {
+fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = String::new();
     move |report| {
         let snapshot = report.snapshot;
