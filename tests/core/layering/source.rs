@@ -1,0 +1,345 @@
+//! The crate as Rust sees it: files, the modules in them, and the names each module holds.
+
+use std::{collections::BTreeMap, fs, ops::Range, path::Path};
+
+use proc_macro2::TokenStream;
+use syn::{Attribute, Item, Meta, UseTree, spanned::Spanned};
+
+/// A source file that is part of the product, not of its unit tests.
+pub(crate) struct Source {
+    /// Below `src`, for example `geometry/camera.rs`.
+    pub(crate) path: String,
+    /// The first part of its path: `geometry`, or `lib` and `main` for the crates' roots.
+    pub(crate) room: String,
+    pub(crate) syntax: syn::File,
+    pub(crate) tokens: TokenStream,
+    /// Bytes of the items that only exist in unit tests.
+    pub(crate) test_bytes: Vec<Range<usize>>,
+    /// The module that the file is.
+    pub(crate) module: usize,
+}
+
+/// A module: a file, or a `mod name { … }` within one.
+pub(crate) struct Module {
+    pub(crate) path: Vec<String>,
+    pub(crate) source: usize,
+    /// The module around it; a crate's root is its own parent.
+    pub(crate) parent: usize,
+    pub(crate) root: usize,
+    pub(crate) names: BTreeMap<String, Vec<Name>>,
+    pub(crate) globs: Vec<Vec<String>>,
+    /// A macro writes items here, so that names may exist which the source does not show.
+    pub(crate) has_item_macros: bool,
+}
+
+/// What a name in a module stands for.
+pub(crate) enum Name {
+    Item,
+    Module(usize),
+    Import(Vec<String>),
+}
+
+/// One name, or a glob, that a `use` brings in.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Import {
+    /// The name it gets; `None` for a glob, `_` for none.
+    pub(crate) name: Option<String>,
+    pub(crate) path: Vec<String>,
+}
+
+pub(crate) struct Crate {
+    pub(crate) sources: Vec<Source>,
+    pub(crate) modules: Vec<Module>,
+    /// Files that cannot be parsed or found, or that no `mod` names.
+    pub(crate) problems: Vec<String>,
+}
+
+impl Crate {
+    /// The crate whose `src` folder lies in `checkout`.
+    pub(crate) fn load(checkout: &Path) -> std::io::Result<Self> {
+        let src = checkout.join("src");
+        let mut texts = BTreeMap::new();
+        let mut folders = vec![src.clone()];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(&folder)? {
+                let path = entry?.path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.extension().is_some_and(|extension| extension == "rs") {
+                    let below = path.strip_prefix(&src).unwrap_or(&path).to_string_lossy();
+                    texts.insert(below.into_owned(), fs::read_to_string(&path)?);
+                }
+            }
+        }
+        Ok(Self::from_texts(&texts))
+    }
+
+    /// The crate made of files by path below `src`.
+    pub(crate) fn from_texts(texts: &BTreeMap<String, String>) -> Self {
+        let empty = Self { sources: Vec::new(), modules: Vec::new(), problems: Vec::new() };
+        let mut reader = Reader { texts, reached: Vec::new(), made: empty };
+        for root in ["lib.rs", "main.rs"].into_iter().filter(|root| texts.contains_key(*root)) {
+            reader.file(root, Vec::new(), None);
+        }
+        for path in texts.keys().filter(|path| !reader.reached.contains(path)) {
+            reader.made.problems.push(format!("src/{path}: no `mod` names this file"));
+        }
+        reader.made
+    }
+
+    pub(crate) fn source_of(&self, module: usize) -> &Source {
+        &self.sources[self.modules[module].source]
+    }
+}
+
+struct Reader<'a> {
+    texts: &'a BTreeMap<String, String>,
+    reached: Vec<String>,
+    made: Crate,
+}
+
+impl Reader<'_> {
+    /// Reads the file of the module `path` and all below it.
+    fn file(&mut self, file: &str, path: Vec<String>, parent: Option<usize>) -> Option<usize> {
+        self.reached.push(file.to_owned());
+        let text = &self.texts[file];
+        let parsed = syn::parse_file(text).and_then(|syntax| {
+            let tokens: TokenStream = text.parse()?;
+            Ok((syntax, tokens))
+        });
+        let (syntax, tokens) = match parsed {
+            Ok(parsed) => parsed,
+            Err(error) => {
+                self.made.problems.push(format!("src/{file}: not parsed: {error}"));
+                return None;
+            }
+        };
+        let items = syntax.items.clone();
+        let source = self.made.sources.len();
+        self.made.sources.push(Source {
+            path: file.to_owned(),
+            room: file.split(['/', '.']).next().unwrap_or_default().to_owned(),
+            tokens,
+            test_bytes: test_bytes(&syntax),
+            syntax,
+            module: self.made.modules.len(),
+        });
+        let module = self.module(source, path, parent);
+        self.items(module, &items, &folder_of_children(file));
+        Some(module)
+    }
+
+    fn module(&mut self, source: usize, path: Vec<String>, parent: Option<usize>) -> usize {
+        let id = self.made.modules.len();
+        self.made.modules.push(Module {
+            path,
+            source,
+            parent: parent.unwrap_or(id),
+            root: parent.map_or(id, |parent| self.made.modules[parent].root),
+            names: BTreeMap::new(),
+            globs: Vec::new(),
+            has_item_macros: false,
+        });
+        id
+    }
+
+    fn items(&mut self, module: usize, items: &[Item], folder: &str) {
+        for item in items {
+            if is_test_only(attributes(item)) {
+                if let Item::Mod(item) = item
+                    && item.content.is_none()
+                {
+                    self.reach_tests(folder, &item.ident.to_string());
+                }
+                continue;
+            }
+            match item {
+                Item::Use(item) => {
+                    for import in imports(&item.tree) {
+                        match import.name {
+                            Some(name) => self.name(module, name, Name::Import(import.path)),
+                            None => self.made.modules[module].globs.push(import.path),
+                        }
+                    }
+                }
+                Item::Mod(item) => {
+                    let name = item.ident.to_string();
+                    let mut path = self.made.modules[module].path.clone();
+                    path.push(name.clone());
+                    let inner = match &item.content {
+                        Some((_, items)) => {
+                            let source = self.made.modules[module].source;
+                            let inner = self.module(source, path, Some(module));
+                            self.items(inner, items, &format!("{folder}{name}/"));
+                            Some(inner)
+                        }
+                        None => match self.file_of(folder, &name) {
+                            Some(file) => self.file(&file, path, Some(module)),
+                            None => {
+                                let file = &self.made.source_of(module).path;
+                                let problem = format!("src/{file}: no file for `mod {name}`");
+                                self.made.problems.push(problem);
+                                None
+                            }
+                        },
+                    };
+                    if let Some(inner) = inner {
+                        self.name(module, name, Name::Module(inner));
+                    }
+                }
+                Item::Macro(item) => match &item.ident {
+                    Some(name) => self.name(module, name.to_string(), Name::Item),
+                    None => self.made.modules[module].has_item_macros = true,
+                },
+                other => {
+                    if let Some(name) = defined_name(other) {
+                        self.name(module, name, Name::Item);
+                    }
+                }
+            }
+        }
+    }
+
+    fn name(&mut self, module: usize, name: String, is: Name) {
+        self.made.modules[module].names.entry(name).or_default().push(is);
+    }
+
+    fn file_of(&self, folder: &str, name: &str) -> Option<String> {
+        [format!("{folder}{name}.rs"), format!("{folder}{name}/mod.rs")]
+            .into_iter()
+            .find(|path| self.texts.contains_key(path))
+    }
+
+    /// Marks the files of a module that only exists in unit tests.
+    fn reach_tests(&mut self, folder: &str, name: &str) {
+        if let Some(file) = self.file_of(folder, name) {
+            let below = format!("{folder}{name}/");
+            let inner = self.texts.keys().filter(|path| path.starts_with(&below)).cloned();
+            self.reached.extend(inner);
+            self.reached.push(file);
+        }
+    }
+}
+
+/// Where the modules that a file declares have their files.
+fn folder_of_children(file: &str) -> String {
+    let (folder, name) = file.rsplit_once('/').map_or(("", file), |(folder, name)| (folder, name));
+    let folder = if folder.is_empty() { String::new() } else { format!("{folder}/") };
+    match name.trim_end_matches(".rs") {
+        "mod" | "lib" | "main" => folder,
+        stem => format!("{folder}{stem}/"),
+    }
+}
+
+/// Every name of a `use`, in order.
+pub(crate) fn imports(tree: &UseTree) -> Vec<Import> {
+    fn walk(tree: &UseTree, before: &[String], found: &mut Vec<Import>) {
+        let with = |name: &syn::Ident| {
+            let mut path = before.to_vec();
+            if name != "self" || path.is_empty() {
+                path.push(name.to_string());
+            }
+            path
+        };
+        match tree {
+            UseTree::Path(part) => walk(&part.tree, &with(&part.ident), found),
+            UseTree::Name(part) => {
+                let path = with(&part.ident);
+                found.push(Import { name: path.last().cloned(), path });
+            }
+            UseTree::Rename(part) => {
+                let name = Some(part.rename.to_string());
+                found.push(Import { name, path: with(&part.ident) });
+            }
+            UseTree::Glob(_) => found.push(Import { name: None, path: before.to_vec() }),
+            UseTree::Group(group) => {
+                for tree in &group.items {
+                    walk(tree, before, found);
+                }
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(tree, &[], &mut found);
+    found
+}
+
+/// Whether code with these attributes is compiled for unit tests alone.
+pub(crate) fn is_test_only(attributes: &[Attribute]) -> bool {
+    fn needs_test(meta: &Meta) -> bool {
+        let Meta::List(list) = meta else { return meta.path().is_ident("test") };
+        let Ok(inner) = list
+            .parse_args_with(syn::punctuated::Punctuated::<Meta, syn::Token![,]>::parse_terminated)
+        else {
+            return false;
+        };
+        match () {
+            () if list.path.is_ident("all") => inner.iter().any(needs_test),
+            () if list.path.is_ident("any") => !inner.is_empty() && inner.iter().all(needs_test),
+            () => false,
+        }
+    }
+    attributes.iter().any(|attribute| {
+        attribute.path().is_ident("test")
+            || (attribute.path().is_ident("cfg")
+                && attribute.parse_args::<Meta>().is_ok_and(|meta| needs_test(&meta)))
+    })
+}
+
+fn test_bytes(file: &syn::File) -> Vec<Range<usize>> {
+    struct Tests(Vec<Range<usize>>);
+    impl<'ast> syn::visit::Visit<'ast> for Tests {
+        fn visit_item(&mut self, item: &'ast Item) {
+            if is_test_only(attributes(item)) {
+                self.0.push(item.span().byte_range());
+            } else {
+                syn::visit::visit_item(self, item);
+            }
+        }
+        fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
+            if is_test_only(&item.attrs) {
+                self.0.push(item.span().byte_range());
+            } else {
+                syn::visit::visit_impl_item_fn(self, item);
+            }
+        }
+    }
+    let mut tests = Tests(Vec::new());
+    syn::visit::Visit::visit_file(&mut tests, file);
+    tests.0
+}
+
+pub(crate) fn attributes(item: &Item) -> &[Attribute] {
+    match item {
+        Item::Const(item) => &item.attrs,
+        Item::Enum(item) => &item.attrs,
+        Item::ExternCrate(item) => &item.attrs,
+        Item::Fn(item) => &item.attrs,
+        Item::ForeignMod(item) => &item.attrs,
+        Item::Impl(item) => &item.attrs,
+        Item::Macro(item) => &item.attrs,
+        Item::Mod(item) => &item.attrs,
+        Item::Static(item) => &item.attrs,
+        Item::Struct(item) => &item.attrs,
+        Item::Trait(item) => &item.attrs,
+        Item::Type(item) => &item.attrs,
+        Item::Union(item) => &item.attrs,
+        Item::Use(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+pub(crate) fn defined_name(item: &Item) -> Option<String> {
+    let name = match item {
+        Item::Const(item) => &item.ident,
+        Item::Enum(item) => &item.ident,
+        Item::Fn(item) => &item.sig.ident,
+        Item::Static(item) => &item.ident,
+        Item::Struct(item) => &item.ident,
+        Item::Trait(item) => &item.ident,
+        Item::Type(item) => &item.ident,
+        Item::Union(item) => &item.ident,
+        _ => return None,
+    };
+    Some(name.to_string())
+}
