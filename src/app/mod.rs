@@ -16,6 +16,7 @@
 //! | `report`, `session_report` | the HTML report of a calibration file or of a session folder |
 //! | `export` | a result in the formats of other programs |
 //! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
+//! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
 //! | `explain` | the next action for an error |
@@ -45,6 +46,8 @@ mod saved_session;
 #[cfg(feature = "report")]
 pub mod session_report;
 pub mod source;
+#[cfg(feature = "study")]
+mod study_folder;
 pub mod truth;
 mod verdict;
 mod window_host;
@@ -56,6 +59,8 @@ pub use missing_feature::MissingFeature;
 pub use opening::Opening;
 pub use run::{FinishedRun, Run};
 pub use saved_session::{JournalReading, SavedSession};
+#[cfg(feature = "study")]
+pub use study_folder::StudyFolder;
 pub use verdict::{Exit, announce_result};
 pub use window_host::{OnResult, WindowHost};
 

@@ -22,7 +22,7 @@ struct Installed {
 impl Installed {
     fn new(seed: u64) -> Self {
         let mut scene = Scene::ordinary(seed);
-        // METHOD's f = 1400 px at 1920.
+        // f = 1400 px at a width of 1920 px.
         let scale = 0.73 * f64::from(SIZE.width_px) / scene.camera.f_px.x;
         scene.camera.f_px *= scale * scene.rng.random_range(0.97..1.03);
         let views = filling(&mut scene, 10);

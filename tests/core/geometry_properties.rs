@@ -180,7 +180,7 @@ proptest! {
         prop_assert!((after.distance_px(&(view.camera.pp_px + shift))).abs() < 1e-8 * (1.0 + after.d_px));
     }
 
-    /// The 4×9 Jacobian of METHOD section 1, against differences of the homography's entries.
+    /// The 4×9 Jacobian of `docs/method.md`, section 1.4, against differences of the homography's entries.
     #[test]
     fn the_covariance_is_the_propagated_one(view in view()) {
         let board_m = board().corners_in_board_m();

@@ -74,7 +74,8 @@ fn recorded_views_stand_where_this_build_decides_otherwise() {
     let camera = |session: &Session| session.calibration().expect("calibrated").camera;
     assert_eq!(camera(&saved.session), camera(&live));
     // The view that was removed last comes back first.
-    let restored = |session: &mut Session| session.handle(&Input::Command(Command::Restore)).outcome;
+    let restored =
+        |session: &mut Session| session.handle(&Input::Command(Command::Restore)).outcome;
     assert_eq!(restored(&mut saved.session.clone()), restored(&mut live.clone()));
 }
 

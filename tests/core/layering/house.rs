@@ -22,7 +22,7 @@ struct File {
     room: String,
     module: usize,
     named: Vec<(Named, Resolved)>,
-    words: Vec<(Word, usize)>,
+    words: Vec<Word>,
 }
 
 /// Where a module is.
@@ -38,7 +38,7 @@ impl House {
             path: source.path.clone(),
             room: source.room.clone(),
             module: source.module,
-            named: scan::paths(of, source)
+            named: scan::paths(source)
                 .into_iter()
                 .map(|named| {
                     let path = named.path.strip_suffix(&["*".to_owned()]).unwrap_or(&named.path);
@@ -63,8 +63,7 @@ impl House {
             for (named, resolved) in named {
                 if let Some(missing) = &resolved.missing {
                     let path = named.path.join("::");
-                    let line = named.line;
-                    problems.push(format!("src/{file}:{line}: `{path}`: no `{missing}` found"));
+                    problems.push(format!("src/{file}: `{path}`: no `{missing}` found"));
                 }
             }
         }
@@ -81,8 +80,8 @@ impl House {
                 continue;
             };
             for (used, names) in self.rooms_of(named) {
-                if used != *room && !allowed.contains(&used.as_str()) {
-                    let names = names.words();
+                if used != *room && !allowed.split_whitespace().any(|room| room == used) {
+                    let names = listed(&names);
                     problems.push(format!("src/{path}: `{room}` may not use `{used}`: {names}"));
                 }
             }
@@ -94,18 +93,28 @@ impl House {
     pub(crate) fn wrong_panels(&self, rules: &Rules) -> Vec<String> {
         let mut problems = Vec::new();
         let mut unseen: BTreeSet<&str> = rules.panels.iter().copied().collect();
-        for File { path, room, named, .. } in &self.files {
+        for File { path, named, .. } in &self.files {
             let Some(panel) = rules.panels.iter().find(|panel| is_within(path, panel)) else {
                 continue;
             };
             unseen.remove(panel);
-            for (used, names) in self.rooms_of(named) {
-                if used != *room && !rules.panels_may_use.contains(&used.as_str()) {
-                    problems.push(format!(
-                        "src/{path}: a panel sees plain data and words, not `{used}`: {}",
-                        names.words()
-                    ));
+            let mut wrong: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+            for (named, resolved) in named {
+                for target in &resolved.targets {
+                    let (Target::Item { module, .. } | Target::Module(module)) = target else {
+                        continue;
+                    };
+                    let file = self.modules[*module].file.as_str();
+                    if !rules.panels_may_use.iter().any(|place| is_within(file, place)) {
+                        wrong.entry(file).or_default().insert(named.path.join("::"));
+                    }
                 }
+            }
+            for (file, names) in wrong {
+                let names = listed(&names);
+                problems.push(format!(
+                    "src/{path}: a panel sees plain data and words, not `{file}`: {names}"
+                ));
             }
         }
         problems.extend(unseen.iter().map(|panel| format!("src/{panel}: no such panel")));
@@ -114,40 +123,32 @@ impl House {
 
     /// Files, threads, clocks, chance and printing where none may be.
     pub(crate) fn wrong_reaches(&self, rules: &Rules) -> Vec<String> {
-        let mut problems = BTreeSet::new();
+        let mut problems = Vec::new();
         for File { path, room, named, words, .. } in &self.files {
             for (reach, places) in rules.only_in {
                 if places.iter().any(|place| is_within(path, place)) {
                     continue;
                 }
-                let mut lines = Vec::new();
-                for (named, resolved) in named {
-                    for target in &resolved.targets {
-                        if let Target::External(path) = target
-                            && reach.is_path(path)
-                        {
-                            lines.push(named.line);
-                        }
-                    }
+                let by_path = named.iter().any(|(_, resolved)| {
+                    resolved.targets.iter().any(
+                        |target| matches!(target, Target::External(path) if reach.is_path(path)),
+                    )
+                });
+                if by_path || words.iter().any(|word| reach.is_word(word)) {
+                    problems.push(format!("src/{path}: no {} in `{room}`", reach.words()));
                 }
-                lines.extend(words.iter().filter(|(word, _)| reach.is_word(word)).map(|w| w.1));
-                problems.extend(
-                    lines
-                        .into_iter()
-                        .map(|line| format!("src/{path}:{line}: no {} in `{room}`", reach.words())),
-                );
             }
         }
-        problems.into_iter().collect()
+        problems
     }
 
     /// Items that one file alone may use, and others do.
     pub(crate) fn wrong_users(&self, rules: &Rules) -> Vec<String> {
-        let mut problems = Vec::new();
+        let mut problems = BTreeSet::new();
         for (item, users) in rules.only_by {
             let mut used_rightly = false;
             for File { path, module: file_module, named, .. } in &self.files {
-                for (named, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
+                for (_, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
                     let is_it = resolved.targets.iter().any(|target| match target {
                         Target::Item { module, name } => {
                             file_module != module
@@ -159,17 +160,16 @@ impl House {
                     let right = users.contains(&path.as_str());
                     used_rightly |= is_it && right;
                     if is_it && !right {
-                        let line = named.line;
                         let users = users.join(", ");
-                        problems.push(format!("src/{path}:{line}: only {users} may use `{item}`"));
+                        problems.insert(format!("src/{path}: only {users} may use `{item}`"));
                     }
                 }
             }
             if !used_rightly {
-                problems.push(format!("`{item}` is not used by {}", users.join(", ")));
+                problems.insert(format!("`{item}` is not used by {}", users.join(", ")));
             }
         }
-        problems
+        problems.into_iter().collect()
     }
 
     /// Unsafe code, or leave for it, outside its one file.
@@ -177,14 +177,14 @@ impl House {
         let mut problems = BTreeSet::new();
         let mut seen = false;
         for File { path, words, .. } in &self.files {
-            for (word, line) in words {
+            for word in words {
                 let is_unsafe =
                     matches!(word, Word::Name(name) if name == "unsafe" || name == "unsafe_code");
                 if is_unsafe && *path == rules.unsafe_in {
                     seen = true;
                 } else if is_unsafe {
                     let only = rules.unsafe_in;
-                    problems.insert(format!("src/{path}:{line}: unsafe code outside src/{only}"));
+                    problems.insert(format!("src/{path}: unsafe code outside src/{only}"));
                 }
             }
         }
@@ -199,7 +199,7 @@ impl House {
         let mut uses = Uses::default();
         for File { path, room, named, .. } in &self.files {
             for (used, names) in self.rooms_of(named) {
-                uses.add(room, &used, &format!("src/{path}: {}", names.words()));
+                uses.add(room, &used, &format!("src/{path}: {}", listed(&names)));
             }
         }
         uses.circles()
@@ -229,11 +229,11 @@ impl House {
         let mut above = BTreeSet::new();
         let mut problems = Vec::new();
         for (room, uses) in rules.may_use {
-            for used in uses.iter().filter(|used| !above.contains(*used)) {
+            for used in uses.split_whitespace().filter(|used| !above.contains(used)) {
                 problems
                     .push(format!("map: `{used}` does not stand above `{room}`, which uses it"));
             }
-            if !above.insert(room) {
+            if !above.insert(*room) {
                 problems.push(format!("map: `{room}` stands there twice"));
             }
             if !rooms.contains(room) {
@@ -244,8 +244,8 @@ impl House {
     }
 
     /// Rooms that paths lead to or through, and the paths.
-    fn rooms_of(&self, named: &[(Named, Resolved)]) -> BTreeMap<String, Names> {
-        let mut found: BTreeMap<String, Names> = BTreeMap::new();
+    fn rooms_of(&self, named: &[(Named, Resolved)]) -> BTreeMap<String, BTreeSet<String>> {
+        let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for (named, resolved) in named {
             let passed = resolved.passed.iter().copied();
             let defined = resolved.targets.iter().filter_map(|target| match target {
@@ -258,24 +258,15 @@ impl House {
                 if path.is_empty() && room == "lib" {
                     continue;
                 }
-                let names = found.entry(room.clone()).or_default();
-                names.0.entry(named.path.join("::")).or_insert(named.line);
+                found.entry(room.clone()).or_default().insert(named.path.join("::"));
             }
         }
         found
     }
 }
 
-/// Paths, and the line where each stands first.
-#[derive(Default)]
-struct Names(BTreeMap<String, usize>);
-
-impl Names {
-    fn words(&self) -> String {
-        let names: Vec<String> =
-            self.0.iter().map(|(name, line)| format!("{name} (line {line})")).collect();
-        names.join(", ")
-    }
+fn listed(names: &BTreeSet<String>) -> String {
+    names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
 }
 
 /// Whether a file is `place`, or lies in the room or folder of that name.

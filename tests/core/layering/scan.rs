@@ -1,21 +1,15 @@
 //! What a file says: the paths it names and the words it uses, macros and attributes included.
 
-use std::collections::BTreeSet;
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use syn::UseTree;
 
-use proc_macro2::{Delimiter, Ident, TokenStream, TokenTree};
-use syn::{
-    UseTree, Visibility,
-    visit::{self, Visit},
-};
-
-use super::source::{Crate, Import, Name, Source, attributes, defined_name, imports, is_test_only};
+use super::source::{Import, Source, imports};
 
 /// A path that a file names.
 #[derive(Debug)]
 pub(crate) struct Named {
     pub(crate) module: usize,
     pub(crate) path: Vec<String>,
-    pub(crate) line: usize,
     /// `pub use`: the name is passed on, not used.
     pub(crate) passed_on: bool,
 }
@@ -28,291 +22,214 @@ pub(crate) enum Word {
     Macro(String),
 }
 
-/// Every path that `source` names outside its unit tests.
-pub(crate) fn paths(of: &Crate, source: &Source) -> Vec<Named> {
-    let mut scan = Scan {
-        of,
-        module: source.module,
-        scopes: Vec::new(),
-        variables: Vec::new(),
-        in_serde: false,
-        found: Vec::new(),
-    };
-    scan.visit_file(&source.syntax);
-    scan.found
-}
-
-/// Every word of `source` outside its unit tests, with its line.
-pub(crate) fn words(source: &Source) -> Vec<(Word, usize)> {
+/// Every path that `source` names.
+pub(crate) fn paths(source: &Source) -> Vec<Named> {
     let mut found = Vec::new();
-    collect_words(source.tokens.clone(), source, &mut found);
+    for seen in &source.uses {
+        found.push(imported(seen.module, &seen.import, seen.passed_on));
+    }
+    for (module, tokens) in &source.code {
+        let mut scan = Scan { module: *module, scopes: Vec::new(), found: &mut found };
+        scan.tokens(tokens.clone(), Inside::Code);
+    }
     found
 }
 
-fn collect_words(tokens: TokenStream, source: &Source, found: &mut Vec<(Word, usize)>) {
-    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
-    let punct = |at: Option<usize>, c| at.is_some_and(|at| is_punct(tokens.get(at), c));
-    for (at, token) in tokens.iter().enumerate() {
-        let here = token.span().byte_range();
-        if source.test_bytes.iter().any(|test| test.contains(&here.start)) {
-            continue;
-        }
+fn imported(module: usize, import: &Import, passed_on: bool) -> Named {
+    let mut path = import.path.clone();
+    if import.name.is_none() {
+        path.push("*".to_owned());
+    }
+    Named { module, path, passed_on }
+}
+
+/// Every word of `source`.
+pub(crate) fn words(source: &Source) -> Vec<Word> {
+    let mut found = Vec::new();
+    for seen in &source.uses {
+        found.extend(seen.import.path.iter().cloned().map(Word::Name));
+    }
+    for (_, tokens) in &source.code {
+        collect_words(tokens.clone(), &mut found);
+    }
+    found
+}
+
+fn collect_words(tokens: TokenStream, found: &mut Vec<Word>) {
+    let tokens = Tokens(tokens.into_iter().collect());
+    for (at, token) in tokens.0.iter().enumerate() {
         match token {
-            TokenTree::Group(group) => collect_words(group.stream(), source, found),
+            TokenTree::Group(group) => collect_words(group.stream(), found),
             TokenTree::Ident(name) => {
-                let line = name.span().start().line;
                 let name = name.to_string();
-                let before = at.checked_sub(1);
-                let is_call = matches!(tokens.get(at + 1), Some(TokenTree::Group(group))
-                    if group.delimiter() == Delimiter::Parenthesis)
-                    || (punct(Some(at + 1), ':') && punct(Some(at + 2), ':'));
-                let after_range = punct(before, '.') && punct(at.checked_sub(2), '.');
-                if punct(before, '.') && !after_range && is_call {
-                    found.push((Word::Method(name.clone()), line));
-                }
-                if punct(Some(at + 1), '!')
-                    && matches!(tokens.get(at + 2), Some(TokenTree::Group(_)))
+                if tokens.is_member(at)
+                    && (tokens.is_group(at + 1, Delimiter::Parenthesis) || tokens.colons(at + 1))
                 {
-                    found.push((Word::Macro(name.clone()), line));
+                    found.push(Word::Method(name.clone()));
                 }
-                found.push((Word::Name(name), line));
+                if tokens.is(at + 1, '!')
+                    && matches!(tokens.0.get(at + 2), Some(TokenTree::Group(_)))
+                {
+                    found.push(Word::Macro(name.clone()));
+                }
+                found.push(Word::Name(name));
             }
             TokenTree::Punct(_) | TokenTree::Literal(_) => {}
         }
     }
 }
 
-fn is_punct(token: Option<&TokenTree>, c: char) -> bool {
-    matches!(token, Some(TokenTree::Punct(punct)) if punct.as_char() == c)
+/// Tokens of one depth.
+struct Tokens(Vec<TokenTree>);
+
+impl Tokens {
+    fn is(&self, at: usize, c: char) -> bool {
+        matches!(self.0.get(at), Some(TokenTree::Punct(punct)) if punct.as_char() == c)
+    }
+
+    fn is_group(&self, at: usize, delimiter: Delimiter) -> bool {
+        matches!(self.0.get(at), Some(TokenTree::Group(group)) if group.delimiter() == delimiter)
+    }
+
+    fn colons(&self, at: usize) -> bool {
+        self.is(at, ':') && self.is(at + 1, ':')
+    }
+
+    /// Whether one of `words` stands right before `at`.
+    fn follows(&self, at: usize, words: &[&str]) -> bool {
+        at >= 1
+            && matches!(&self.0[at - 1], TokenTree::Ident(before)
+                if words.contains(&before.to_string().as_str()))
+    }
+
+    /// Whether `at` is a field or method: after one point, for two are a range.
+    fn is_member(&self, at: usize) -> bool {
+        at >= 1 && self.is(at - 1, '.') && !(at >= 2 && self.is(at - 2, '.'))
+    }
+
+    /// Whether `at` goes on with a type's path: `<T>::name`.
+    fn is_within_a_type(&self, at: usize) -> bool {
+        at >= 3 && self.colons(at - 2) && self.is(at - 3, '>')
+    }
+
+    /// The path that begins at `at`, and where it ends.
+    fn path(&self, at: usize) -> (Vec<String>, usize) {
+        let mut path = vec![self.0[at].to_string()];
+        let mut end = at + 1;
+        while self.colons(end)
+            && let Some(TokenTree::Ident(next)) = self.0.get(end + 2)
+        {
+            path.push(next.to_string());
+            end += 3;
+        }
+        (path, end)
+    }
+}
+
+/// Where tokens stand.
+#[derive(Clone, Copy, PartialEq)]
+enum Inside {
+    Code,
+    /// Where variants are defined.
+    Enum,
+    /// In serde's attributes, where strings may be paths.
+    Serde,
 }
 
 struct Scan<'a> {
-    of: &'a Crate,
     module: usize,
-    /// What the blocks around hold: imports, and items of their own.
-    scopes: Vec<Vec<(String, Option<Vec<String>>)>>,
-    /// Variables of the functions around.
-    variables: Vec<BTreeSet<String>>,
-    in_serde: bool,
-    found: Vec<Named>,
+    /// What `use` brings into the blocks around.
+    scopes: Vec<Vec<Import>>,
+    found: &'a mut Vec<Named>,
 }
 
 impl Scan<'_> {
-    fn name(&mut self, mut path: Vec<String>, line: usize, passed_on: bool) {
-        let Some(first) = path.first() else { return };
-        if first == "Self" {
-            return;
-        }
-        if path.len() == 1 && self.variables.iter().any(|known| known.contains(first)) {
-            return;
-        }
-        let local = self.scopes.iter().rev().flatten().find(|(name, _)| name == first);
-        match local {
-            Some((_, None)) => return,
-            Some((_, Some(import))) if *import != path => {
-                path = import.iter().chain(&path[1..]).cloned().collect();
-            }
-            _ => {}
-        }
-        self.found.push(Named { module: self.module, path, line, passed_on });
-    }
-
-    fn import(&mut self, tree: &UseTree, line: usize, passed_on: bool) {
-        for Import { name, mut path } in imports(tree) {
-            if name.is_none() {
-                path.push("*".to_owned());
-            }
-            self.found.push(Named { module: self.module, path, line, passed_on });
-        }
-    }
-
-    /// The paths in tokens that have not been parsed: macros and attributes.
-    fn tokens(&mut self, tokens: TokenStream) {
-        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
-        let is = |at: usize, c| is_punct(tokens.get(at), c);
+    fn tokens(&mut self, tokens: TokenStream, inside: Inside) {
+        let tokens = Tokens(tokens.into_iter().collect());
+        self.scopes.push(Vec::new());
+        let mut in_enum = false;
         let mut at = 0;
-        while let Some(token) = tokens.get(at) {
+        while let Some(token) = tokens.0.get(at) {
             at += 1;
             match token {
-                TokenTree::Group(group) => self.tokens(group.stream()),
-                TokenTree::Literal(literal) if self.in_serde => {
-                    // `with = "path"` is code.
-                    let given = syn::parse_str::<syn::LitStr>(&literal.to_string());
-                    let key = at.checked_sub(3).and_then(|key| tokens.get(key));
-                    let names_code = matches!(key, Some(TokenTree::Ident(key))
-                        if !["rename", "rename_all", "tag", "content", "alias"]
-                            .contains(&key.to_string().as_str()));
-                    if let Some(inner) = given.ok().filter(|_| names_code).map(|s| s.value())
-                        && let Ok(inner) = inner.parse::<TokenStream>()
+                TokenTree::Group(group) => {
+                    let is_body = in_enum && group.delimiter() == Delimiter::Brace;
+                    in_enum &= !is_body;
+                    let inner = match inside {
+                        _ if is_body => Inside::Enum,
+                        _ if tokens.follows(at - 1, &["serde"]) => Inside::Serde,
+                        Inside::Serde => Inside::Serde,
+                        Inside::Code | Inside::Enum => Inside::Code,
+                    };
+                    self.tokens(group.stream(), inner);
+                }
+                TokenTree::Literal(literal) if inside == Inside::Serde => {
+                    let key = at.checked_sub(3).map(|key| tokens.0[key].to_string());
+                    let names_code = key.is_some_and(|key| {
+                        !["rename", "rename_all", "tag", "content", "alias"].contains(&key.as_str())
+                    });
+                    if names_code
+                        && let Ok(text) = syn::parse_str::<syn::LitStr>(&literal.to_string())
+                        && let Ok(inner) = text.value().parse()
                     {
-                        let from = self.found.len();
-                        self.tokens(inner);
-                        for named in &mut self.found[from..] {
-                            named.line = literal.span().start().line;
-                        }
+                        self.tokens(inner, Inside::Code);
                     }
                 }
                 TokenTree::Ident(first) if *first == "use" => {
-                    let tree: TokenStream = tokens[at..]
+                    let tree: TokenStream = tokens.0[at..]
                         .iter()
-                        .take_while(|token| !is_punct(Some(token), ';'))
+                        .take_while(|token| token.to_string() != ";")
                         .cloned()
                         .collect();
+                    at += tree.clone().into_iter().count();
                     if let Ok(tree) = syn::parse2::<UseTree>(tree) {
-                        self.import(&tree, first.span().start().line, false);
+                        for import in imports(&tree) {
+                            self.found.push(imported(self.module, &import, false));
+                            self.scopes.last_mut().expect("a scope").push(import);
+                        }
                     }
                 }
-                TokenTree::Ident(first) => {
-                    let member = at >= 2 && is(at - 2, '.') && !(at >= 3 && is(at - 3, '.'));
-                    let lifetime = at >= 2 && is(at - 2, '\'');
-                    let mut path = vec![first.to_string()];
-                    while is(at, ':') && is(at + 1, ':') {
-                        at += 2;
-                        match tokens.get(at) {
-                            Some(TokenTree::Ident(next)) => path.push(next.to_string()),
-                            // `collect::<…>` ends a path, `Vec::<…>::new` goes on inside the item.
-                            _ => break,
-                        }
-                        at += 1;
+                TokenTree::Ident(_) => {
+                    let (path, end) = tokens.path(at - 1);
+                    in_enum |= path[0] == "enum";
+                    let is_variant = inside == Inside::Enum
+                        && (at == 1
+                            || tokens.is(at - 2, ',')
+                            || tokens.is_group(at - 2, Delimiter::Bracket));
+                    let defined = ["fn", "struct", "enum", "trait", "type", "const", "static"];
+                    let is_path = !is_variant
+                        && !tokens.is_member(at - 1)
+                        && !tokens.is_within_a_type(at - 1)
+                        && !(at >= 2 && tokens.is(at - 2, '\''))
+                        && !tokens.follows(at - 1, &defined);
+                    // A small name by itself is a variable or a field, unless it is called.
+                    let alone = path.len() == 1
+                        && path[0].starts_with(|c: char| c.is_lowercase() || c == '_')
+                        && !tokens.is_group(end, Delimiter::Parenthesis)
+                        && !tokens.colons(end);
+                    if is_path && !alone {
+                        self.name(path);
                     }
-                    if !member && !lifetime {
-                        self.name(path, first.span().start().line, false);
-                    }
+                    at = end;
                 }
                 TokenTree::Punct(_) | TokenTree::Literal(_) => {}
             }
         }
-    }
-
-    fn in_function(&mut self, variables: BTreeSet<String>, walk: impl FnOnce(&mut Self)) {
-        self.variables.push(variables);
-        walk(self);
-        self.variables.pop();
-    }
-}
-
-impl<'ast> Visit<'ast> for Scan<'_> {
-    fn visit_item(&mut self, item: &'ast syn::Item) {
-        if !is_test_only(attributes(item)) {
-            visit::visit_item(self, item);
-        }
-    }
-
-    fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
-        let name = item.ident.to_string();
-        let inner = self.of.modules[self.module].names.get(&name);
-        let inner = inner.into_iter().flatten().find_map(|is| match is {
-            Name::Module(inner) => Some(*inner),
-            _ => None,
-        });
-        if let Some(inner) = inner.filter(|_| item.content.is_some()) {
-            let outer = std::mem::replace(&mut self.module, inner);
-            visit::visit_item_mod(self, item);
-            self.module = outer;
-        }
-    }
-
-    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
-        let passed_on = !matches!(item.vis, Visibility::Inherited);
-        self.import(&item.tree, item.use_token.span.start().line, passed_on);
-    }
-
-    fn visit_impl_item(&mut self, item: &'ast syn::ImplItem) {
-        let attributes = match item {
-            syn::ImplItem::Fn(item) => &item.attrs[..],
-            syn::ImplItem::Const(item) => &item.attrs,
-            _ => &[],
-        };
-        if !is_test_only(attributes) {
-            visit::visit_impl_item(self, item);
-        }
-    }
-
-    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
-        let variables = Variables::of(|names| names.visit_item_fn(item));
-        self.in_function(variables, |scan| visit::visit_item_fn(scan, item));
-    }
-
-    fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
-        let variables = Variables::of(|names| names.visit_impl_item_fn(item));
-        self.in_function(variables, |scan| visit::visit_impl_item_fn(scan, item));
-    }
-
-    fn visit_trait_item_fn(&mut self, item: &'ast syn::TraitItemFn) {
-        let variables = Variables::of(|names| names.visit_trait_item_fn(item));
-        self.in_function(variables, |scan| visit::visit_trait_item_fn(scan, item));
-    }
-
-    fn visit_expr_closure(&mut self, closure: &'ast syn::ExprClosure) {
-        let variables = Variables::of(|names| names.visit_expr_closure(closure));
-        self.in_function(variables, |scan| visit::visit_expr_closure(scan, closure));
-    }
-
-    fn visit_block(&mut self, block: &'ast syn::Block) {
-        let mut scope = Vec::new();
-        for statement in &block.stmts {
-            let syn::Stmt::Item(item) = statement else { continue };
-            if let syn::Item::Use(item) = item {
-                for Import { name, path } in imports(&item.tree) {
-                    scope.extend(name.map(|name| (name, Some(path))));
-                }
-            }
-            scope.extend(defined_name(item).map(|name| (name, None)));
-        }
-        self.scopes.push(scope);
-        visit::visit_block(self, block);
         self.scopes.pop();
     }
 
-    fn visit_path(&mut self, path: &'ast syn::Path) {
-        let names: Vec<String> = path.segments.iter().map(|part| part.ident.to_string()).collect();
-        let line = path.segments.first().map_or(0, |first| first.ident.span().start().line);
-        self.name(names, line, false);
-        visit::visit_path(self, path);
-    }
-
-    /// A constant in a pattern looks like a variable.
-    fn visit_pat_ident(&mut self, pattern: &'ast syn::PatIdent) {
-        if is_constant(&pattern.ident) {
-            self.name(vec![pattern.ident.to_string()], pattern.ident.span().start().line, false);
+    fn name(&mut self, mut path: Vec<String>) {
+        let keywords = ["Self", "self", "super", "crate"];
+        if path[0] == "Self" || (path.len() == 1 && keywords.contains(&path[0].as_str())) {
+            return;
         }
-        visit::visit_pat_ident(self, pattern);
-    }
-
-    /// Who may see an item is not a use.
-    fn visit_visibility(&mut self, _: &'ast Visibility) {}
-
-    fn visit_attribute(&mut self, attribute: &'ast syn::Attribute) {
-        self.in_serde = attribute.path().is_ident("serde");
-        visit::visit_attribute(self, attribute);
-        self.in_serde = false;
-    }
-
-    fn visit_token_stream(&mut self, tokens: &'ast TokenStream) {
-        self.tokens(tokens.clone());
-    }
-}
-
-fn is_constant(name: &Ident) -> bool {
-    name.to_string().starts_with(char::is_uppercase)
-}
-
-/// The variables that patterns bind.
-struct Variables(BTreeSet<String>);
-
-impl Variables {
-    fn of(walk: impl FnOnce(&mut Self)) -> BTreeSet<String> {
-        let mut names = Self(BTreeSet::new());
-        walk(&mut names);
-        names.0
-    }
-}
-
-impl<'ast> Visit<'ast> for Variables {
-    fn visit_pat_ident(&mut self, pattern: &'ast syn::PatIdent) {
-        if !is_constant(&pattern.ident) {
-            self.0.insert(pattern.ident.to_string());
+        let local = self.scopes.iter().rev().flatten();
+        let import = local
+            .filter(|import| import.path != path)
+            .find(|import| import.name.as_ref() == Some(&path[0]));
+        if let Some(import) = import {
+            path = import.path.iter().chain(&path[1..]).cloned().collect();
         }
-        visit::visit_pat_ident(self, pattern);
+        self.found.push(Named { module: self.module, path, passed_on: false });
     }
 }

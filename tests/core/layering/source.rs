@@ -1,9 +1,10 @@
 //! The crate as Rust sees it: files, the modules in them, and the names each module holds.
 
-use std::{collections::BTreeMap, fs, ops::Range, path::Path};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use proc_macro2::TokenStream;
-use syn::{Attribute, Item, Meta, UseTree, spanned::Spanned};
+use quote::ToTokens;
+use syn::{Attribute, ImplItem, Item, Meta, TraitItem, UseTree, Visibility};
 
 /// A source file that is part of the product, not of its unit tests.
 pub(crate) struct Source {
@@ -11,12 +12,19 @@ pub(crate) struct Source {
     pub(crate) path: String,
     /// The first part of its path: `geometry`, or `lib` and `main` for the crates' roots.
     pub(crate) room: String,
-    pub(crate) syntax: syn::File,
-    pub(crate) tokens: TokenStream,
-    /// Bytes of the items that only exist in unit tests.
-    pub(crate) test_bytes: Vec<Range<usize>>,
     /// The module that the file is.
     pub(crate) module: usize,
+    pub(crate) uses: Vec<Use>,
+    /// The rest of it: items without those that only exist in unit tests, and the modules they stand in.
+    pub(crate) code: Vec<(usize, TokenStream)>,
+}
+
+/// One name of a `use` item.
+pub(crate) struct Use {
+    pub(crate) module: usize,
+    pub(crate) import: Import,
+    /// `pub use`: the name is passed on, not used.
+    pub(crate) passed_on: bool,
 }
 
 /// A module: a file, or a `mod name { … }` within one.
@@ -40,7 +48,7 @@ pub(crate) enum Name {
 }
 
 /// One name, or a glob, that a `use` brings in.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone)]
 pub(crate) struct Import {
     /// The name it gets; `None` for a glob, `_` for none.
     pub(crate) name: Option<String>,
@@ -86,10 +94,6 @@ impl Crate {
         }
         reader.made
     }
-
-    pub(crate) fn source_of(&self, module: usize) -> &Source {
-        &self.sources[self.modules[module].source]
-    }
 }
 
 struct Reader<'a> {
@@ -103,29 +107,24 @@ impl Reader<'_> {
     fn file(&mut self, file: &str, path: Vec<String>, parent: Option<usize>) -> Option<usize> {
         self.reached.push(file.to_owned());
         let text = &self.texts[file];
-        let parsed = syn::parse_file(text).and_then(|syntax| {
-            let tokens: TokenStream = text.parse()?;
-            Ok((syntax, tokens))
-        });
-        let (syntax, tokens) = match parsed {
-            Ok(parsed) => parsed,
+        let syntax = match syn::parse_file(text) {
+            Ok(syntax) => syntax,
             Err(error) => {
                 self.made.problems.push(format!("src/{file}: not parsed: {error}"));
                 return None;
             }
         };
-        let items = syntax.items.clone();
         let source = self.made.sources.len();
+        let attributes = syntax.attrs.iter().map(ToTokens::to_token_stream).collect();
         self.made.sources.push(Source {
             path: file.to_owned(),
             room: file.split(['/', '.']).next().unwrap_or_default().to_owned(),
-            tokens,
-            test_bytes: test_bytes(&syntax),
-            syntax,
             module: self.made.modules.len(),
+            uses: Vec::new(),
+            code: vec![(self.made.modules.len(), attributes)],
         });
         let module = self.module(source, path, parent);
-        self.items(module, &items, &folder_of_children(file));
+        self.items(module, &syntax.items, &folder_of_children(file));
         Some(module)
     }
 
@@ -149,13 +148,19 @@ impl Reader<'_> {
                 if let Item::Mod(item) = item
                     && item.content.is_none()
                 {
-                    self.reach_tests(folder, &item.ident.to_string());
+                    self.reach_tests(folder, &item.ident.to_string(), &item.attrs);
                 }
                 continue;
             }
+            let source = self.made.modules[module].source;
+            let code = tokens_of(item);
+            self.made.sources[source].code.push((module, code));
             match item {
                 Item::Use(item) => {
+                    let passed_on = !matches!(item.vis, Visibility::Inherited);
                     for import in imports(&item.tree) {
+                        let seen = Use { module, import: import.clone(), passed_on };
+                        self.made.sources[source].uses.push(seen);
                         match import.name {
                             Some(name) => self.name(module, name, Name::Import(import.path)),
                             None => self.made.modules[module].globs.push(import.path),
@@ -168,15 +173,14 @@ impl Reader<'_> {
                     path.push(name.clone());
                     let inner = match &item.content {
                         Some((_, items)) => {
-                            let source = self.made.modules[module].source;
                             let inner = self.module(source, path, Some(module));
                             self.items(inner, items, &format!("{folder}{name}/"));
                             Some(inner)
                         }
-                        None => match self.file_of(folder, &name) {
+                        None => match self.file_of(folder, &name, &item.attrs) {
                             Some(file) => self.file(&file, path, Some(module)),
                             None => {
-                                let file = &self.made.source_of(module).path;
+                                let file = &self.made.sources[source].path;
                                 let problem = format!("src/{file}: no file for `mod {name}`");
                                 self.made.problems.push(problem);
                                 None
@@ -204,15 +208,24 @@ impl Reader<'_> {
         self.made.modules[module].names.entry(name).or_default().push(is);
     }
 
-    fn file_of(&self, folder: &str, name: &str) -> Option<String> {
-        [format!("{folder}{name}.rs"), format!("{folder}{name}/mod.rs")]
+    /// The file of `mod name;`, which `#[path = "…"]` may name.
+    fn file_of(&self, folder: &str, name: &str, attributes: &[Attribute]) -> Option<String> {
+        let named = attributes.iter().find_map(|attribute| match &attribute.meta {
+            Meta::NameValue(meta) if meta.path.is_ident("path") => {
+                let value = &meta.value;
+                let value: syn::LitStr = syn::parse2(value.to_token_stream()).ok()?;
+                Some(format!("{folder}{}", value.value()))
+            }
+            _ => None,
+        });
+        [named.unwrap_or_else(|| format!("{folder}{name}.rs")), format!("{folder}{name}/mod.rs")]
             .into_iter()
             .find(|path| self.texts.contains_key(path))
     }
 
     /// Marks the files of a module that only exists in unit tests.
-    fn reach_tests(&mut self, folder: &str, name: &str) {
-        if let Some(file) = self.file_of(folder, name) {
+    fn reach_tests(&mut self, folder: &str, name: &str, attributes: &[Attribute]) {
+        if let Some(file) = self.file_of(folder, name, attributes) {
             let below = format!("{folder}{name}/");
             let inner = self.texts.keys().filter(|path| path.starts_with(&below)).cloned();
             self.reached.extend(inner);
@@ -265,7 +278,7 @@ pub(crate) fn imports(tree: &UseTree) -> Vec<Import> {
 }
 
 /// Whether code with these attributes is compiled for unit tests alone.
-pub(crate) fn is_test_only(attributes: &[Attribute]) -> bool {
+fn is_test_only(attributes: &[Attribute]) -> bool {
     fn needs_test(meta: &Meta) -> bool {
         let Meta::List(list) = meta else { return meta.path().is_ident("test") };
         let Ok(inner) = list
@@ -286,30 +299,34 @@ pub(crate) fn is_test_only(attributes: &[Attribute]) -> bool {
     })
 }
 
-fn test_bytes(file: &syn::File) -> Vec<Range<usize>> {
-    struct Tests(Vec<Range<usize>>);
-    impl<'ast> syn::visit::Visit<'ast> for Tests {
-        fn visit_item(&mut self, item: &'ast Item) {
-            if is_test_only(attributes(item)) {
-                self.0.push(item.span().byte_range());
-            } else {
-                syn::visit::visit_item(self, item);
-            }
+/// The code of an item; of a `use` and a module its attributes alone, for the rest is read by itself.
+fn tokens_of(item: &Item) -> TokenStream {
+    match item {
+        Item::Use(_) | Item::Mod(_) => {
+            attributes(item).iter().map(ToTokens::to_token_stream).collect()
         }
-        fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
-            if is_test_only(&item.attrs) {
-                self.0.push(item.span().byte_range());
-            } else {
-                syn::visit::visit_impl_item_fn(self, item);
-            }
+        Item::Impl(item) => {
+            let mut kept = item.clone();
+            kept.items.retain(|item| match item {
+                ImplItem::Fn(item) => !is_test_only(&item.attrs),
+                ImplItem::Const(item) => !is_test_only(&item.attrs),
+                _ => true,
+            });
+            kept.into_token_stream()
         }
+        Item::Trait(item) => {
+            let mut kept = item.clone();
+            kept.items.retain(|item| match item {
+                TraitItem::Fn(item) => !is_test_only(&item.attrs),
+                _ => true,
+            });
+            kept.into_token_stream()
+        }
+        other => other.to_token_stream(),
     }
-    let mut tests = Tests(Vec::new());
-    syn::visit::Visit::visit_file(&mut tests, file);
-    tests.0
 }
 
-pub(crate) fn attributes(item: &Item) -> &[Attribute] {
+fn attributes(item: &Item) -> &[Attribute] {
     match item {
         Item::Const(item) => &item.attrs,
         Item::Enum(item) => &item.attrs,
@@ -329,7 +346,7 @@ pub(crate) fn attributes(item: &Item) -> &[Attribute] {
     }
 }
 
-pub(crate) fn defined_name(item: &Item) -> Option<String> {
+fn defined_name(item: &Item) -> Option<String> {
     let name = match item {
         Item::Const(item) => &item.ident,
         Item::Enum(item) => &item.ident,
