@@ -83,10 +83,10 @@ pub fn words(found: &Checked) -> (String, &'static str) {
 }
 
 /// Announces what was found, and `action`.
-pub fn announce(found: &Checked, action: &str, announcer: &Announcer) {
+pub fn announce(found: &Checked, action: &str, source: &str, announcer: &Announcer) {
     let say = |line: &str| announcer.say(line);
     let (what, _) = words(found);
-    say(&format!("{what}. {action}"));
+    say(&text::of_source(source, &format!("{what}. {action}")));
     let Ok(drift) = found else { return };
     for line in text::drift_numbers(drift) {
         say(&format!("  {line}"));

@@ -15,10 +15,12 @@ use crate::{
     },
 };
 
-/// Sends what a person would see and hear after each report frame.
+/// Sends what a person would see and hear after each judged frame.
 pub(super) struct CueSender {
     link: Sender<(FrameId, Vec<Cue>)>,
     last_target: Option<u32>,
+    /// The session's number of the source's frame 0, which a resumed session doesn't begin with.
+    first_frame: Option<u64>,
 }
 
 /// What the simulated person reads.
@@ -31,7 +33,10 @@ pub(super) struct CueReceiver {
 pub(super) fn cue_link() -> (CueSender, CueReceiver) {
     let (sender, receiver) = bounded(8);
     let unread = std::collections::VecDeque::new();
-    (CueSender { link: sender, last_target: None }, CueReceiver { link: receiver, unread })
+    (
+        CueSender { link: sender, last_target: None, first_frame: None },
+        CueReceiver { link: receiver, unread },
+    )
 }
 
 impl CueSender {
@@ -53,7 +58,9 @@ impl CueSender {
             cues.push(Cue { seen_at, kind: CueKind::Show { ghost_px, target } });
         }
         // Without a reader the camera has stopped, and nobody holds the board.
-        self.link.send((report.source_frame, cues)).ok();
+        let id = report.observation.frame_id.0;
+        let first = *self.first_frame.get_or_insert(id);
+        self.link.send((FrameId(id - first), cues)).ok();
     }
 }
 

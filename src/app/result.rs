@@ -26,7 +26,7 @@ pub struct Conclusion {
 /// Announces what `session`, whose folder has `header`, found.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
     announcer.say(text::progress(session.progress()));
-    let exit = announce_result(result_of(session), announcer);
+    let exit = announce_result(result_of(session), &header.source, announcer);
     let result = calibration_json(session, header);
     for (worker, reason) in session.failures() {
         announcer.say(&format!("The {worker} failed: {reason}"));

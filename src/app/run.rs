@@ -13,12 +13,13 @@ use super::{
     comparison,
     host::Compared,
     result::{Conclusion, conclude},
-    source::{FrameListener, OpenSource},
+    source::OpenSource,
     truth,
 };
 use crate::{
+    capture::Renumbered,
     guidance::{Progress, Refusal},
-    pipeline::{Finished, FrameReport, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
+    pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
     recording::{
         SessionFolder,
         save::{Overwrite, save},
@@ -112,8 +113,9 @@ impl Run {
     /// [`crate::recording::RecordingError`] if a resumed session's journal can't be written.
     pub fn setup(self, announcer: &Announcer) -> anyhow::Result<(Setup, RunContext)> {
         let path = self.folder.path().to_path_buf();
-        announcer.say(&format!("Session: {}", path.display()));
         let Self { mut folder, mut session, open, record_stream, first_frame, resumed, .. } = self;
+        let camera = if open.truth.is_some() { " (SIMULATED camera)" } else { "" };
+        announcer.say(&format!("Session: {}{camera}", path.display()));
         let OpenSource { source, on_frame, truth } = open;
         if resumed {
             let decision = session.handle(&Input::Resumed);
@@ -121,13 +123,12 @@ impl Run {
         }
         let lossless = source.waits();
         let setup = Setup {
-            source,
+            source: Box::new(Renumbered::new(source, first_frame)),
             session,
             folder: Some(folder),
             lossless,
             record_stream,
-            first_frame,
-            judged: Box::new(announced(on_frame, announcer.clone())),
+            on_frame: Box::new(announced(on_frame, announcer.clone())),
         };
         Ok((setup, RunContext { path, truth, first_frame }))
     }
@@ -177,7 +178,7 @@ impl FinishedRun {
             let (compared, found) =
                 comparison::of_session(&path, &session, &header.source, against)?;
             announcer.say(&text::compared_with(against));
-            comparison::announce(&found, &compared.action, announcer);
+            comparison::announce(&found, &compared.action, &header.source, announcer);
             Ok(compared)
         });
         if let Some(Err(err)) = &compared {
@@ -190,10 +191,7 @@ impl FinishedRun {
 }
 
 /// Announces each change of advice and every view taken, then passes the frame on.
-fn announced(
-    mut on_frame: FrameListener,
-    announcer: Announcer,
-) -> impl FnMut(FrameReport<'_>) + Send {
+fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = String::new();
     move |report| {
         let snapshot = report.snapshot;

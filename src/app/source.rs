@@ -17,15 +17,12 @@ use crate::{
     capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, is_address},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
-    pipeline::FrameReport,
+    pipeline::OnFrame,
     recording::{SessionFolder, stored_frame},
     session::Input,
     simulation::{Scene, SceneFile, SyntheticSource, TruthLog},
     text,
 };
-
-/// Called with every judged frame.
-pub type FrameListener = Box<dyn FnMut(FrameReport<'_>) + Send>;
 
 /// Frames that the simulated camera may have in flight at once.
 const IN_FLIGHT: usize = 24;
@@ -35,7 +32,7 @@ pub struct OpenSource {
     /// Where frames come from.
     pub source: Box<dyn FrameSource>,
     /// Must be called with every judged frame: the simulated person reads the screen through it.
-    pub on_frame: FrameListener,
+    pub on_frame: OnFrame,
     /// The truth, if the source is simulated.
     pub truth: Option<TruthLog>,
 }

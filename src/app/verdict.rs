@@ -21,9 +21,10 @@ pub enum Exit {
 }
 
 /// Announces a result: the verdict first, then what speaks against it, then the numbers. Returns the exit
-/// status that it deserves.
+/// status that it deserves. The verdict is marked if `source` is the simulated camera.
 pub fn announce_result(
     result: Result<&Calibration, &NotCalibrated>,
+    source: &str,
     announcer: &Announcer,
 ) -> Exit {
     let say = |line: &str| announcer.say(line);
@@ -31,13 +32,13 @@ pub fn announce_result(
         Ok(calibration) => calibration,
         Err(reason) => {
             let (what, action) = text::not_calibrated(reason);
-            say(&format!("No calibration: {what}. {action}"));
+            say(&text::of_source(source, &format!("No calibration: {what}. {action}")));
             return Exit::NotTrustworthy;
         }
     };
     let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
     let [sd_fx, sd_fy, sd_cx, sd_cy, ..] = calibration.sd();
-    say(text::verdict(calibration.verdict));
+    say(&text::of_source(source, text::verdict(calibration.verdict)));
     for finding in &calibration.findings {
         let (what, action) = text::finding(finding);
         say(&format!("  {}: {what}. {action}", finding.code.code()));

@@ -199,7 +199,7 @@ impl WindowHost {
         let folder = context.path.clone();
         let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
         self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
-        let (pipeline, showing) = Pipeline::start_shown(setup, move || wake())?;
+        let (pipeline, showing) = Pipeline::start_with_feed(setup, move || wake())?;
         let (announcer, exit) = (self.announcer.clone(), Arc::clone(&self.exit));
         let on_result = Arc::clone(&self.on_result);
         let conclude = Box::new(move |finished| {

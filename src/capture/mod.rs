@@ -12,6 +12,7 @@ pub mod integrity;
 pub mod nokhwa;
 mod pixel_format;
 mod recorded;
+mod renumbered;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod v4l2;
 
@@ -22,6 +23,7 @@ pub use ffmpeg::Ffmpeg;
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
 pub use pixel_format::Unpacker;
 pub use recorded::Recorded;
+pub use renumbered::Renumbered;
 
 use std::{sync::Arc, time::Duration};
 

@@ -103,7 +103,7 @@ impl Arguments {
             inputs => from_pictures(inputs, &board, self.report.is_some())?,
         };
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
-        let exit = announce_result(result.as_ref(), &announcer());
+        let exit = announce_result(result.as_ref(), "", &announcer());
         let report = json::calibration(result.as_ref(), views.image_size, &board, &views.names);
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         if let Some(path) = &self.out {

@@ -150,7 +150,7 @@ impl Arguments {
         found: &Checked,
     ) -> anyhow::Result<Exit> {
         let (_, action) = comparison::words(found);
-        comparison::announce(found, action, &announcer());
+        comparison::announce(found, action, source, &announcer());
         let report = comparison::check_json(&self.against, source, old, found, action);
         let exit = match found.as_ref().map(|drift| drift.verdict) {
             Ok(DriftVerdict::Ok | DriftVerdict::Watch) => Exit::Good,

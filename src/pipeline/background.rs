@@ -1,13 +1,16 @@
-//! Work that a window must not wait for.
+//! Runs a closure on a named background thread and joins it on drop.
 
 use std::thread::{Builder, JoinHandle};
 
 use super::{
-    PipelineError,
+    error::PipelineError,
     latest::{LatestReceiver, latest},
 };
 
-/// Something that is being brought to its end. Joined when dropped, so that nothing is left half written.
+/// Name of the thread.
+const NAME: &str = "background";
+
+/// Work on a background thread. Joined when dropped, so that nothing is left half written.
 #[derive(Debug)]
 pub struct Background<T> {
     outcome: LatestReceiver<T>,
@@ -15,7 +18,7 @@ pub struct Background<T> {
 }
 
 impl<T: Send + 'static> Background<T> {
-    /// Does `work` on a thread of its own.
+    /// Starts `work`.
     ///
     /// # Errors
     ///
@@ -23,21 +26,21 @@ impl<T: Send + 'static> Background<T> {
     pub fn start(work: impl FnOnce() -> T + Send + 'static) -> Result<Self, PipelineError> {
         let (outcome_in, outcome) = latest();
         let thread = Builder::new()
-            .name("ending".into())
+            .name(NAME.into())
             .spawn(move || {
-                // Nobody hears the outcome if the window has gone.
+                // The window may have closed meanwhile; then no one needs the outcome.
                 outcome_in.publish(work()).ok();
             })
-            .map_err(|source| PipelineError::Spawn { worker: "ending", source })?;
+            .map_err(|source| PipelineError::Spawn { worker: NAME, source })?;
         Ok(Self { outcome, thread: Some(thread) })
     }
 
-    /// What came of it, once. Never waits.
+    /// The outcome, once. Never waits.
     pub fn outcome(&self) -> Option<T> {
         self.outcome.try_recv()
     }
 
-    /// Whether no outcome will come any more: it was taken, or the work panicked.
+    /// Whether no outcome will come: it was taken, or the work panicked.
     pub fn is_over(&self) -> bool {
         self.outcome.is_closed()
     }
@@ -46,7 +49,7 @@ impl<T: Send + 'static> Background<T> {
 impl<T> Drop for Background<T> {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
-            // A panic has been printed by its thread; there is nothing to add.
+            // Its thread has printed a panic; there is nothing to add.
             thread.join().ok();
         }
     }

@@ -1,4 +1,4 @@
-//! BoardFinder at many pictures with several threads; the results keep the pictures' order.
+//! Finds the board in many pictures on several threads; results keep the order of the pictures.
 
 use std::{
     sync::atomic::{AtomicUsize, Ordering},
@@ -11,16 +11,16 @@ use crate::{
 };
 use image::GrayImage;
 
-use super::PipelineError;
+use super::error::PipelineError;
 
-/// What was seen in a picture, or why it could not be loaded.
+/// The detection in a picture, or why the picture could not be loaded.
 pub type Seen<E> = Result<Result<Detection, Miss>, E>;
 
-/// Detects the board in `count` pictures that `load` provides, on `threads` threads; `near` says where to
-/// look first.
+/// Detects the board in `count` pictures that `load` provides, on `threads` threads; `near` predicts where it
+/// is.
 ///
-/// Every picture is looked at for itself, so that the result does not depend on the number of threads.
-/// `done` is told the index of each finished picture, from the thread that finished it.
+/// Every picture is searched independently, so the result doesn't depend on the number of threads. `done` is
+/// called with the index of each finished picture, on the thread that finished it.
 ///
 /// # Errors
 ///

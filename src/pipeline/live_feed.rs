@@ -1,4 +1,4 @@
-//! What a window takes from the threads. Nothing waits for a window.
+//! Latest-value feeds for the window; a slow window never blocks the pipeline.
 
 use std::sync::Arc;
 
@@ -10,10 +10,10 @@ use crate::{
     session::{Snapshot, ViewNumber},
 };
 
-/// Pictures of views that a window may lag behind by; more than the largest plan.
-const TAKEN_CAPACITY: usize = 256;
+/// Pictures of accepted views that a window may lag behind by; more than the largest plan.
+const ACCEPTED_CAPACITY: usize = 256;
 
-/// A view was taken, and this is its picture.
+/// The picture of a view that was just accepted.
 #[derive(Clone, Debug)]
 pub struct AcceptedPicture {
     /// Number of the view.
@@ -22,53 +22,46 @@ pub struct AcceptedPicture {
     pub frame: Arc<Frame>,
 }
 
-/// The newest picture, the newest snapshot, and the pictures of the views taken.
+/// The newest picture, the newest snapshot, and the pictures of the accepted views.
 #[derive(Debug)]
 pub struct LiveFeed {
     frames: LatestReceiver<Arc<Frame>>,
     snapshots: LatestReceiver<Snapshot>,
-    taken: Receiver<AcceptedPicture>,
+    accepted: Receiver<AcceptedPicture>,
 }
 
 impl LiveFeed {
-    pub(super) fn new(
-        frames: LatestReceiver<Arc<Frame>>,
-        snapshots: LatestReceiver<Snapshot>,
-        taken: Receiver<AcceptedPicture>,
-    ) -> Self {
-        Self { frames, snapshots, taken }
-    }
-
-    /// The newest picture, if it has not been taken from here before. Never waits.
+    /// The newest picture, unless it was read from this feed before. Never waits.
     pub fn newest_frame(&self) -> Option<Arc<Frame>> {
         self.frames.try_recv()
     }
 
-    /// The newest snapshot, if it has not been taken from here before. Never waits.
+    /// The newest snapshot, unless it was read from this feed before. Never waits.
     pub fn newest_snapshot(&self) -> Option<Snapshot> {
         self.snapshots.try_recv()
     }
 
-    /// The next view that was taken, in order. Never waits.
-    pub fn next_taken(&self) -> Option<AcceptedPicture> {
-        self.taken.try_recv().ok()
+    /// The next accepted view, in order. Never waits.
+    pub fn next_accepted(&self) -> Option<AcceptedPicture> {
+        self.accepted.try_recv().ok()
     }
 
-    /// Whether the session thread has ended and everything it showed has been taken from here.
+    /// Whether the session thread has ended and every snapshot has been read from this feed.
     pub fn has_ended(&self) -> bool {
         self.snapshots.is_closed()
     }
 }
 
-type Links = (
-    LatestSender<Arc<Frame>>,
-    Sender<AcceptedPicture>,
-    LatestReceiver<Arc<Frame>>,
-    Receiver<AcceptedPicture>,
-);
+/// The pipeline's ends of a feed.
+pub(super) struct FeedSenders {
+    pub(super) frames: LatestSender<Arc<Frame>>,
+    pub(super) accepted: Sender<AcceptedPicture>,
+}
 
-pub(super) fn showing() -> Links {
+/// The links of a feed: the pipeline's ends, and what makes the feed once the snapshots are known.
+pub(super) fn feed_links() -> (FeedSenders, impl FnOnce(LatestReceiver<Snapshot>) -> LiveFeed) {
     let (frames, frames_out) = latest();
-    let (taken, taken_out) = bounded(TAKEN_CAPACITY);
-    (frames, taken, frames_out, taken_out)
+    let (accepted, accepted_out) = bounded(ACCEPTED_CAPACITY);
+    let feed = |snapshots| LiveFeed { frames: frames_out, snapshots, accepted: accepted_out };
+    (FeedSenders { frames, accepted }, feed)
 }

@@ -12,8 +12,11 @@
 //! then join the session.
 
 mod background;
+mod capture_stage;
 mod detect_many;
 mod detector_stage;
+mod error;
+mod judged_gate;
 mod latest;
 mod live_feed;
 mod paced;
@@ -22,9 +25,12 @@ mod session_stage;
 mod worker;
 
 pub use background::Background;
+pub use capture_stage::SOURCE_PATIENCE;
 pub use detect_many::{Seen, detect_many};
 pub use detector_stage::BoardFinder;
+pub use error::PipelineError;
 pub use latest::{Closed, LatestReceiver, LatestSender, latest};
 pub use live_feed::{AcceptedPicture, LiveFeed};
 pub use paced::Paced;
-pub use run::{Finished, FrameReport, Pipeline, PipelineError, SOURCE_PATIENCE, Setup};
+pub use run::{Finished, Pipeline, Setup};
+pub use session_stage::{FrameReport, OnFrame};

@@ -1,38 +1,48 @@
-//! What the session's thread does with an input: handle, record, and only then show.
+//! The session thread: apply an input, write it to the journal, then publish the snapshot.
 
 use std::{collections::VecDeque, sync::Arc};
 
 use crossbeam_channel::Receiver;
 
-use super::{live_feed::AcceptedPicture, run::FrameReport};
+use super::live_feed::AcceptedPicture;
 use crate::{
-    frame::{Frame, FrameId},
+    frame::Frame,
     recording::{RecordingError, SessionFolder},
-    session::{Decision, Input, Outcome, Session, Snapshot},
+    session::{Decision, Input, Observation, Outcome, Session, Snapshot},
 };
 
-/// Handles the inputs until the last one.
-pub(super) fn fold(
+/// A frame that the session has judged.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameReport<'a> {
+    /// What the detector saw.
+    pub observation: &'a Observation,
+    /// The session's state after this frame.
+    pub snapshot: &'a Snapshot,
+}
+
+/// Called with every judged frame, on the session thread.
+pub type OnFrame = Box<dyn FnMut(FrameReport<'_>) + Send>;
+
+/// Applies inputs until [`Input::Stop`] or until every sender is gone, and returns the session.
+pub(super) fn run_session(
     mut session: Session,
     mut recorder: Recorder,
     inbox: &Receiver<Input>,
-    first_frame: u64,
-    mut judged: Box<dyn FnMut(FrameReport<'_>) + Send>,
-    show: impl Fn(Snapshot, Option<AcceptedPicture>),
+    mut on_frame: OnFrame,
+    publish: impl Fn(Snapshot, Option<AcceptedPicture>),
 ) -> Result<Session, RecordingError> {
     while let Ok(input) = inbox.recv() {
         let decision = session.handle(&input);
-        let picture = recorder.record(&session, &input, &decision, first_frame)?;
-        let taken = match decision.outcome {
+        let picture = recorder.record(&session, &input, &decision)?;
+        let accepted = match decision.outcome {
             Outcome::Accepted { view, .. } => picture.map(|frame| AcceptedPicture { view, frame }),
             _ => None,
         };
         let snapshot = session.snapshot(decision);
         if let Input::Observed(observation) = &input {
-            let source_frame = FrameId(observation.frame_id.0 - first_frame);
-            judged(FrameReport { source_frame, observation, snapshot: &snapshot });
+            on_frame(FrameReport { observation, snapshot: &snapshot });
         }
-        show(snapshot, taken);
+        publish(snapshot, accepted);
         if input == Input::Stop {
             break;
         }
@@ -49,7 +59,7 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// Into `folder`, of the `pictures` that the detector sends.
+    /// Records into `folder`; `pictures` come from the detector.
     pub(super) fn new(
         folder: Option<SessionFolder>,
         record_stream: bool,
@@ -58,25 +68,23 @@ impl Recorder {
         Self { folder, record_stream, pictures, kept: VecDeque::new() }
     }
 
-    /// Writes the input down. Returns the picture of a view that was taken.
+    /// Writes the journal line and its picture. Returns the picture of a view that was accepted.
     fn record(
         &mut self,
         session: &Session,
         input: &Input,
         decision: &Decision,
-        first_frame: u64,
     ) -> Result<Option<Arc<Frame>>, RecordingError> {
         let mut current = None;
         if let Input::Observed(observation) = input {
-            let id = observation.frame_id.0 - first_frame;
             // The detector sends a picture before its observation, so it is there.
             while let Ok(picture) = self.pictures.try_recv() {
                 self.kept.push_back(picture);
             }
-            current = self.kept.iter().find(|picture| picture.id.0 == id).cloned();
+            current = self.kept.iter().find(|picture| picture.id == observation.frame_id).cloned();
         }
         let accepted = match decision.outcome {
-            Outcome::Accepted { frame, .. } => Some(frame - first_frame),
+            Outcome::Accepted { frame, .. } => Some(frame),
             _ => None,
         };
         let picture =
@@ -84,19 +92,16 @@ impl Recorder {
         if let Some(folder) = &mut self.folder {
             // With the whole stream recorded, the accepted frame was stored when it was seen.
             let to_store = if self.record_stream { current.clone() } else { picture.clone() };
-            let stored = to_store
-                .map(|frame| folder.store_frame(FrameId(frame.id.0 + first_frame), &frame))
-                .transpose()?;
+            let stored = to_store.map(|frame| folder.store_frame(frame.id, &frame)).transpose()?;
             let sync = accepted.is_some()
                 || matches!(decision.outcome, Outcome::Removed { .. })
                 || matches!(input, Input::Command(_) | Input::Stop);
             folder.journal_mut().append(input, decision, stored, sync)?;
         }
-        let in_hand = session.frame_in_hand().map(|id| id.0 - first_frame);
-        let newest = current.map(|frame| frame.id.0);
-        if let Some(newest) = newest {
+        if let Some(newest) = current.map(|frame| frame.id) {
+            let in_hand = session.frame_in_hand();
             // Pictures of observations still in the inbox are newer than this one.
-            self.kept.retain(|picture| picture.id.0 > newest || Some(picture.id.0) == in_hand);
+            self.kept.retain(|picture| picture.id > newest || Some(picture.id) == in_hand);
         }
         Ok(picture)
     }

@@ -7,7 +7,7 @@ use std::{
 
 use crossbeam_channel::Sender;
 
-use super::PipelineError;
+use super::error::PipelineError;
 use crate::{panic_message, session::Input};
 
 pub(super) struct Worker<T> {

@@ -14,6 +14,16 @@ pub fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
+/// Whether a source of that name is the simulated camera.
+pub fn is_simulated(source: &str) -> bool {
+    source == "sim" || source.starts_with("sim:")
+}
+
+/// `verdict` on what `source` delivered; marked if the camera was simulated.
+pub fn of_source(source: &str, verdict: &str) -> String {
+    if is_simulated(source) { format!("SIMULATED: {verdict}") } else { verdict.to_owned() }
+}
+
 /// One finding: what was seen, and what to do about it. Views are called by their place in the calibration,
 /// from 1, as in its file and report.
 pub fn finding(finding: &Finding) -> (String, &'static str) {

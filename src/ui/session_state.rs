@@ -70,7 +70,7 @@ impl Running {
         if let Some(frame) = showing.newest_frame() {
             screen.picture.show_frame(ctx, &frame, screen.now_secs);
         }
-        while let Some(taken) = showing.next_taken() {
+        while let Some(taken) = showing.next_accepted() {
             screen.add_thumbnail(ctx, taken.view, &taken.frame.image);
             screen.taken_secs = Some(screen.now_secs);
             news.taken = true;

@@ -118,8 +118,7 @@ fn latency() {
         folder: None,
         lossless: false,
         record_stream: false,
-        first_frame: 0,
-        judged: Box::new(move |judged: FrameReport<'_>| {
+        on_frame: Box::new(move |judged: FrameReport<'_>| {
             let captured = Duration::from_nanos(judged.observation.captured_at.nanos);
             log.lock().expect("whole").push(started.elapsed().saturating_sub(captured));
         }),
@@ -194,7 +193,7 @@ struct HalfASecond {
 }
 
 impl BoardFinder for HalfASecond {
-    fn look(
+    fn find(
         &mut self,
         image: &GrayImage,
         board: &Checkerboard,
@@ -233,11 +232,10 @@ fn slow_detector() {
         folder: None,
         lossless: false,
         record_stream: false,
-        first_frame: 0,
-        judged: Box::new(|_: FrameReport<'_>| ()),
+        on_frame: Box::new(|_: FrameReport<'_>| ()),
     };
     let (pipeline, showing) =
-        Pipeline::start_shown_looking(setup, Box::new(looks), || ()).expect("threads");
+        Pipeline::start_with_feed_and_finder(setup, Box::new(looks), || ()).expect("threads");
     // A window takes every picture it can.
     let mut shown = 0;
     while showing.newest_snapshot().is_none_or(|snapshot| !snapshot.source_ended) {

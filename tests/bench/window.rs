@@ -122,16 +122,16 @@ impl AppHost for Bench {
             folder: None,
             lossless: false,
             record_stream: false,
-            first_frame: 0,
-            judged: Box::new(move |judged: FrameReport<'_>| {
+            on_frame: Box::new(move |judged: FrameReport<'_>| {
                 let mut times = times.lock().expect("whole");
-                if let Some(came) = times.came.get(&judged.source_frame.0) {
+                if let Some(came) = times.came.get(&judged.observation.frame_id.0) {
                     let took = came.elapsed();
                     times.to_snapshot.push(took);
                 }
             }),
         };
-        let (pipeline, showing) = Pipeline::start_shown(setup, move || wake()).expect("threads");
+        let (pipeline, showing) =
+            Pipeline::start_with_feed(setup, move || wake()).expect("threads");
         let conclude = Box::new(|_| Ended {
             folder: PathBuf::new(),
             files: Vec::new(),

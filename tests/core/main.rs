@@ -20,6 +20,8 @@ mod guided_session;
 mod imports;
 mod layering;
 mod recording;
+mod session;
+mod session_properties;
 mod simulation;
 mod steady_state;
 

@@ -94,8 +94,7 @@ fn setup(source: Pictures, lossless: bool) -> Setup {
         folder: None,
         lossless,
         record_stream: false,
-        first_frame: 0,
-        judged: Box::new(|_: FrameReport<'_>| ()),
+        on_frame: Box::new(|_: FrameReport<'_>| ()),
     }
 }
 
@@ -145,10 +144,10 @@ fn judged_frames(count: u64, lossless: bool) -> (Vec<u64>, u64) {
     let seen = Arc::new(Mutex::new(Vec::new()));
     let log = Arc::clone(&seen);
     let judged = move |judged: FrameReport<'_>| {
-        log.lock().expect("whole").push(judged.source_frame.0);
+        log.lock().expect("whole").push(judged.observation.frame_id.0);
     };
     let finished =
-        run(Setup { judged: Box::new(judged), ..setup(blank(count, Then::End), lossless) })
+        run(Setup { on_frame: Box::new(judged), ..setup(blank(count, Then::End), lossless) })
             .expect("clean");
     let frames = seen.lock().expect("whole").clone();
     (frames, finished.frames_replaced)
@@ -217,7 +216,7 @@ fn however_slow_the_judge_frames_do_not_pile_up() {
     let source = Remembered { pictures: blank(FRAMES as u64, Then::End), frames, wanted };
     let setup = Setup {
         source: Box::new(source),
-        judged: Box::new(judged),
+        on_frame: Box::new(judged),
         ..setup(blank(1, Then::End), false)
     };
     let finished = run(setup).expect("clean");
@@ -262,7 +261,7 @@ struct Held {
 }
 
 impl BoardFinder for Held {
-    fn look(
+    fn find(
         &mut self,
         image: &GrayImage,
         _board: &Checkerboard,
@@ -286,7 +285,7 @@ fn however_slow_the_detector_one_frame_waits_and_it_is_the_newest() {
     let (go, let_go) = mpsc::channel();
     let setup = Setup { source: Box::new(source), ..setup(blank(1, Then::End), false) };
     let (pipeline, showing) =
-        Pipeline::start_shown_looking(setup, Box::new(Held { looks_at, let_go }), || ())
+        Pipeline::start_with_feed_and_finder(setup, Box::new(Held { looks_at, let_go }), || ())
             .expect("threads");
     let alive = || -> Vec<u64> {
         let frames = frames.lock().expect("whole");
@@ -375,7 +374,7 @@ fn a_view_is_shown_as_taken_only_when_it_is_on_disk() {
             assert!(last.contains("accepted") && journal.ends_with('\n'), "{last}");
         }
     };
-    let setup = Setup { folder: Some(folder), judged: Box::new(judged), ..setup(source, true) };
+    let setup = Setup { folder: Some(folder), on_frame: Box::new(judged), ..setup(source, true) };
     let finished = run(setup).expect("clean");
     assert_eq!(*taken.lock().expect("whole"), finished.session.accepted().len());
     assert!(finished.session.accepted().len() >= 4);

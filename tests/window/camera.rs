@@ -107,10 +107,10 @@ impl AppHost for OneCamera {
             folder: Some(SessionFolder::create(&folder, &header).expect("created")),
             lossless: false,
             record_stream: false,
-            first_frame: 0,
-            judged: Box::new(|_| ()),
+            on_frame: Box::new(|_| ()),
         };
-        let (pipeline, showing) = Pipeline::start_shown(setup, move || wake()).expect("threads");
+        let (pipeline, showing) =
+            Pipeline::start_with_feed(setup, move || wake()).expect("threads");
         let at = folder.clone();
         let conclude =
             Box::new(|_| Ended { folder: at, files: Vec::new(), compared: None, trouble: None });

@@ -46,7 +46,7 @@ use world::SIZE;
 struct Table {
     screen: Screen,
     page: Page,
-    result: result::Table,
+    result: result::ResultPage,
     explored: Explored,
     replayed: Option<Replayed>,
     draft: SessionRequest,

@@ -17,6 +17,7 @@ mod setting;
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
+#[cfg(feature = "nokhwa")]
 pub(in crate::capture) use loss::found_again;
 use loss::other_than_asked;
 

@@ -171,7 +171,7 @@ impl Stream {
         }
         self.empty_errors = 0;
         self.last_came_nanos = Some(now);
-        let picture = round.newest.and_then(|filled| self.unpack(filled, now));
+        let picture = round.newest.and_then(|_| self.unpack(now));
         let damaged = round.bad as u32 + u32::from(picture == Some(Err(())));
         let rate_hz = self.granted.mode.rate_hz();
         self.health.count(u64::from(round.came), damaged, rate_hz, now);
@@ -189,7 +189,7 @@ impl Stream {
     }
 
     /// The newest frame as a picture; `None` if it only repeats the one before, `Err` if it is not whole.
-    fn unpack(&mut self, _filled: Filled, now: u64) -> Option<Result<GrayImage, ()>> {
+    fn unpack(&mut self, now: u64) -> Option<Result<GrayImage, ()>> {
         if self.health.repeats(crc32fast::hash(&self.bytes), now) {
             self.dropped += 1;
             self.last_good_nanos = now;

@@ -1,7 +1,5 @@
 //! Facts about a session that hold after any sequence of inputs.
 
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::collections::BTreeMap;
 
 use boresight::{

@@ -1,11 +1,6 @@
 //! What a session promises a person: views keep their names, no view of another lens comes back, a new run
 //! starts without old wishes, and it works for every board size, picture size and frame rate.
 
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
-
-#[expect(dead_code, reason = "whole sessions are other tests' subject")]
-mod world;
-
 use boresight::{
     board::Checkerboard,
     detection::{Detection, Quality},
@@ -22,7 +17,8 @@ use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use world::{SIZE, World, setup};
+
+use crate::world::{SIZE, World, setup};
 
 /// Shows the board until one more view is taken.
 fn take_one(world: &mut World, session: &mut Session) -> Decision {
