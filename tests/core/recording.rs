@@ -76,7 +76,7 @@ fn a_line_cut_at_any_byte_is_dropped_and_the_session_goes_on() {
         let (mut folder, _, contents) = SessionFolder::open(&path).expect("opens");
         assert_eq!(contents.lines.len(), whole - 1, "cut at {cut_at}");
         assert_eq!(contents.cut, cut_at > last);
-        let mut session = Session::new(setup(world::World::new(3).board));
+        let mut session = Session::new(setup(crate::world::World::new(3).board));
         replay(&mut session, contents.lines, |_, _| ());
         let decision = session.handle(&Input::Resumed);
         folder.journal_mut().append(&Input::Resumed, &decision, None, true).expect("appended");
@@ -282,7 +282,7 @@ proptest! {
     fn inputs_come_back_bit_for_bit(inputs in prop::collection::vec(input(), 1..8)) {
         let place = TempDir::new().expect("folder");
         let mut folder = SessionFolder::create(&place.path().join("s"), &header()).expect("created");
-        let mut session = Session::new(setup(world::World::new(3).board));
+        let mut session = Session::new(setup(crate::world::World::new(3).board));
         for input in &inputs {
             let decision = session.handle(&Input::Stop);
             folder.journal_mut().append(input, &decision, None, false).expect("appended");

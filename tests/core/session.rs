@@ -217,7 +217,7 @@ fn motion_is_seen_at_any_frame_rate() {
                 Corner::isotropic(px + shift + error, 0.05)
             });
             let outcome =
-                session.handle(&seen(number, secs, world::SIZE, corners.collect())).outcome;
+                session.handle(&seen(number, secs, crate::world::SIZE, corners.collect())).outcome;
             let Outcome::Refused { refusal } = outcome else {
                 unreachable!("{rate_hz} Hz, frame {number}: {outcome:?}")
             };
@@ -235,7 +235,7 @@ fn the_first_frame_has_no_speed() {
     let mut session = Session::new(setup(board));
     let ghost_px = session.target().expect("collecting").ghost_px.clone();
     let corners = ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
-    let decision = session.handle(&seen(0, 0.0, world::SIZE, corners));
+    let decision = session.handle(&seen(0, 0.0, crate::world::SIZE, corners));
     let wanted_px_per_s = 0.02 * 1280.0;
     let refusal = Refusal::Moving { speed_px_per_s: None, wanted_px_per_s };
     assert_eq!(decision.outcome, Outcome::Refused { refusal });
@@ -258,8 +258,9 @@ fn a_frame_costs_no_more_with_many_views_than_with_few() {
                 |px: &Point2<f64>| Corner::isotropic(px + Vector2::new(shift_px, 0.0), 0.05);
             target.ghost_px.iter().map(corner).collect::<Vec<_>>()
         };
-        let frame =
-            |number: u64| seen(number, number as f64 / 30.0, world::SIZE, ghost(number as f64));
+        let frame = |number: u64| {
+            seen(number, number as f64 / 30.0, crate::world::SIZE, ghost(number as f64))
+        };
         for number in 0..8 {
             session.handle(&frame(number));
         }
