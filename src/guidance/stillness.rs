@@ -1,9 +1,10 @@
 //! Is the board held still, and which frame of the hold is the sharpest?
 //!
-//! Motion is that of the board as a whole: a homography from an earlier frame's corners to this one's. What the
-//! corners' covariances explain of it is subtracted, and where one frame interval is too short to tell motion
-//! from noise, the earlier frame is taken farther back, up to a tenth of a second. So the same board is still
-//! at 2 and at 240 frames per second.
+//! Motion is the step of the fastest corner over one frame interval, as long as noise is small against the
+//! speed that counts as still. Where it isn't, because frames come fast or corners are uncertain, motion is that
+//! of the board as a whole: a homography between two frames' corners, less what their covariances explain of
+//! it, with the earlier frame as far back as needed, up to a tenth of a second. So a board at rest is still at 2
+//! and at 240 frames per second.
 //!
 //! A damaged frame that still shows a board has corners that moved although the others didn't. Such a frame is
 //! no candidate for the view to take; nor is the one after it.
@@ -25,7 +26,7 @@ const HARMLESS_STRAY_PX: f64 = 0.05;
 const STRAY_MEDIANS: f64 = 5.0;
 /// Time after which noise no longer matters: a comparison doesn't reach farther back to find less of it.
 const LONG_ENOUGH_SECS: f64 = 0.1;
-/// Noise may look like this share of the fastest accepted speed before a longer comparison is wanted.
+/// Noise that looks slower than this share of the fastest accepted speed is harmless.
 const NOISE_SHARE: f64 = 0.2;
 /// An earlier frame says nothing about motion since then if it is older: slower than one frame per second.
 const TOO_LONG_SECS: f64 = 1.05;
@@ -42,7 +43,7 @@ pub struct MotionWindow {
 /// How the board moved up to a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Speed of the fastest corner, without what noise explains.
+    /// Speed of the fastest corner.
     pub speed_px_per_s: f64,
     /// Whether all corners moved as those of one board since the frame before: see [`moved_rigidly`].
     pub is_rigid: bool,
@@ -74,8 +75,7 @@ impl MotionWindow {
     /// How the board moved up to a frame that has not been added yet. `limit_px_per_s` is the speed that noise
     /// must not be mistaken for.
     ///
-    /// `None` without an earlier frame, if it is too long ago, or if corners of the two frames don't fit
-    /// together.
+    /// `None` without an earlier frame, if it is too long ago, or if the corners are another board's.
     pub fn motion(
         &self,
         now: CaptureTime,
@@ -87,28 +87,30 @@ impl MotionWindow {
         if !(secs > 0.0 && secs < TOO_LONG_SECS) {
             return None;
         }
-        let step = CommonStep::between(before, corners)?;
-        let enough_secs =
-            (step.noise_px / (NOISE_SHARE * limit_px_per_s)).clamp(0.0, LONG_ENOUGH_SECS);
-        let longer = || {
-            let usable = self
-                .frames
-                .iter()
-                .rev()
-                .take_while(|(then, _)| now.secs_since(*then) < TOO_LONG_SECS);
-            let long = usable.clone().find(|(then, _)| now.secs_since(*then) >= enough_secs);
-            let (then, before) = long.or(usable.last())?;
-            Some((now.secs_since(*then), CommonStep::between(before, corners)?))
-        };
-        let (longer_secs, longest) = if secs < enough_secs { longer()? } else { (secs, step) };
-        Some(Motion { speed_px_per_s: longest.fastest_px / longer_secs, is_rigid: step.is_rigid })
+        if before.len() != corners.len() {
+            return None;
+        }
+        let harmless_px_per_s = NOISE_SHARE * limit_px_per_s;
+        let step = CommonStep::between(before, corners);
+        let is_rigid = step.is_some_and(|step| step.is_rigid);
+        if corner_noise_px(before, corners) <= harmless_px_per_s * secs {
+            let speed_px_per_s = largest_step_px(before, corners) / secs;
+            return Some(Motion { speed_px_per_s, is_rigid });
+        }
+        let enough_secs = (step?.noise_px / harmless_px_per_s).clamp(0.0, LONG_ENOUGH_SECS);
+        let usable =
+            self.frames.iter().rev().take_while(|(then, _)| now.secs_since(*then) < TOO_LONG_SECS);
+        let long = usable.clone().find(|(then, _)| now.secs_since(*then) >= enough_secs);
+        let (then, before) = long.or(usable.last())?;
+        let fastest_px = CommonStep::between(before, corners)?.fastest_px;
+        Some(Motion { speed_px_per_s: fastest_px / now.secs_since(*then), is_rigid })
     }
 }
 
 /// The common motion of a board's corners between two frames.
 #[derive(Clone, Copy)]
 struct CommonStep {
-    /// How far the corner moved that moved farthest, without what noise explains.
+    /// How far the fastest corner moved, less what noise explains.
     fastest_px: f64,
     /// Largest standard deviation of a corner's motion.
     noise_px: f64,
@@ -268,6 +270,16 @@ impl Hold {
     }
 }
 
+/// Largest standard deviation of a corner's step between two frames.
+fn corner_noise_px(before: &[Corner], after: &[Corner]) -> f64 {
+    before
+        .iter()
+        .zip(after)
+        .map(|(before, after)| (before.covariance_px2 + after.covariance_px2).trace())
+        .fold(0.0, f64::max)
+        .sqrt()
+}
+
 /// Distance of the corner that moved farthest.
 fn largest_step_px(before: &[Corner], after: &[Corner]) -> f64 {
     before
@@ -315,5 +327,35 @@ mod tests {
         assert!(!moved_rigidly(&board, &board[..53]));
         assert!(!moved_rigidly(&board[..3], &board[..3]));
         assert!(!moved_rigidly(&[], &[]));
+    }
+
+    #[test]
+    fn the_window_keeps_as_many_frames_as_motion_needs() {
+        for (rate_hz, most) in [(1, 1), (30, 5), (240, 26)] {
+            let mut window = MotionWindow::default();
+            for number in 0..1000 {
+                let captured_at = CaptureTime { nanos: 1_000_000_000 * number / rate_hz };
+                window.push(captured_at, &corners(0.0, 0.0));
+            }
+            let (first, last) = (window.frames[0].0, window.frames[window.frames.len() - 1].0);
+            assert!(window.frames.len() <= most + 1, "{} frames", window.frames.len());
+            assert!(last.secs_since(first) >= LONG_ENOUGH_SECS, "{rate_hz} Hz");
+        }
+    }
+
+    #[test]
+    fn the_speed_is_that_of_the_motion_and_not_of_the_noise() {
+        let mut window = MotionWindow::default();
+        let at = |number: u64| CaptureTime { nanos: 1_000_000_000 * number / 60 };
+        for number in 0..12 {
+            window.push(at(number), &corners(0.5 * number as f64, 0.03));
+        }
+        let motion = window.motion(at(12), &corners(6.0, -0.03), 12.8).expect("frames to compare");
+        // 30 px/s across and 9 px/s up; the far end follows more slowly.
+        assert!((30.0..34.0).contains(&motion.speed_px_per_s), "{motion:?}");
+        assert!(motion.is_rigid);
+        assert_eq!(window.motion(at(100), &corners(6.0, 0.0), 12.8), None, "too long ago");
+        assert_eq!(window.motion(at(11), &corners(6.0, 0.0), 12.8), None, "not later");
+        assert_eq!(window.motion(at(12), &corners(6.0, 0.0)[..53], 12.8), None, "another board");
     }
 }

@@ -64,7 +64,7 @@ pub struct LiveView {
     pub measured: Option<Measured>,
     /// Width of the blur of the board's edges.
     pub blur_px: Option<f64>,
-    /// Speed of the fastest corner as the board moves, without noise; `None` without an earlier frame.
+    /// Speed of the fastest corner, as judged for stillness; `None` without an earlier frame.
     pub speed_px_per_s: Option<f64>,
 }
 

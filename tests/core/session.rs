@@ -246,6 +246,29 @@ fn the_first_frame_has_no_speed() {
 }
 
 #[test]
+fn a_view_is_named_after_the_frame_that_was_taken() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let mut session = Session::new(setup(board));
+    let ghost_px = session.target().expect("collecting").ghost_px.clone();
+    let corners: Vec<Corner> = ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
+    let taken = (0..40).find_map(|number| {
+        let Input::Observed(mut frame) = seen(number, number as f64 / 30.0, SIZE, corners.clone())
+        else {
+            unreachable!("a frame")
+        };
+        frame.name = format!("frame {number}");
+        let detection = frame.seen.as_mut().expect("a board");
+        detection.quality.blur_px = if number == 9 { 0.6 } else { 0.8 };
+        match session.handle(&Input::Observed(frame)).outcome {
+            Outcome::Accepted { frame, .. } => Some(frame),
+            _ => None,
+        }
+    });
+    assert_eq!(taken, Some(9), "the sharpest frame of the hold");
+    assert_eq!(session.accepted()[0].name, "frame 9");
+}
+
+#[test]
 fn a_frame_costs_no_more_with_many_views_than_with_few() {
     let mut world = World::new(3);
     let mut session = Session::new(setup(world.board));
