@@ -72,7 +72,7 @@ pub struct View {
 impl View {
     /// Direction in the image in which the board recedes, in `[0, 2π)`.
     pub fn slot_rad(&self) -> f64 {
-        self.line.slot_rad
+        self.line.tilt_azimuth_rad
     }
 }
 
