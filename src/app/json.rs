@@ -183,7 +183,7 @@ fn views(calibration: &Calibration, board: &Checkerboard, names: &[ViewName]) ->
                     "rotation_wxyz": [q.w, q.i, q.j, q.k], "translation_m": [t.x, t.y, t.z],
                 },
                 "outline_px": outline_px(&calibration.camera_of(number), board, result),
-                "tilt_deg": result.tilt_rad.to_degrees(), "slot_deg": result.slot_rad.to_degrees(),
+                "tilt_deg": result.tilt_rad.to_degrees(), "slot_deg": result.tilt_azimuth_rad.to_degrees(),
                 "rms_px": result.residual_rms_px,
                 "pl": line, "pl_residual_px": result.pl_residual_px,
                 "focal_px": result.focal.map(|focal| focal.f_px),

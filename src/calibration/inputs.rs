@@ -14,7 +14,7 @@ use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 /// Different views that determine the lens without weak priors.
 pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
 
-/// The corners and what was derived from them before any adjustment.
+/// The arguments of a calibration, and everything derived from the corners before adjustment.
 pub(super) struct Inputs<'a> {
     pub(super) views: &'a [Vec<Corner>],
     pub(super) board: &'a Checkerboard,
@@ -25,7 +25,7 @@ pub(super) struct Inputs<'a> {
     pub(super) as_seen: AsSeen,
     pub(super) free: Option<FreeHomographies>,
     pub(super) distinct: usize,
-    /// Root of the variance that was added to what the corners claim.
+    /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
     pub(super) excess_px: f64,
 }
 

@@ -3,13 +3,13 @@ use super::solve::lens_model::LensModel;
 /// What to estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationParams {
-    /// Lean on weak beliefs about the lens while fewer than four different views are there.
+    /// Use weak priors on the lens while there are fewer than four different views.
     pub weak_priors: bool,
-    /// `fy = fx`.
+    /// Constrain `fy = fx`.
     pub square_pixels: bool,
-    /// Lens models to choose from, simplest first.
+    /// Lens models to choose from.
     pub models: Vec<LensModel>,
-    /// The focal length may differ from view to view, as with a zoom or an autofocus that cannot be locked.
+    /// Let every view have its own focal length, as with a zoom or an autofocus that can't be locked.
     pub varying_focal: bool,
 }
 
@@ -24,16 +24,16 @@ impl Default for CalibrationParams {
     }
 }
 
-/// Why views give no calibration at all.
+/// Why the views give no calibration at all.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotCalibrated {
-    /// There is no view.
+    /// No views were given.
     #[error("no view")]
     NoViews,
-    /// No lens model to choose from.
+    /// No lens models were given.
     #[error("no lens model")]
     NoModels,
-    /// A picture without pixels.
+    /// The picture has no pixels.
     #[error("picture of {width_px}x{height_px} px")]
     NoPicture {
         /// Width.

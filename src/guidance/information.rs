@@ -210,7 +210,7 @@ fn projection_weight(lens_estimate: &LensEstimate) -> LensMatrix {
     let mut b = SMatrix::<f64, PARAMETERS, 3>::zeros();
     let mut d = SMatrix::<f64, 3, 3>::zeros();
     for px in cell_centres_px(lens_estimate.image_size) {
-        let Some(ideal) = lens_estimate.camera.ideal_from_px(&px) else { continue };
+        let Some(ideal) = lens_estimate.camera.normalized_from_px(&px) else { continue };
         let RayProjection { jac_lens, jac_rotation, .. } = lens_estimate.camera.project_ray(&ideal);
         let jac_lens = square_pixels(&jac_lens);
         a += jac_lens.transpose() * jac_lens;

@@ -79,7 +79,7 @@ pub struct View {
 impl View {
     /// Direction in the picture in which the board recedes, clockwise from the right, in `[0, 2π)`.
     pub fn tilt_azimuth_rad(&self) -> f64 {
-        self.line.slot_rad
+        self.line.tilt_azimuth_rad
     }
 }
 

@@ -231,7 +231,7 @@ impl LineFacts {
             d_px: 0.0,
             vanishing_point_px: self.line().through_px,
             origin_px: self.x0_px.into(),
-            slot_rad,
+            tilt_azimuth_rad: slot_rad,
             covariance: Matrix4::zeros(),
         }
     }

@@ -122,7 +122,7 @@ proptest! {
         let normal = view.cam_from_board.rotation * Vector3::z();
         let towards = normal * normal.dot(&view.cam_from_board.translation.vector).signum();
         let receding = -towards.xy();
-        prop_assert!(between(view.line().slot_rad, receding.y.atan2(receding.x)) < 1e-6);
+        prop_assert!(between(view.line().tilt_azimuth_rad, receding.y.atan2(receding.x)) < 1e-6);
     }
 
     /// How corners are numbered and what the board is measured in makes no difference.

@@ -1,4 +1,4 @@
-//! Where bundle adjustment starts: closed forms of the corners as seen.
+//! Initial guess for bundle adjustment: closed forms from the distorted corners.
 
 use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, SymmetricEigen};
 
@@ -15,11 +15,12 @@ use crate::{
     },
 };
 
-/// No corner is believed to be found better than this.
+/// Floor of the believed error of a corner, in pixels; far below any detector's, it only bounds exact corners.
 const NOISE_FLOOR_PX: f64 = 1e-3;
-/// Two views whose corners differ by less than this share of the picture's width are the same view.
+/// Two views whose corners differ by less than this fraction of the picture's width (root mean square) count as one:
+/// 13 px at 1280.
 const ALIKE: f64 = 0.01;
-/// A board seen thinner than this is seen from its edge.
+/// Ratio of minor to major extent of the corners below which the board is seen edge-on.
 const THINNEST: f64 = 0.01;
 
 /// A view whose corners are not the image of a flat board.
@@ -28,7 +29,7 @@ pub(in crate::calibration) struct NotPlanar {
     pub(in crate::calibration) view: usize,
 }
 
-/// Principal lines of the corners as seen, and what they meet in.
+/// Homographies and principal lines of the distorted corners, and the intersections of the lines.
 pub(in crate::calibration) struct AsSeen {
     pub(in crate::calibration) image_from_board: Vec<Matrix3<f64>>,
     pub(in crate::calibration) lines: Vec<Option<PrincipalLine>>,
@@ -37,8 +38,8 @@ pub(in crate::calibration) struct AsSeen {
     pub(in crate::calibration) ring: Option<RingEstimate>,
 }
 
-/// Homographies and principal lines of the corners as the paper takes them: all with the same weight,
-/// so that where the lens bends the picture no corner pulls harder than another.
+/// Fits homographies and principal lines to the distorted corners, as in Chuang 2021: with equal weights, so that no
+/// corner dominates where distortion is the largest error.
 pub(in crate::calibration) fn as_seen(
     views: &[Vec<Corner>],
     board_m: &[Point2<f64>],
@@ -75,7 +76,7 @@ pub(in crate::calibration) fn as_seen(
     })
 }
 
-/// Extent of the corners across their longest direction over the extent along it.
+/// Minor over major extent of the corners.
 fn thinness(corners: &[Corner]) -> f64 {
     let mean = mean_px(corners);
     let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
@@ -86,12 +87,12 @@ fn thinness(corners: &[Corner]) -> f64 {
     (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
 }
 
-/// The least error of the corners that is believed, as a multiple of what they claim.
+/// Floor of the noise factor: [`NOISE_FLOOR_PX`] over the typical stated error.
 pub(in crate::calibration) fn noise_floor(views: &[Vec<Corner>]) -> f64 {
     NOISE_FLOOR_PX / typical_sigma_px(views)
 }
 
-/// Typical claimed error of a corner coordinate: root mean square.
+/// Typical stated error of a corner coordinate in pixels: root mean square.
 pub(in crate::calibration) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     let (sum, count) = views
         .iter()
@@ -100,10 +101,11 @@ pub(in crate::calibration) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     (sum / count).sqrt()
 }
 
-/// The best of several starting cameras, with the poses it gives the views.
+/// Returns the best of several initial cameras, with the poses of the views.
 ///
-/// PL + ring, then Zhang's closed form, then single views' focal lengths with the principal point at
-/// the image centre, then a normal lens. `None` if a view has no pose under any of them.
+/// Candidates: principal lines and ring; Zhang's closed form; the median of single-view focal lengths with the principal
+/// point at the image centre; a lens with a focal length of one picture width. The one with the lowest reprojection
+/// cost wins. `None` if every candidate leaves a view without a pose.
 pub(in crate::calibration) fn start(
     observations: &Observations,
     as_seen: &AsSeen,
@@ -157,7 +159,7 @@ pub(in crate::calibration) fn poses(
     image_from_board.iter().map(|h| pose_from_homography(h, camera)).collect()
 }
 
-/// Number of views that differ from all before them.
+/// Number of views that differ from all earlier ones.
 pub(in crate::calibration) fn distinct_views(
     views: &[Vec<Corner>],
     image_size: ImageSize,
@@ -172,8 +174,8 @@ pub(in crate::calibration) fn distinct_views(
     kept.len()
 }
 
-/// Root mean square distance of corners of the same number, or of opposite numbers if that is less:
-/// some boards look the same upside down.
+/// Root mean square distance between corresponding corners, or between opposite ones if that is less: some boards look the
+/// same upside down.
 fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
     let mean = |pairs: &mut dyn Iterator<Item = (Point2<f64>, Point2<f64>)>| {
         pairs.map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len().max(1) as f64

@@ -175,7 +175,7 @@ fn skipped(
     calibration: &Calibration,
 ) -> String {
     let mut by_direction: Vec<&PrincipalLine> = snapshot.views.iter().map(|v| &v.line).collect();
-    by_direction.sort_by(|a, b| a.slot_rad.total_cmp(&b.slot_rad));
+    by_direction.sort_by(|a, b| a.tilt_azimuth_rad.total_cmp(&b.tilt_azimuth_rad));
     let pp = calibration.camera.pp_px;
     let clouds = [1, 2, 3].map(|left_out| -> Vec<Point2<f64>> {
         if by_direction.len() < left_out + 3 {
