@@ -2,21 +2,35 @@
 # Both set up what they need on Debian 12 or newer with a Rust toolchain.
 
 ARGS ?=
-# What the build needs from Debian besides the Rust toolchain.
+# What the build needs from Debian besides the Rust toolchain: libclang reads the kernel's V4L2 header.
 PACKAGES = gcc libc6-dev libclang-dev
 # What the window opens at run time.
-PACKAGES += libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
-# What the tests on the kernel's own camera drivers need besides (tests/vm).
+WINDOW_PACKAGES = libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
+# What reads network streams and video files.
+VIDEO_PACKAGES = ffmpeg
+# What the tests on the kernel's own camera drivers need (tests/vm).
 VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3
 
+# Without a display, or with --headless, `make run` builds everything but the window: half of the crates.
+ifeq (,$(findstring --headless,$(ARGS))$(if $(DISPLAY)$(WAYLAND_DISPLAY),,none))
+RUN_PACKAGES = $(PACKAGES) $(WINDOW_PACKAGES)
+RUN_MINUTES = 5
+else
+RUN_PACKAGES = $(PACKAGES)
+RUN_FEATURES = --no-default-features --features live,nokhwa,report,study
+RUN_MINUTES = 2
+endif
+TARGET = $(or $(CARGO_TARGET_DIR),target)
 
-.PHONY: run test test-vm setup lint bench sessions
+.PHONY: run test test-vm setup lint features windows doc msrv bench dist
 
+run: PACKAGES := $(RUN_PACKAGES)
 run: setup
-	cargo run --release --quiet -- $(ARGS)
+	@[ -x $(TARGET)/release/boresight ] || echo "Building boresight (about $(RUN_MINUTES) minutes the first time) …"
+	@cargo run --release $(RUN_FEATURES) -- $(ARGS)
 
-test: PACKAGES += $(VM_PACKAGES)
-test: setup lint
+test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(VM_PACKAGES)
+test: setup msrv lint features doc
 	cargo test
 	tests/vm/run.sh
 
@@ -29,8 +43,31 @@ lint:
 	cargo fmt --check
 	cargo clippy --all-targets --quiet -- -D warnings
 
+# Every combination of features compiles without a warning, and brings no more crates than it may.
+features:
+	tests/features.sh
+
+# Compiles for Windows; nothing of it is tested there. Needs: rustup target add x86_64-pc-windows-gnu
+windows:
+	cargo check --quiet --target x86_64-pc-windows-gnu
+
+doc:
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --quiet
+
+# The oldest toolchain that Cargo.toml promises compiles everything.
+msrv:
+	@oldest=$$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml); \
+	case "$$(rustc --version)" in \
+		"rustc $$oldest."*) echo "This toolchain is the oldest that is promised: $$oldest";; \
+		*) cargo +$$oldest check --all-targets --quiet;; \
+	esac
+
 bench: setup
 	cargo bench
+
+# The program for packages: optimised across crates and stripped.
+dist: setup
+	cargo build --profile dist
 
 setup:
 	@command -v cargo >/dev/null || { echo "boresight needs a Rust toolchain (1.95 or newer): see https://rustup.rs"; exit 1; }

@@ -44,6 +44,11 @@ pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Recor
             }
         })?),
     }
-    // Without this the new name itself could be lost with the power.
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(failed)
+    sync_names(folder).map_err(failed)
+}
+
+/// Makes the names in `folder` last: without this, a new name itself could be lost with the power. Other
+/// systems than Unix don't open folders as files.
+fn sync_names(folder: &Path) -> std::io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Every combination of features compiles without a warning, and brings no more crates than it may.
+#
+# Counted are the packages of `cargo tree -e normal,build` on this system: each name and version once, with
+# boresight itself, procedural macros and build dependencies.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+count() {
+    cargo tree --quiet -e normal,build --prefix none "$@" | sed 's/ (.*//' | sort -u | wc -l
+}
+
+failed=0
+limit() {
+    local most=$1 name=$2 crates
+    shift 2
+    crates=$(count "$@")
+    echo "$name: $crates crates, at most $most"
+    [ "$crates" -le "$most" ] || failed=1
+}
+limit 110 "core" --no-default-features
+limit 150 "headless with live cameras" --no-default-features --features live
+limit 150 "headless with everything" --no-default-features --features live,nokhwa,report,study
+limit 305 "everything"
+
+for features in "" live window window,accessibility nokhwa study report live,report; do
+    echo "compiling: ${features:-no features}"
+    cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
+done
+echo "compiling: default features"
+cargo clippy --quiet -- -D warnings || failed=1
+exit $failed
