@@ -23,6 +23,7 @@ mod recording;
 mod simulation;
 mod steady_state;
 
+#[cfg(feature = "study")]
 mod study;
 mod target;
 mod varying_focal;
