@@ -11,7 +11,7 @@ use boresight::{
     simulation::{Scene, render_view},
 };
 use image::{GrayImage, imageops};
-use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -284,7 +284,13 @@ fn a_wrong_prediction_costs_nothing_but_time() {
     let turned = imageops::rotate180(&pictures[1].1);
     let anywhere = detector.detect(&turned, &scene.board);
     let search = Search { near: Some(&near), ..Search::FULL };
-    assert!(anywhere.is_ok());
+    let found = anywhere.as_ref().expect("the whole board is there");
+    let upright = find(&pictures[1].1, &scene.board).expect("found");
+    let far_corner = Point2::new(f64::from(turned.width()), f64::from(turned.height())).coords;
+    for (before, after) in upright.corners.iter().zip(&found.corners) {
+        let expected = Point2::from(far_corner - Vector2::repeat(1.0) - before.px.coords);
+        assert!((after.px - expected).norm() < 0.01, "{} for {expected}", after.px);
+    }
     assert_eq!(detector.search(&turned, &scene.board, search), anywhere);
     // Photographs, long gaps and misses predict nothing.
     assert!(track.predict(FrameKind::Photograph, pictures[1].0).is_none());
@@ -309,7 +315,8 @@ fn a_covered_corner_is_never_guessed() {
     let scene = Scene { clutter: 0.0, ..Scene::default_720p(13) };
     let pose = pose(20.0, 70.0, 8.0, [0.0, 0.0, 0.36]);
     let picture = render_view(&scene, &pose);
-    assert!(find(&picture, &scene.board).is_ok());
+    let whole = find(&picture, &scene.board).expect("found");
+    assert!(errors(&scene, &pose, &whole).iter().all(|(off_px, _)| off_px.abs() < 0.2));
     let corners = truth_px(&scene, &pose);
     let side_px = (corners[1] - corners[0]).norm();
     for (index, level) in (0..corners.len()).zip([20_u8, 90, 140, 230].into_iter().cycle()) {
@@ -347,11 +354,13 @@ fn a_reflection_on_the_board_is_named() {
 #[test]
 fn a_search_that_may_not_go_on_ends() {
     let scene = Scene::default_720p(15);
-    let picture = render_view(&scene, &pose(20.0, 70.0, 0.0, [0.0, 0.0, 0.36]));
+    let pose = pose(20.0, 70.0, 0.0, [0.0, 0.0, 0.36]);
+    let picture = render_view(&scene, &pose);
     let mut detector = Detector::new(DetectorParams::default());
     let search = Search { near: None, keep_on: &|| false };
     assert_eq!(detector.search(&picture, &scene.board, search), Err(Miss::OutOfTime));
-    assert!(detector.detect(&picture, &scene.board).is_ok());
+    let whole = detector.detect(&picture, &scene.board).expect("found");
+    assert!(errors(&scene, &pose, &whole).iter().all(|(off_px, _)| off_px.abs() < 0.2));
 }
 
 #[test]

@@ -244,6 +244,20 @@ proptest! {
     }
 }
 
+/// A case that the property above once found: three corners on a line, all others in one place.
+#[test]
+fn three_corners_and_one_place_have_no_homography() {
+    let px = |i: usize| match i {
+        44 => 61.762_645_088_337_585,
+        46 => -774.323_044_075_767_7,
+        53 => 501.042_051_630_612_43,
+        _ => 0.0,
+    };
+    let corners: Vec<Corner> =
+        (0..54).map(|i| Corner::isotropic(Point2::new(px(i), 2.0 * px(i) + 3.0), 0.1)).collect();
+    assert!(Homography::fit(&board().corners_in_board_m(), &corners).is_err());
+}
+
 /// The nearer to frontal, the less certain the direction: sd φ grows as 1/tan(tilt).
 #[test]
 fn direction_is_lost_as_the_board_turns_to_the_camera() {

@@ -25,6 +25,7 @@ mod session_properties;
 mod simulation;
 mod steady_state;
 
+#[cfg(feature = "study")]
 mod study;
 mod target;
 mod varying_focal;

@@ -12,7 +12,6 @@ mod check;
 mod command_line;
 mod crash;
 mod damage;
-
 mod report;
 mod saved_session;
 mod target;
