@@ -16,6 +16,8 @@
 //! | `report`, `session_report` | the HTML report of a calibration file or of a session folder |
 //! | `export` | a result in the formats of other programs |
 //! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
+//! | `devices_file` | the cameras of a computer as a file |
+//! | `schemas` | JSON Schema of the files, with the feature of that name |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
 //! | `explain` | the next action for an error |
@@ -27,6 +29,7 @@ pub mod camera;
 mod camera_announcer;
 pub mod comparison;
 mod cue_link;
+pub mod devices_file;
 pub mod doctor;
 mod explain;
 pub mod export;
@@ -39,6 +42,8 @@ pub mod report;
 pub mod result;
 pub mod run;
 mod saved_session;
+#[cfg(feature = "schemas")]
+pub mod schemas;
 pub mod session_report;
 pub mod source;
 pub mod truth;

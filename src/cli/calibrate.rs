@@ -9,23 +9,23 @@ use std::{
 use anyhow::{Context, bail};
 use clap::Args;
 
-use super::{
-    Exit, announcer, board_args::BoardArguments, corner_table, print, report::this_command, say,
-};
+use super::{Exit, announcer, board_args::BoardArguments, print, report::this_command, say};
 use crate::{
     app::{
         announce_result,
-        json::{self, ViewName},
         report::{picture_beside, versions},
     },
     board::Checkerboard,
-    calibration::calibrate,
+    calibration::{
+        calibrate,
+        files::{CalibrationFile, ViewName, corner_table},
+    },
     capture::{CaptureError, read_picture},
     frame::ImageSize,
     geometry::Corner,
     pipeline::detect_many,
     recording::save::{Overwrite, save},
-    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail, page},
+    report::{CameraSection, Provenance, Report, Thumbnail, page},
     text::{self, report as words},
 };
 
@@ -106,21 +106,28 @@ impl Arguments {
         };
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
         let exit = announce_result(result.as_ref(), &announcer());
-        let report = json::calibration(result.as_ref(), views.image_size, &board, &views.names);
+        let file = CalibrationFile::of(
+            result.as_ref(),
+            views.image_size,
+            &board,
+            &views.names,
+            text::FINDING_WORDS,
+        );
+        let json = serde_json::to_string_pretty(&file.to_json()?)?;
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         if let Some(path) = &self.out {
-            save(path, serde_json::to_string_pretty(&report)?.as_bytes(), overwrite)?;
+            save(path, json.as_bytes(), overwrite)?;
             say(&format!("Written: {}", path.display()));
         }
         if let Some(path) = &self.report {
             let report = Report {
                 name: words::files(&folder_name(&self.inputs), self.inputs.len()),
-                facts: CalibrationFile::read(&report)?,
+                calibration: file,
                 notes: Vec::new(),
                 camera: CameraSection::default(),
                 corners: views.corners,
                 pictures: views.pictures,
-                drift: None,
+                check: None,
                 refused: Vec::new(),
                 provenance: Provenance { rows: versions(&[]), command: this_command() },
             };
@@ -128,7 +135,7 @@ impl Arguments {
             say(&format!("Report: {}", path.display()));
         }
         if self.json {
-            print(&serde_json::to_string_pretty(&report)?)?;
+            print(&json)?;
         }
         Ok(exit)
     }
@@ -150,7 +157,10 @@ fn from_table(
     let mut views =
         Views { image_size, corners: Vec::new(), names: Vec::new(), pictures: Vec::new() };
     let folder = path.parent().unwrap_or(Path::new("."));
-    for view in corner_table::read(path, board.corner_count())? {
+    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
+    let table = corner_table::read(&text, board.corner_count())
+        .with_context(|| format!("could not use {path:?}"))?;
+    for view in table {
         let reason = view.corners.is_none().then(|| "no corners in the table".to_owned());
         if with_pictures && reason.is_none() {
             views.pictures.push(picture_beside(folder, &view.name, image_size));

@@ -5,9 +5,10 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::bail;
 use clap::Args;
 
-use super::{Exit, board_args::BoardArguments, corner_table, print, say};
+use super::{Exit, board_args::BoardArguments, print, say};
 use crate::{
     app::json,
+    calibration::files::corner_table::{self, Digits},
     capture::read_picture,
     detection::{Detector, DetectorParams},
     text,
@@ -34,7 +35,7 @@ impl Arguments {
         let mut detector = Detector::new(DetectorParams::default());
         let mut unreadable = 0;
         if !self.json {
-            print("# filename x y level")?;
+            print(corner_table::HEADER.trim_end())?;
         }
         for path in &self.images {
             let image = match read_picture(path) {
@@ -55,7 +56,8 @@ impl Arguments {
             if self.json {
                 print(&json::detection(&name, &board, &seen, millis).to_string())?;
             } else {
-                print(corner_table::lines(&name, seen.as_ref().ok()).trim_end())?;
+                let corners = seen.as_ref().ok().map(|detection| detection.corners.as_slice());
+                print(corner_table::lines(&name, corners, Digits::FourDecimals).trim_end())?;
             }
         }
         if unreadable > 0 {

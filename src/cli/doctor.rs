@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use serde_json::json;
 
 use super::{Exit, print, say};
 use crate::{
-    app::doctor::{Diagnosis, recover, verify},
+    app::doctor::{Diagnosis, DoctorFile, recover, verify},
     text,
 };
 
@@ -50,14 +49,7 @@ impl Arguments {
             say(&format!("  {problem}"));
         }
         if self.json {
-            print(
-                &json!({
-                    "schema": "boresight.doctor/1", "whole": problems.is_empty(),
-                    "problems": problems, "lines": lines, "pictures": pictures, "views": views,
-                    "cut": found.cut, "different_decisions": different_decisions,
-                })
-                .to_string(),
-            )?;
+            print(&serde_json::to_value(DoctorFile::from(&found))?.to_string())?;
         }
         if !problems.is_empty() {
             if self.recover.is_none() {

@@ -4,7 +4,6 @@ mod backend;
 mod board_args;
 mod calibrate;
 mod check;
-mod corner_table;
 mod detect;
 mod devices;
 mod doctor;

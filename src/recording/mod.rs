@@ -23,6 +23,8 @@ pub mod save;
 pub use camera_line::{CameraLine, ControlLine, FaultLine, LayoutLine, LockLine, ModeLine};
 pub use camera_table::CameraTable;
 pub use folder::{Header, SessionFolder, stored_frame};
+#[cfg(feature = "schemas")]
+pub use format::journal_line_schema;
 pub use format::{Line, Stored};
 pub use journal::{Damage, Journal, JournalContents};
 pub use replay::{Difference, RecordedOutcome, Rounding, replay, take_rounding};

@@ -15,26 +15,25 @@
 
 mod drift;
 mod estimates;
-mod facts;
 mod lens_curve;
+mod line;
 mod number;
 mod page;
 mod picture_maps;
 mod projection_map;
+mod section;
 mod skip;
 mod summary;
 mod thumbnail;
 mod views;
 
-pub use drift::{Change, ChangeSigma, DriftSection, Visible};
-pub use facts::{
-    BoardFacts, CalibrationFile, Coefficients, EstimateFacts, FindingFacts, FocalFacts, LensFacts,
-    LineFacts, PoseFacts, PrincipalPointFacts, ProjectionFacts, SigmaFacts, ViewFacts,
-};
 pub use page::page;
 pub use thumbnail::Thumbnail;
 
-use crate::geometry::Corner;
+use crate::{
+    calibration::files::{CalibrationFile, CheckFile},
+    geometry::Corner,
+};
 
 /// Everything that the page is made of.
 #[derive(Clone, Debug)]
@@ -42,7 +41,7 @@ pub struct Report {
     /// What was calibrated: the session's name, or the files'.
     pub name: String,
     /// The calibration.
-    pub facts: CalibrationFile,
+    pub calibration: CalibrationFile,
     /// What is to be known before the numbers, in sentences.
     pub notes: Vec<String>,
     /// The camera.
@@ -51,8 +50,8 @@ pub struct Report {
     pub corners: Vec<Vec<Corner>>,
     /// Picture of each used view, as far as there are any.
     pub pictures: Vec<Option<Thumbnail>>,
-    /// Against an older calibration of the same camera.
-    pub drift: Option<DriftSection>,
+    /// What a check against an older calibration of the same camera found.
+    pub check: Option<CheckFile>,
     /// What was refused, with how often.
     pub refused: Vec<Refused>,
     /// Where it all comes from.

@@ -9,7 +9,7 @@
 //! | [`mrcal_cameramodel`] | mrcal | whole, as `LENSMODEL_OPENCV5` |
 //! | [`matlab_script`] | MATLAB, Octave | whole; pixels counted from 1 |
 //! | [`views_csv`] | spreadsheets | what became of each view |
-//! | [`corner_table`] | mrcal, mrgingham, this program | the corners themselves |
+//! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, this program | the corners themselves |
 //!
 //! Numbers have 17 significant digits and a decimal point whatever the system's language, so that they
 //! read back bit for bit. What a format cannot hold is refused, never dropped.
@@ -19,19 +19,17 @@ mod csv;
 mod kalibr;
 mod matlab;
 mod mrcal;
-mod number;
+pub(super) mod number;
 mod opencv;
 mod ros;
-mod vnl;
 
 pub use colmap::colmap_cameras;
-pub use csv::{ViewRow, csv_field, views_csv};
+pub use csv::{csv_field, views_csv};
 pub use kalibr::kalibr_camchain;
 pub use matlab::matlab_script;
 pub use mrcal::mrcal_cameramodel;
 pub use opencv::opencv_yaml;
 pub use ros::ros_camera_info;
-pub use vnl::corner_table;
 
 use crate::{frame::ImageSize, geometry::Camera};
 
