@@ -9,7 +9,7 @@
 //!
 //! [`session::Session::handle`] applies one input and says what it decided; everything else feeds it or
 //! shows its state. Live, replayed and tested sessions run the same loop over the same inputs and decide
-//! the same, bit for bit.
+//! the same: bit for bit with one build on one processor, up to rounding elsewhere.
 //!
 //! ```text
 //!  capture ──latest frame──▶ detector ──observations──▶ session ──snapshots──▶ window, terminal
@@ -18,29 +18,31 @@
 //!                                                                             journal line, synced
 //! ```
 //!
-//! # The house, bottom up
+//! # The rooms, bottom up
 //!
-//! | module | is | uses |
+//! | module | holds | uses |
 //! |---|---|---|
 //! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | – |
 //! | [`device`] | what is known about a live camera, and everything that can go wrong with it | frame |
 //! | `panic_message` | the message of a caught panic | – |
 //! | [`geometry`] | homography, principal line, principal point, lens, pose: pure functions of numbers | frame |
 //! | [`detection`] | picture → corners, or the reason why not | geometry, board |
-//! | [`calibration`] | views → lens with covariance, models, honesty checks | geometry, board |
-//! | [`guidance`] | what is this view worth, what should come next, are we done | geometry, board |
-//! | [`capture`] | frames in: folders, recordings, live cameras, the simulated camera and its technician | geometry, board, device |
-//! | [`session`] | the state of one session, and the only code that changes it | all of the above but capture |
-//! | [`config`] | TOML → parameters; the only place with mm and degrees | session and below |
+//! | [`calibration`] | views → lens with covariance; checks and verdict; calibration files | geometry, board |
+//! | [`guidance`] | what a view is worth, what to show next, when to stop | geometry, board |
+//! | [`capture`] | frames in: folders, videos, recordings, live cameras | geometry, board, device |
+//! | [`session`] | the state of one session, and the only code that changes it | guidance, calibration, detection, device |
+//! | [`config`] | TOML → parameters, with millimetres and degrees | session and below |
+//! | [`simulation`] | a camera and a technician with known truth | capture, config |
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
-//! | [`pipeline`] | the threads | recording and below |
 //! | [`target`] | the board as PDF, SVG and PNG in true size, in millimetres | – |
-//! | [`text`] | every sentence a person reads in a session | all of the above |
+//! | [`text`] | every sentence that a person reads in a session | session and below |
+//! | [`pipeline`] | the threads | recording, capture |
 //! | `chart` | drawings as SVG text | – |
-//! | [`study`] | the paper's experiments, and strategies of guidance compared | chart, capture, guidance and below |
-//! | [`report`] | a calibration as one page to read and print | chart, text, calibration and below |
-//! | [`ui`] | the window: panels that see the newest snapshot and picture | pipeline, text and below |
-//! | [`cli`] | one subcommand a file | everything |
+//! | `study` | the paper's experiments, and strategies of guidance compared | chart, simulation, guidance |
+//! | `report` | a calibration as one page to read and print | chart, text, calibration |
+//! | [`app`] | what the program does, without a command line and without a window | report, pipeline and below |
+//! | `ui` | the window: panels that see the newest snapshot and picture | app, text |
+//! | [`cli`] | arguments and printing: one subcommand a file | app |
 //!
 //! # Invariants
 //!
@@ -53,11 +55,49 @@
 //!   can wait are never dropped from.
 //! - Pixel (0, 0) is the centre of the top-left pixel. Inside it is metres, radians and pixels, and names
 //!   say so.
+//!
+//! # Glossary
+//!
+//! Words of camera calibration keep their usual meaning: homography, principal point, reprojection error,
+//! bundle adjustment, distortion. These are ours, or narrower than usual:
+//!
+//! | word | means |
+//! |---|---|
+//! | principal line | image of the plane that contains the optical axis and the board's normal; the board's axis of symmetry in the picture. Without distortion it passes through the principal point. See [`geometry::PrincipalLine`] |
+//! | tilt | angle between the board and the image plane |
+//! | tilt azimuth | direction in the image, modulo 2π, in which the board recedes |
+//! | slot | one of the plan's eight tilt azimuths, 45° apart |
+//! | opposed pair | two views whose tilt azimuths differ by 180° and whose boards are point reflections of each other about the principal point. Their distortion errors cancel; their principal lines are parallel by design, so the pair counts as one unit |
+//! | partner | the other view of an opposed pair |
+//! | independent | two principal lines that cross at a large enough angle, also in terms of their uncertainty |
+//! | span fraction | the larger of the shares of the picture's width and height that the corners span |
+//! | view | one picture of the board with its measurements; *accepted* once it takes part in the calibration |
+//! | frame | one picture of a source, with number and time; a few frames become views |
+//! | photograph | a picture by itself, such as a file in a folder: it needs no hold |
+//! | gate | the conditions that a view must meet whatever the other views are |
+//! | role | what a view is for: a new direction, a partner, or forced by the person |
+//! | hold | a run of frames in which a good view is kept still; its sharpest frame is accepted |
+//! | refusal | why a view isn't accepted, with what was measured and what is wanted |
+//! | miss | why no board was found in a picture |
+//! | target | the pose to show next; its outline on the screen is the *ghost* |
+//! | advice | the one thing that the person should do now |
+//! | plan | how many views to ask for: quick, full, or adaptive |
+//! | lens estimate | the camera as known so far; a guess until two views are accepted |
+//! | noise factor | σ₀: actual error of the corners over the error they claim |
+//! | free homographies | the independent check: homographies that share only a radial distortion |
+//! | finding | something a person should know about a calibration, with a stable code and a severity |
+//! | verdict | the worst finding: good, usable with care, or not trustworthy. For an installed camera: OK, watch, or recalibrate |
+//! | fault | what is wrong with a camera, with a stable code |
+//! | control lock | focus, zoom, exposure, gain or white balance held at a value and read back |
+//! | input, decision | what can happen to a session; what it led to. The journal records both |
+//! | snapshot | what a window or terminal shows: plain data, replaced by the next one |
+//! | technician | the simulated person who follows the guidance |
 
 pub mod app;
 pub mod board;
 pub mod calibration;
 pub mod capture;
+#[cfg(any(feature = "report", feature = "study"))]
 mod chart;
 pub mod cli;
 pub mod config;
@@ -69,10 +109,13 @@ pub mod guidance;
 mod panic_message;
 pub mod pipeline;
 pub mod recording;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod session;
 pub mod simulation;
+#[cfg(feature = "study")]
 pub mod study;
 pub mod target;
 pub mod text;
+#[cfg(feature = "window")]
 pub mod ui;

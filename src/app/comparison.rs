@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use super::{Announcer, RESULT_FILE, SavedSession, host::Compared, session_report};
+use super::{Announcer, RESULT_FILE, SavedSession, host::Compared};
 use crate::{
     calibration::{
         Drift, DriftVerdict, NoDrift, OldLens, Verdict, drift,
@@ -172,7 +172,8 @@ pub fn of_folder(path: &Path, against: &Path, announcer: &Announcer) -> anyhow::
     let saved = SavedSession::open(path)?;
     saved.announce(announcer);
     let (compared, _) = of_session(path, &saved.session, &saved.header.source, against)?;
-    session_report::write_and_announce(path, &saved.session, announcer);
+    #[cfg(feature = "report")]
+    super::session_report::write_and_announce(path, &saved.session, announcer);
     Ok(compared)
 }
 

@@ -58,6 +58,9 @@ fn recording(err: &RecordingError) -> Option<String> {
             "What is whole can be copied into a new session: boresight doctor SESSION --recover NEW".into(),
         ),
         RecordingError::Locked { .. } => Some("Close the other one first.".into()),
+        RecordingError::NoLock { .. } => Some(
+            "Keep the session on a file system that has locks: name a folder on a local disk with --out.".into(),
+        ),
         RecordingError::Read { .. } => Some("Check the name; a session is the folder that holds session.toml.".into()),
         RecordingError::Header { .. } | RecordingError::Frame { .. } => None,
     }

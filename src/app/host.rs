@@ -7,7 +7,7 @@ use std::{
 
 use image::GrayImage;
 
-use super::recordings::DecidedRecording;
+use super::recordings::{DecidedRecording, Recording};
 use crate::{
     calibration::Drift,
     device::Adjustable,
@@ -66,6 +66,9 @@ pub trait AppHost {
     ///
     /// [`UserError`] if it cannot begin.
     fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError>;
+
+    /// Whether a dropped path is a folder, which is then opened as a recording.
+    fn is_folder(&self, path: &Path) -> bool;
 
     /// Shows a file in the program that the desktop has for it.
     ///
@@ -136,16 +139,7 @@ pub type Comparing = Background<Result<Compared, UserError>>;
 /// A recording that is being opened.
 pub type Loading = Background<Result<DecidedRecording, UserError>>;
 
-/// A recorded session.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Recording {
-    /// Its folder.
-    pub folder: PathBuf,
-    /// When, of what.
-    pub what: String,
-}
-
-/// A session held against an older calibration.
+/// A session compared with an older calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared {
     /// The file with the older calibration.

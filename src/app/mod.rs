@@ -18,9 +18,11 @@
 //! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
 //! | `devices_file` | the cameras of a computer as a file |
 //! | `schemas` | JSON Schema of the files, with the feature of that name |
+//! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
 //! | `explain` | the next action for an error |
+//! | `missing_feature` | what this build leaves out |
 //!
 //! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain`] turns one into the next action.
 
@@ -35,17 +37,22 @@ mod explain;
 pub mod export;
 pub mod host;
 pub mod json;
+mod missing_feature;
 pub mod opening;
 pub mod recordings;
 pub mod redetect;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod result;
 pub mod run;
 mod saved_session;
 #[cfg(feature = "schemas")]
 pub mod schemas;
+#[cfg(feature = "report")]
 pub mod session_report;
 pub mod source;
+#[cfg(feature = "study")]
+mod study_folder;
 pub mod truth;
 mod verdict;
 mod window_host;
@@ -53,11 +60,16 @@ mod window_host;
 pub use announcer::Announcer;
 pub use explain::explain;
 pub use host::AppHost;
+pub use missing_feature::MissingFeature;
 pub use opening::Opening;
 pub use run::{FinishedRun, Run};
 pub use saved_session::{JournalReading, SavedSession};
+#[cfg(feature = "study")]
+pub use study_folder::StudyFolder;
 pub use verdict::{Exit, announce_result};
 pub use window_host::{OnResult, WindowHost};
 
+/// Name of the report in the session's folder.
+pub const REPORT_FILE: &str = "report.html";
 /// Name of the result in the session's folder.
 pub const RESULT_FILE: &str = "calibration.json";

@@ -8,7 +8,7 @@ use std::{
 use anyhow::bail;
 use image::GrayImage;
 
-use super::{JournalReading, host::Recording};
+use super::JournalReading;
 use crate::{
     recording::{Difference, SessionFolder, Stored, stored_frame},
     session::Snapshot,
@@ -20,6 +20,15 @@ const MOST_OFFERED: usize = 50;
 
 /// Loads the stored picture of a frame; `None` if none was stored or it can't be read.
 pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage> + Send>;
+
+/// A recorded session.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recording {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// When, of what.
+    pub what: String,
+}
 
 /// A recording, decided again.
 pub struct DecidedRecording {

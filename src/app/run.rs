@@ -13,7 +13,6 @@ use super::{
     comparison,
     host::Compared,
     result::{Conclusion, conclude},
-    session_report,
     source::{FrameListener, OpenSource},
     truth,
 };
@@ -189,7 +188,8 @@ impl FinishedRun {
         if let Some(Err(err)) = &compared {
             announcer.say(&format!("{} ({err:#})", text::NOT_COMPARED));
         }
-        session_report::write_and_announce(&path, &session, announcer);
+        #[cfg(feature = "report")]
+        super::session_report::write_and_announce(&path, &session, announcer);
         Ok(Concluded { exit, result, compared })
     }
 }

@@ -9,7 +9,7 @@ use anyhow::Context;
 use serde_json::Value;
 
 use super::{
-    Announcer, RESULT_FILE, SavedSession,
+    Announcer, REPORT_FILE, RESULT_FILE, SavedSession,
     report::{quoted, versions},
     result::calibration_file,
 };
@@ -31,7 +31,7 @@ use crate::{
 
 /// Path of a session's report.
 pub fn page_path(session: &Path) -> PathBuf {
-    session.join("report.html")
+    session.join(REPORT_FILE)
 }
 
 /// Writes the report of a session that has just ended, and announces where. Everything that it shows is

@@ -4,15 +4,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
+#[cfg(not(all(unix, feature = "live")))]
+use super::MissingFeature;
 use super::{
     Announcer,
     camera::{self, ChosenCamera},
     cue_link::cue_link,
 };
-#[cfg(unix)]
-use crate::capture::{Ffmpeg, is_address};
+#[cfg(all(unix, feature = "live"))]
+use crate::capture::Ffmpeg;
 use crate::{
-    capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity},
+    capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, is_address},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     pipeline::FrameReport,
@@ -46,7 +48,6 @@ pub enum SourceName {
     /// A live camera.
     Camera(Box<ChosenCamera>),
     /// A network stream or a video file.
-    #[cfg(unix)]
     Video(String),
     /// A recorded session.
     Session(PathBuf),
@@ -93,7 +94,6 @@ impl SourceName {
             scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
         }
-        #[cfg(unix)]
         if is_address(name) || is_video(Path::new(name)) {
             return Ok(Self::Video(name.into()));
         }
@@ -139,8 +139,10 @@ impl SourceName {
         let source: Box<dyn FrameSource> = match self {
             Self::Simulated(scene) => return Ok(open_simulated(scene, max_frames)),
             Self::Camera(camera) => camera.open()?,
-            #[cfg(unix)]
+            #[cfg(all(unix, feature = "live"))]
             Self::Video(name) => Box::new(Ffmpeg::open(name)?),
+            #[cfg(not(all(unix, feature = "live")))]
+            Self::Video(name) => unreadable(name)?,
             Self::Session(path) => open_session(path)?,
             Self::Folder(path) => Box::new(ImageFolder::open(path)?),
         };
@@ -160,8 +162,16 @@ fn open_simulated(scene: &Scene, max_frames: u64) -> OpenSource {
     }
 }
 
+/// A network stream or video file in a build that can't read any.
+#[cfg(not(all(unix, feature = "live")))]
+fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
+    if cfg!(unix) {
+        bail!(MissingFeature::LIVE);
+    }
+    bail!("network streams and video files are read on Linux and macOS only: {name:?}")
+}
+
 /// Whether `path` is a file of moving pictures.
-#[cfg(unix)]
 fn is_video(path: &Path) -> bool {
     const ENDINGS: [&str; 9] = ["mp4", "mov", "mkv", "avi", "webm", "m4v", "mjpeg", "mjpg", "ts"];
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);

@@ -11,14 +11,11 @@ use std::{
 };
 
 use super::{
-    Announcer, Exit, Opening, RESULT_FILE, camera, comparison, explain, export,
-    host::{
-        AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
-    },
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, camera, comparison, explain, export,
+    host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
     opening::new_session_path,
-    recordings,
+    recordings::{self, Recording},
     run::Concluded,
-    session_report,
 };
 use crate::{
     calibration::files::CalibrationFile,
@@ -116,6 +113,10 @@ impl AppHost for WindowHost {
         Background::start(work).map_err(|err| user_error(&err.into()))
     }
 
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
+    }
+
     fn show(&mut self, file: &Path) -> Result<(), UserError> {
         let shown = Command::new("xdg-open")
             .arg(file)
@@ -205,7 +206,7 @@ impl WindowHost {
             let outcome = context.finished(finished).and_then(|run| run.conclude(&announcer));
             let code = outcome.as_ref().map_or(Exit::Failed, |concluded| concluded.exit);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
-            let files = [session_report::page_path(&folder), folder.join(RESULT_FILE)]
+            let files = [folder.join(REPORT_FILE), folder.join(RESULT_FILE)]
                 .into_iter()
                 .filter(|file| outcome.is_ok() && file.is_file())
                 .collect();

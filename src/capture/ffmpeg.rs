@@ -19,7 +19,7 @@ use std::{
 use image::GrayImage;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
+use super::{Arrival, CaptureError, FrameSource, SourceIdentity, is_address};
 use crate::{
     device::{CameraEvent, Fault, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
@@ -64,13 +64,6 @@ pub struct Ffmpeg {
     /// Why the stream is lost, as it was told.
     lost: Option<Fault>,
     events: VecDeque<CameraEvent>,
-}
-
-/// Whether `name` is an address that ffmpeg reads.
-pub fn is_address(name: &str) -> bool {
-    const SCHEMES: [&str; 8] =
-        ["rtsp://", "rtsps://", "rtmp://", "http://", "https://", "udp://", "tcp://", "srt://"];
-    SCHEMES.iter().any(|scheme| name.to_ascii_lowercase().starts_with(scheme))
 }
 
 impl Ffmpeg {

@@ -1,20 +1,24 @@
 //! Frames in: every source of pictures behind one trait.
 
+mod address;
 mod camera_mode;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
+#[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod health;
 mod image_folder;
 pub mod integrity;
+#[cfg(feature = "nokhwa")]
 pub mod nokhwa;
 mod pixel_format;
 mod recorded;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 pub mod v4l2;
 
+pub use address::is_address;
 pub use camera_mode::{CameraMode, choose, layout};
-#[cfg(unix)]
-pub use ffmpeg::{Ffmpeg, is_address};
+#[cfg(all(unix, feature = "live"))]
+pub use ffmpeg::Ffmpeg;
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
 pub use pixel_format::Unpacker;
 pub use recorded::Recorded;

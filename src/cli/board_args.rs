@@ -5,7 +5,7 @@ use std::{path::PathBuf, str::FromStr};
 use anyhow::Context;
 use clap::Args;
 
-use crate::config::Config;
+use crate::{config::Config, frame::ImageSize};
 
 /// Board and settings.
 #[derive(Clone, Debug, Args)]
@@ -39,6 +39,22 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
 pub(super) struct BoardSize {
     columns: u16,
     rows: u16,
+}
+
+/// A picture size: width x height.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Size(pub(super) ImageSize);
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = text.split_once(['x', 'X']).and_then(|(width, height)| {
+            let (width_px, height_px) = (width.parse().ok()?, height.parse().ok()?);
+            (width_px > 0 && height_px > 0).then_some(ImageSize { width_px, height_px })
+        });
+        parsed.map(Self).ok_or_else(|| "wants width x height, for example 1280x720".into())
+    }
 }
 
 /// A length in millimetres.

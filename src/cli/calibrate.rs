@@ -2,19 +2,28 @@
 
 use std::{
     path::{Path, PathBuf},
-    str::FromStr,
     thread::available_parallelism,
 };
 
 use anyhow::{Context, bail};
 use clap::Args;
 
-use super::{Exit, announcer, board_args::BoardArguments, print, report::this_command, say};
+#[cfg(not(feature = "report"))]
+use super::left_out::report::{Thumbnail, picture_beside};
+#[cfg(feature = "report")]
+use super::report::this_command;
+use super::{
+    board_args::{BoardArguments, Size},
+    terminal::{announcer, print, say},
+};
+#[cfg(feature = "report")]
 use crate::{
-    app::{
-        announce_result,
-        report::{picture_beside, versions},
-    },
+    app::report::{picture_beside, versions},
+    report::{CameraSection, Provenance, Report, Thumbnail, page},
+    text::report as words,
+};
+use crate::{
+    app::{Exit, announce_result},
     board::Checkerboard,
     calibration::{
         calibrate,
@@ -25,8 +34,7 @@ use crate::{
     geometry::Corner,
     pipeline::detect_many,
     recording::save::{Overwrite, save},
-    report::{CameraSection, Provenance, Report, Thumbnail, page},
-    text::{self, report as words},
+    text,
 };
 
 /// Calibrate from pictures of the board, or from a table of its corners.
@@ -62,21 +70,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Size(pub(super) ImageSize);
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parsed = text.split_once(['x', 'X']).and_then(|(width, height)| {
-            let (width_px, height_px) = (width.parse().ok()?, height.parse().ok()?);
-            (width_px > 0 && height_px > 0).then_some(ImageSize { width_px, height_px })
-        });
-        parsed.map(Self).ok_or_else(|| "wants width x height, for example 1280x720".into())
-    }
-}
-
 struct Views {
     image_size: ImageSize,
     corners: Vec<Vec<Corner>>,
@@ -87,6 +80,10 @@ struct Views {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        #[cfg(not(feature = "report"))]
+        if self.report.is_some() {
+            return Err(crate::app::MissingFeature::REPORT.into());
+        }
         let mut config = self.board.config()?;
         config.calibration.varying_focal |= self.varying_focal;
         let board = config.board()?;
@@ -119,6 +116,7 @@ impl Arguments {
             save(path, json.as_bytes(), overwrite)?;
             say(&format!("Written: {}", path.display()));
         }
+        #[cfg(feature = "report")]
         if let Some(path) = &self.report {
             let report = Report {
                 name: words::files(&folder_name(&self.inputs), self.inputs.len()),
@@ -142,6 +140,7 @@ impl Arguments {
 }
 
 /// What the folder of the first input is called.
+#[cfg(feature = "report")]
 fn folder_name(inputs: &[PathBuf]) -> String {
     let first = inputs.first().map(|path| std::path::absolute(path).unwrap_or(path.clone()));
     let folder = first.as_deref().and_then(Path::parent).and_then(Path::file_name);

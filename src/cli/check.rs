@@ -9,13 +9,15 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{
-    Exit, announcer, backend::BackendName, board_args::BoardArguments, guide, print, say, stop_flag,
+    backend::BackendName,
+    board_args::BoardArguments,
+    guide,
+    terminal::{announcer, print, say, stop_flag},
 };
 use crate::{
     app::{
-        Opening,
+        Exit, Opening,
         comparison::{self, Checked, NoVerdict},
-        session_report,
         source::SourceName,
     },
     calibration::{DriftVerdict, NoDrift, import::OldCalibration},
@@ -110,7 +112,8 @@ impl Arguments {
         let found = comparison::compare(&ran.session, &old);
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
-        session_report::write_and_announce(&ran.path, &ran.session, &announcer);
+        #[cfg(feature = "report")]
+        crate::app::session_report::write_and_announce(&ran.path, &ran.session, &announcer);
         if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }

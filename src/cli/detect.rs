@@ -5,9 +5,12 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::bail;
 use clap::Args;
 
-use super::{Exit, board_args::BoardArguments, print, say};
+use super::{
+    board_args::BoardArguments,
+    terminal::{print, say},
+};
 use crate::{
-    app::json,
+    app::{Exit, json},
     calibration::files::corner_table::{self, Digits},
     capture::read_picture,
     detection::{Detector, DetectorParams},

@@ -1,10 +1,22 @@
 //! `boresight devices`.
 
-use super::{Exit, print, say};
-#[cfg(target_os = "linux")]
-use crate::app::devices_file::{ControlEntry, ModeEntry, V4l2Entry};
+use clap::Args;
+
+use super::terminal::{print, say};
+#[cfg(all(target_os = "linux", feature = "live"))]
 use crate::{
-    app::devices_file::{BackendEntry, DEVICES_SCHEMA, DeviceEntry, DevicesFile, OtherDevice},
+    app::devices_file::{ControlEntry, ModeEntry, V4l2Entry},
+    capture::{
+        CameraMode, choose, layout,
+        v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},
+    },
+    device::Wanted,
+};
+use crate::{
+    app::{
+        Exit,
+        devices_file::{BackendEntry, DEVICES_SCHEMA, DeviceEntry, DevicesFile, OtherDevice},
+    },
     device::Fault,
     text::{
         self,
@@ -12,15 +24,6 @@ use crate::{
         camera::{self as words, printable},
     },
 };
-#[cfg(target_os = "linux")]
-use crate::{
-    capture::{
-        CameraMode, choose, layout,
-        v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},
-    },
-    device::Wanted,
-};
-use clap::Args;
 
 /// List the cameras that are there: the name that finds each again, its modes, its controls; and what each
 /// backend cannot promise.
@@ -48,7 +51,7 @@ impl Arguments {
 }
 
 /// The cameras; announces them if `tell`.
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(all(target_os = "linux", feature = "live")))]
 fn list(tell: bool) -> DevicesFile {
     let (cameras, others) = match crate::capture::nokhwa::list() {
         Ok(cameras) => (cameras, Vec::new()),
@@ -109,7 +112,7 @@ fn backend(words: BackendWords) -> BackendEntry {
     }
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn list(tell: bool) -> DevicesFile {
     let mut kernel = Linux::default();
     let Found { cameras, others } = discover(&mut kernel);
@@ -148,7 +151,7 @@ fn list(tell: bool) -> DevicesFile {
     devices_file(listed, others)
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn describe(camera: &Camera, controls: &[ControlState]) {
     say(&format!("{}  {}", camera.stable_name(), printable(&camera.name)));
     let links: Vec<String> =
@@ -178,7 +181,7 @@ fn describe(camera: &Camera, controls: &[ControlState]) {
     }
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn marks(camera: &Camera) -> [(bool, Fault); 3] {
     [
         (camera.is_virtual, Fault::Virtual),
@@ -188,7 +191,7 @@ fn marks(camera: &Camera) -> [(bool, Fault); 3] {
 }
 
 /// Sizes with their rates by format; formats that cannot be read are said to be so.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
     let mut formats: Vec<(String, Vec<String>)> = Vec::new();
     let mut last = None;
@@ -218,24 +221,24 @@ fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
     formats
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn fourcc(offer: &CameraMode) -> String {
     printable(&String::from_utf8_lossy(&offer.fourcc))
 }
 
 /// Pictures per second, to a tenth.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn rate(offer: &CameraMode) -> Option<f64> {
     offer.interval.map(|(n, d)| (f64::from(d) / f64::from(n) * 10.0).round() / 10.0)
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn mode_name(offer: &CameraMode) -> String {
     let rate = rate(offer).map_or(String::new(), |rate| format!("@{rate}"));
     format!("{}x{}{rate}:{}", offer.size.width_px, offer.size.height_px, fourcc(offer))
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
     let modes = camera
         .offers

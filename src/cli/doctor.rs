@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 
-use super::{Exit, print, say};
+use super::terminal::{print, say};
 use crate::{
+    app::Exit,
     app::doctor::{Diagnosis, DoctorFile, recover, verify},
     text,
 };

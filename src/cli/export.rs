@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Exit, announcer, print, say};
+use super::terminal::{announcer, print, say};
 use crate::{
+    app::Exit,
     app::export::{self, export},
     recording::save::{Overwrite, save},
 };

@@ -5,9 +5,16 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    Exit, announcer, backend::BackendName, board_args::BoardArguments, print, stop_flag, window,
+    backend::BackendName,
+    board_args::BoardArguments,
+    terminal::{announcer, print, say, stop_flag},
 };
-use crate::app::{AppHost, Opening};
+use crate::{
+    app::{Exit, Opening},
+    text::window as words,
+};
+#[cfg(feature = "window")]
+use {super::window, crate::app::AppHost};
 
 /// Guide a person through the poses, take the views by itself, and calibrate.
 ///
@@ -57,12 +64,17 @@ impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let opening = self.opening()?;
         if !self.headless {
-            return window::run(opening, self.json);
+            #[cfg(feature = "window")]
+            if crate::ui::has_display() {
+                return window::run(opening, self.json);
+            }
+            say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
         run(&opening, self.json)
     }
 
     /// The program behind a window that shows these sessions.
+    #[cfg(feature = "window")]
     pub(super) fn app_host(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
         window::app_host(self.opening()?, paced)
     }

@@ -5,27 +5,38 @@ mod board_args;
 mod calibrate;
 mod check;
 mod detect;
+#[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod devices;
 mod doctor;
 mod export;
 mod guide;
+#[cfg(not(all(feature = "live", feature = "nokhwa", feature = "report", feature = "study")))]
+mod left_out;
 mod replay;
+#[cfg(feature = "report")]
 mod report;
 mod simulate;
+#[cfg(feature = "study")]
 mod study;
 mod target;
+mod terminal;
+#[cfg(feature = "window")]
 mod window;
 
-use std::{
-    io::Write,
-    process::ExitCode,
-    sync::{Arc, atomic::AtomicBool},
-};
+use std::{io::Write, process::ExitCode};
 
-use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-use crate::app::{Announcer, AppHost, Exit, explain};
+#[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
+use left_out::devices;
+#[cfg(not(feature = "report"))]
+use left_out::report;
+#[cfg(not(feature = "study"))]
+use left_out::study;
+
+#[cfg(feature = "window")]
+use crate::app::AppHost;
+use crate::app::{Exit, MissingFeature, explain};
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -44,6 +55,9 @@ struct CommandLine {
     #[command(flatten)]
     guide: guide::Arguments,
 }
+
+/// Exit code of arguments that this build doesn't take; clap uses it for wrong ones.
+const WRONG_USAGE: u8 = 2;
 
 const AFTER_HELP: &str = "\
 Without a command: a guided session, the same as `boresight guide`, with the same options.
@@ -93,6 +107,9 @@ pub fn main() -> ExitCode {
             let hint = explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
             // If stderr is closed there is nobody left to tell.
             let _ = writeln!(std::io::stderr(), "boresight: {err:#}{hint}");
+            if err.chain().any(|cause| cause.is::<MissingFeature>()) {
+                return ExitCode::from(WRONG_USAGE);
+            }
             Exit::Failed.into()
         }
     }
@@ -105,46 +122,8 @@ pub fn main() -> ExitCode {
 /// # Errors
 ///
 /// If the arguments are wrong.
+#[cfg(feature = "window")]
 pub fn app_host(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
     let arguments = ["boresight"].iter().chain(arguments);
     CommandLine::try_parse_from(arguments)?.guide.app_host(paced)
-}
-
-/// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
-/// out still decides its exit code.
-fn print(line: &str) -> anyhow::Result<()> {
-    match writeln!(std::io::stdout(), "{line}") {
-        Err(err) if err.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.context("could not write to stdout"),
-    }
-}
-
-/// Writes a line to stderr; without a reader the work goes on.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
-}
-
-/// A flag that Ctrl-C and a polite kill set.
-fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
-    Ok(stop)
-}
-
-/// Prints every sentence on stderr.
-fn announcer() -> Announcer {
-    Announcer::new(say)
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Good => Self::SUCCESS,
-            Exit::Failed => Self::from(1),
-            Exit::NotTrustworthy => Self::from(3),
-            Exit::Recalibrate => Self::from(4),
-        }
-    }
 }

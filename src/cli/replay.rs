@@ -8,11 +8,15 @@ use std::{
 use clap::Args;
 use serde_json::json;
 
-use super::{Exit, announcer, board_args::setting, print, say, window};
+use super::{
+    board_args::setting,
+    terminal::{announcer, print, say},
+};
+#[cfg(not(feature = "window"))]
+use crate::app::MissingFeature;
 use crate::{
     app::{
-        JournalReading,
-        recordings::decided,
+        Exit, JournalReading,
         redetect::{change, redetect},
         result::{Conclusion, conclude},
     },
@@ -53,6 +57,10 @@ const SHOWN: usize = 5;
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        #[cfg(not(feature = "window"))]
+        if self.gui {
+            return Err(MissingFeature::WINDOW.into());
+        }
         let mut worst = Exit::Good;
         for path in &self.sessions {
             say(&format!("Session: {}", path.display()));
@@ -112,7 +120,13 @@ impl Arguments {
             print(&result.to_string())?;
         }
         if self.gui {
-            window::replay(decided(path, steps, &differences, journal.stored())?)?;
+            #[cfg(feature = "window")]
+            super::window::replay(crate::app::recordings::decided(
+                path,
+                steps,
+                &differences,
+                journal.stored(),
+            )?)?;
         }
         Ok(exit)
     }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Exit, print, say};
+use super::terminal::{print, say};
 use crate::{
     app::{
-        RESULT_FILE,
+        Exit, RESULT_FILE,
         report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
         session_report,
     },

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Exit, board_args::BoardArguments, guide::run};
-use crate::app::Opening;
+use super::{board_args::BoardArguments, guide::run};
+use crate::app::{Exit, Opening};
 
 /// Record a guided session of the simulated camera: every picture, every decision, and the truth.
 ///

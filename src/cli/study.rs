@@ -5,11 +5,10 @@ use std::{fs, path::PathBuf, time::Duration};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::{Serialize, de::DeserializeOwned};
 
-use super::{Exit, print, say};
+use super::terminal::{print, say};
 use crate::{
-    recording::save::{Overwrite, save},
+    app::{Exit, StudyFolder},
     study::{EXPERIMENTS, Outcome, Params, guidance, page},
 };
 
@@ -20,8 +19,8 @@ use crate::{
 /// Example: boresight study skip table1 --seed 2 --out skip2
 ///
 /// Writes one CSV file a table, one SVG file a figure, and index.html with the words: claim, measured,
-/// verdict. Equal parameters and seed give equal files. A study that was interrupted goes on where it stopped
-/// if it is started again with the same --out. Exit code 3 says that a known number was not reproduced.
+/// verdict. Equal parameters and seed give equal files. An interrupted study
+/// continues where it stopped if you start it again with the same --out. Exit code 3 says that a known number was not reproduced.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Experiments to run; all of them by default.
@@ -67,10 +66,6 @@ enum Name {
     Guidance,
 }
 
-/// Finished parts, so that an interrupted study can go on.
-const PARTS: &str = "parts";
-const PARAMS: &str = "parameters.toml";
-
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let params = self.parameters()?;
@@ -80,37 +75,37 @@ impl Arguments {
             print(text.trim_end())?;
             return Ok(Exit::Good);
         }
-        self.prepare(&text)?;
+        let folder = StudyFolder::open(&self.out, &text)?;
         let wanted = |name: &str| {
             let is = |n: &Name| n.to_possible_value().is_some_and(|value| value.get_name() == name);
             self.experiments.is_empty() || self.experiments.iter().any(is)
         };
         let mut outcomes = Vec::new();
         // What an earlier call put into this folder stays on its page.
-        let shown = |name: &str| wanted(name) || self.is_done(name);
+        let shown = |name: &str| wanted(name) || folder.is_done(name);
         for (name, experiment) in EXPERIMENTS.into_iter().filter(|(name, _)| shown(name)) {
             let bar = ProgressBar::new_spinner().with_message(format!("{name} …"));
             bar.enable_steady_tick(Duration::from_millis(200));
-            let outcome = self.part(name, || Some(experiment(&params)))?;
+            let outcome = folder.part(name, || Some(experiment(&params)))?;
             bar.finish_and_clear();
             say(&summary(&outcome));
             outcomes.push(outcome);
         }
-        let raced = || guidance::parts().into_iter().all(|part| self.is_done(&part_name(part)));
+        let raced = || guidance::parts().into_iter().all(|part| folder.is_done(&part_name(part)));
         if wanted("guidance") || raced() {
-            let outcome = self.guidance(&params)?;
+            let outcome = guidance_outcome(&folder, &params)?;
             say(&summary(&outcome));
             outcomes.push(outcome);
         }
         for outcome in &outcomes {
             for table in &outcome.tables {
-                self.write(&format!("{}.csv", table.name), table.csv().as_bytes())?;
+                folder.write(&format!("{}.csv", table.name), table.csv().as_bytes())?;
             }
             for figure in &outcome.figures {
-                self.write(&format!("{}.svg", figure.name), figure.svg.as_bytes())?;
+                folder.write(&format!("{}.svg", figure.name), figure.svg.as_bytes())?;
             }
         }
-        self.write("index.html", page::page(&outcomes, params.seed).as_bytes())?;
+        folder.write("index.html", page::page(&outcomes, params.seed).as_bytes())?;
         let (passed, total) = page::tally(&outcomes);
         let index = self.out.join("index.html");
         say(&format!("{passed} of {total} known numbers reproduced"));
@@ -144,70 +139,25 @@ impl Arguments {
         }
         Ok(params)
     }
+}
 
-    /// Makes the folder, or makes sure that it is of the same parameters.
-    fn prepare(&self, params: &str) -> anyhow::Result<()> {
-        let file = self.out.join(PARAMS);
-        match fs::read_to_string(&file) {
-            Ok(before) if before == params => return Ok(()),
-            Ok(_) => bail!(
-                "{} holds a study with other parameters: choose another --out",
-                self.out.display()
-            ),
-            Err(_) => {}
-        }
-        let used = fs::read_dir(&self.out).is_ok_and(|mut entries| entries.next().is_some());
-        if used {
-            bail!("{} is not empty and holds no study: choose another --out", self.out.display());
-        }
-        fs::create_dir_all(self.out.join(PARTS))
-            .with_context(|| format!("could not make {}", self.out.display()))?;
-        self.write(PARAMS, params.as_bytes())
+fn guidance_outcome(folder: &StudyFolder, params: &Params) -> anyhow::Result<Outcome> {
+    let parts = guidance::parts();
+    let bar = ProgressBar::new((parts.len() * params.guidance_runs) as u64);
+    let style = ProgressStyle::with_template("guidance {bar:30} {pos}/{len} runs, {eta} left");
+    if let Ok(style) = style {
+        bar.set_style(style);
     }
-
-    fn is_done(&self, name: &str) -> bool {
-        self.out.join(format!("{PARTS}/{name}.json")).exists()
+    bar.enable_steady_tick(Duration::from_millis(500));
+    let mut runs = Vec::with_capacity(parts.len());
+    for part in parts {
+        let done: guidance::Runs =
+            folder.part(&part_name(part), || guidance::runs(params, part, &|| bar.inc(1)))?;
+        runs.push(done);
+        bar.set_position((runs.len() * params.guidance_runs) as u64);
     }
-
-    /// A part as it was finished before, or finished now.
-    fn part<T: Serialize + DeserializeOwned>(
-        &self,
-        name: &str,
-        work: impl FnOnce() -> Option<T>,
-    ) -> anyhow::Result<T> {
-        let file = format!("{PARTS}/{name}.json");
-        let before = fs::read(self.out.join(&file)).ok();
-        if let Some(part) = before.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
-            return Ok(part);
-        }
-        let part = work().with_context(|| format!("{name} has no result"))?;
-        self.write(&file, &serde_json::to_vec(&part)?)?;
-        Ok(part)
-    }
-
-    fn guidance(&self, params: &Params) -> anyhow::Result<Outcome> {
-        let parts = guidance::parts();
-        let bar = ProgressBar::new((parts.len() * params.guidance_runs) as u64);
-        let style = ProgressStyle::with_template("guidance {bar:30} {pos}/{len} runs, {eta} left");
-        if let Ok(style) = style {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_millis(500));
-        let mut runs = Vec::with_capacity(parts.len());
-        for part in parts {
-            let done: guidance::Runs =
-                self.part(&part_name(part), || guidance::runs(params, part, &|| bar.inc(1)))?;
-            runs.push(done);
-            bar.set_position((runs.len() * params.guidance_runs) as u64);
-        }
-        bar.finish_and_clear();
-        Ok(guidance::outcome(params, &runs))
-    }
-
-    /// Each file is whole or absent.
-    fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
-        Ok(save(&self.out.join(name), bytes, Overwrite::Allowed)?)
-    }
+    bar.finish_and_clear();
+    Ok(guidance::outcome(params, &runs))
 }
 
 fn part_name((strategy, course): (usize, usize)) -> String {

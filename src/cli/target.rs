@@ -6,8 +6,13 @@ use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::{Exit, board_args::BoardArguments, calibrate::Size, print, say};
+use super::{
+    board_args::BoardArguments,
+    board_args::Size,
+    terminal::{print, say},
+};
 use crate::{
+    app::Exit,
     recording::save::{Overwrite, save},
     target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
     text,

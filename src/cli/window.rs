@@ -4,9 +4,9 @@ use std::sync::{Arc, PoisonError};
 
 use anyhow::bail;
 
-use super::{Exit, announcer, print, stop_flag};
+use super::terminal::{announcer, print, stop_flag};
 use crate::{
-    app::{AppHost, Opening, WindowHost, recordings::DecidedRecording},
+    app::{AppHost, Exit, Opening, WindowHost, recordings::DecidedRecording},
     calibration::files::CalibrationFile,
     text::window as words,
     ui::{self, NoWindow},

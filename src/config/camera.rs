@@ -33,7 +33,7 @@ impl Backend {
     /// Whether this is the library; `auto` is on every system but Linux.
     pub fn is_nokhwa(self) -> bool {
         match self {
-            Self::Auto => cfg!(not(target_os = "linux")),
+            Self::Auto => cfg!(not(all(target_os = "linux", feature = "live"))),
             Self::V4l => false,
             Self::Nokhwa => true,
         }

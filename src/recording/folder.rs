@@ -1,7 +1,7 @@
 //! The folder of one session.
 
 use std::{
-    fs::{self, File},
+    fs::{self, File, TryLockError},
     io::Cursor,
     path::{Path, PathBuf},
 };
@@ -126,18 +126,25 @@ impl SessionFolder {
         Self::open(path).map(|(folder, ..)| folder)
     }
 
-    /// Opens a session to go on with it.
+    /// Opens a session to resume it.
     ///
     /// # Errors
     ///
-    /// [`RecordingError`] if it cannot be read, is damaged, newer, or open elsewhere.
+    /// [`RecordingError`] if it can't be read, is damaged or newer, or can't be locked because another process
+    /// has it open or the file system has no locks.
     pub fn open(path: &Path) -> Result<(Self, Header, JournalContents), RecordingError> {
         let header = Self::header(path)?;
         let lock_path = path.join("session.toml");
         let lock = File::open(&lock_path)
             .map_err(|source| RecordingError::Read { source, path: lock_path.clone() })?;
-        if lock.try_lock().is_err() {
-            return Err(RecordingError::Locked { path: path.to_path_buf() });
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(RecordingError::Locked { path: path.to_path_buf() });
+            }
+            Err(TryLockError::Error(source)) => {
+                return Err(RecordingError::NoLock { source, path: path.to_path_buf() });
+            }
         }
         let contents = Self::journal(path)?;
         let journal = Journal::append_to(&path.join("journal.jsonl"), &contents)?;

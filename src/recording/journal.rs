@@ -9,7 +9,7 @@ use std::{
 use serde_json::value::RawValue;
 
 use super::{
-    RecordingError,
+    error::{Damage, RecordingError},
     format::{Envelope, InputLine, Line, Stored},
 };
 use crate::session::{Decision, Input};
@@ -31,15 +31,6 @@ pub struct JournalContents {
     pub whole_bytes: u64,
     /// Whether a last line was cut and is left out.
     pub cut: bool,
-}
-
-/// A line that is not as it was written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Damage {
-    /// Its number, from 1.
-    pub line: usize,
-    /// What is wrong with it.
-    pub reason: String,
 }
 
 impl Journal {

@@ -27,8 +27,11 @@ pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Recor
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let mut beside =
-        tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder).map_err(failed)?;
+    let mut builder = tempfile::Builder::new();
+    // As readable as the journal beside it; the umask takes away what the person doesn't want to share.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut beside = builder.prefix(UNFINISHED).tempfile_in(folder).map_err(failed)?;
     beside.write_all(bytes).map_err(failed)?;
     beside.as_file().sync_all().map_err(failed)?;
     match overwrite {

@@ -5,7 +5,7 @@
 
 mod backdrop;
 mod blur;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live", any(test, feature = "simulated-kernel")))]
 pub mod kernel;
 mod print;
 mod renderer;

@@ -187,7 +187,7 @@ pub fn shift_grid(side: i32, step_m: f64) -> Vec<Vector2<f64>> {
         .collect()
 }
 
-/// Drift of the principal point in px for n = 1 … 5, in METHOD section 5: shift in metres, PL, Zhang as a
+/// Drift of the principal point in px for n = 1 … 5, in `docs/method.md`, section 5: shift in metres, PL, Zhang as a
 /// pinhole, Zhang with corners rounded to whole pixels.
 type Known = ([f64; 2], [f64; 5], [f64; 5], [f64; 5]);
 const KNOWN: [Known; 3] = [

@@ -8,6 +8,7 @@
 //! A page is measured in millimetres from its top-left corner, `y` down. Everything on a sheet is black on
 //! white: axis-aligned rectangles and words, the same in all three formats.
 
+mod footer;
 mod paper;
 mod pdf;
 mod plan;
@@ -15,9 +16,10 @@ mod png;
 mod sheet;
 mod svg;
 
+pub use footer::LINES;
 pub use paper::{Page, Paper, Resolution};
 pub use pdf::pdf;
 pub use plan::{DoesNotFit, Plan, Square, plan};
 pub use png::{NotWritten, png};
-pub use sheet::{LINES, Rectangle, Sheet, Words, sheet};
+pub use sheet::{Rectangle, Sheet, Words, sheet};
 pub use svg::svg;

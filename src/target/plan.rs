@@ -1,6 +1,6 @@
 use super::{
     Page, Paper,
-    sheet::{FOOTER_GAP_MM, footer_height_mm, ruler_mm},
+    footer::{FOOTER_GAP_MM, footer_height_mm, ruler_mm},
 };
 
 /// How large the squares shall be.

@@ -1,18 +1,11 @@
-use super::{Page, Plan};
+use super::{
+    Plan,
+    footer::{
+        LEADING, LETTER_WIDTH, LINES, TICK_MM, beside, edge_mm, footer_height_mm, ruler_gap_mm,
+        ruler_height_mm,
+    },
+};
 
-/// Lines of words beside the ruler; the first is in bold type.
-pub const LINES: usize = 5;
-
-/// White between the board's surroundings and what is below.
-pub(super) const FOOTER_GAP_MM: f64 = 2.0;
-
-/// Letters in a line that stays in its normal size.
-const LETTERS: f64 = 52.0;
-/// Width of a letter as a share of its size: that of typewriter type, the widest that is used.
-const LETTER_WIDTH: f64 = 0.6;
-/// Distance of lines as a multiple of their size.
-const LEADING: f64 = 1.25;
-const TICK_MM: [f64; 3] = [1.6, 2.6, 4.0];
 const STROKE_MM: f64 = 0.2;
 
 /// A page with everything that is on it.
@@ -156,40 +149,4 @@ fn ruler_words(plan: &Plan, left_mm: f64, top_mm: f64) -> Vec<Words> {
     let mut all: Vec<Words> = numbers.map(|mm| words(mm.to_string(), mm.into(), true)).collect();
     all.push(words("mm".into(), plan.ruler_mm + 1.2 * size_mm, false));
     all
-}
-
-/// The longest ruler for the page's width. `None` if there is none of 10 mm.
-pub(super) fn ruler_mm(page: &Page) -> Option<f64> {
-    let room_mm = page.width_mm - 2.0 * edge_mm(page) - 3.0 * page.text_mm;
-    [100.0, 50.0, 20.0, 10.0].into_iter().find(|length_mm| *length_mm <= room_mm)
-}
-
-/// Height of ruler and words.
-pub(super) fn footer_height_mm(page: &Page) -> f64 {
-    let lines_mm = page.text_mm * (1.3 + LEADING * (LINES - 1) as f64);
-    if beside(page) {
-        lines_mm.max(ruler_height_mm(page))
-    } else {
-        ruler_height_mm(page) + lines_mm
-    }
-}
-
-fn ruler_height_mm(page: &Page) -> f64 {
-    TICK_MM[2] + 2.0 * page.text_mm
-}
-
-/// Room for the ruler's last number and the unit behind it.
-fn ruler_gap_mm(page: &Page) -> f64 {
-    4.0 * page.text_mm
-}
-
-/// Whether the words stand beside the ruler, or else below it.
-fn beside(page: &Page) -> bool {
-    let words_mm = LETTERS * LETTER_WIDTH * page.text_mm;
-    page.width_mm - 2.0 * edge_mm(page) >= 100.0 + ruler_gap_mm(page) + words_mm
-}
-
-/// Where ruler and words begin.
-fn edge_mm(page: &Page) -> f64 {
-    page.margin_mm + page.text_mm
 }

@@ -16,7 +16,10 @@ pub struct BackendWords {
     pub cannot: &'static [&'static str],
 }
 
-/// The ways to a camera on this system, the usual one first.
+/// Whether this build reads cameras through V4L2.
+const HAS_V4L: bool = cfg!(all(target_os = "linux", feature = "live"));
+
+/// The ways to a camera in this build, the usual one first.
 pub fn backends() -> Vec<BackendWords> {
     let v4l = BackendWords {
         name: "v4l",
@@ -29,10 +32,11 @@ pub fn backends() -> Vec<BackendWords> {
     let nokhwa = BackendWords {
         name: "nokhwa",
         is: "the library of that name",
-        is_default: cfg!(not(target_os = "linux")),
+        is_default: !HAS_V4L,
         cannot: NOKHWA_CANNOT,
     };
-    if cfg!(target_os = "linux") { vec![v4l, nokhwa] } else { vec![nokhwa] }
+    let built = [(v4l, HAS_V4L), (nokhwa, cfg!(feature = "nokhwa"))];
+    built.into_iter().filter_map(|(backend, is_built)| is_built.then_some(backend)).collect()
 }
 
 /// What nokhwa cannot promise.

@@ -225,6 +225,11 @@ pub fn wanted_tilt(guidance: &GuidanceParams) -> String {
     format!("tilt {}–{}°", deg(guidance.min_tilt_rad), deg(guidance.max_tilt_rad))
 }
 
+/// There is no display to open a window on.
+pub const IN_TERMINAL: &str = "There is no display: boresight guides by words in this terminal.";
+/// The build has no window.
+pub const BUILT_WITHOUT: &str =
+    "This build has no window: boresight guides by words in this terminal.";
 /// What to do without a display.
 pub const NO_DISPLAY_ACTION: &str =
     "Use --headless to be guided by words in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";

@@ -11,17 +11,18 @@ use std::{
 
 use egui::{Context, ThemePreference, Ui, ViewportCommand};
 
+#[cfg(feature = "study")]
+use super::explore::{self, Explored};
 use super::{
-    explore::{self, Explored},
     guide,
     keys::{self, UiAction},
     replay::RecordingBrowser,
     result,
-    run::background,
     screen::Screen,
     session_state::{Running, SessionState},
     settings,
     sound::{Sound, Tone},
+    theme::background,
     user_error,
 };
 use crate::{
@@ -46,6 +47,7 @@ pub enum Page {
     /// The calibration.
     Result,
     /// The paper's effect to play with.
+    #[cfg(feature = "study")]
     Explore,
     /// The next session, and how the window looks and sounds.
     Settings,
@@ -65,6 +67,7 @@ pub struct App {
     stage: SessionState,
     screen: Screen,
     page: Page,
+    #[cfg(feature = "study")]
     explored: Explored,
     result: result::ResultPage,
     /// What the person set of the camera's controls.
@@ -97,6 +100,7 @@ impl App {
             stage: SessionState::NotStarted(nothing),
             screen: Screen::default(),
             page: Page::Guide,
+            #[cfg(feature = "study")]
             explored: Explored::default(),
             result: result::ResultPage::default(),
             adjusted: BTreeMap::new(),
@@ -148,7 +152,7 @@ impl App {
                     self.end();
                 }
             }
-            SessionState::Background(ending) => {
+            SessionState::Ending(ending) => {
                 if let Some(ended) = ending.outcome() {
                     let tone =
                         if ended.trouble.is_some() { Tone::UserError } else { Tone::Complete };
@@ -176,7 +180,7 @@ impl App {
 
     /// A file or folder was dropped onto the window.
     fn dropped(&mut self, path: &Path) {
-        if path.is_dir() {
+        if self.host.is_folder(path) {
             self.page = Page::Replay;
             self.shelf.open(&mut *self.host, path, Arc::clone(&self.wake));
         } else if matches!(self.stage, SessionState::Ended(_)) {
@@ -216,13 +220,14 @@ impl App {
                 settings::show(ui, &mut self.draft, &self.offered, &preferences, &mut asks);
             }
             (_, Page::Replay) => self.shelf.show(ui, self.screen.preferences, &mut asks),
+            #[cfg(feature = "study")]
             (_, Page::Explore) => explore::show(ui, &mut self.explored),
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
                 let state = match stage {
                     SessionState::NotStarted(_) => result::State::Nothing,
                     SessionState::Running(_) => result::State::Running,
-                    SessionState::Background(_) => result::State::Background,
+                    SessionState::Ending(_) => result::State::Ending,
                     SessionState::Ended(ended) => result::State::Ended(ended),
                 };
                 let formats = self.host.formats();
@@ -298,7 +303,7 @@ impl App {
                 };
                 self.open(ctx, wish);
             }
-            SessionState::NotStarted(_) | SessionState::Background(_) => {}
+            SessionState::NotStarted(_) | SessionState::Ending(_) => {}
         }
     }
 
@@ -341,7 +346,10 @@ impl App {
                 Act::Help => self.help ^= true,
                 Act::GuidePage => self.page = Page::Guide,
                 Act::ResultPage => self.page = Page::Result,
+                #[cfg(feature = "study")]
                 Act::ExplorePage => self.page = Page::Explore,
+                #[cfg(not(feature = "study"))]
+                Act::ExplorePage => {}
                 Act::ReplayPage => {
                     self.page = Page::Replay;
                     self.shelf.browse(&*self.host);

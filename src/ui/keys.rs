@@ -57,6 +57,11 @@ fn key(act: Act) -> Key {
     }
 }
 
+/// Everything that can be done in this build.
+pub(super) fn acts() -> impl Iterator<Item = Act> {
+    Act::ALL.iter().copied().filter(|act| cfg!(feature = "study") || *act != Act::ExplorePage)
+}
+
 /// Whether `act` does something to the running session.
 pub(super) fn is_of_session(act: Act) -> bool {
     matches!(act, Act::Force | Act::Undo | Act::Restore | Act::Pause | Act::Finish | Act::GoOn)
@@ -75,7 +80,7 @@ pub(super) fn pressed(ctx: &Context) -> Vec<Act> {
             };
             free && input.modifiers.is_none() && input.key_pressed(key(*act))
         };
-        Act::ALL.iter().copied().filter(pressed).collect()
+        acts().filter(pressed).collect()
     })
 }
 

@@ -20,6 +20,7 @@
 //! | `trouble` | a session that could not be started |
 
 mod app;
+#[cfg(feature = "study")]
 pub mod explore;
 pub mod guide;
 mod keys;
@@ -37,6 +38,6 @@ pub mod user_error;
 pub use app::{App, Page};
 pub use keys::UiAction;
 pub use picture::{Picture, Placed};
-pub use run::{NoWindow, SMALLEST, options, run, run_replay};
+pub use run::{NoWindow, SMALLEST, has_display, options, run, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::apply as apply_theme;

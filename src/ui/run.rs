@@ -8,6 +8,7 @@ use egui::{Vec2, ViewportBuilder};
 use super::{
     app::App,
     replay::{self, Replayed},
+    theme,
 };
 use crate::{
     app::{AppHost, recordings::DecidedRecording},
@@ -54,7 +55,7 @@ pub fn run(host: Box<dyn AppHost>) -> Result<(), NoWindow> {
 /// [`NoWindow`].
 pub fn run_replay(recording: DecidedRecording) -> Result<(), NoWindow> {
     open(|ctx| {
-        super::theme::apply(ctx);
+        theme::apply(ctx);
         Box::new(ReplayWindow(Replayed::new(recording)))
     })
 }
@@ -69,13 +70,8 @@ impl eframe::App for ReplayWindow {
     }
 
     fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
-        background(visuals)
+        theme::background(visuals)
     }
-}
-
-/// What is seen where no panel stands.
-pub(super) fn background(visuals: &egui::Visuals) -> [f32; 4] {
-    visuals.panel_fill.to_normalized_gamma_f32()
 }
 
 /// How the window is opened.
@@ -93,9 +89,16 @@ pub fn options() -> eframe::NativeOptions {
     }
 }
 
-fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
+/// Whether there is a display to open a window on. The environment names those of X11 and Wayland; other
+/// systems always have one.
+pub fn has_display() -> bool {
     let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name)) {
+    cfg!(any(not(unix), target_os = "macos"))
+        || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name))
+}
+
+fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
+    if !has_display() {
         return Err(NoWindow::NoDisplay);
     }
     // A missing library makes the window system's client panic; until the window is there, that is only

@@ -20,7 +20,7 @@ pub(super) enum SessionState {
     /// Views are being taken.
     Running(Box<Running>),
     /// The result is being computed and stored.
-    Background(Background<Ended>),
+    Ending(Background<Ended>),
     /// The result is stored.
     Ended(Ended),
 }
@@ -98,7 +98,7 @@ impl Running {
             ended
         });
         match ending {
-            Ok(ending) => SessionState::Background(ending),
+            Ok(ending) => SessionState::Ending(ending),
             Err(err) => {
                 let trouble = Some(UserError { what: err.to_string(), action: None });
                 SessionState::Ended(Ended { folder, files: Vec::new(), compared: None, trouble })

@@ -1,6 +1,6 @@
 //! Colours. Those on the picture hold on bright and dark pictures; the rest follow the theme.
 
-use egui::{Color32, Context, Stroke, Theme, ecolor::Hsva};
+use egui::{Color32, Context, Stroke, Theme, Visuals, ecolor::Hsva};
 
 /// What is right.
 pub(super) const GREEN: Color32 = Color32::from_rgb(60, 210, 90);
@@ -38,6 +38,11 @@ pub(super) fn strokes(width: f32, color: Color32, opacity: f32) -> [Stroke; 2] {
         Stroke::new(width + 2.0, Color32::from_black_alpha(140).gamma_multiply(opacity)),
         Stroke::new(width, color.gamma_multiply(opacity)),
     ]
+}
+
+/// What is seen where no panel stands.
+pub(super) fn background(visuals: &Visuals) -> [f32; 4] {
+    visuals.panel_fill.to_normalized_gamma_f32()
 }
 
 /// Sets what differs from the toolkit's own style: words that are read from farther away.

@@ -15,9 +15,8 @@ use std::{
 };
 
 use boresight::{
-    app::host::{
-        AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
-    },
+    app::host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
+    app::recordings::Recording,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, ImageSize},
@@ -181,6 +180,10 @@ impl AppHost for Bench {
 
     fn modes(&mut self, _source: &str) -> Vec<String> {
         Vec::new()
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
     }
 
     fn show(&mut self, _file: &Path) -> Result<(), UserError> {

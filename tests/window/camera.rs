@@ -6,9 +6,8 @@ use std::{
 };
 
 use boresight::{
-    app::host::{
-        AppHost, Comparing, Ended, Loading, Opened, Recording, SessionRequest, UserError, Wake,
-    },
+    app::host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
+    app::recordings::Recording,
     capture::{FrameSource, v4l2::LiveCamera},
     config::Config,
     device::{Adjustable, CameraEvent, Control},
@@ -158,6 +157,10 @@ impl AppHost for OneCamera {
 
     fn replay(&mut self, _: &Path, _: Wake) -> Result<Loading, UserError> {
         unreachable!("there is no recording")
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
     }
 
     fn show(&mut self, _: &Path) -> Result<(), UserError> {

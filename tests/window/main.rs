@@ -4,14 +4,14 @@
 
 mod app;
 mod camera;
-#[path = "../cameras/mod.rs"]
+#[path = "../common/cameras.rs"]
 mod cameras;
 mod comparison;
 mod fits;
 mod fixtures;
 mod paint;
 mod picker;
-#[path = "../world/mod.rs"]
+#[path = "../common/world.rs"]
 mod world;
 
 use boresight::{

@@ -1,7 +1,7 @@
 //! Choosing a recording.
 
 use boresight::{
-    app::host::{Recording, UserError},
+    app::{host::UserError, recordings::Recording},
     ui::{
         SMALLEST, UiAction,
         replay::{Picker, pick},

@@ -18,7 +18,7 @@ use super::{
     device::{Loss, Streaming, find, list},
     reader::{Opener, Reader, Said},
 };
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "live"))]
 use crate::capture::v4l2;
 use crate::{
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity, Unpacker, health::Health},
@@ -73,7 +73,7 @@ impl NokhwaCamera {
     /// # Errors
     ///
     /// [`CaptureError::Camera`] if it cannot be opened or started.
-    #[cfg(target_os = "linux")]
+    #[cfg(all(target_os = "linux", feature = "live"))]
     pub fn of(camera: &v4l2::Camera, wanted: &Wanted) -> Result<Self, CaptureError> {
         let (identity, wanted) = (camera.identity(), *wanted);
         let name = camera.stable_name();

@@ -21,6 +21,7 @@ impl App {
                 for (page, act) in [
                     (Page::Guide, Act::GuidePage),
                     (Page::Result, Act::ResultPage),
+                    #[cfg(feature = "study")]
                     (Page::Explore, Act::ExplorePage),
                     (Page::Settings, Act::SettingsPage),
                     (Page::Replay, Act::ReplayPage),
@@ -46,7 +47,7 @@ impl App {
                         keys::button(ui, Act::GoOn, asks);
                         keys::button(ui, Act::New, asks);
                     }
-                    SessionState::NotStarted(_) | SessionState::Background(_) => {}
+                    SessionState::NotStarted(_) | SessionState::Ending(_) => {}
                 }
                 ui.separator();
                 let preferences = &self.screen.preferences;
@@ -73,7 +74,7 @@ impl App {
         let mut open = true;
         egui::Window::new(words::HELP).open(&mut open).collapsible(false).show(ui.ctx(), |ui| {
             egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
-                for act in Act::ALL {
+                for act in keys::acts() {
                     let control = act.words();
                     ui.label(RichText::new(control.key).strong().monospace());
                     ui.label(format!("{}: {}", control.label, control.tip));

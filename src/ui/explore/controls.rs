@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, ops::RangeInclusive};
 
 use egui::{Button, RichText, Slider, Ui};
 
-use super::Explored;
+use super::explored::Explored;
 use crate::{
     study::explore::{Boards, ExploreSetup},
     text::explore as words,

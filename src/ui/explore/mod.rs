@@ -1,52 +1,17 @@
 //! The explore page: what lens distortion does to principal lines, to play with.
 
 mod controls;
+mod explored;
 mod picture;
 
+pub use explored::Explored;
+
 use egui::{CentralPanel, Color32, Frame, Panel, RichText, ScrollArea, Ui};
-use nalgebra::Vector2;
 
 use crate::{
-    study::{
-        Params,
-        explore::{Boards, ExploreSetup, Seen, look},
-        setup::Setup,
-    },
+    study::explore::{Boards, ExploreSetup, Seen},
     text::explore as words,
 };
-
-/// What is played with, and what it gives.
-#[derive(Clone, Debug)]
-pub struct Explored {
-    wish: ExploreSetup,
-    seen: Seen,
-}
-
-impl Default for Explored {
-    fn default() -> Self {
-        let wish = ExploreSetup {
-            setup: Setup::of(&Params::default()),
-            slot_rad: 0.0,
-            shift_m: Vector2::new(0.05, 0.0),
-            boards: Boards::One,
-            skipped: 0,
-        };
-        Self { seen: look(&wish), wish }
-    }
-}
-
-impl Explored {
-    /// What is seen now.
-    pub fn seen(&self) -> &Seen {
-        &self.seen
-    }
-
-    /// Changes what is played with.
-    pub fn change(&mut self, change: impl FnOnce(&mut ExploreSetup)) {
-        change(&mut self.wish);
-        self.seen = look(&self.wish);
-    }
-}
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, explored: &mut Explored) {

@@ -6,7 +6,7 @@ use egui::{Button, CentralPanel, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::super::{keys::UiAction, theme};
 use crate::{
-    app::host::{Recording, UserError},
+    app::{host::UserError, recordings::Recording},
     text::replay as words,
 };
 

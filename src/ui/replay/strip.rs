@@ -2,7 +2,7 @@
 
 use egui::{Color32, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2};
 
-use super::{super::theme, Replayed};
+use super::{super::theme, replayed::Replayed};
 use crate::{
     guidance::Refusal,
     session::{Outcome, Snapshot},

@@ -13,7 +13,7 @@ use super::{
         screen::Screen,
         theme,
     },
-    ResultPage,
+    result_page::ResultPage,
 };
 use crate::{
     calibration::{Calibration, Drift, leave_out::consecutive},

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use egui::{ComboBox, RichText, TextEdit, Ui};
 
 use super::super::{keys::UiAction, theme};
+use super::error_lines::error_lines;
 use crate::{
     app::host::{AppHost, Compared, Comparing, UserError, Wake},
     calibration::DriftVerdict,
@@ -123,7 +124,7 @@ pub(super) fn show(ui: &mut Ui, comparison: &Comparison) {
     let compared = match outcome {
         Ok(compared) => compared,
         Err(trouble) => {
-            super::trouble_lines(ui, trouble);
+            error_lines(ui, trouble);
             return;
         }
     };

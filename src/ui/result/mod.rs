@@ -2,18 +2,23 @@
 
 mod charts;
 mod comparison;
+mod error_lines;
+mod result_page;
 mod verdict;
 
 pub use comparison::{Comparison, Outcome};
+pub use result_page::ResultPage;
 
 use std::path::PathBuf;
 
 use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 
+use error_lines::error_lines;
+
 use super::{keys::UiAction, screen::Screen};
 use crate::{
     app::host::{Ended, UserError},
-    text::{charts::Chart, window as words},
+    text::window as words,
 };
 
 /// Where the session is.
@@ -24,7 +29,7 @@ pub enum State<'a> {
     /// Views are being taken.
     Running,
     /// It is being stored.
-    Background,
+    Ending,
     /// It is stored.
     Ended(&'a Ended),
 }
@@ -40,39 +45,6 @@ pub struct Context<'a> {
     pub exported: Option<&'a Result<PathBuf, UserError>>,
 }
 
-/// What the person does on the page.
-#[derive(Debug, Default)]
-pub struct ResultPage {
-    /// The chart that is seen.
-    pub chart: Chart,
-    /// The comparison with an older calibration.
-    pub comparison: Comparison,
-}
-
-impl ResultPage {
-    /// Takes what a comparison found, and shows it. Never waits.
-    pub(super) fn look(&mut self) {
-        if self.comparison.look() {
-            self.show_change();
-        }
-    }
-
-    /// Shows the result of a session that has ended and may be compared with one of `older`.
-    pub(super) fn begin(&mut self, ended: &Ended, older: Vec<PathBuf>) {
-        self.comparison = Comparison::with(older);
-        if let Some(compared) = ended.compared.clone() {
-            self.comparison.outcome = Outcome::Done(compared);
-            self.show_change();
-        }
-    }
-
-    fn show_change(&mut self) {
-        if self.comparison.found().is_some_and(|compared| compared.drift.is_some()) {
-            self.chart = Chart::Change;
-        }
-    }
-}
-
 /// Shows the page.
 pub fn show(
     ui: &mut Ui,
@@ -84,7 +56,7 @@ pub fn show(
     let has_result = screen.snapshot.as_ref().is_some_and(|s| s.calibration.is_some());
     Panel::top("actions").show_separator_line(false).show(ui, |ui| match context.state {
         State::Nothing | State::Running => {}
-        State::Background => {
+        State::Ending => {
             ui.label(RichText::new(words::ENDING).size(22.0));
         }
         State::Ended(ended) => {
@@ -109,7 +81,7 @@ pub fn show(
 
 fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<UiAction>) {
     if let Some(trouble) = &ended.trouble {
-        trouble_lines(ui, trouble);
+        error_lines(ui, trouble);
     }
     ui.horizontal_wrapped(|ui| {
         ui.label(words::EXPORT);
@@ -123,7 +95,7 @@ fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<UiA
         Some(Ok(file)) => {
             ui.label(words::written(file));
         }
-        Some(Err(trouble)) => trouble_lines(ui, trouble),
+        Some(Err(trouble)) => error_lines(ui, trouble),
         None => {}
     }
     ui.horizontal_wrapped(|ui| {
@@ -135,11 +107,4 @@ fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<UiA
         }
         ui.label(RichText::new(words::stored_in(&ended.folder)).small().weak());
     });
-}
-
-fn trouble_lines(ui: &mut Ui, trouble: &UserError) {
-    ui.colored_label(super::theme::RED, RichText::new(&trouble.what).size(18.0));
-    if let Some(action) = &trouble.action {
-        ui.label(RichText::new(action).size(16.0));
-    }
 }

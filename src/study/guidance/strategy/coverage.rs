@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Situation, sample};
+use super::{sample, situation::Situation};
 use crate::guidance::target::seen_px;
 
 const COLUMNS: usize = 8;

@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Situation, sample};
+use super::{sample, situation::Situation};
 
 /// Tilt 0 to 35°, a third to six tenths of the picture.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {

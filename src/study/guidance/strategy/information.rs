@@ -6,7 +6,7 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Situation, sample};
+use super::{sample, situation::Situation};
 use crate::{
     geometry::LENS_PARAMETERS,
     guidance::information::{LensMatrix, PARAMETERS, known_information, view_information},

@@ -8,40 +8,15 @@ mod paper_plan;
 mod per_parameter;
 mod range_bars;
 mod sample;
+mod situation;
 mod worst_pixel;
+
+pub use situation::Situation;
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use crate::{
-    board::Checkerboard,
-    calibration::LensModel,
-    geometry::Corner,
-    guidance::{GuidanceParams, LensEstimate, Plan, View},
-};
-
-/// What a strategy may know.
-#[derive(Clone, Copy, Debug)]
-pub struct Situation<'a> {
-    /// The camera as estimated from the views so far.
-    pub lens_estimate: &'a LensEstimate,
-    /// Views that have a principal line.
-    pub views: &'a [View],
-    /// Corners of all views that count.
-    pub shown: &'a [Vec<Corner>],
-    /// Their poses as estimated.
-    pub poses: &'a [Isometry3<f64>],
-    /// What is held up.
-    pub board: &'a Checkerboard,
-    /// Limits of our planner.
-    pub params: &'a GuidanceParams,
-    /// Poses asked for so far.
-    pub asked: usize,
-    /// What is fitted.
-    pub model: LensModel,
-    /// Corner error.
-    pub noise_px: f64,
-}
+use crate::guidance::Plan;
 
 /// A way of guiding.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::Situation;
+use super::situation::Situation;
 use crate::{
     geometry::{Corner, fit_pose},
     guidance::next_target,

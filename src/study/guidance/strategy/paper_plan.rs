@@ -4,8 +4,8 @@ use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Situation,
     sample::{Wanted, pose},
+    situation::Situation,
 };
 use crate::study::setup::slot_rad;
 

@@ -9,9 +9,9 @@ use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Situation,
     information::{covariance, known},
     sample::{Wanted, pose},
+    situation::Situation,
 };
 
 /// Tilts that are asked for in turn, coarse first.

@@ -6,8 +6,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Situation,
     sample::{Wanted, pose},
+    situation::Situation,
 };
 
 /// Ranges that fill a bar: X, Y, size, skew.

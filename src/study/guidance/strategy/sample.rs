@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::Situation;
+use super::situation::Situation;
 use crate::{
     geometry::Camera,
     guidance::{target::tilted, view::bounds_px},

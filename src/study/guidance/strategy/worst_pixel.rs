@@ -6,7 +6,7 @@
 use nalgebra::{Isometry3, SMatrix};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Situation, information::best};
+use super::{information::best, situation::Situation};
 use crate::{
     calibration::projection_jacobian,
     guidance::information::{LensMatrix, PARAMETERS, square_pixels},

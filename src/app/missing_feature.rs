@@ -1,0 +1,27 @@
+//! What this build leaves out.
+
+/// A part of the program that this build leaves out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "this build has no {part}; for one that has, run: cargo build --release --features {feature}"
+)]
+pub struct MissingFeature {
+    /// What is missing, in plural or as "window".
+    pub part: &'static str,
+    /// The Cargo feature that adds it.
+    pub feature: &'static str,
+}
+
+impl MissingFeature {
+    /// The window.
+    pub const WINDOW: Self = Self { part: "window", feature: "window" };
+    /// Cameras of Linux, network streams and video files.
+    pub const LIVE: Self =
+        Self { part: "live cameras, network streams or video files", feature: "live" };
+    /// The second camera backend.
+    pub const NOKHWA: Self = Self { part: "camera backend nokhwa", feature: "nokhwa" };
+    /// The paper's experiments.
+    pub const STUDY: Self = Self { part: "experiments of the study", feature: "study" };
+    /// The HTML report.
+    pub const REPORT: Self = Self { part: "HTML reports", feature: "report" };
+}

@@ -1,0 +1,81 @@
+//! The folder of a study: finished parts, so that an interrupted study continues where it stopped.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::recording::save::{Overwrite, save};
+
+const PARTS: &str = "parts";
+const PARAMS: &str = "parameters.toml";
+
+/// A folder that holds one study.
+#[derive(Clone, Debug)]
+pub struct StudyFolder {
+    path: PathBuf,
+}
+
+impl StudyFolder {
+    /// Creates `path`, or opens it if it holds a study with the same parameters. `params` is their TOML text.
+    ///
+    /// # Errors
+    ///
+    /// If the folder holds something else, or can't be written.
+    pub fn open(path: &Path, params: &str) -> anyhow::Result<Self> {
+        let folder = Self { path: path.to_path_buf() };
+        match fs::read_to_string(path.join(PARAMS)) {
+            Ok(before) if before == params => return Ok(folder),
+            Ok(_) => bail!(
+                "{} holds a study with other parameters: choose another --out",
+                path.display()
+            ),
+            Err(_) => {}
+        }
+        let used = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
+        if used {
+            bail!("{} is not empty and holds no study: choose another --out", path.display());
+        }
+        fs::create_dir_all(path.join(PARTS))
+            .with_context(|| format!("could not create {}", path.display()))?;
+        folder.write(PARAMS, params.as_bytes())?;
+        Ok(folder)
+    }
+
+    /// Whether the part called `name` is finished.
+    pub fn is_done(&self, name: &str) -> bool {
+        self.path.join(format!("{PARTS}/{name}.json")).exists()
+    }
+
+    /// The part called `name`: as it was finished before, or finished now by `work` and stored.
+    ///
+    /// # Errors
+    ///
+    /// If `work` has no result or it can't be written.
+    pub fn part<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        work: impl FnOnce() -> Option<T>,
+    ) -> anyhow::Result<T> {
+        let file = format!("{PARTS}/{name}.json");
+        let before = fs::read(self.path.join(&file)).ok();
+        if let Some(part) = before.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+            return Ok(part);
+        }
+        let part = work().with_context(|| format!("{name} has no result"))?;
+        self.write(&file, &serde_json::to_vec(&part)?)?;
+        Ok(part)
+    }
+
+    /// Writes a file of the study; it's whole or absent.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::recording::RecordingError::Write`].
+    pub fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        Ok(save(&self.path.join(name), bytes, Overwrite::Allowed)?)
+    }
+}

@@ -1,0 +1,67 @@
+//! Commands of features that this build leaves out: they say so.
+
+/// Defines the arguments of a command that this build leaves out.
+macro_rules! left_out {
+    ($missing:expr, $about:literal) => {
+        #[doc = $about]
+        #[derive(Debug, clap::Args)]
+        #[command(disable_help_flag = true)]
+        pub(in crate::cli) struct Arguments {
+            /// Whatever they are, they change nothing.
+            #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+            _any: Vec<std::ffi::OsString>,
+        }
+
+        impl Arguments {
+            pub(in crate::cli) fn run(self) -> anyhow::Result<crate::app::Exit> {
+                let missing: crate::app::MissingFeature = $missing;
+                Err(missing.into())
+            }
+        }
+    };
+}
+
+#[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
+pub(super) mod devices {
+    left_out!(crate::app::MissingFeature::LIVE, "List the cameras (not in this build).");
+}
+
+#[cfg(not(feature = "report"))]
+pub(super) mod report {
+    use std::path::Path;
+
+    use image::GrayImage;
+
+    use crate::frame::ImageSize;
+
+    left_out!(
+        crate::app::MissingFeature::REPORT,
+        "Write the report of a calibration (not in this build)."
+    );
+
+    /// A small picture in a report; there is none.
+    #[derive(Clone, Debug)]
+    pub(in crate::cli) enum Thumbnail {}
+
+    impl Thumbnail {
+        pub(in crate::cli) fn of(_image: &GrayImage) -> Option<Self> {
+            None
+        }
+    }
+
+    pub(in crate::cli) fn picture_beside(
+        _folder: &Path,
+        _name: &str,
+        _size: ImageSize,
+    ) -> Option<Thumbnail> {
+        None
+    }
+}
+
+#[cfg(not(feature = "study"))]
+pub(super) mod study {
+    left_out!(
+        crate::app::MissingFeature::STUDY,
+        "Repeat the paper's experiments (not in this build)."
+    );
+}

@@ -1,0 +1,53 @@
+//! Room for the ruler and the words below the board.
+
+use super::Page;
+
+/// Lines of words beside the ruler; the first is in bold type.
+pub const LINES: usize = 5;
+
+/// White between the board's surroundings and what is below.
+pub(super) const FOOTER_GAP_MM: f64 = 2.0;
+
+/// Letters in a line that stays in its normal size.
+pub(super) const LETTERS: f64 = 52.0;
+/// Width of a letter as a share of its size: that of typewriter type, the widest that is used.
+pub(super) const LETTER_WIDTH: f64 = 0.6;
+/// Distance of lines as a multiple of their size.
+pub(super) const LEADING: f64 = 1.25;
+pub(super) const TICK_MM: [f64; 3] = [1.6, 2.6, 4.0];
+
+/// The longest ruler for the page's width. `None` if there is none of 10 mm.
+pub(super) fn ruler_mm(page: &Page) -> Option<f64> {
+    let room_mm = page.width_mm - 2.0 * edge_mm(page) - 3.0 * page.text_mm;
+    [100.0, 50.0, 20.0, 10.0].into_iter().find(|length_mm| *length_mm <= room_mm)
+}
+
+/// Height of ruler and words.
+pub(super) fn footer_height_mm(page: &Page) -> f64 {
+    let lines_mm = page.text_mm * (1.3 + LEADING * (LINES - 1) as f64);
+    if beside(page) {
+        lines_mm.max(ruler_height_mm(page))
+    } else {
+        ruler_height_mm(page) + lines_mm
+    }
+}
+
+pub(super) fn ruler_height_mm(page: &Page) -> f64 {
+    TICK_MM[2] + 2.0 * page.text_mm
+}
+
+/// Room for the ruler's last number and the unit behind it.
+pub(super) fn ruler_gap_mm(page: &Page) -> f64 {
+    4.0 * page.text_mm
+}
+
+/// Whether the words stand beside the ruler, or else below it.
+pub(super) fn beside(page: &Page) -> bool {
+    let words_mm = LETTERS * LETTER_WIDTH * page.text_mm;
+    page.width_mm - 2.0 * edge_mm(page) >= 100.0 + ruler_gap_mm(page) + words_mm
+}
+
+/// Where ruler and words begin.
+pub(super) fn edge_mm(page: &Page) -> f64 {
+    page.margin_mm + page.text_mm
+}

@@ -1,0 +1,157 @@
+//! Simulated cameras whose every picture tells which frame it is, and what a run of one gives.
+
+#![allow(dead_code, reason = "each test program uses its part")]
+
+use std::time::Duration;
+
+use boresight::{
+    capture::{
+        Arrival, CaptureError, FrameSource,
+        v4l2::{Found, LiveCamera, discover, find},
+    },
+    device::{CameraEvent, Fault, Wanted},
+    frame::{CaptureTime, FrameId, ImageSize},
+    session::{Input, Session},
+    simulation::kernel::{SimCamera, SimControl, SimKernel},
+};
+use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder};
+
+pub(crate) const SIZE: (u32, u32) = (96, 64);
+pub(crate) const FOCUS: u32 = 0x009a_090a;
+pub(crate) const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
+pub(crate) const ZOOM: u32 = 0x009a_090d;
+pub(crate) const EXPOSURE: u32 = 0x009a_0902;
+pub(crate) const EXPOSURE_AUTOMATIC: u32 = 0x009a_0901;
+
+/// Picture `number`: its number in the first row, the rest computed from it.
+pub(crate) fn picture(number: u64) -> GrayImage {
+    GrayImage::from_fn(SIZE.0, SIZE.1, |x, y| {
+        let value = if y == 0 {
+            if x < 32 && number >> x & 1 == 1 { 200 } else { 60 }
+        } else {
+            60 + ((u64::from(x) * 7 + u64::from(y) * 13 + number * 31) % 120) as u8
+        };
+        image::Luma([value])
+    })
+}
+
+/// The number of a picture that is exactly one of [`picture`]'s.
+pub(crate) fn number(image: &GrayImage) -> Option<u64> {
+    let bit = |x: u32| u64::from(image.get_pixel(x, 0).0[0] > 130) << x;
+    let number = (0..32).map(bit).sum();
+    (*image == picture(number)).then_some(number)
+}
+
+/// A grey camera with everything that can be locked.
+pub(crate) fn grey(node: u32) -> SimCamera {
+    let mut camera =
+        SimCamera::new(node, "A1", (*b"GREY", SIZE.0, SIZE.1), |n| picture(n).into_raw());
+    camera.controls.insert(FOCUS, SimControl::at(30));
+    camera.controls.insert(FOCUS_AUTOMATIC, SimControl::at(1));
+    camera.controls.insert(ZOOM, SimControl::at(100));
+    camera.controls.insert(EXPOSURE, SimControl::at(156));
+    camera.controls.insert(EXPOSURE_AUTOMATIC, SimControl::at(3));
+    camera
+}
+
+/// Pictures of a motion-JPEG camera: a pattern that moves, compressed as a camera does.
+pub(crate) fn jpeg_picture(number: u64, (width, height): (u32, u32)) -> GrayImage {
+    GrayImage::from_fn(width, height, |x, y| {
+        let (x, y) = (f64::from(x), f64::from(y));
+        let shift = (number % 17) as f64 * 1.3;
+        let square = ((x + shift) / 23.0).floor() + ((y + 0.3 * shift) / 19.0).floor();
+        let wave = 22.0 * ((x * 0.11 + shift).sin() + (y * 0.23).cos());
+        image::Luma([(if square as i64 % 2 == 0 { 70.0 } else { 170.0 } + wave) as u8])
+    })
+}
+
+pub(crate) fn jpeg(number: u64, size: (u32, u32)) -> Vec<u8> {
+    let picture = jpeg_picture(number, size);
+    // Grey as colour, as cameras send it: three components.
+    let rgb: Vec<u8> = picture.as_raw().iter().flat_map(|value| [*value; 3]).collect();
+    let mut bytes = Vec::new();
+    JpegEncoder::new_with_quality(&mut bytes, 80)
+        .encode(&rgb, size.0, size.1, ExtendedColorType::Rgb8)
+        .expect("encodes");
+    bytes
+}
+
+/// A motion-JPEG camera.
+pub(crate) fn motion_jpeg(node: u32) -> SimCamera {
+    SimCamera::new(node, "A1", (*b"MJPG", SIZE.0, SIZE.1), |n| jpeg(n, SIZE))
+}
+
+/// What a run gave.
+#[derive(Debug, Default)]
+pub(crate) struct Run {
+    pub(crate) events: Vec<CameraEvent>,
+    /// Number, time and content of every picture that was delivered.
+    pub(crate) frames: Vec<(FrameId, CaptureTime, GrayImage)>,
+    /// Pictures that were delivered while the session would take them.
+    pub(crate) takeable: usize,
+    /// Longest time that one call took, of the simulated clock.
+    pub(crate) longest: Duration,
+    pub(crate) counted: (u64, u64),
+}
+
+impl Run {
+    pub(crate) fn lost(&self) -> Vec<Fault> {
+        let fault = |event: &CameraEvent| match event {
+            CameraEvent::Lost { fault, .. } => Some(*fault),
+            _ => None,
+        };
+        self.events.iter().filter_map(fault).collect()
+    }
+
+    pub(crate) fn doubts(&self) -> Vec<Fault> {
+        let fault = |event: &CameraEvent| match event {
+            CameraEvent::Doubtful { fault, .. } => Some(*fault),
+            _ => None,
+        };
+        self.events.iter().filter_map(fault).collect()
+    }
+
+    pub(crate) fn returned(&self) -> bool {
+        self.events.iter().any(|event| matches!(event, CameraEvent::Returned { .. }))
+    }
+}
+
+/// Finds and opens the camera called `name`.
+pub(crate) fn open(kernel: &SimKernel, name: &str) -> Result<LiveCamera<SimKernel>, Fault> {
+    let found: Found = discover(&mut kernel.clone());
+    let camera = find(&found, name).map_err(|(fault, _)| fault)?;
+    LiveCamera::open(kernel.clone(), camera, &Wanted::default()).map_err(|err| match err {
+        CaptureError::Camera { fault, .. } => fault,
+        other => unreachable!("{other}"),
+    })
+}
+
+/// Runs a camera until `secs` of the simulated clock.
+pub(crate) fn run(source: &mut LiveCamera<SimKernel>, kernel: &SimKernel, secs: f64) -> Run {
+    const PATIENCE: Duration = Duration::from_millis(100);
+    let mut run = Run::default();
+    let size = ImageSize { width_px: SIZE.0, height_px: SIZE.1 };
+    let config = boresight::config::Config::load(None, &[]).expect("defaults");
+    let mut session = Session::new(config.session(size).expect("a board"));
+    let now = || kernel.world().now_nanos;
+    while now() < (secs * 1e9) as u64 {
+        let before = now();
+        match source.next_frame(PATIENCE).expect("a camera never breaks") {
+            Arrival::Frame(frame) => {
+                run.takeable += usize::from(session.camera().may_take());
+                run.frames.push((frame.id, frame.captured_at, frame.image.clone()));
+            }
+            Arrival::Event(event) => {
+                if let CameraEvent::Counted { dropped, rejected } = event {
+                    run.counted = (dropped, rejected);
+                }
+                session.handle(&Input::Camera(event.clone()));
+                run.events.push(event);
+            }
+            Arrival::NothingYet => {}
+            Arrival::End => unreachable!("a camera never ends"),
+        }
+        run.longest = run.longest.max(Duration::from_nanos(now() - before));
+    }
+    run
+}

@@ -1,0 +1,187 @@
+//! What a live camera says reaches the session as inputs: nothing is taken from a camera that is not as it
+//! should be, and the recording holds every word.
+
+use boresight::{
+    config::Config,
+    device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, PixelLayout},
+    frame::CaptureTime,
+    guidance::{Advice, Refusal},
+    recording::{Header, SessionFolder, replay},
+    session::{Input, Outcome, Session, Stream},
+    text,
+};
+use tempfile::TempDir;
+
+use crate::world::{SIZE, World, guided, setup};
+
+const MODE: Mode = Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) };
+
+const START: CaptureTime = CaptureTime { nanos: 0 };
+
+fn lost(fault: Fault) -> CameraEvent {
+    CameraEvent::Lost { fault, detail: "usb 1-2: disconnect".into() }
+}
+
+fn moved(control: Control, good_until: CaptureTime) -> CameraEvent {
+    CameraEvent::ControlChanged(ControlChange { control, from: 30, to: 45, good_until })
+}
+
+fn inputs() -> Vec<Input> {
+    let mut inputs = Vec::new();
+    guided(3, |input, _| inputs.push(input.clone()));
+    inputs
+}
+
+fn new_session() -> Session {
+    Session::new(setup(World::new(3).board))
+}
+
+/// Handles `inputs` after `events`; how many views are taken.
+fn views_after(events: &[CameraEvent], inputs: &[Input]) -> usize {
+    let mut session = new_session();
+    for event in events {
+        session.handle(&Input::Camera(event.clone()));
+    }
+    for input in inputs {
+        session.handle(input);
+    }
+    session.accepted().len()
+}
+
+#[test]
+fn nothing_is_taken_while_the_camera_is_not_as_it_should_be() {
+    let inputs = inputs();
+    let all = views_after(&[], &inputs);
+    let started = CameraEvent::Started { mode: MODE };
+    let doubtful = |fault| CameraEvent::Doubtful { fault, detail: String::new() };
+    let check = |events: &[CameraEvent], wanted| {
+        assert_eq!(views_after(events, &inputs), wanted, "{events:?}");
+    };
+    check(std::slice::from_ref(&started), all);
+    check(&[started.clone(), lost(Fault::Unplugged)], 0);
+    check(
+        &[
+            started.clone(),
+            lost(Fault::Unplugged),
+            CameraEvent::Returned { mode: MODE, good_from: START },
+        ],
+        all,
+    );
+    let later = CaptureTime { nanos: u64::MAX };
+    let returned = CameraEvent::Returned { mode: MODE, good_from: later };
+    check(&[started.clone(), lost(Fault::Unplugged), returned], 0);
+    check(&[started.clone(), moved(Control::Focus, START)], 0);
+    check(&[started.clone(), moved(Control::Zoom, START)], 0);
+    check(&[started.clone(), moved(Control::Exposure, START)], all);
+    let restored = CameraEvent::ControlRestored { control: Control::Focus, good_from: START };
+    check(&[started.clone(), moved(Control::Focus, START), restored], all);
+    check(&[started.clone(), doubtful(Fault::Frozen)], 0);
+    check(&[started.clone(), doubtful(Fault::Slow)], all);
+    let dispelled = CameraEvent::Dispelled { fault: Fault::Frozen };
+    check(&[started, doubtful(Fault::Frozen), dispelled], all);
+}
+
+#[test]
+fn a_loss_drops_the_hold_and_keeps_the_views() {
+    let mut session = new_session();
+    session.handle(&Input::Camera(CameraEvent::Started { mode: MODE }));
+    let (mut holds, mut taken) = (0, 0);
+    for input in inputs() {
+        let decision = session.handle(&input);
+        let before = session.accepted().len();
+        if session.frame_in_hand().is_some() && before > 0 {
+            let decision = session.handle(&Input::Camera(lost(Fault::Unplugged)));
+            assert_eq!(session.frame_in_hand(), None);
+            assert_eq!(decision.advice, Advice::Mend { refusal: Refusal::CameraNotReady });
+            assert_eq!(
+                session.handle(&input).outcome,
+                Outcome::Refused { refusal: Refusal::CameraNotReady }
+            );
+            session.handle(&Input::Camera(CameraEvent::Returned { mode: MODE, good_from: START }));
+            assert_eq!(session.accepted().len(), before, "no view is lost");
+            holds += 1;
+        }
+        taken += usize::from(matches!(decision.outcome, Outcome::Accepted { .. }));
+    }
+    assert!(holds > 3 && taken >= 1, "{holds} holds, {taken} views");
+    assert_eq!(session.camera().losses, holds);
+}
+
+#[test]
+fn views_that_may_have_another_lens_are_taken_back() {
+    let mut session = new_session();
+    let mut times = Vec::new();
+    for input in inputs() {
+        if session.accepted().len() == 3 {
+            break;
+        }
+        let decision = session.handle(&input);
+        if let (Outcome::Accepted { .. }, Input::Observed(seen)) = (decision.outcome, &input) {
+            times.push(seen.captured_at);
+        }
+    }
+    let before = session.accepted().to_vec();
+    // The lens was last seen in its place just after the second view.
+    let decision = session.handle(&Input::Camera(moved(Control::Zoom, times[1])));
+    assert_eq!(decision.outcome, Outcome::Removed { view: before[2].id });
+    let left: Vec<_> = session.accepted().iter().map(|taken| taken.id).collect();
+    assert_eq!(left, [before[0].id, before[1].id]);
+    let said = text::camera::obstacle(session.camera()).expect("an obstacle");
+    assert_eq!(said.0, "Zoom moved from 30 to 45: nothing is taken until it is back");
+}
+
+#[test]
+fn what_the_camera_says_is_recorded_and_replayed_alike() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let config = Config::load(None, &[]).expect("defaults");
+    let mut folder =
+        SessionFolder::create(&path, &Header::new("test", SIZE, config)).expect("created");
+    let mut locks = Locks::default();
+    locks.note(Control::Focus, Lock::Locked { value: 30 });
+    locks.note(Control::Zoom, Lock::Absent);
+    locks.note(Control::Exposure, Lock::Ignored { set: 100, read: 250 });
+    locks.note(Control::Gain, Lock::Free);
+    let no_rate = Mode { interval_secs: None, layout: PixelLayout::Grey, ..MODE };
+    let mut events = vec![CameraEvent::Started { mode: MODE }, CameraEvent::Locked { locks }];
+    for fault in Fault::ALL {
+        events.push(lost(fault));
+        events.push(CameraEvent::Returned { mode: no_rate, good_from: START });
+        events.push(CameraEvent::Doubtful { fault, detail: String::new() });
+        events.push(CameraEvent::Dispelled { fault });
+    }
+    for control in Control::ALL {
+        events.push(moved(control, CaptureTime { nanos: u64::MAX }));
+        events.push(CameraEvent::ControlRestored { control, good_from: START });
+    }
+    events.push(CameraEvent::Counted { dropped: 7, rejected: 2 });
+    let mut session = new_session();
+    let mut live = Vec::new();
+    // Between any two events the person goes on.
+    let mut frames = inputs().into_iter();
+    for event in &events {
+        for input in std::iter::once(Input::Camera(event.clone())).chain(frames.by_ref().take(6)) {
+            let decision = session.handle(&input);
+            folder.journal_mut().append(&input, &decision, None, false).expect("appended");
+            live.push(input);
+        }
+    }
+    let lines = SessionFolder::journal(&path).expect("whole").lines;
+    let read: Vec<Input> = lines.iter().map(|line| Input::from(line.input.clone())).collect();
+    assert!(read == live, "the journal holds what happened");
+    let mut again = new_session();
+    assert_eq!(replay(&mut again, lines, |_, _| ()), []);
+    assert_eq!(again.camera(), session.camera());
+    assert_eq!((session.camera().dropped, session.camera().rejected), (7, 2));
+    assert_eq!(session.camera().stream, Stream::Live);
+}
+
+#[test]
+fn a_new_run_knows_nothing_of_the_old_camera() {
+    let mut session = new_session();
+    session.handle(&Input::Camera(lost(Fault::Stalled)));
+    assert!(!session.camera().may_take());
+    session.handle(&Input::Resumed);
+    assert_eq!(session.camera().stream, Stream::NotLive);
+    assert!(session.camera().may_take());
+}

@@ -1,0 +1,376 @@
+//! The detector against rendered pictures whose truth is known.
+
+use std::{cell::Cell, convert::Infallible};
+
+use boresight::{
+    board::Checkerboard,
+    detection::{Detection, Detector, DetectorParams, Miss, Search, Side, Track, detect},
+    frame::{CaptureTime, FrameKind},
+    geometry::Camera,
+    pipeline::detect_many,
+    simulation::{Scene, render_view},
+};
+use image::{GrayImage, imageops};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A view tipped by `tilt_deg` towards `slot_deg`, and turned in the picture by `turn_deg`.
+fn pose(tilt_deg: f64, slot_deg: f64, turn_deg: f64, at_m: [f64; 3]) -> Isometry3<f64> {
+    let (sin, cos) = slot_deg.to_radians().sin_cos();
+    let tilt =
+        UnitQuaternion::from_scaled_axis(Vector3::new(sin, -cos, 0.0) * tilt_deg.to_radians());
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * turn_deg.to_radians());
+    Isometry3::from_parts(Vector3::from(at_m).into(), tilt * turn)
+}
+
+fn truth_px(scene: &Scene, pose: &Isometry3<f64>) -> Vec<Point2<f64>> {
+    let project = |m: &Point2<f64>| scene.camera.px_from_board(pose, m);
+    scene.board.corners_in_board_m().iter().map(|m| project(m).expect("in front")).collect()
+}
+
+fn look(picture: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
+    detect(picture, board, DetectorParams::default())
+}
+
+/// Errors of a detection, and the same over the stated standard deviations, per coordinate.
+fn errors(scene: &Scene, pose: &Isometry3<f64>, found: &Detection) -> Vec<(f64, f64)> {
+    let truth = truth_px(scene, pose);
+    assert_eq!(found.corners.len(), truth.len());
+    found
+        .corners
+        .iter()
+        .zip(truth)
+        .flat_map(|(corner, truth)| {
+            let off = corner.px - truth;
+            let c = &corner.covariance_px2;
+            [(off.x, off.x / c[(0, 0)].sqrt()), (off.y, off.y / c[(1, 1)].sqrt())]
+        })
+        .collect()
+}
+
+#[test]
+fn boards_are_found_whole_and_to_a_fiftieth_of_a_pixel() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let (mut found, mut tried) = (0, 0);
+    let (mut squares, mut normalised, mut count) = (0.0, 0.0, 0.0);
+    for seed in 1..=40 {
+        let scene = Scene::random(seed);
+        let tilt_deg = rng.random_range(0.0..60.0);
+        let depth_m = rng.random_range(0.28..0.9) * scene.camera.f_px.x / 1000.0;
+        let at_m = [rng.random_range(-0.03..0.03), rng.random_range(-0.02..0.02), depth_m];
+        let turn_deg = rng.random_range(0.0..360.0);
+        let pose = pose(tilt_deg, rng.random_range(0.0..360.0), turn_deg, at_m);
+        let inside = truth_px(&scene, &pose)
+            .iter()
+            .all(|px| (25.0..1255.0).contains(&px.x) && (25.0..695.0).contains(&px.y));
+        if !inside {
+            continue;
+        }
+        tried += 1;
+        let Ok(detection) = look(&render_view(&scene, &pose), &scene.board) else { continue };
+        found += 1;
+        for (off_px, sigmas) in errors(&scene, &pose, &detection) {
+            // Not one corner is wrong.
+            assert!(off_px.abs() < 0.5, "seed {seed}: a corner is off by {off_px} px");
+            squares += off_px * off_px;
+            normalised += sigmas * sigmas;
+            count += 1.0;
+        }
+    }
+    let (rms_px, ratio) = (f64::sqrt(squares / count), f64::sqrt(normalised / count));
+    println!("{found} of {tried} found, rms {rms_px:.4} px, {ratio:.2} times the stated sd");
+    assert!(tried >= 15 && found * 100 >= 95 * tried, "{found} of {tried}");
+    assert!(rms_px < 0.02, "rms {rms_px} px");
+    assert!((0.5..2.0).contains(&ratio), "errors are {ratio} times the stated sd");
+}
+
+#[test]
+fn every_turn_in_the_picture_numbers_the_corners_alike() {
+    // 9x6 tells up from down: corner 0 stays corner 0 through a whole turn.
+    let scene = Scene::default_720p(3);
+    for turn_deg in (0..360).step_by(15) {
+        let pose = pose(25.0, 40.0, f64::from(turn_deg), [0.0, 0.0, 0.44]);
+        let detection = look(&render_view(&scene, &pose), &scene.board)
+            .unwrap_or_else(|miss| panic!("{turn_deg}°: {miss:?}"));
+        for (off_px, _) in errors(&scene, &pose, &detection) {
+            assert!(off_px.abs() < 0.2, "{turn_deg}°: off by {off_px} px");
+        }
+    }
+}
+
+#[test]
+fn a_quarter_turn_of_the_picture_turns_the_corners() {
+    let scene = Scene::default_720p(4);
+    let picture = render_view(&scene, &pose(30.0, 70.0, 10.0, [0.0, 0.0, 0.36]));
+    let upright = look(&picture, &scene.board).expect("found");
+    let turned = look(&imageops::rotate90(&picture), &scene.board).expect("found");
+    let height = f64::from(picture.height());
+    for (before, after) in upright.corners.iter().zip(&turned.corners) {
+        let expected = Point2::new(height - 1.0 - before.px.y, before.px.x);
+        assert!((after.px - expected).norm() < 0.01, "{} for {expected}", after.px);
+    }
+}
+
+#[test]
+fn a_mirrored_board_is_never_taken_for_the_board() {
+    // In a mirror the colours of 9x6 fit no numbering that keeps its handedness.
+    let scene = Scene::default_720p(5);
+    let picture = render_view(&scene, &pose(30.0, 110.0, 5.0, [0.0, 0.0, 0.36]));
+    let upright = look(&picture, &scene.board).expect("found");
+    let handed = |detection: &Detection| {
+        let at = |i: usize| detection.corners[i].px;
+        (at(8) - at(0)).perp(&(at(45) - at(0)))
+    };
+    if let Ok(mirrored) = look(&imageops::flip_horizontal(&picture), &scene.board) {
+        assert!(handed(&mirrored) * handed(&upright) > 0.0, "numbered as its mirror image");
+    }
+}
+
+#[test]
+fn a_board_that_is_cut_off_is_a_miss_with_its_side() {
+    // The cluttered room has chequered things of its own, which could come closer to the board.
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(6) };
+    for (at_m, side) in [
+        ([-0.16, 0.0, 0.36], Side::Left),
+        ([0.16, 0.0, 0.36], Side::Right),
+        ([0.0, -0.1, 0.36], Side::Top),
+        ([0.0, 0.1, 0.36], Side::Bottom),
+    ] {
+        let seen = look(&render_view(&scene, &pose(15.0, 20.0, 0.0, at_m)), &scene.board);
+        match seen {
+            Err(Miss::PartialBoard { found, wanted: 54, cut_off_by }) => {
+                assert!(found < 54);
+                assert_eq!(cut_off_by, Some(side), "{found} corners");
+            }
+            other => panic!("{side:?}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn another_board_is_named() {
+    let scene = Scene::default_720p(7);
+    let picture = render_view(&scene, &pose(20.0, 200.0, 0.0, [0.0, 0.0, 0.4]));
+    for (columns, rows) in [(8, 6), (9, 5), (7, 7), (10, 6)] {
+        let other = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        match look(&picture, &other) {
+            Err(Miss::OtherBoard { columns, rows }) => {
+                assert_eq!((columns.max(rows), columns.min(rows)), (9, 6));
+            }
+            Err(Miss::PartialBoard { .. }) if columns == 10 => {}
+            seen => panic!("{columns}x{rows}: {seen:?}"),
+        }
+    }
+}
+
+#[test]
+fn pictures_without_a_board_have_none() {
+    let away = Isometry3::translation(9.0, 0.0, 0.4);
+    for seed in 1..=30 {
+        let scene = Scene { clutter: 1.0, ..Scene::random(seed) };
+        let seen = look(&render_view(&scene, &away), &scene.board);
+        assert!(seen.is_err(), "seed {seed}");
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let noise = GrayImage::from_fn(640, 480, |_, _| image::Luma([rng.random()]));
+    let blinds =
+        GrayImage::from_fn(640, 480, |_, y| image::Luma([if y / 12 % 2 == 0 { 40 } else { 200 }]));
+    let bricks = GrayImage::from_fn(640, 480, |x, y| {
+        let row = y / 24;
+        let joint = y % 24 < 3 || (x + 24 * (row % 2)) % 48 < 3;
+        image::Luma([if joint { 210 } else { 120 }])
+    });
+    let squares = GrayImage::from_fn(1000, 1000, |x, y| {
+        image::Luma([if (x / 10 + y / 10) % 2 == 0 { 30 } else { 220 }])
+    });
+    for (name, picture) in
+        [("noise", noise), ("blinds", blinds), ("bricks", bricks), ("squares", squares)]
+    {
+        assert!(look(&picture, &board).is_err(), "{name}");
+    }
+    for (width, height) in [(1, 1), (1, 500), (500, 1), (7, 9), (40, 30)] {
+        assert!(look(&GrayImage::new(width, height), &board).is_err());
+    }
+}
+
+#[test]
+fn fewer_pixels_are_enough_down_to_vga() {
+    let mut scene = Scene::default_720p(8);
+    scene.image_size = boresight::frame::ImageSize { width_px: 640, height_px: 480 };
+    scene.camera = Camera::pinhole(560.0, Point2::new(322.0, 236.0));
+    let pose = pose(40.0, 300.0, 0.0, [0.0, 0.0, 0.42]);
+    let detection = look(&render_view(&scene, &pose), &scene.board).expect("found");
+    for (off_px, _) in errors(&scene, &pose, &detection) {
+        assert!(off_px.abs() < 0.2);
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let scene = Scene::default_720p(9);
+    let pictures: Vec<GrayImage> = (0..6)
+        .map(|i| render_view(&scene, &pose(35.0, 60.0 * f64::from(i), 0.0, [0.0, 0.0, 0.36])))
+        .collect();
+    let with = |threads: usize| {
+        let load = |i: usize| Ok::<_, Infallible>(pictures[i].clone());
+        let found = detect_many(pictures.len(), threads, &scene.board, load, |_| None, |_| ());
+        let found = found.expect("no thread failed");
+        found.into_iter().map(|seen| seen.expect("loaded")).collect::<Vec<_>>()
+    };
+    let one = with(1);
+    assert!(one.iter().all(Result::is_ok));
+    for threads in [2, 8] {
+        assert_eq!(with(threads), one);
+    }
+}
+
+/// Views of a board that is carried around, 1/30 s apart, and when they are taken.
+fn carried(scene: &Scene, count: usize) -> Vec<(CaptureTime, GrayImage)> {
+    (0..count)
+        .map(|i| {
+            // Up to 30 px from picture to picture, turning and tilting on the way.
+            let t = i as f64 / 30.0;
+            let at_m = [0.05 * (3.1 * t).sin(), 0.04 * (2.3 * t).cos(), 0.45 + 0.05 * t.sin()];
+            let pose = pose(25.0 + 15.0 * (1.7 * t).sin(), 40.0 + 50.0 * t, 60.0 * t.sin(), at_m);
+            (CaptureTime { nanos: i as u64 * 33_333_333 }, render_view(scene, &pose))
+        })
+        .collect()
+}
+
+#[test]
+fn a_followed_board_is_the_board_that_is_found_anywhere() {
+    let scene = Scene::default_720p(10);
+    let mut detector = Detector::new(DetectorParams::default());
+    let mut track = Track::default();
+    let (mut followed, mut predicted) = (0, 0);
+    let pictures = carried(&scene, 60);
+    for (at, picture) in &pictures {
+        let anywhere = detector.detect(picture, &scene.board).expect("the whole board is there");
+        let near = track.predict(FrameKind::Video, *at);
+        if let Some(near) = &near {
+            predicted += 1;
+            // One question a row of corners is enough to follow the board, and not to search for it.
+            let left = Cell::new(scene.board.rows());
+            let keep_on = || left.replace(left.get().saturating_sub(1)) > 0;
+            let search = Search { near: Some(near), keep_on: &keep_on };
+            if let Ok(seen) = detector.search(picture, &scene.board, search) {
+                followed += 1;
+                for (one, other) in seen.corners.iter().zip(&anywhere.corners) {
+                    assert!((one.px - other.px).norm() < 0.01, "{} or {}", one.px, other.px);
+                }
+            }
+        }
+        let search = Search { near: near.as_ref(), ..Search::FULL };
+        let seen = detector.search(picture, &scene.board, search);
+        track.add(FrameKind::Video, *at, &seen);
+    }
+    println!("{followed} of {predicted} followed");
+    assert!(predicted >= 50, "{predicted} predictions");
+    assert!(followed * 100 >= 95 * predicted, "{followed} of {predicted}");
+}
+
+#[test]
+fn a_wrong_prediction_costs_nothing_but_time() {
+    let scene = Scene::default_720p(11);
+    let pictures = carried(&scene, 2);
+    let mut detector = Detector::new(DetectorParams::default());
+    let mut track = Track::default();
+    let first = detector.detect(&pictures[0].1, &scene.board);
+    track.add(FrameKind::Video, pictures[0].0, &first);
+    let near = track.predict(FrameKind::Video, pictures[1].0).expect("a prediction");
+    // Turned upside down, the board is elsewhere.
+    let turned = imageops::rotate180(&pictures[1].1);
+    let anywhere = detector.detect(&turned, &scene.board);
+    let search = Search { near: Some(&near), ..Search::FULL };
+    assert!(anywhere.is_ok());
+    assert_eq!(detector.search(&turned, &scene.board, search), anywhere);
+    // Photographs, long gaps and misses predict nothing.
+    assert!(track.predict(FrameKind::Photograph, pictures[1].0).is_none());
+    assert!(track.predict(FrameKind::Video, CaptureTime { nanos: 900_000_000 }).is_none());
+    track.add(FrameKind::Video, pictures[1].0, &Err(Miss::NoBoard));
+    assert!(track.predict(FrameKind::Video, CaptureTime { nanos: 66_000_000 }).is_none());
+}
+
+#[test]
+fn earlier_pictures_change_nothing() {
+    let scene = Scene::default_720p(12);
+    let mut detector = Detector::new(DetectorParams::default());
+    for (_, picture) in carried(&scene, 4) {
+        let small = imageops::thumbnail(&picture, 500, 300);
+        assert_eq!(detector.detect(&picture, &scene.board), look(&picture, &scene.board));
+        assert_eq!(detector.detect(&small, &scene.board), look(&small, &scene.board));
+    }
+}
+
+#[test]
+fn a_covered_corner_is_never_guessed() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(13) };
+    let pose = pose(20.0, 70.0, 8.0, [0.0, 0.0, 0.36]);
+    let picture = render_view(&scene, &pose);
+    assert!(look(&picture, &scene.board).is_ok());
+    let corners = truth_px(&scene, &pose);
+    let side_px = (corners[1] - corners[0]).norm();
+    for (index, level) in (0..corners.len()).zip([20_u8, 90, 140, 230].into_iter().cycle()) {
+        let mut covered = picture.clone();
+        for (x, y, pixel) in covered.enumerate_pixels_mut() {
+            let off = Point2::new(f64::from(x), f64::from(y)) - corners[index];
+            if off.norm() < 0.5 * side_px {
+                pixel.0 = [level];
+            }
+        }
+        let seen = look(&covered, &scene.board);
+        assert!(seen.is_err(), "corner {index} is under a disc of brightness {level}");
+    }
+}
+
+#[test]
+fn a_reflection_on_the_board_is_named() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(14) };
+    let pose = pose(20.0, 70.0, 0.0, [0.0, 0.0, 0.36]);
+    let corners = truth_px(&scene, &pose);
+    let middle = Point2::from((corners[22].coords + corners[31].coords) / 2.0);
+    let side_px = (corners[1] - corners[0]).norm();
+    let mut dazzled = render_view(&scene, &pose);
+    for (x, y, pixel) in dazzled.enumerate_pixels_mut() {
+        let off = (Point2::new(f64::from(x), f64::from(y)) - middle).norm() / (1.6 * side_px);
+        let glow = 600.0 * (-0.5 * off.powi(4)).exp();
+        pixel.0 = [(f64::from(pixel.0[0]) + glow).min(255.0) as u8];
+    }
+    match look(&dazzled, &scene.board) {
+        Err(Miss::Glare { found, wanted: 54 }) => assert!((12..54).contains(&found), "{found}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_search_that_may_not_go_on_ends() {
+    let scene = Scene::default_720p(15);
+    let picture = render_view(&scene, &pose(20.0, 70.0, 0.0, [0.0, 0.0, 0.36]));
+    let mut detector = Detector::new(DetectorParams::default());
+    let search = Search { near: None, keep_on: &|| false };
+    assert_eq!(detector.search(&picture, &scene.board, search), Err(Miss::OutOfTime));
+    assert!(detector.detect(&picture, &scene.board).is_ok());
+}
+
+#[test]
+fn motion_while_the_shutter_is_open_is_measured() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(16) };
+    let still = render_view(&scene, &pose(15.0, 0.0, 0.0, [0.0, 0.0, 0.36]));
+    let motion_px =
+        |picture: &GrayImage| look(picture, &scene.board).expect("found").quality.motion_px;
+    assert!(motion_px(&still) < 1.0, "{}", motion_px(&still));
+    // Moved along the rows of squares by so many pixels.
+    for moved in [3, 5, 7] {
+        let smeared = GrayImage::from_fn(still.width(), still.height(), |x, y| {
+            let sum: u32 = (0..moved)
+                .map(|k| u32::from(still.get_pixel((x + k).min(still.width() - 1), y).0[0]))
+                .sum();
+            image::Luma([((sum + moved / 2) / moved) as u8])
+        });
+        let seen_px = motion_px(&smeared);
+        let moved_px = f64::from(moved);
+        assert!((seen_px - moved_px).abs() < 0.25 * moved_px, "{seen_px} px for {moved_px} px");
+    }
+}

@@ -1,0 +1,276 @@
+//! What breaks the rules.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{
+    circles::Uses,
+    resolve::{Resolved, Target},
+    rules::Rules,
+    scan::{self, Named, Word},
+    source::Crate,
+};
+
+/// The crate, read and resolved, ready to be judged.
+pub(crate) struct House {
+    files: Vec<File>,
+    modules: Vec<Place>,
+    problems: Vec<String>,
+}
+
+struct File {
+    path: String,
+    room: String,
+    module: usize,
+    named: Vec<(Named, Resolved)>,
+    words: Vec<Word>,
+}
+
+/// Where a module is.
+struct Place {
+    module: Vec<String>,
+    room: String,
+    file: String,
+}
+
+impl House {
+    pub(crate) fn new(of: &Crate) -> Self {
+        let files = of.sources.iter().map(|source| File {
+            path: source.path.clone(),
+            room: source.room.clone(),
+            module: source.module,
+            named: scan::paths(source)
+                .into_iter()
+                .map(|named| {
+                    let path = named.path.strip_suffix(&["*".to_owned()]).unwrap_or(&named.path);
+                    let resolved = of.resolve(named.module, path);
+                    (named, resolved)
+                })
+                .collect(),
+            words: scan::words(source),
+        });
+        let modules = of.modules.iter().map(|module| Place {
+            module: module.path.clone(),
+            room: of.sources[module.source].room.clone(),
+            file: of.sources[module.source].path.clone(),
+        });
+        Self { files: files.collect(), modules: modules.collect(), problems: of.problems.clone() }
+    }
+
+    /// Names that this checker cannot follow: what it does not see it cannot judge.
+    pub(crate) fn unknown_names(&self) -> Vec<String> {
+        let mut problems = self.problems.clone();
+        for File { path: file, named, .. } in &self.files {
+            for (named, resolved) in named {
+                if let Some(missing) = &resolved.missing {
+                    let path = named.path.join("::");
+                    problems.push(format!("src/{file}: `{path}`: no `{missing}` found"));
+                }
+            }
+        }
+        problems
+    }
+
+    /// Rooms that use rooms they may not.
+    pub(crate) fn wrong_rooms(&self, rules: &Rules) -> Vec<String> {
+        let may_use: BTreeMap<_, _> = rules.may_use.iter().copied().collect();
+        let mut problems = Vec::new();
+        for File { path, room, named, .. } in &self.files {
+            let Some(allowed) = may_use.get(room.as_str()) else {
+                problems.push(format!("src/{path}: the room `{room}` is not on the map"));
+                continue;
+            };
+            for (used, names) in self.rooms_of(named) {
+                if used != *room && !allowed.split_whitespace().any(|room| room == used) {
+                    let names = listed(&names);
+                    problems.push(format!("src/{path}: `{room}` may not use `{used}`: {names}"));
+                }
+            }
+        }
+        problems
+    }
+
+    /// Panels of the window that know more than plain data and words.
+    pub(crate) fn wrong_panels(&self, rules: &Rules) -> Vec<String> {
+        let mut problems = Vec::new();
+        let mut unseen: BTreeSet<&str> = rules.panels.iter().copied().collect();
+        for File { path, named, .. } in &self.files {
+            let Some(panel) = rules.panels.iter().find(|panel| is_within(path, panel)) else {
+                continue;
+            };
+            unseen.remove(panel);
+            let mut wrong: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+            for (named, resolved) in named {
+                for target in &resolved.targets {
+                    let (Target::Item { module, .. } | Target::Module(module)) = target else {
+                        continue;
+                    };
+                    let file = self.modules[*module].file.as_str();
+                    if !rules.panels_may_use.iter().any(|place| is_within(file, place)) {
+                        wrong.entry(file).or_default().insert(named.path.join("::"));
+                    }
+                }
+            }
+            for (file, names) in wrong {
+                let names = listed(&names);
+                problems.push(format!(
+                    "src/{path}: a panel sees plain data and words, not `{file}`: {names}"
+                ));
+            }
+        }
+        problems.extend(unseen.iter().map(|panel| format!("src/{panel}: no such panel")));
+        problems
+    }
+
+    /// Files, threads, clocks, chance and printing where none may be.
+    pub(crate) fn wrong_reaches(&self, rules: &Rules) -> Vec<String> {
+        let mut problems = Vec::new();
+        for File { path, room, named, words, .. } in &self.files {
+            for (reach, places) in rules.only_in {
+                if places.iter().any(|place| is_within(path, place)) {
+                    continue;
+                }
+                let by_path = named.iter().any(|(_, resolved)| {
+                    resolved.targets.iter().any(
+                        |target| matches!(target, Target::External(path) if reach.is_path(path)),
+                    )
+                });
+                if by_path || words.iter().any(|word| reach.is_word(word)) {
+                    problems.push(format!("src/{path}: no {} in `{room}`", reach.words()));
+                }
+            }
+        }
+        problems
+    }
+
+    /// Items that one file alone may use, and others do.
+    pub(crate) fn wrong_users(&self, rules: &Rules) -> Vec<String> {
+        let mut problems = BTreeSet::new();
+        for (item, users) in rules.only_by {
+            let mut used_rightly = false;
+            for File { path, module: file_module, named, .. } in &self.files {
+                for (_, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
+                    let is_it = resolved.targets.iter().any(|target| match target {
+                        Target::Item { module, name } => {
+                            file_module != module
+                                && format!("{}::{name}", self.modules[*module].module.join("::"))
+                                    == *item
+                        }
+                        _ => false,
+                    });
+                    let right = users.contains(&path.as_str());
+                    used_rightly |= is_it && right;
+                    if is_it && !right {
+                        let users = users.join(", ");
+                        problems.insert(format!("src/{path}: only {users} may use `{item}`"));
+                    }
+                }
+            }
+            if !used_rightly {
+                problems.insert(format!("`{item}` is not used by {}", users.join(", ")));
+            }
+        }
+        problems.into_iter().collect()
+    }
+
+    /// Unsafe code, or leave for it, outside its one file.
+    pub(crate) fn wrong_unsafe(&self, rules: &Rules) -> Vec<String> {
+        let mut problems = BTreeSet::new();
+        let mut seen = false;
+        for File { path, words, .. } in &self.files {
+            for word in words {
+                let is_unsafe =
+                    matches!(word, Word::Name(name) if name == "unsafe" || name == "unsafe_code");
+                if is_unsafe && *path == rules.unsafe_in {
+                    seen = true;
+                } else if is_unsafe {
+                    let only = rules.unsafe_in;
+                    problems.insert(format!("src/{path}: unsafe code outside src/{only}"));
+                }
+            }
+        }
+        if !seen {
+            problems.insert(format!("src/{}: no unsafe code", rules.unsafe_in));
+        }
+        problems.into_iter().collect()
+    }
+
+    /// Circles between rooms.
+    pub(crate) fn circles_of_rooms(&self) -> Vec<String> {
+        let mut uses = Uses::default();
+        for File { path, room, named, .. } in &self.files {
+            for (used, names) in self.rooms_of(named) {
+                uses.add(room, &used, &format!("src/{path}: {}", listed(&names)));
+            }
+        }
+        uses.circles()
+    }
+
+    /// Circles between the files of a room: who names what another defines.
+    pub(crate) fn circles_of_files(&self) -> Vec<String> {
+        let mut uses = Uses::default();
+        for File { path, room, named, .. } in &self.files {
+            for (_, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
+                for target in &resolved.targets {
+                    if let Target::Item { module, name } = target {
+                        let used = &self.modules[*module];
+                        if used.room == *room {
+                            uses.add(path, &used.file, name);
+                        }
+                    }
+                }
+            }
+        }
+        uses.circles()
+    }
+
+    /// Rows of the map that stand in no order, twice, or for rooms that are not there.
+    pub(crate) fn wrong_map(&self, rules: &Rules) -> Vec<String> {
+        let rooms: BTreeSet<&str> = self.files.iter().map(|file| file.room.as_str()).collect();
+        let mut above = BTreeSet::new();
+        let mut problems = Vec::new();
+        for (room, uses) in rules.may_use {
+            for used in uses.split_whitespace().filter(|used| !above.contains(used)) {
+                problems
+                    .push(format!("map: `{used}` does not stand above `{room}`, which uses it"));
+            }
+            if !above.insert(*room) {
+                problems.push(format!("map: `{room}` stands there twice"));
+            }
+            if !rooms.contains(room) {
+                problems.push(format!("map: there is no room `{room}`"));
+            }
+        }
+        problems
+    }
+
+    /// Rooms that paths lead to or through, and the paths.
+    fn rooms_of(&self, named: &[(Named, Resolved)]) -> BTreeMap<String, BTreeSet<String>> {
+        let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for (named, resolved) in named {
+            let passed = resolved.passed.iter().copied();
+            let defined = resolved.targets.iter().filter_map(|target| match target {
+                Target::Item { module, .. } | Target::Module(module) => Some(*module),
+                Target::External(_) => None,
+            });
+            for module in passed.chain(defined) {
+                let Place { module: path, room, .. } = &self.modules[module];
+                // Every path may begin at the root.
+                if path.is_empty() && room == "lib" {
+                    continue;
+                }
+                found.entry(room.clone()).or_default().insert(named.path.join("::"));
+            }
+        }
+        found
+    }
+}
+
+fn listed(names: &BTreeSet<String>) -> String {
+    names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
+}
+
+/// Whether a file is `place`, or lies in the room or folder of that name.
+fn is_within(path: &str, place: &str) -> bool {
+    let stem = path.strip_suffix(".rs").unwrap_or(path);
+    stem == place || path == place || path.strip_prefix(place).is_some_and(|r| r.starts_with('/'))
+}

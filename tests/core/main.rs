@@ -1,0 +1,30 @@
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod reference;
+mod trust;
+#[path = "../common/world.rs"]
+mod world;
+
+mod bad_calibrations;
+mod calibration_anywhere;
+mod calibration_monte_carlo;
+mod calibration_reference;
+mod camera_events;
+mod detection;
+mod detector_baseline;
+mod drift;
+mod geometry_monte_carlo;
+mod geometry_properties;
+mod geometry_reference;
+mod guided_session;
+mod imports;
+mod layering;
+mod recording;
+mod recordings;
+mod simulation;
+mod steady_state;
+
+mod study;
+mod target;
+mod varying_focal;
+mod verdict_monte_carlo;

@@ -1,0 +1,294 @@
+//! What is recorded comes back bit for bit, whatever happened to the program or to the file.
+
+use std::{fs, path::Path};
+
+use boresight::{
+    config::Config,
+    detection::{Detection, Miss, Quality, Side},
+    device::{CameraInfo, Control, ControlBefore, Mode, PixelLayout},
+    frame::{CaptureTime, Frame, FrameId, FrameKind},
+    geometry::Corner,
+    recording::{Header, Journal, RecordingError, SessionFolder, replay, stored_frame},
+    session::{Command, Input, Observation, Session},
+};
+use image::GrayImage;
+use nalgebra::{Matrix2, Point2};
+use proptest::{prelude::*, test_runner::RngSeed};
+use tempfile::TempDir;
+
+use crate::world::{SIZE, guided, setup};
+
+fn header() -> Header {
+    Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"))
+}
+
+/// Records a guided session and returns it as it was at the end.
+fn recorded(path: &Path) -> Session {
+    let mut folder = SessionFolder::create(path, &header()).expect("created");
+    let (_, session, _) = guided(3, |input, decision| {
+        folder.journal_mut().append(input, decision, None, false).expect("appended");
+    });
+    session
+}
+
+fn journal(path: &Path) -> std::path::PathBuf {
+    path.join("journal.jsonl")
+}
+
+#[test]
+fn a_recording_replays_to_the_same_session() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let live = recorded(&path);
+    let contents = SessionFolder::journal(&path).expect("whole");
+    assert!(!contents.cut && contents.lines.len() > 50, "{} lines", contents.lines.len());
+    let mut session = Session::new(setup(live.setup().board));
+    let differences = replay(&mut session, contents.lines, |_, _| ());
+    assert_eq!(differences, []);
+    assert_eq!(session.accepted(), live.accepted());
+    let camera = |session: &Session| session.calibration().expect("calibrated").camera;
+    assert_eq!(camera(&session), camera(&live));
+}
+
+#[test]
+fn another_setting_gives_other_decisions_and_says_where() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let live = recorded(&path);
+    let mut setup = setup(live.setup().board);
+    setup.guidance.min_fill = 0.65;
+    let lines = SessionFolder::journal(&path).expect("whole").lines;
+    let differences = replay(&mut Session::new(setup), lines, |_, _| ());
+    assert!(!differences.is_empty());
+    assert!(differences.windows(2).all(|pair| pair[0].line < pair[1].line));
+}
+
+#[test]
+fn a_line_cut_at_any_byte_is_dropped_and_the_session_goes_on() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    recorded(&path);
+    let bytes = fs::read(journal(&path)).expect("readable");
+    let whole = SessionFolder::journal(&path).expect("whole").lines.len();
+    let last = bytes[..bytes.len() - 1].iter().rposition(|b| *b == b'\n').expect("lines") + 1;
+    for cut_at in (last..bytes.len()).step_by(97).chain([last + 1, bytes.len() - 1]) {
+        fs::write(journal(&path), &bytes[..cut_at]).expect("written");
+        let (mut folder, _, contents) = SessionFolder::open(&path).expect("opens");
+        assert_eq!(contents.lines.len(), whole - 1, "cut at {cut_at}");
+        assert_eq!(contents.cut, cut_at > last);
+        let mut session = Session::new(setup(world::World::new(3).board));
+        replay(&mut session, contents.lines, |_, _| ());
+        let decision = session.handle(&Input::Resumed);
+        folder.journal_mut().append(&Input::Resumed, &decision, None, true).expect("appended");
+        drop(folder);
+        assert_eq!(SessionFolder::journal(&path).expect("whole").lines.len(), whole);
+    }
+}
+
+#[test]
+fn a_damaged_line_is_named_and_what_stands_before_it_is_saved() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    recorded(&path);
+    let bytes = fs::read(journal(&path)).expect("readable");
+    let starts: Vec<usize> = std::iter::once(0)
+        .chain(bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(at, _)| at + 1))
+        .collect();
+    for (line, offset) in [(1, 30), (20, 5), (20, 200), (41, 60)] {
+        let mut damaged = bytes.clone();
+        damaged[starts[line - 1] + offset] ^= 0x04;
+        fs::write(journal(&path), &damaged).expect("written");
+        match SessionFolder::open(&path) {
+            Err(RecordingError::Damaged { damage, .. }) => assert_eq!(damage.line, line),
+            other => assert!(other.is_err(), "line {line}: opened"),
+        }
+        let before = Journal::read_until_damage(&journal(&path)).expect("readable");
+        assert_eq!(before.lines.len(), line - 1);
+        assert_eq!(fs::read(journal(&path)).expect("readable"), damaged, "nothing is changed");
+    }
+    // A line that is missing altogether breaks the count of the next.
+    let mut missing = bytes[..starts[9]].to_vec();
+    missing.extend(&bytes[starts[10]..]);
+    fs::write(journal(&path), missing).expect("written");
+    let opened = SessionFolder::journal(&path);
+    assert!(matches!(opened, Err(RecordingError::Damaged { damage, .. }) if damage.line == 10));
+}
+
+#[test]
+fn a_session_is_open_once_and_never_made_twice() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let folder = SessionFolder::create(&path, &header()).expect("created");
+    assert!(matches!(SessionFolder::open(&path), Err(RecordingError::Locked { .. })));
+    drop(folder);
+    let before = fs::read(path.join("session.toml")).expect("readable");
+    let again = SessionFolder::create(&path, &header());
+    assert!(matches!(again, Err(RecordingError::NotNew { .. })));
+    assert_eq!(fs::read(path.join("session.toml")).expect("readable"), before);
+    assert!(SessionFolder::open(&path).is_ok());
+}
+
+#[test]
+fn a_session_names_its_camera() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let control =
+        |control, value, automatic| ControlBefore { control, value: Some(value), automatic };
+    let facts = CameraInfo {
+        name: "evil \u{1b}[2J \"name\"".into(),
+        usb_id: Some((0x046d, 0x082d)),
+        serial: "0001".into(),
+        place: "pci0000:00/usb1/1-3".into(),
+        backend: "v4l",
+        mode: Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) },
+        controls: vec![control(Control::Focus, 30, Some(true)), control(Control::Zoom, -1, None)],
+    };
+    let header = header().of_camera(Some(facts));
+    drop(SessionFolder::create(&path, &header).expect("created"));
+    assert_eq!(SessionFolder::header(&path).expect("readable"), header);
+    let text = fs::read_to_string(path.join("session.toml")).expect("readable");
+    for line in
+        ["[camera]", "usb = \"046d:082d\"", "format = \"MJPG\"", "rate_hz = 30.0", "value = 30"]
+    {
+        assert!(text.contains(line), "no {line:?} in {text}");
+    }
+}
+
+#[test]
+fn a_newer_or_foreign_header_is_refused() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    recorded(&path);
+    let file = path.join("session.toml");
+    let text = fs::read_to_string(&file).expect("readable");
+    for wrong in [
+        text.replace("boresight.session/1", "boresight.session/2"),
+        text.replace("columns", "colums"),
+        "not toml [".to_owned(),
+        String::new(),
+    ] {
+        assert_ne!(wrong, text);
+        fs::write(&file, &wrong).expect("written");
+        let refused = SessionFolder::open(&path);
+        assert!(matches!(refused, Err(RecordingError::Header { .. })), "{refused:?}");
+        assert_eq!(fs::read_to_string(&file).expect("readable"), wrong, "nothing is changed");
+    }
+}
+
+#[test]
+fn pictures_are_kept_exactly_and_damage_is_noticed() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let folder = SessionFolder::create(&path, &header()).expect("created");
+    let image = GrayImage::from_fn(64, 48, |x, y| image::Luma([(x * 7 + y * 13 + x * y) as u8]));
+    let frame = Frame {
+        id: FrameId(5),
+        captured_at: CaptureTime { nanos: 1 },
+        kind: FrameKind::Video,
+        name: String::new(),
+        image: image.clone(),
+    };
+    let stored = folder.store_frame(frame.id, &frame).expect("stored");
+    assert_eq!(stored_frame(&path, &stored).expect("whole"), image);
+    let file = path.join("frames/00000005.png");
+    let mut bytes = fs::read(&file).expect("readable");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&file, bytes).expect("written");
+    assert!(matches!(stored_frame(&path, &stored), Err(RecordingError::Frame { .. })));
+    fs::remove_file(&file).expect("removed");
+    assert!(stored_frame(&path, &stored).is_err());
+}
+
+fn number() -> impl Strategy<Value = f64> {
+    // Every kind of finite number, the subnormal ones, too.
+    any::<u64>().prop_map(f64::from_bits).prop_filter("finite", |x| x.is_finite())
+}
+
+fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
+    let corner = (number(), number(), number(), number(), number()).prop_map(|(x, y, a, b, c)| {
+        Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(a, b, b, c) }
+    });
+    let detection = (prop::collection::vec(corner, 0..6), [(); 4].map(|()| number())).prop_map(
+        |(corners, [blur_px, contrast, glare, motion_px])| {
+            Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
+        },
+    );
+    let side = prop::option::of(prop::sample::select(vec![
+        Side::Left,
+        Side::Right,
+        Side::Top,
+        Side::Bottom,
+    ]));
+    prop_oneof![
+        detection,
+        Just(Err(Miss::NoBoard)),
+        Just(Err(Miss::OutOfTime)),
+        (0..99_usize, 1..99_usize, side).prop_map(|(found, wanted, cut_off_by)| Err(
+            Miss::PartialBoard { found, wanted, cut_off_by }
+        )),
+        (number(), number())
+            .prop_map(|(square_px, needed_px)| Err(Miss::TooSmall { square_px, needed_px })),
+        (number(), number())
+            .prop_map(|(blur_px, limit_px)| Err(Miss::Blurred { blur_px, limit_px })),
+        (number(), number())
+            .prop_map(|(contrast, needed)| Err(Miss::LowContrast { contrast, needed })),
+        (3..99_usize, 3..99_usize)
+            .prop_map(|(columns, rows)| Err(Miss::OtherBoard { columns, rows })),
+        (0..99_usize, 1..99_usize).prop_map(|(found, wanted)| Err(Miss::Glare { found, wanted })),
+    ]
+}
+
+fn input() -> impl Strategy<Value = Input> {
+    let observed = (any::<u64>(), any::<u64>(), any::<bool>(), ".*", seen()).prop_map(
+        |(frame, nanos, video, name, seen)| {
+            Input::Observed(Observation {
+                frame_id: FrameId(frame),
+                captured_at: CaptureTime { nanos },
+                kind: if video { FrameKind::Video } else { FrameKind::Photograph },
+                name,
+                image_size: SIZE,
+                seen,
+            })
+        },
+    );
+    prop_oneof![
+        4 => observed,
+        1 => prop::sample::select(vec![
+            Input::Command(Command::ForceNext),
+            Input::Command(Command::UndoLast),
+            Input::Command(Command::Remove { view: 7 }),
+            Input::Command(Command::Restore),
+            Input::Command(Command::Pause),
+            Input::Command(Command::Resume),
+            Input::Resumed,
+            Input::SourceEnded,
+            Input::Stop,
+        ]),
+        1 => (".*", ".*").prop_map(|(worker, reason)| Input::WorkerFailed { worker, reason }),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 48,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(1),
+        ..ProptestConfig::default()
+    })]
+
+    /// Whatever is observed is read back bit for bit.
+    #[test]
+    fn inputs_come_back_bit_for_bit(inputs in prop::collection::vec(input(), 1..8)) {
+        let place = TempDir::new().expect("folder");
+        let mut folder = SessionFolder::create(&place.path().join("s"), &header()).expect("created");
+        let mut session = Session::new(setup(world::World::new(3).board));
+        for input in &inputs {
+            let decision = session.handle(&Input::Stop);
+            folder.journal_mut().append(input, &decision, None, false).expect("appended");
+        }
+        let lines = SessionFolder::journal(&place.path().join("s")).expect("whole").lines;
+        let back: Vec<Input> = lines.into_iter().map(|line| Input::from(line.input)).collect();
+        prop_assert_eq!(back, inputs);
+    }
+}

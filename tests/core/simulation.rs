@@ -1,0 +1,429 @@
+//! The simulated camera shows what it says it shows, and the simulated person keeps to a person's limits.
+
+use std::{sync::Arc, time::Duration};
+
+use boresight::{
+    capture::{Arrival, FrameSource},
+    frame::{CaptureTime, Frame, FrameId},
+    simulation::{
+        Cues, Light, NoCues, Renderer, Scene, SyntheticSource, render_view,
+        technician::{Cue, CueKind, Technician, TechnicianParams},
+    },
+};
+use image::GrayImage;
+use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// A frontal view turns about the camera's axes.
+fn pose(turn_deg: [f64; 3], at_m: [f64; 3]) -> Isometry3<f64> {
+    Isometry3::new(Vector3::from(at_m), Vector3::from(turn_deg).map(f64::to_radians))
+}
+
+fn tilted() -> Isometry3<f64> {
+    pose([25.0, -30.0, 8.0], [0.01, -0.015, 0.36])
+}
+
+fn quiet(scene: Scene) -> Scene {
+    Scene { noise_sigma: 0.0, ..scene }
+}
+
+fn corners_px(scene: &Scene, cam_from_board: &Isometry3<f64>) -> Vec<Point2<f64>> {
+    let seen = |m: &Point2<f64>| scene.camera.px_from_board(cam_from_board, m);
+    scene.board.corners_in_board_m().iter().map(|m| seen(m).expect("in front")).collect()
+}
+
+/// The true grey level at a pixel, by brute force: rays spread over pixel and blur, traced one by one.
+/// `None` if one of them misses the squares.
+fn traced(
+    scene: &Scene,
+    poses: &[Isometry3<f64>],
+    px: &Point2<f64>,
+    spread: &[Vector2<f64>],
+) -> Option<f64> {
+    let board = &scene.board;
+    let mut sum = 0.0;
+    for (i, offset) in spread.iter().enumerate() {
+        let board_from_cam = poses[i % poses.len()].inverse();
+        let ray = scene.camera.ideal_from_px(&(px + offset))?;
+        let (eye, along) =
+            (board_from_cam * Point3::origin(), board_from_cam * Vector3::new(ray.x, ray.y, 1.0));
+        let hit = eye - along * (eye.z / along.z);
+        let square = |m: f64, corners: usize| m / board.square_m() + (corners as f64 + 1.0) / 2.0;
+        let (u, v) = (square(hit.x, board.columns()), square(hit.y, board.rows()));
+        if !(0.0..board.columns() as f64 + 1.0).contains(&u)
+            || !(0.0..board.rows() as f64 + 1.0).contains(&v)
+        {
+            return None;
+        }
+        let dark = (u.floor() + v.floor()) as i64 % 2 == 0;
+        sum += if dark { scene.light.dark_level } else { scene.light.light_level };
+    }
+    Some(sum / spread.len() as f64 * scene.light.gain(px, scene.image_size))
+}
+
+fn spread(scene: &Scene, count: usize) -> Vec<Vector2<f64>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    // Each point with its opposite, so that the spread itself is centred.
+    (0..count / 2)
+        .flat_map(|_| {
+            let offset = Vector2::from_fn(|_, _| {
+                rng.random_range(-0.5..0.5)
+                    + scene.psf_sigma_px * rng.sample::<f64, _>(StandardNormal)
+            });
+            [offset, -offset]
+        })
+        .collect()
+}
+
+/// Compares pixels around every corner with brute force.
+fn check_against_tracing(scene: &Scene, poses: &[Isometry3<f64>], mean_limit: f64) {
+    let mut picture = GrayImage::new(1, 1);
+    Renderer::new(scene).render(poses, 0, &mut picture);
+    let spread = spread(scene, 12_000);
+    let (mut sum, mut bias, mut count) = (0.0, 0.0, 0.0);
+    for corner in corners_px(scene, &poses[poses.len() / 2]) {
+        for (dx, dy) in [(-3, -2), (-1, 0), (0, 0), (0, 1), (1, -1), (2, 1), (5, 0), (0, -6)] {
+            let px =
+                Point2::new(corner.x.round() + f64::from(dx), corner.y.round() + f64::from(dy));
+            let inside = px.x >= 0.0 && px.y >= 0.0 && px.x < 1280.0 && px.y < 720.0;
+            let Some(truth) = inside.then(|| traced(scene, poses, &px, &spread)).flatten() else {
+                continue;
+            };
+            let shown = f64::from(picture.get_pixel(px.x as u32, px.y as u32)[0]);
+            sum += (shown - truth).abs();
+            bias += shown - truth;
+            count += 1.0;
+        }
+    }
+    assert!(count > 200.0, "{count} pixels");
+    println!("mean |difference| {:.3}, mean difference {:.3}", sum / count, bias / count);
+    assert!(sum / count < mean_limit, "mean |difference| {}", sum / count);
+    assert!((bias / count).abs() < 0.3, "mean difference {}", bias / count);
+}
+
+#[test]
+fn pictures_agree_with_rays_traced_one_by_one() {
+    let still = [tilted()];
+    // Grey levels of 164; rounding alone costs 0.25, the random rays of the comparison about 0.4.
+    check_against_tracing(&quiet(Scene::default_720p(1)), &still, 1.5);
+    check_against_tracing(
+        &Scene { psf_sigma_px: 0.5, ..quiet(Scene::default_720p(1)) },
+        &still,
+        // The sharper the lens, the more the renderer's finite samples cost.
+        2.0,
+    );
+    check_against_tracing(&Scene { psf_sigma_px: 1.0, ..quiet(Scene::random(3)) }, &still, 1.5);
+}
+
+#[test]
+fn movement_smears() {
+    let poses: Vec<_> = (0..8)
+        .map(|i| pose([20.0, 15.0, 5.0], [0.002 * (f64::from(i) - 3.5) / 8.0, 0.0, 0.4]))
+        .collect();
+    check_against_tracing(&quiet(Scene::default_720p(1)), &poses, 2.0);
+}
+
+#[test]
+fn square_outside_corner_zero_is_dark() {
+    let scene = quiet(Scene::default_720p(2));
+    let (view, away) = (pose([0.0; 3], [0.0, 0.0, 0.5]), 0.3 * scene.board.square_m());
+    let picture = render_view(&scene, &view);
+    let corner = scene.board.corners_in_board_m()[0];
+    let level = |x: f64, y: f64| {
+        let at = view * Point3::new(corner.x + x * away, corner.y + y * away, 0.0);
+        let px = scene.camera.project(&at).expect("in front");
+        f64::from(picture.get_pixel(px.x.round() as u32, px.y.round() as u32)[0])
+    };
+    let middle = (scene.light.dark_level + scene.light.light_level) / 2.0;
+    assert!(level(-1.0, -1.0) < middle && level(1.0, 1.0) < middle);
+    assert!(level(1.0, -1.0) > middle && level(-1.0, 1.0) > middle);
+}
+
+/// How far right of pixel `px` an upright edge lies, from the light on its row: exact for any
+/// symmetric blur.
+fn edge_px(scene: &Scene, picture: &GrayImage, px: &Point2<f64>) -> f64 {
+    let share = |dx: i32| {
+        let level = picture.get_pixel((px.x as i32 + dx) as u32, px.y as u32)[0];
+        (f64::from(level) - scene.light.dark_level)
+            / (scene.light.light_level - scene.light.dark_level)
+    };
+    let light: f64 = (-6..=6).map(share).sum();
+    if share(6) > 0.5 { 6.5 - light } else { light - 6.5 }
+}
+
+#[test]
+fn edges_are_where_the_lens_puts_them() {
+    // A pinhole and even light: the light on a row says where its edge is, whichever way it turns.
+    let mut scene = quiet(Scene::default_720p(1));
+    scene.camera.distortion = Default::default();
+    scene.light = Light { gradient: 0.0, vignette: 0.0, ..scene.light };
+    let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
+    for turn_deg in [0.0, 0.3, 3.0, -7.0, 20.0] {
+        let view = pose([0.0, 0.0, turn_deg], [0.0013, -0.0021, 0.37]);
+        let picture = render_view(&scene, &view);
+        for corner in scene.board.corners_in_board_m() {
+            // Half a square below a corner runs a straight edge.
+            let on_edge = |y: f64| {
+                let at = view * Point3::new(corner.x, corner.y + y, 0.0);
+                scene.camera.project(&at).expect("in front")
+            };
+            let (px, end) = (on_edge(0.4 * 0.025), on_edge(0.6 * 0.025));
+            let start = Point2::new(px.x.round(), px.y.round());
+            let slope = (end.x - px.x) / (end.y - px.y);
+            let truth = px.x + slope * (start.y - px.y) - start.x;
+            let off = edge_px(&scene, &picture, &start) - truth;
+            sum += off;
+            squares += off * off;
+            count += 1.0;
+        }
+    }
+    let (mean, rms) = (sum / count, f64::sqrt(squares / count));
+    println!("edge offset: mean {mean:.4} px, rms {rms:.4} px over {count}");
+    assert!(mean.abs() < 0.002 && rms < 0.015, "mean {mean}, rms {rms}");
+}
+
+#[test]
+fn noise_has_its_strength_and_its_index() {
+    let scene = Scene { noise_sigma: 3.0, clutter: 0.0, ..Scene::default_720p(4) };
+    let mut renderer = Renderer::new(&scene);
+    let mut frame = |index: u64| {
+        let mut picture = GrayImage::new(1, 1);
+        renderer.render(&[tilted()], index, &mut picture);
+        picture
+    };
+    let (a, b, again) = (frame(1), frame(2), frame(1));
+    assert!(a == again && a != b);
+    let squares: f64 =
+        a.iter().zip(b.iter()).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
+    let sigma = (squares / (2.0 * a.len() as f64)).sqrt();
+    assert!((sigma - 3.0).abs() < 0.1, "{sigma}");
+}
+
+#[test]
+fn a_board_out_of_view_or_behind_leaves_the_room() {
+    let scene = quiet(Scene::default_720p(1));
+    let room = render_view(&scene, &pose([0.0; 3], [0.0, 9.0, 0.5]));
+    for hidden in [
+        pose([180.0, 0.0, 0.0], [0.0, 0.0, 0.5]),
+        pose([0.0; 3], [0.0, 0.0, -0.5]),
+        pose([0.0, 90.0, 0.0], [0.0, 0.0, 0.5]),
+    ] {
+        assert_eq!(render_view(&scene, &hidden), room);
+    }
+    assert_ne!(render_view(&scene, &tilted()), room);
+}
+
+#[test]
+fn every_random_scene_shows_its_whole_picture() {
+    for seed in 0..200 {
+        let scene = Scene::random(seed);
+        for (x, y) in [(0.0, 0.0), (1279.0, 0.0), (0.0, 719.0), (1279.0, 719.0)] {
+            assert!(scene.camera.ideal_from_px(&Point2::new(x, y)).is_some(), "seed {seed}");
+        }
+        let off = scene.camera.pp_px - scene.image_size.centre_px();
+        assert!(off.norm() <= 60.0 && (800.0..1400.0).contains(&scene.camera.f_px.x));
+    }
+    assert_ne!(Scene::random(1).camera, Scene::random(2).camera);
+}
+
+fn secs(secs: f64) -> CaptureTime {
+    CaptureTime { nanos: (secs * 1e9) as u64 }
+}
+
+fn show(scene: &Scene, wanted: &Isometry3<f64>, target: u64, at_secs: f64) -> Cue {
+    let kind = CueKind::Show { ghost_px: corners_px(scene, wanted), target };
+    Cue { seen_at: secs(at_secs), kind }
+}
+
+fn wanted_poses() -> Vec<Isometry3<f64>> {
+    let mut poses: Vec<_> = (0..8)
+        .map(|slot| {
+            let (sin, cos) = (f64::from(slot) * 45.0_f64).to_radians().sin_cos();
+            pose([40.0 * cos, 40.0 * sin, 0.0], [0.03 * sin, 0.02 * cos, 0.4])
+        })
+        .collect();
+    poses.push(pose([0.0, 35.0, 90.0], [0.0, 0.0, 0.45]));
+    poses
+}
+
+#[test]
+fn the_person_reaches_the_ghost_in_time_and_no_better_than_a_person() {
+    for seed in 0..6 {
+        let scene = Scene::random(seed);
+        for wanted in wanted_poses() {
+            let mut person = Technician::new(&scene);
+            let before = person.pose_at(secs(0.5));
+            person.read(show(&scene, &wanted, 1, 1.0));
+            let waiting = person.pose_at(secs(1.39));
+            assert!((waiting.translation.vector - before.translation.vector).norm() < 1e-3);
+            // Half a metre and 90° at most, at 0.5 m/s and 60°/s top speed.
+            let there = person.pose_at(secs(1.0 + 0.4 + 4.0));
+            let turn = wanted.rotation.angle_to(&there.rotation).to_degrees();
+            assert!(turn < 4.2, "seed {seed}: {turn}°");
+            let farther = there.translation.z / wanted.translation.z - 1.0;
+            assert!(farther.abs() < 0.042, "seed {seed}: {farther}");
+            let centre = |pose: &Isometry3<f64>| {
+                pose.translation.vector.xy().component_mul(&scene.camera.f_px) / pose.translation.z
+            };
+            let off_px = (centre(&there) - centre(&wanted)).norm();
+            assert!(off_px < 21.0 && off_px + turn > 0.5, "seed {seed}: {off_px} px");
+        }
+    }
+}
+
+#[test]
+fn an_exact_person_puts_the_board_exactly_on_the_ghost() {
+    let exact = TechnicianParams {
+        rotation_error_rad: 0.0,
+        lateral_error_px: 0.0,
+        distance_error: 0.0,
+        tremor_m: 0.0,
+        tremor_rad: 0.0,
+        ..TechnicianParams::default()
+    };
+    for wanted in wanted_poses() {
+        let scene = Scene { technician: exact, ..Scene::random(7) };
+        let mut person = Technician::new(&scene);
+        person.read(show(&scene, &wanted, 1, 0.0));
+        let there = person.pose_at(secs(5.0));
+        for (is, want) in corners_px(&scene, &there).iter().zip(corners_px(&scene, &wanted)) {
+            assert!((is - want).norm() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn the_person_keeps_to_the_speed_limits_and_holds_still() {
+    let scene = Scene::default_720p(11);
+    let mut person = Technician::new(&scene);
+    for (i, wanted) in wanted_poses().iter().enumerate() {
+        person.read(show(&scene, wanted, i as u64, 3.0 * i as f64));
+    }
+    let step_secs = 0.005;
+    let mut last = person.pose_at(secs(0.0));
+    for i in 1..6000 {
+        let next = person.pose_at(secs(f64::from(i) * step_secs));
+        let speed = (next.translation.vector - last.translation.vector).norm() / step_secs;
+        let turning = next.rotation.angle_to(&last.rotation).to_degrees() / step_secs;
+        assert!(speed < 0.51 && turning < 62.0, "{speed} m/s, {turning}°/s");
+        last = next;
+    }
+    // Told to hold still, the board stays within the tremor.
+    person.read(Cue { seen_at: secs(30.0), kind: CueKind::HoldStill });
+    let held = person.pose_at(secs(30.5));
+    for i in 0..100 {
+        let now = person.pose_at(secs(30.5 + 0.01 * f64::from(i)));
+        let moved: Vec<f64> = corners_px(&scene, &now)
+            .iter()
+            .zip(corners_px(&scene, &held))
+            .map(|(a, b)| (a - b).norm())
+            .collect();
+        assert!(moved.iter().all(|px| *px < 2.5), "{moved:?}");
+    }
+}
+
+#[test]
+fn a_pose_that_is_not_taken_is_corrected_until_it_is_good() {
+    let scene = Scene::default_720p(12);
+    let wanted = wanted_poses()[2];
+    let mut person = Technician::new(&scene);
+    person.read(show(&scene, &wanted, 1, 0.0));
+    let early = person.pose_at(secs(4.0));
+    let late = person.pose_at(secs(25.0));
+    let off = |pose: &Isometry3<f64>| wanted.rotation.angle_to(&pose.rotation).to_degrees();
+    assert!(off(&late) < 0.3 && off(&early) > 1.0, "{} then {}", off(&early), off(&late));
+    person.read(Cue { seen_at: secs(25.0), kind: CueKind::Taken });
+    person.read(Cue { seen_at: secs(26.0), kind: CueKind::Finished });
+    let lowered = person.pose_at(secs(40.0));
+    let clear = corners_px(&scene, &lowered).iter().all(|px| px.y > 760.0);
+    assert!(clear || lowered.translation.y > lowered.translation.z);
+}
+
+/// Says each cue once the frame before it has been judged; judges only on every second call if `slow`.
+struct Script {
+    cues: Vec<Cue>,
+    slow: bool,
+    asked: u64,
+    judged: Option<FrameId>,
+}
+
+impl Cues for Script {
+    fn wait_judged(&mut self, published: Option<FrameId>, _patience: Duration) -> bool {
+        self.asked += 1;
+        self.judged = published;
+        !self.slow || self.asked.is_multiple_of(2)
+    }
+
+    fn next_cue(&mut self) -> Option<Cue> {
+        let seen = self.judged.map_or(0, |id| (id.0 + 1) * 1_000_000_000 / 30);
+        (self.cues.first()?.seen_at.nanos <= seen).then(|| self.cues.remove(0))
+    }
+}
+
+/// Checksums of the pictures, the truth, and the frames if they are kept.
+struct Played {
+    sums: Vec<u32>,
+    poses: Vec<(FrameId, Isometry3<f64>)>,
+    kept: Vec<Arc<Frame>>,
+}
+
+fn played(slow: bool, keep: bool) -> Played {
+    let scene = Scene::default_720p(21);
+    let cues = vec![show(&scene, &wanted_poses()[1], 1, 0.1)];
+    let script = Script { cues, slow, asked: 0, judged: None };
+    let mut source = SyntheticSource::new(scene, Box::new(script), Some(25), 3);
+    let truth = source.truth();
+    let (mut sums, mut kept) = (Vec::new(), Vec::new());
+    loop {
+        match source.next_frame(Duration::from_millis(1)).expect("never breaks") {
+            Arrival::Frame(frame) => {
+                sums.push(crc32fast::hash(&frame.image));
+                if keep {
+                    kept.push(frame);
+                }
+            }
+            Arrival::NothingYet => assert!(slow),
+            Arrival::Event(event) => unreachable!("{event:?}"),
+            Arrival::End => break,
+        }
+    }
+    Played { sums, poses: truth.snapshot().poses, kept }
+}
+
+#[test]
+fn frames_do_not_depend_on_how_quickly_they_are_judged_or_let_go() {
+    let Played { sums, poses, .. } = played(false, false);
+    assert_eq!(sums.len(), 25);
+    assert_eq!(poses.len(), 25);
+    let Played { sums: slow_sums, poses: slow_poses, kept } = played(true, true);
+    assert_eq!(sums, slow_sums);
+    assert_eq!(poses, slow_poses);
+    // Frames that are held are not overwritten.
+    let kept_sums: Vec<u32> = kept.iter().map(|frame| crc32fast::hash(&frame.image)).collect();
+    assert_eq!(kept_sums, sums);
+    let ids: Vec<u64> = kept.iter().map(|frame| frame.id.0).collect();
+    assert_eq!(ids, (0..25).collect::<Vec<u64>>());
+    assert!(kept.windows(2).all(|pair| pair[0].captured_at < pair[1].captured_at));
+    // The board has started to move by the end: 0.1 s + 0.4 s is frame 15.
+    let way = |a: usize, b: usize| {
+        (poses[a].1.translation.vector - poses[b].1.translation.vector).norm()
+            + poses[a].1.rotation.angle_to(&poses[b].1.rotation)
+    };
+    assert!(way(0, 12) < 0.003 && way(12, 24) > 0.02, "{} {}", way(0, 12), way(12, 24));
+}
+
+#[test]
+fn without_guidance_the_board_is_held_up_in_view() {
+    for seed in 0..20 {
+        let scene = Scene::random(seed);
+        let start = Technician::new(&scene).pose_at(secs(0.0));
+        let corners = corners_px(&scene, &start);
+        let inside = |px: &Point2<f64>| px.x > 20.0 && px.x < 1260.0 && px.y > 20.0 && px.y < 700.0;
+        assert!(corners.iter().all(inside), "seed {seed}");
+    }
+    let mut source = SyntheticSource::new(Scene::default_720p(1), Box::new(NoCues), Some(0), 2);
+    assert!(matches!(source.next_frame(Duration::ZERO), Ok(Arrival::End)));
+    assert_eq!(source.identity().name, "sim:webcam");
+}

@@ -1,0 +1,98 @@
+//! Views whose focal length moves: the principal point needs no common one.
+
+use boresight::{
+    calibration::{Calibration, CalibrationParams, Focal, Verdict, calibrate},
+    geometry::{Camera, Corner, Distortion},
+};
+
+use crate::trust::{SIZE, Scene, board, px};
+
+/// Eight views of `scene`, each with the focal length times its factor, and distortion fixed in pixels.
+fn views_with(scene: &mut Scene, factors: &[f64]) -> Vec<Vec<Corner>> {
+    let plan = scene.plan(factors.len());
+    let poses = scene.poses(&plan);
+    let camera = scene.camera;
+    scene.seen(&poses, |view, pose, p| {
+        let factor = factors[view];
+        let Distortion { k1, k2, .. } = camera.distortion;
+        let distortion =
+            Distortion { k1: k1 * factor.powi(2), k2: k2 * factor.powi(4), ..camera.distortion };
+        px(&Camera { f_px: camera.f_px * factor, distortion, ..camera }, pose, p)
+    })
+}
+
+fn run(views: &[Vec<Corner>], varying_focal: bool) -> Calibration {
+    let params = CalibrationParams { varying_focal, ..CalibrationParams::default() };
+    calibrate(views, &board(), SIZE, &params).expect("calibrates")
+}
+
+/// Squared distance of the principal point from the truth, in standard deviations.
+fn pp_distance2(found: &Calibration, truth: &Camera) -> f64 {
+    let off = found.camera.pp_px - truth.pp_px;
+    let information = found.pp_covariance_px2().try_inverse().expect("regular");
+    (off.transpose() * information * off).x
+}
+
+#[test]
+fn principal_point_and_focal_lengths_lie_in_their_bounds() {
+    const SCENES: u64 = 150;
+    for scatter in [0.01, 0.03] {
+        let (mut inside, mut focal_inside, mut focal_all) = (0, 0, 0);
+        for seed in 0..SCENES {
+            let mut scene = Scene::ordinary(3000 + seed);
+            let factors: Vec<f64> = (0..8).map(|_| 1.0 + scene.normal(scatter)).collect();
+            let views = views_with(&mut scene, &factors);
+            let found = run(&views, true);
+            assert!(matches!(found.focal, Focal::Varying { .. }));
+            // 95 % of a plane's normal distribution.
+            inside += u32::from(pp_distance2(&found, &scene.camera) < 5.99);
+            for (view, factor) in found.views.iter().zip(&factors) {
+                let focal = view.focal.expect("tipped by 40°");
+                let off = focal.f_px - scene.camera.f_px.x * factor;
+                focal_all += 1;
+                focal_inside += u32::from(off.abs() < 2.0 * focal.sigma_px);
+            }
+        }
+        let share = f64::from(inside) / SCENES as f64;
+        let focal_share = f64::from(focal_inside) / f64::from(focal_all);
+        println!("{scatter}: PP {share:.3} inside 95 %, f {focal_share:.3} inside 2 sd");
+        assert!((0.88..=1.0).contains(&share), "{scatter}: {share}");
+        assert!((0.90..=1.0).contains(&focal_share), "{scatter}: {focal_share}");
+    }
+}
+
+#[test]
+fn a_common_focal_length_would_have_been_worse() {
+    let (mut free, mut bundle) = (0.0, 0.0);
+    for seed in 0..60 {
+        let mut scene = Scene::ordinary(4000 + seed);
+        let factors: Vec<f64> = (0..8).map(|_| 1.0 + scene.normal(0.03)).collect();
+        let views = views_with(&mut scene, &factors);
+        let found = run(&views, true);
+        let of_bundle = found.principal_point.bundle.expect("calibrates").px;
+        free += (found.camera.pp_px - scene.camera.pp_px).norm_squared();
+        bundle += (of_bundle - scene.camera.pp_px).norm_squared();
+    }
+    assert!(9.0 * free < bundle, "{free} {bundle}");
+}
+
+#[test]
+fn a_focus_that_moved_is_noticed_and_the_result_needs_no_common_one() {
+    let mut scene = Scene::ordinary(7);
+    let views = views_with(&mut scene, &[1.0, 1.0, 1.0, 1.0, 1.03, 1.03, 1.03, 1.03]);
+    let found = run(&views, false);
+    assert_eq!(found.verdict, Verdict::Untrustworthy);
+    assert!(found.findings.iter().any(|finding| finding.code.code() == "FOCUS-MOVED"));
+    assert!(matches!(found.focal, Focal::Varying { .. }));
+    assert_eq!(Some(found.camera.pp_px), found.principal_point.free_homography.map(|pp| pp.px));
+    let asked = run(&views, true);
+    assert_eq!(asked.verdict, Verdict::Good, "{:?}", asked.findings);
+    assert_eq!(asked.camera, found.camera);
+}
+
+#[test]
+fn a_fixed_focus_is_left_alone() {
+    let mut scene = Scene::ordinary(8);
+    let views = views_with(&mut scene, &[1.0; 8]);
+    assert_eq!(run(&views, false).focal, Focal::Common);
+}

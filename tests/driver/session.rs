@@ -1,0 +1,251 @@
+//! A whole guided session on the kernel's own USB and camera drivers, in the test machine (`tests/vm/run.sh`):
+//! the same views and the same calibration, to the last digit, as from the same pictures on disk.
+//!
+//! The simulated technician is recorded at 2.5 frames per second, which the emulated processor can look at;
+//! the simulated USB camera plays the recording, uncompressed, and then the machine reads it from disk.
+//!
+//! - Of a decision, only the speed of a moving board and the share of a hold that has passed are computed
+//!   from the times of the frames, which are exact in the recording and jitter on a camera. Whether a board
+//!   is still and a hold is over follow from them, too, but here are far from their limits. Everything else
+//!   is equal in every bit.
+//! - Replayed from its own recording, with its own times, the session is equal in every bit.
+//! - The processor that made the recording may fuse multiplications and additions where the machine's cannot:
+//!   there every number is equal to within rounding.
+
+use std::{fs, path::Path, process::Command};
+
+use image::GrayImage;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// What the technician stands before: a plain wall, which is quick to search.
+const SCENE: &str =
+    "image_size_px = [640, 480]\nfps = 2.5\npp_px = [328.0, 231.0]\nclutter = 0.0\n";
+const TRUE_PP_PX: [f64; 2] = [328.0, 231.0];
+const MODE: &str = "640x480@2.5:YUYV";
+/// Pictures of a wall that the camera shows first: the program settles and locks it meanwhile.
+const LEAD_IN: u32 = 16;
+/// Largest difference between two processors' numbers, as a share of those above 1.
+const ROUNDING: f64 = 1e-5;
+/// The same of the result itself, in pixels.
+const ROUNDING_PX: f64 = 1e-8;
+
+/// A frame that a session looked at.
+struct Look {
+    frame: u64,
+    picture: GrayImage,
+    seen: Value,
+    decision: Value,
+}
+
+/// Every frame that the session in `folder` looked at until its plan was complete.
+fn looks(folder: &Path) -> Vec<Look> {
+    let journal = fs::read_to_string(folder.join("journal.jsonl")).expect("a journal");
+    let lines = journal.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+    let look = |line: Value| {
+        let observed = line.pointer("/body/input/observed")?;
+        let frame = observed["frame"].as_u64()?;
+        let file = folder.join(format!("frames/{frame:08}.png"));
+        Some(Look {
+            frame,
+            picture: image::open(file).expect("every picture is stored").into_luma8(),
+            seen: observed["seen"].clone(),
+            decision: line["body"]["decision"].clone(),
+        })
+    };
+    let mut looks: Vec<Look> = lines.filter_map(look).collect();
+    // One more may have been under way.
+    let last = looks.iter().position(|look| look.decision["progress"]["progress"] == "complete");
+    looks.truncate(last.expect("the plan was completed") + 1);
+    looks
+}
+
+/// A decision or a result without what a source alone determines: the times, the number of its first frame,
+/// and the camera's name. Only numbers called `progress` are of time.
+fn comparable(value: &Value, first: u64) -> Value {
+    fn strip(value: &mut Value, first: u64) {
+        match value {
+            Value::Object(fields) => {
+                fields.retain(|name, value| {
+                    !(name == "speed_px_per_s" || name == "progress" && value.is_number())
+                });
+                for (name, value) in fields {
+                    match (name.as_str(), value.as_u64()) {
+                        ("frame", Some(frame)) => *value = frame.wrapping_sub(first).into(),
+                        _ => strip(value, first),
+                    }
+                }
+            }
+            Value::Array(items) => items.iter_mut().for_each(|item| strip(item, first)),
+            Value::String(text) => {
+                let frame = text.strip_prefix("frames/").and_then(|n| n.strip_suffix(".png"));
+                if let Some(frame) = frame.and_then(|digits| digits.parse::<u64>().ok()) {
+                    *text = format!("frame {}", frame.wrapping_sub(first));
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut value = value.clone();
+    strip(&mut value, first);
+    value
+}
+
+/// The calibration in `folder`, without the camera's name and settings.
+fn result(folder: &Path, first: u64) -> Value {
+    let text = fs::read_to_string(folder.join("calibration.json")).expect("a result");
+    let mut result: Value = serde_json::from_str(&text).expect("JSON");
+    for name in ["source", "camera"] {
+        result.as_object_mut().expect("an object").remove(name).expect("is there");
+    }
+    comparable(&result, first)
+}
+
+/// Runs `tests/vm/session.sh` while the camera plays the pictures of `data`/recording; its folders are then in
+/// `out`.
+fn run_in_the_machine(data: &Path, out: &Path) {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/vm");
+    let camera = std::env::var("BORESIGHT_UVCSIM").expect("is run by tests/vm/run.sh");
+    let before = format!("--before {LEAD_IN}");
+    let status = Command::new(here.join("vm.sh"))
+        .args([
+            "--uvcsim",
+            &camera,
+            "--camera-args",
+            &before,
+            "--timeout",
+            "400",
+            "--pace",
+            "counted",
+        ])
+        .args(["--with", env!("CARGO_BIN_EXE_boresight"), "--pictures"])
+        .arg(data.join("recording/frames"))
+        .arg("--data")
+        .arg(data)
+        .arg("--out")
+        .arg(out)
+        .arg(here.join("session.sh"))
+        .arg(MODE)
+        .status()
+        .expect("the machine starts");
+    assert!(status.success(), "{status}");
+}
+
+/// The looks at the frames that show the recording, from its first to its last; none is missing.
+fn played(looks: Vec<Look>, recorded: &[Look]) -> Vec<Look> {
+    let first = looks.iter().position(|look| look.picture == recorded[0].picture);
+    let first = first.expect("the first picture came");
+    for look in &looks[..first] {
+        assert_eq!(look.seen, "no_board", "frame {} is a wall", look.frame);
+    }
+    let played: Vec<Look> = looks.into_iter().skip(first).take(recorded.len()).collect();
+    assert_eq!(played.len(), recorded.len());
+    for (number, look) in played.iter().enumerate() {
+        assert_eq!(look.frame, played[0].frame + number as u64, "picture {number}");
+    }
+    played
+}
+
+/// The largest difference between the numbers of `a` and `b`, as a share of those above 1; everything else in
+/// them is equal.
+fn apart(a: &Value, b: &Value) -> f64 {
+    match (a, b) {
+        (Value::Number(_), Value::Number(_)) => {
+            let [a, b] = [a, b].map(|number| number.as_f64().expect("finite"));
+            (a - b).abs() / a.abs().max(1.0)
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            a.iter().zip(b).map(|(a, b)| apart(a, b)).fold(0.0, f64::max)
+        }
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            a.values().zip(b.values()).map(|(a, b)| apart(a, b)).fold(0.0, f64::max)
+        }
+        _ => {
+            assert_eq!(a, b);
+            0.0
+        }
+    }
+}
+
+/// What a replay said, of which every decision came out as it was recorded.
+fn replayed(said: &[u8]) -> Value {
+    let report: Value = serde_json::from_slice(said).expect("JSON");
+    assert_eq!(report["decisions"]["different"], Value::Array(Vec::new()));
+    report
+}
+
+#[test]
+#[ignore = "needs the machine of tests/vm"]
+fn a_session_on_the_real_driver_equals_the_same_pictures_on_disk() {
+    let folder = TempDir::new().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("scene.toml"), SCENE).expect("written");
+    let made = Command::new(env!("CARGO_BIN_EXE_boresight"))
+        .current_dir(folder.path())
+        .args(["simulate", "scene.toml", "--out", "recording"])
+        .status()
+        .expect("starts");
+    assert!(made.success(), "{made}");
+    let recorded = looks(&at("recording"));
+
+    let out = at("out");
+    run_in_the_machine(folder.path(), &out);
+    // Its own recording.
+    let live = looks(&out.join("camera"));
+    let of_replay = replayed(&fs::read(out.join("replayed.json")).expect("written"));
+    assert_eq!(of_replay["decisions"]["rounded"], 0);
+    assert_eq!(of_replay["result"], result(&out.join("camera"), 0)["result"]);
+    // This processor may round otherwise, which makes no other decision.
+    let here = Command::new(env!("CARGO_BIN_EXE_boresight"))
+        .args(["replay", "--json"])
+        .arg(out.join("camera"))
+        .output()
+        .expect("starts");
+    assert!(here.status.success(), "{}", String::from_utf8_lossy(&here.stderr));
+    let of_replay = replayed(&here.stdout);
+    println!(
+        "replayed here: of {} decisions {} are other by rounding only",
+        of_replay["decisions"]["count"], of_replay["decisions"]["rounded"],
+    );
+
+    // The same pictures from disk.
+    let live = played(live, &recorded);
+    let disk = looks(&out.join("disk"));
+    assert_eq!(disk.len(), recorded.len());
+    let (first, mut rounding) = (live[0].frame, 0.0_f64);
+    for (number, ((live, disk), recorded)) in live.iter().zip(&disk).zip(&recorded).enumerate() {
+        assert!(live.picture == recorded.picture, "picture {number} is another");
+        assert_eq!(live.seen, disk.seen, "picture {number}");
+        let [of_camera, of_disk] =
+            [comparable(&live.decision, first), comparable(&disk.decision, 0)];
+        assert_eq!(of_camera, of_disk, "picture {number}");
+        let of_recording = comparable(&recorded.decision, 0);
+        rounding =
+            rounding.max(apart(&live.seen, &recorded.seen)).max(apart(&of_camera, &of_recording));
+    }
+    let of_camera = result(&out.join("camera"), first);
+    assert_eq!(of_camera, result(&out.join("disk"), 0));
+    let of_recording = result(&at("recording"), 0);
+    rounding = rounding.max(apart(&of_camera, &of_recording));
+    assert!(rounding < ROUNDING, "{rounding}");
+
+    assert_eq!(of_camera["verdict"], "good");
+    let number =
+        |result: &Value, at: &str| result.pointer(at).and_then(Value::as_f64).expect("a number");
+    let places = ["/result/pp_px/0", "/result/pp_px/1", "/result/f_px/0"];
+    let [x_px, y_px, f_px] = places.map(|at| number(&of_camera, at));
+    let apart_px = places.map(|at| (number(&of_camera, at) - number(&of_recording, at)).abs());
+    let apart_px = apart_px.into_iter().fold(0.0, f64::max);
+    assert!(apart_px < ROUNDING_PX, "{apart_px}");
+    for (axis, (px, truth)) in [x_px, y_px].into_iter().zip(TRUE_PP_PX).enumerate() {
+        let sigma_px = number(&of_camera, &format!("/result/sigma/pp_px/{axis}"));
+        assert!((px - truth).abs() < 5.0 * sigma_px, "{px} ± {sigma_px}, true {truth}");
+    }
+    println!(
+        "{count} pictures through the kernel's driver and from disk: {count} equal pictures, corners and \
+         decisions; {} views, PP ({x_px}, {y_px}) px, f {f_px} px: equal in every digit. This processor's \
+         PP and f are within {apart_px:.0e} px of that, all its numbers within {rounding:.0e}",
+        of_camera["views"].as_array().map_or(0, Vec::len),
+        count = live.len(),
+    );
+}

@@ -1,0 +1,19 @@
+//! Everything that runs while pictures come: threads, cameras of the simulated kernel, streams through ffmpeg.
+
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+#[path = "../common/cameras.rs"]
+mod cameras;
+#[path = "../common/pictures.rs"]
+mod pictures;
+#[path = "../common/world.rs"]
+mod world;
+
+#[cfg(target_os = "linux")]
+mod camera_controls;
+mod damaged_frames;
+mod device_faults;
+mod failing_calls;
+#[cfg(unix)]
+mod ffmpeg;
+mod pipeline;

@@ -1,0 +1,118 @@
+//! `boresight check`: an installed camera, on site, against its old calibration.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+
+use crate::person::{boresight, contents, says};
+
+/// A small camera, quick to render.
+fn scene(folder: &Path, name: &str, more: &str) -> String {
+    let text = format!(
+        "name = \"installed\"\nseed = 3\nf_px = 520\ndistortion = [-0.1, 0.02, 0, 0, 0]\n{more}\n"
+    );
+    let file = folder.join(name);
+    fs::write(&file, text).expect("written");
+    format!("sim:{name}")
+}
+
+/// Calibrates the camera as it was: the file that is checked against.
+fn calibrated(folder: &Path) -> &'static str {
+    let source = scene(folder, "before.toml", "image_size_px = [640, 480]\npp_px = [322, 238]");
+    let ended = boresight(folder, &["guide", "--headless", "--source", &source, "--out", "old"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    "old/calibration.json"
+}
+
+fn verdict(stdout: &str) -> Value {
+    serde_json::from_str(stdout.lines().last().expect("a line")).expect("JSON")
+}
+
+#[test]
+fn a_camera_is_checked_and_only_a_changed_one_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let old = calibrated(folder);
+    let kept = fs::read(folder.join(old)).expect("readable");
+
+    // As it was; another day, another hand.
+    let same = scene(
+        folder,
+        "same.toml",
+        "image_size_px = [640, 480]\npp_px = [322, 238]\n[technician]\nreaction_secs = 0.3",
+    );
+    let check = ["check", "--against", old, "--json", "--same-camera", "--source"];
+    let ended = boresight(folder, &[&check[..], &[&same, "--out", "first"]].concat());
+    says(&ended, 0, &["OK", "smallest change", "first/check.json", "first/report.html"]);
+    let page = fs::read_to_string(folder.join("first/report.html")).expect("readable");
+    assert!(page.contains("id=\"drift\"") && page.contains(old));
+    let found = verdict(&ended.stdout);
+    assert_eq!(found["schema"], "boresight.check/1");
+    assert_eq!(found["verdict"], "ok");
+    assert_eq!(found["uncertainty_of_old"], "stated");
+    assert_eq!(found["views_used"], 4);
+    let saved = fs::read_to_string(folder.join("first/check.json")).expect("readable");
+    assert_eq!(serde_json::from_str::<Value>(&saved).expect("JSON"), found);
+
+    // Knocked: the lens sits 5 px further left.
+    let moved = scene(folder, "moved.toml", "image_size_px = [640, 480]\npp_px = [317, 238]");
+    let again = ["--out", "second", "--recalibrate"];
+    let ended = boresight(folder, &[&check[..], &[&moved], &again[..]].concat());
+    says(&ended, 0, &["RECALIBRATE", "Calibrate anew", "GOOD"]);
+    let checked = fs::read_to_string(folder.join("second/check.json")).expect("readable");
+    let found: Value = serde_json::from_str(&checked).expect("JSON");
+    assert_eq!(found["verdict"], "recalibrate");
+    let shift = found["change"]["pp_px"][0].as_f64().expect("a number");
+    let sd = found["change"]["sigma"]["pp_px"][0].as_f64().expect("a number");
+    assert!((shift + 5.0).abs() < 5.0 * sd, "{shift} ± {sd}");
+    // The new calibration names the old one, which is as it was.
+    let new = verdict(&ended.stdout);
+    assert_eq!(new["schema"], "boresight.calibration/1");
+    assert_eq!(new["replaces"], old);
+    assert_eq!(fs::read(folder.join(old)).expect("readable"), kept);
+
+    // Without the wish to go on, the exit code says it.
+    let ended = boresight(folder, &[&check[..], &[&moved, "--out", "third"]].concat());
+    says(
+        &ended,
+        4,
+        &[
+            "RECALIBRATE",
+            "boresight guide --source",
+            "--board 9x6 --square 25mm --against old/calibration.json",
+        ],
+    );
+
+    // A full session says it, too; its own verdict decides the exit code.
+    let full = ["guide", "--headless", "--json", "--against", old, "--source", &moved];
+    let ended = boresight(folder, &[&full[..], &["--out", "fourth"]].concat());
+    says(
+        &ended,
+        0,
+        &["GOOD", "Compared with old/calibration.json:", "RECALIBRATE", "Use the new calibration"],
+    );
+    assert_eq!(verdict(&ended.stdout)["replaces"], old);
+    let checked = fs::read_to_string(folder.join("fourth/check.json")).expect("readable");
+    let found: Value = serde_json::from_str(&checked).expect("JSON");
+    assert_eq!(found["verdict"], "recalibrate");
+    let page = fs::read_to_string(folder.join("fourth/report.html")).expect("readable");
+    assert!(page.contains("id=\"drift\"") && page.contains("boresight guide --against"));
+    let nowhere = ["guide", "--headless", "--against", "nowhere.json", "--out", "fifth"];
+    says(&boresight(folder, &nowhere), 1, &["nowhere.json"]);
+    assert!(!folder.join("fifth").exists(), "nothing was recorded");
+
+    // Another camera, another mode, no file, no calibration: no verdict, and nothing is recorded.
+    let before = contents(folder);
+    let other = ["check", "--against", old, "--json", "--source", &same];
+    let ended = boresight(folder, &other);
+    says(&ended, 3, &["NO VERDICT", "--same-camera"]);
+    assert_eq!(verdict(&ended.stdout)["reason"], "OTHER-CAMERA");
+    assert_eq!(contents(folder), before);
+    let wide = scene(folder, "wide.toml", "image_size_px = [800, 600]\npp_px = [400, 300]");
+    let ended = boresight(folder, &[&check[..], &[&wide]].concat());
+    says(&ended, 3, &["NO VERDICT", "800x600", "640x480"]);
+    assert_eq!(verdict(&ended.stdout)["reason"], "OTHER-SIZE");
+    says(&boresight(folder, &["check", "--against", "nowhere.json"]), 1, &["nowhere.json"]);
+    fs::write(folder.join("not.json"), "{}").expect("written");
+    says(&boresight(folder, &["check", "--against", "not.json"]), 1, &["not.json"]);
+}

@@ -1,0 +1,346 @@
+//! The program as a person meets it: what it says, how it ends, and what it leaves alone.
+
+use std::{fs, path::Path};
+
+use boresight::simulation::render_view;
+use nalgebra::Isometry3;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::person::{Ended, boresight, contents, says};
+use crate::pictures::{PAIRS, picture, scene};
+
+/// A folder with the named views.
+fn views(views: &[(String, f64, f64)]) -> TempDir {
+    let folder = TempDir::new().expect("folder");
+    for (name, tilt_deg, slot_deg) in views {
+        picture(*tilt_deg, *slot_deg).save(folder.path().join(name)).expect("saved");
+    }
+    folder
+}
+
+/// The pairs by name.
+fn good() -> Vec<(String, f64, f64)> {
+    let named = |(i, (tilt_deg, slot_deg)): (usize, &(f64, f64))| {
+        (format!("{i}.png"), *tilt_deg, *slot_deg)
+    };
+    PAIRS.iter().enumerate().map(named).collect()
+}
+
+fn names(views: &[(String, f64, f64)]) -> Vec<String> {
+    views.iter().map(|(name, ..)| name.clone()).collect()
+}
+
+fn calibrate(folder: &Path, files: &[String], more: &[&str]) -> Ended {
+    let mut arguments = vec!["calibrate", "--board", "9x6"];
+    arguments.extend(files.iter().map(String::as_str));
+    arguments.extend(more);
+    boresight(folder, &arguments)
+}
+
+#[test]
+fn pictures_become_a_calibration_near_the_truth() {
+    let folder = views(&good());
+    let ended = calibrate(folder.path(), &names(&good()), &["--json", "--out", "result.json"]);
+    let report: Value = serde_json::from_str(&ended.stdout).expect("JSON on stdout");
+    assert_eq!(report["schema"], "boresight.calibration/1");
+    assert_eq!(report["image_size"], serde_json::json!([640, 480]));
+    let near = |pointer: &str, truth: f64, sigma: &str| {
+        let value = |at: &str| report.pointer(at).and_then(Value::as_f64).expect("number");
+        let off = (value(pointer) - truth).abs();
+        assert!(off < 4.0 * value(sigma) && off < 0.5, "{pointer} off by {off}");
+    };
+    near("/result/f_px/0", 560.0, "/result/sigma/f_px/0");
+    near("/result/pp_px/0", 322.0, "/result/sigma/pp_px/0");
+    near("/result/pp_px/1", 236.0, "/result/sigma/pp_px/1");
+    let written = fs::read_to_string(folder.path().join("result.json")).expect("written");
+    assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), report);
+    // Nothing is overwritten unasked.
+    let before = contents(folder.path());
+    let again = calibrate(folder.path(), &names(&good()), &["--out", "result.json"]);
+    says(&again, 1, &["already", "result.json", "--force"]);
+    assert_eq!(contents(folder.path()), before);
+    let forced = calibrate(folder.path(), &names(&good()), &["--out", "result.json", "--force"]);
+    assert_ne!(forced.code, 1, "{}", forced.stderr);
+}
+
+#[test]
+fn corners_go_through_a_table_unchanged() {
+    let folder = views(&good());
+    let mut arguments = vec!["detect", "--board", "9x6"];
+    let names = names(&good());
+    arguments.extend(names.iter().map(String::as_str));
+    let detected = boresight(folder.path(), &arguments);
+    says(&detected, 0, &[]);
+    assert_eq!(detected.stdout.lines().filter(|line| !line.starts_with('#')).count(), 6 * 54);
+    fs::write(folder.path().join("corners.vnl"), &detected.stdout).expect("written");
+    let from_table = boresight(
+        folder.path(),
+        &["calibrate", "corners.vnl", "--board", "9x6", "--image-size", "640x480", "--json"],
+    );
+    let report: Value = serde_json::from_str(&from_table.stdout).expect("JSON");
+    let f_px = report.pointer("/result/f_px/0").and_then(Value::as_f64).expect("number");
+    assert!((f_px - 560.0).abs() < 0.5, "{f_px}");
+    let without_size = boresight(folder.path(), &["calibrate", "corners.vnl", "--board", "9x6"]);
+    says(&without_size, 1, &["--image-size"]);
+    let other_board = boresight(
+        folder.path(),
+        &["calibrate", "corners.vnl", "--board", "8x6", "--image-size", "640x480"],
+    );
+    says(&other_board, 1, &["corners.vnl"]);
+}
+
+#[test]
+fn a_calibration_goes_to_other_programs() {
+    let folder = views(&good());
+    calibrate(folder.path(), &names(&good()), &["--out", "result.json"]);
+    let export = |more: &[&str]| {
+        let mut arguments = vec!["export", "result.json"];
+        arguments.extend(more);
+        boresight(folder.path(), &arguments)
+    };
+    says(&export(&["--format", "opencv-yaml", "--out", "camera.yaml"]), 0, &[]);
+    let yaml = fs::read_to_string(folder.path().join("camera.yaml")).expect("written");
+    assert!(yaml.starts_with("%YAML:1.0") && yaml.contains("camera_matrix"), "{yaml}");
+    says(
+        &export(&["--format", "opencv-yaml", "--out", "camera.yaml"]),
+        1,
+        &["camera.yaml", "--force"],
+    );
+    fs::write(folder.path().join("broken.json"), "{").expect("written");
+    let broken = boresight(folder.path(), &["export", "broken.json", "--format", "opencv-yaml"]);
+    says(&broken, 1, &["broken.json"]);
+}
+
+#[test]
+fn files_that_are_no_pictures_are_named() {
+    let folder = views(&good()[..2]);
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("empty.png"), b"").expect("written");
+    let whole = fs::read(at("0.png")).expect("readable");
+    fs::write(at("cut.png"), &whole[..whole.len() / 2]).expect("written");
+    picture(40.0, 90.0).save(at("whole.jpg")).expect("saved");
+    let jpeg = fs::read(at("whole.jpg")).expect("readable");
+    fs::write(at("cut.jpg"), &jpeg[..jpeg.len() / 2]).expect("written");
+    fs::write(at("text.png"), b"this is no picture").expect("written");
+    fs::create_dir(at("texts")).expect("made");
+    fs::write(at("texts/readme.txt"), b"words").expect("written");
+    let before = contents(folder.path());
+    for (wrong, word) in [
+        ("missing.png", "could not read"),
+        ("empty.png", "not a readable picture"),
+        ("cut.png", "not a readable picture"),
+        ("cut.jpg", "cut short"),
+        ("text.png", "not a readable picture"),
+        ("texts", "not a file"),
+    ] {
+        let files = ["0.png".to_owned(), "1.png".to_owned(), wrong.to_owned()];
+        says(&calibrate(folder.path(), &files, &[]), 1, &[wrong, word]);
+        says(&boresight(folder.path(), &["detect", "--board", "9x6", wrong]), 1, &[wrong, word]);
+    }
+    let guided = ["guide", "--headless", "--source", "texts", "--out", "session"];
+    says(&boresight(folder.path(), &guided), 1, &["texts", "no PNG or JPEG"]);
+    assert_eq!(contents(folder.path()), before, "nothing is touched");
+}
+
+#[test]
+fn pictures_of_two_sizes_are_refused() {
+    let folder = views(&good()[..3]);
+    let small = image::imageops::thumbnail(&picture(40.0, 90.0), 320, 240);
+    small.save(folder.path().join("small.png")).expect("saved");
+    let mut files = names(&good()[..3]);
+    files.push("small.png".into());
+    says(&calibrate(folder.path(), &files, &[]), 1, &["small.png", "320x240", "640x480"]);
+}
+
+#[test]
+fn another_board_is_recognised() {
+    let folder = views(&good()[..2]);
+    let ended = boresight(folder.path(), &["calibrate", "--board", "8x6", "0.png", "1.png"]);
+    says(&ended, 3, &["--board 9x6", "No calibration"]);
+}
+
+#[test]
+fn too_little_to_calibrate_from_says_what_is_missing() {
+    let folder = views(&good()[..1]);
+    let one = calibrate(folder.path(), &["0.png".into()], &["--json"]);
+    says(&one, 3, &["views"]);
+    let report: Value = serde_json::from_str(&one.stdout).expect("JSON");
+    assert_eq!(report["verdict"], "untrustworthy");
+
+    let mut copies = Vec::new();
+    for copy in 0..20 {
+        let name = format!("copy{copy}.png");
+        fs::copy(folder.path().join("0.png"), folder.path().join(&name)).expect("copied");
+        copies.push(name);
+    }
+    says(&calibrate(folder.path(), &copies, &[]), 3, &["copies of a view add nothing"]);
+
+    let flat: Vec<(String, f64)> = (0..4).map(|i| (format!("flat{i}.png"), f64::from(i))).collect();
+    for (name, i) in &flat {
+        let pose = Isometry3::translation(0.01 * i - 0.015, 0.005 * i, 0.34 + 0.03 * i);
+        render_view(&scene(), &pose).save(folder.path().join(name)).expect("saved");
+    }
+    let files: Vec<String> = flat.into_iter().map(|(name, _)| name).collect();
+    says(&calibrate(folder.path(), &files, &[]), 3, &["tip"]);
+}
+
+#[test]
+fn wrong_words_are_usage_errors_that_teach() {
+    let folder = views(&good()[..1]);
+    for arguments in [
+        &["calibrate", "0.png", "--board", "9by6"][..],
+        &["calibrate", "0.png", "--square", "25"],
+        &["calibrate"],
+        &["guide", "--max-frames", "many"],
+        &["calibate", "0.png"],
+    ] {
+        let ended = boresight(folder.path(), arguments);
+        assert_eq!(ended.code, 2, "{arguments:?}: {}", ended.stderr);
+        assert!(ended.stderr.contains("--help"), "{}", ended.stderr);
+    }
+    let unknown = ["calibrate", "0.png", "--set", "guidance.min_tilt=3"];
+    says(&boresight(folder.path(), &unknown), 1, &["min_tilt", "config/default.toml"]);
+    let nowhere = ["guide", "--headless", "--source", "nowhere"];
+    says(&boresight(folder.path(), &nowhere), 1, &["nowhere", "sim"]);
+    for command in [
+        "guide",
+        "replay",
+        "calibrate",
+        "check",
+        "detect",
+        "simulate",
+        "export",
+        "report",
+        "doctor",
+        "target",
+    ] {
+        let help = boresight(folder.path(), &[command, "--help"]);
+        assert!(help.code == 0 && help.stdout.contains("Example:"), "{}", help.stdout);
+    }
+    // Without a command, the options are those of `guide`.
+    says(&boresight(folder.path(), &["--headless", "--source", "nowhere"]), 1, &["nowhere"]);
+}
+
+#[test]
+fn photographs_are_guided_replayed_and_verified() {
+    let folder = views(&good());
+    fs::create_dir(folder.path().join("pictures")).expect("made");
+    for name in names(&good()) {
+        fs::rename(folder.path().join(&name), folder.path().join("pictures").join(&name))
+            .expect("moved");
+    }
+    let guide = ["guide", "--headless", "--source", "pictures", "--out", "session", "--json"];
+    let ended = boresight(folder.path(), &guide);
+    let report: Value =
+        serde_json::from_str(ended.stdout.lines().last().expect("a line")).expect("JSON");
+    let taken = report["views"].as_array().expect("views").len();
+    assert!(taken >= 4, "{}", ended.stderr);
+    let again = ["guide", "--headless", "--source", "pictures", "--out", "session"];
+    says(&boresight(folder.path(), &again), 1, &["already"]);
+
+    let before = contents(&folder.path().join("session"));
+    let replayed = boresight(folder.path(), &["replay", "session", "--json"]);
+    assert_eq!(replayed.code, ended.code, "{}", replayed.stderr);
+    says(&replayed, ended.code, &["0 of"]);
+    let replayed: Value = serde_json::from_str(&replayed.stdout).expect("JSON");
+    assert_eq!(replayed["result"], report["result"]);
+    let what_if =
+        boresight(folder.path(), &["replay", "session", "--set", "guidance.min_fill=0.65"]);
+    assert!(!what_if.stderr.contains("\n0 of"), "{}", what_if.stderr);
+    says(&boresight(folder.path(), &["doctor", "session"]), 0, &["Whole"]);
+    assert_eq!(contents(&folder.path().join("session")), before, "nothing is touched");
+
+    let journal = folder.path().join("session/journal.jsonl");
+    let mut bytes = fs::read(&journal).expect("readable");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x10;
+    fs::write(&journal, bytes).expect("written");
+    let damaged = boresight(folder.path(), &["replay", "session"]);
+    says(&damaged, 1, &["line", "journal.jsonl", "doctor"]);
+    let recovered =
+        boresight(folder.path(), &["doctor", "session", "--recover", "session/../saved"]);
+    says(&recovered, 1, &["damaged"]);
+    says(&boresight(folder.path(), &["doctor", "saved"]), 0, &["Whole"]);
+}
+
+#[test]
+fn photographs_of_real_boards() {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/principal-lines");
+    if !shared.is_dir() {
+        println!("SKIPPED: the photographs are not beside the project");
+        return;
+    }
+    // Chuang et al. 2021 publish v from the bottom: y = height − v.
+    for (set, square, pp_px, tolerance_px, mean_f_px) in [
+        ("set07", "25mm", [313.5, 480.0 - 246.3], 1.5, 617.1),
+        ("set14", "39mm", [1917.6, 2560.0 - 1270.5], 3.0, 3827.8),
+    ] {
+        let mut files: Vec<String> = fs::read_dir(shared.join(set))
+            .expect("listable")
+            .map(|entry| entry.expect("listable").path().display().to_string())
+            .collect();
+        files.sort();
+        let mut arguments = vec!["calibrate", "--board", "6x7", "--square", square, "--json"];
+        arguments.extend(files.iter().map(String::as_str));
+        let ended = boresight(&shared, &arguments);
+        let report: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+        let pp = &report["principal_point"]["pl_unweighted"]["px"];
+        let off = |i: usize| pp[i].as_f64().expect("number") - pp_px[i];
+        assert!(off(0).hypot(off(1)) < tolerance_px, "{set}: {pp}");
+        let views = report["views"].as_array().expect("views");
+        assert_eq!(views.len(), files.len());
+        let f_px: Vec<f64> =
+            views.iter().map(|view| view["focal_as_seen_px"].as_f64().expect("number")).collect();
+        let mean = f_px.iter().sum::<f64>() / f_px.len() as f64;
+        assert!((mean / mean_f_px - 1.0).abs() < 0.01, "{set}: mean f {mean}");
+        if set == "set14" {
+            let published = [3851.7, 3787.6, 3817.9, 3836.3, 3837.9, 3835.6];
+            for (f, published) in f_px.iter().zip(published) {
+                assert!((f / published - 1.0).abs() < 0.005, "{f} for {published}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_study_goes_on_where_it_stopped_and_overwrites_nothing() {
+    let folder = TempDir::new().expect("folder");
+    let study = |more: &[&str]| {
+        let mut arguments = vec!["study", "directionality", "--out", "out"];
+        arguments.extend(more);
+        boresight(folder.path(), &arguments)
+    };
+    let first = study(&["--json"]);
+    assert_eq!(first.code, 0, "{}", first.stderr);
+    let report: Value = serde_json::from_str(&first.stdout).expect("JSON");
+    assert_eq!(report["reproduced"], report["known"]);
+    let page = folder.path().join("out/index.html");
+    let before = fs::read_to_string(&page).expect("a page");
+    assert!(before.contains("Directionality") && before.contains("<svg"));
+    let table = fs::read_to_string(folder.path().join("out/directionality.csv")).expect("a table");
+    assert!(table.starts_with("direction_deg,shift_m,offset_px,angle_deg\n"));
+    // Again: equal; another experiment joins the page; other parameters have no place here.
+    assert_eq!(study(&[]).code, 0);
+    assert_eq!(fs::read_to_string(&page).expect("a page"), before);
+    let second = boresight(folder.path(), &["study", "pairs", "--out", "out"]);
+    assert_eq!(second.code, 0, "{}", second.stderr);
+    let both = fs::read_to_string(&page).expect("a page");
+    assert!(both.contains("Directionality") && both.contains("Opposed pairs"));
+    let refused = study(&["--seed", "7"]);
+    assert_eq!(refused.code, 1);
+    assert!(refused.stderr.contains("--out"), "{}", refused.stderr);
+    assert_eq!(fs::read_to_string(&page).expect("a page"), both);
+    // A folder with something else in it, and a file that is no parameter file.
+    fs::create_dir(folder.path().join("mine")).expect("made");
+    fs::write(folder.path().join("mine/letter.txt"), "dear").expect("written");
+    assert_eq!(boresight(folder.path(), &["study", "pairs", "--out", "mine"]).code, 1);
+    fs::write(folder.path().join("wrong.toml"), "sed = 1\n").expect("written");
+    let wrong = study(&["--params", "wrong.toml"]);
+    assert_eq!(wrong.code, 1);
+    assert!(wrong.stderr.contains("sed"), "{}", wrong.stderr);
+    // What --print-params prints is a parameter file.
+    let printed = boresight(folder.path(), &["study", "--print-params"]);
+    fs::write(folder.path().join("params.toml"), &printed.stdout).expect("written");
+    assert_eq!(study(&["--params", "params.toml"]).code, 0);
+}

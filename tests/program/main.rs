@@ -1,0 +1,19 @@
+//! The program as a process: what it says, how it ends, and what it leaves on the disk.
+
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod person;
+#[path = "../common/pictures.rs"]
+mod pictures;
+#[path = "../common/world.rs"]
+mod world;
+
+mod check;
+mod command_line;
+mod crash;
+mod damage;
+
+mod report;
+mod saved_session;
+mod schemas;
+mod target;

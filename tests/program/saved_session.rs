@@ -1,0 +1,113 @@
+//! Which views are accepted is a recorded fact, whatever another build would decide.
+
+use std::{fs, path::Path};
+
+use boresight::{
+    app::SavedSession,
+    config::Config,
+    recording::{
+        Header, SessionFolder,
+        save::{Overwrite, save},
+    },
+    session::{Command, Input, Session},
+};
+use tempfile::TempDir;
+
+use crate::{
+    person::{boresight, says},
+    world::{SIZE, guided},
+};
+
+/// Records a guided session at `path`, with its last view removed and restored; returns its last state.
+fn recorded(path: &Path) -> Session {
+    let header = Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"));
+    let mut folder = SessionFolder::create(path, &header).expect("created");
+    let (_, mut session, _) = guided(3, |input, decision| {
+        folder.journal_mut().append(input, decision, None, false).expect("appended");
+    });
+    for command in [Command::UndoLast, Command::UndoLast, Command::Restore] {
+        let input = Input::Command(command);
+        let decision = session.handle(&input);
+        folder.journal_mut().append(&input, &decision, None, false).expect("appended");
+    }
+    session
+}
+
+/// Changes the limits in `session.toml`, so that this build decides as another version might: it would
+/// accept none of the recorded views.
+fn make_another_build(path: &Path) {
+    let file = path.join("session.toml");
+    let text = fs::read_to_string(&file).expect("readable");
+    let changed = text.replace("min_tilt_deg = 30.0", "min_tilt_deg = 54.0");
+    assert_ne!(changed, text, "{text}");
+    fs::write(&file, changed).expect("written");
+}
+
+fn views(session: &Session) -> Vec<(u32, u64)> {
+    session.accepted().iter().map(|view| (view.id, view.view.frame_id.0)).collect()
+}
+
+#[test]
+fn a_session_that_this_build_decides_alike_is_not_restored() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let live = recorded(&path);
+    let saved = SavedSession::open(&path).expect("whole");
+    assert_eq!((saved.restored, saved.differences.len()), (false, 0));
+    assert_eq!(views(&saved.session), views(&live));
+}
+
+#[test]
+fn recorded_views_stand_where_this_build_decides_otherwise() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let live = recorded(&path);
+    assert!(live.accepted().len() >= 3, "{} views", live.accepted().len());
+    make_another_build(&path);
+    let saved = SavedSession::open(&path).expect("whole");
+    assert!(saved.restored && !saved.differences.is_empty());
+    assert_eq!(views(&saved.session), views(&live));
+    let roles = |session: &Session| -> Vec<_> {
+        session.accepted().iter().map(|view| (view.role, view.view.partner_frame)).collect()
+    };
+    assert_eq!(roles(&saved.session), roles(&live));
+    let camera = |session: &Session| session.calibration().expect("calibrated").camera;
+    assert_eq!(camera(&saved.session), camera(&live));
+    // The view that was removed last comes back first.
+    let restored =
+        |session: &mut Session| session.handle(&Input::Command(Command::Restore)).outcome;
+    assert_eq!(restored(&mut saved.session.clone()), restored(&mut live.clone()));
+}
+
+#[test]
+fn the_program_reports_and_exports_the_recorded_views() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let live = recorded(&path);
+    make_another_build(&path);
+    let exported =
+        boresight(place.path(), &["export", "session", "--format", "vnl", "--out", "corners.vnl"]);
+    says(&exported, 0, &["Another version decided this session"]);
+    let table = fs::read_to_string(place.path().join("corners.vnl")).expect("written");
+    for view in live.accepted() {
+        let name = view.picture_name();
+        let lines = table.lines().filter(|line| line.starts_with(&name)).count();
+        assert_eq!(lines, 54, "{name}");
+    }
+    let reported = boresight(place.path(), &["report", "session"]);
+    says(&reported, 0, &["Another version decided this session"]);
+    let page = fs::read_to_string(path.join("report.html")).expect("written");
+    assert!(page.contains(&live.accepted()[0].picture_name()), "no first view in the report");
+}
+
+#[test]
+fn a_result_is_as_readable_as_the_umask_lets_it() {
+    let place = TempDir::new().expect("folder");
+    let (ordinary, saved) = (place.path().join("ordinary"), place.path().join("saved"));
+    fs::write(&ordinary, "by the umask").expect("written");
+    save(&saved, b"by the program", Overwrite::Never).expect("written");
+    let mode = |path: &Path| {
+        std::os::unix::fs::PermissionsExt::mode(&fs::metadata(path).expect("there").permissions())
+    };
+    assert_eq!(format!("{:o}", mode(&saved)), format!("{:o}", mode(&ordinary)));
+}

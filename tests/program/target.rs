@@ -1,0 +1,59 @@
+//! `boresight target`: what it writes, says and leaves alone.
+
+use std::fs;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::person::{boresight, contents, says};
+
+#[test]
+fn the_command_writes_and_says_what_to_do() {
+    let folder = TempDir::new().expect("folder");
+    let target = |arguments: &[&str]| boresight(folder.path(), &[&["target"], arguments].concat());
+    let says = |arguments: &[&str], code: i32, words: &[&str]| {
+        says(&target(arguments), code, words);
+    };
+    let written = |name: &str| fs::read(folder.path().join(name)).expect("written");
+    says(
+        &["--board", "9x6", "--square", "25mm", "--out", "board.pdf"],
+        0,
+        &[
+            "100 %",
+            "100 mm",
+            "250 mm",
+            "straight edge",
+            "guide --board 9x6 --square 25mm",
+            "6.1 mm",
+        ],
+    );
+    assert!(written("board.pdf").starts_with(b"%PDF-"));
+    let before = contents(folder.path());
+    says(&["--board", "7x5", "--out", "board.pdf"], 1, &["board.pdf", "--force"]);
+    says(&["--board", "7x5", "--out", "board.jpg"], 1, &["board.jpg"]);
+    assert_eq!(contents(folder.path()), before, "nothing is touched");
+    says(&["--board", "7x5", "--out", "board.pdf", "--force"], 0, &["--board 7x5 --square 23mm"]);
+    assert_ne!(contents(folder.path()), before);
+    says(&[], 0, &["checkerboard-9x6-20mm.pdf", "--square 20mm"]);
+    assert!(written("checkerboard-9x6-20mm.pdf").starts_with(b"%PDF-"));
+    says(&["--out", "board.svg", "--paper", "letter"], 0, &[]);
+    assert!(written("board.svg").starts_with(b"<svg"));
+    says(&["--paper", "A3", "--out", "board.PNG", "--dpi", "72"], 0, &[]);
+    assert!(written("board.PNG").starts_with(b"\x89PNG"));
+    says(&["--paper", "screen"], 1, &["--dpi"]);
+    let screen = ["--paper", "screen", "--dpi", "92", "--square", "25mm", "--pixels", "1280x800"];
+    says(&screen, 0, &["25.124 mm instead of 25 mm", "checkerboard-9x6-25.124mm.png"]);
+    says(&["--square", "40mm"], 1, &["25 mm", "neither"]);
+    says(&["--square", "30mm"], 1, &["25 mm", "A3"]);
+    says(&["--out", "board.jpg"], 1, &["board.jpg", ".pdf", ".svg", ".png"]);
+    says(&["--out", "board"], 1, &[".pdf"]);
+    says(&["--dpi", "1e9"], 2, &["20 to 1200"]);
+    // A square in the settings counts as asked for.
+    fs::write(folder.path().join("mine.toml"), "[board]\nsquare_mm = 22\n").expect("written");
+    says(&["--config", "mine.toml"], 0, &["checkerboard-9x6-22mm.pdf"]);
+    says(&["--set", "board.square_mm=23"], 0, &["checkerboard-9x6-23mm.pdf"]);
+    let ended = target(&["--json", "--out", "j.svg"]);
+    let report: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+    assert_eq!(report["schema"], "boresight.target/1");
+    assert_eq!((&report["board"]["square_mm"], &report["ruler_mm"]), (&20.0.into(), &100.0.into()));
+}
