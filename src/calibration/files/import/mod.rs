@@ -1,6 +1,6 @@
-//! Calibrations that this and other programs wrote, read back.
+//! Reads calibrations that this and other programs wrote.
 //!
-//! | format | told by | brings besides lens and size |
+//! | format | recognised by | holds besides lens and picture size |
 //! |---|---|---|
 //! | `boresight.calibration/1` (`own`) | its schema | covariance, where the boards were, verdict, board, source |
 //! | OpenCV YAML and JSON (`matrices`) | a camera matrix | – |
@@ -12,9 +12,9 @@
 //! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
 //! ```
 //!
-//! All of them count pixels from the centre of the top-left one and bend rays by OpenCV's polynomial, as we
-//! do: numbers are taken over bit for bit. A lens that needs more than k1, k2, p1, p2, k3 is refused, never
-//! cut down to them. Text comes in, numbers go out; nothing here opens a file.
+//! All of them put (0, 0) at the centre of the top-left pixel and use OpenCV's distortion polynomial, as this
+//! program does, so numbers are kept bit for bit. A lens that needs more than k1, k2, p1, p2, k3 is refused,
+//! never truncated. Text comes in, numbers go out; nothing here opens a file.
 
 mod kalibr;
 mod literal;
@@ -27,7 +27,7 @@ mod syntax;
 
 pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat};
 
-/// Longest text that is read. Calibrations have kilobytes; mrcal's with all their observations some megabytes.
+/// Longest text that is read. A calibration has kilobytes; mrcal's, with every observation, has megabytes.
 pub const MAX_BYTES: usize = 16 << 20;
 
 /// Reads a calibration in any of the formats, recognised by its content.

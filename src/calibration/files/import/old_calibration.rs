@@ -1,4 +1,4 @@
-//! What a file of any format says, and why one is refused.
+//! A calibration read from a file of any format, and why a file is refused.
 
 use crate::{
     board::Checkerboard,
@@ -7,36 +7,36 @@ use crate::{
     geometry::{BoardOutline, Camera, LENS_PARAMETERS},
 };
 
-/// A calibration as some program left it.
+/// A calibration read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OldCalibration {
-    /// What the text was.
+    /// The file's format.
     pub format: OldFormat,
     /// The lens.
     pub camera: Camera,
-    /// The picture that it holds for.
+    /// Size of the picture that the lens belongs to.
     pub image_size: ImageSize,
-    /// Covariance of the lens parameters; zero for those held fixed. Only this program's own files say.
+    /// Covariance of the lens parameters, zero for those held fixed. Only this program's files state it.
     pub covariance: Option<LensCovariance>,
-    /// Where the boards were; empty if the file does not say.
+    /// Where the boards were; empty if the file doesn't say.
     pub outlines: Vec<BoardOutline>,
     /// Root mean square reprojection residual, if the file says.
     pub rms_px: Option<f64>,
-    /// How far it was to be trusted, if the file says.
+    /// The verdict, if the file states one.
     pub verdict: Option<Verdict>,
-    /// The board it was made with, if the file says.
+    /// The board, if the file states one.
     pub board: Option<Checkerboard>,
-    /// What the camera is called, if the file says: this program's `source`, ROS's `camera_name`.
+    /// Name of the camera, if the file states one: this program's `source`, ROS's `camera_name`, Kalibr's topic.
     pub source: Option<String>,
-    /// Where focus and zoom were locked, in the driver's unit, if the file says.
+    /// Values at which focus and zoom were locked, if the file states them.
     pub locked: LockedLens,
-    /// Whether the focal length is only the mean of views that each have their own.
+    /// True if each view has its own focal length and the camera's is their mean.
     pub focal_varies: bool,
-    /// Cameras in the file, of which this is the first.
+    /// Number of cameras in the file; this is the first.
     pub camera_count: usize,
 }
 
-/// Controls that the calibration depends on.
+/// Locked controls that the calibration depends on, in the driver's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LockedLens {
     /// Distance at which the lens is sharp.
@@ -60,13 +60,13 @@ pub enum OldFormat {
     Mrcal,
 }
 
-/// Why a text is no calibration that can be used.
+/// Why a text can't be used as a calibration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotImported {
     /// More than [`MAX_BYTES`](super::MAX_BYTES).
     #[error("it has {bytes} bytes, which no calibration has")]
     TooLong {
-        /// Its length.
+        /// Length in bytes.
         bytes: usize,
     },
     /// None of the formats.
