@@ -17,6 +17,7 @@ use super::{
     truth,
 };
 use crate::{
+    calibration::files::CalibrationFile,
     capture::Renumbered,
     guidance::{Progress, Refusal},
     pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
@@ -72,7 +73,7 @@ pub struct Concluded {
     /// The exit status that the result deserves.
     pub exit: Exit,
     /// What [`RESULT_FILE`] holds.
-    pub result: serde_json::Value,
+    pub result: CalibrationFile,
     /// What the comparison with an older calibration found, if one was asked for. That it fails is no
     /// failure of the session.
     pub compared: Option<anyhow::Result<Compared>>,
@@ -171,7 +172,11 @@ impl FinishedRun {
         }
         let file = path.join(RESULT_FILE);
         // The result follows from the journal, so it may be replaced.
-        save(&file, serde_json::to_string_pretty(&result)?.as_bytes(), Overwrite::Allowed)?;
+        save(
+            &file,
+            serde_json::to_string_pretty(&result.to_json()?)?.as_bytes(),
+            Overwrite::Allowed,
+        )?;
         announcer.say(&format!("Result: {}", file.display()));
         let compared = header.against.as_deref().map(|against| {
             let against = Path::new(against);

@@ -1,9 +1,12 @@
 //! What speaks for or against a result: what was seen, and what to do.
 
 use crate::{
-    calibration::{Finding, FindingCode, NotCalibrated, Verdict},
+    calibration::{Finding, FindingCode, NotCalibrated, Verdict, files::FindingWords},
     session::ViewSummary,
 };
+
+/// The sentences of a calibration file.
+pub const FINDING_WORDS: FindingWords = FindingWords { finding, not_calibrated };
 
 /// What the verdict means.
 pub fn verdict(verdict: Verdict) -> &'static str {

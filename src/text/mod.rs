@@ -26,7 +26,9 @@ pub use drift::{
     drift_numbers, focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift,
     other_camera,
 };
-pub use findings::{finding, finding_in_session, is_simulated, not_calibrated, of_source, verdict};
+pub use findings::{
+    FINDING_WORDS, finding, finding_in_session, is_simulated, not_calibrated, of_source, verdict,
+};
 pub use run::{resuming, views_are_safe};
 pub use target::{does_not_fit, other_square, target_lines, target_steps};
 

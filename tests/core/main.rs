@@ -20,6 +20,7 @@ mod guided_session;
 mod imports;
 mod layering;
 mod recording;
+mod recordings;
 mod session;
 mod session_properties;
 mod simulation;

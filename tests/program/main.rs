@@ -14,4 +14,5 @@ mod crash;
 mod damage;
 mod report;
 mod saved_session;
+mod schemas;
 mod target;
