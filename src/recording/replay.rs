@@ -126,7 +126,6 @@ fn apart(a: &Value, b: &Value) -> f64 {
 }
 
 /// Handles the input of every line, calls `seen` after each, and returns the decisions that differ.
-
 pub fn replay(
     session: &mut Session,
     lines: Vec<Line>,
