@@ -1,8 +1,8 @@
-//! The board a person holds up.
+//! The calibration board.
 
 use nalgebra::Point2;
 
-/// A plain checkerboard, known by its inner corners.
+/// A plain checkerboard, described by its inner corners.
 ///
 /// The board frame has its origin at the centre of the grid of inner corners, `x` along a row
 /// (towards higher columns), `y` along a column (towards higher rows) and `z = 0` on the paper,
@@ -25,7 +25,7 @@ pub enum InvalidBoard {
         /// Inner corners in a column.
         rows: u16,
     },
-    /// The square's side is not a positive length below 10 m.
+    /// The side of a square isn't a positive length below 10 m.
     #[error("a square of {square_m} m: needs a positive length below 10 m")]
     Square {
         /// The length given.
@@ -34,7 +34,7 @@ pub enum InvalidBoard {
 }
 
 impl Checkerboard {
-    /// Describes a board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
+    /// Creates a board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
     ///
     /// # Errors
     ///
@@ -59,7 +59,7 @@ impl Checkerboard {
         usize::from(self.rows)
     }
 
-    /// Side of a square.
+    /// Side of a square, in metres.
     pub fn square_m(&self) -> f64 {
         self.square_m
     }
@@ -69,13 +69,13 @@ impl Checkerboard {
         self.columns() * self.rows()
     }
 
-    /// Whether a half turn maps the pattern to itself, so that corner numbers are known only up to
-    /// that turn: both counts odd or both even. Harmless for one camera's calibration.
+    /// Whether a half turn maps the pattern to itself, so that corner numbers are known only up to that turn: both counts
+    /// odd or both even. Harmless when calibrating a single camera.
     pub fn looks_the_same_upside_down(&self) -> bool {
         self.columns % 2 == self.rows % 2
     }
 
-    /// Positions of all inner corners on the board, in numbering order.
+    /// Positions of all inner corners in the board frame, in metres and in numbering order.
     pub fn corners_in_board_m(&self) -> Vec<Point2<f64>> {
         let (half_width, half_height) =
             (f64::from(self.columns - 1) / 2.0, f64::from(self.rows - 1) / 2.0);

@@ -1,20 +1,20 @@
-//! One picture from a source, and when it was taken.
+//! A picture from a source, with its number and capture time.
 
 use image::GrayImage;
 use nalgebra::Point2;
 
-/// Number of a frame within its source, in capture order. Gaps are frames that were lost.
+/// Number of a frame within its source, in capture order. Gaps are lost frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(pub u64);
 
 impl FrameId {
-    /// Where a session's folder holds the picture of this frame.
+    /// Path of the stored picture, relative to the session's folder.
     pub fn stored_name(self) -> String {
         format!("frames/{:08}.png", self.0)
     }
 }
 
-/// When a frame was taken, by the driver's monotonic clock. Its zero is arbitrary.
+/// Capture time by the driver's monotonic clock, whose zero is arbitrary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CaptureTime {
     /// Nanoseconds since the clock's zero.
@@ -32,16 +32,16 @@ impl CaptureTime {
     }
 }
 
-/// Whether neighbouring frames show the same moment of the world.
+/// Whether consecutive frames belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
-    /// One of a stream: the board may be moving, stillness is judged over several frames.
+    /// A frame of a stream: the board may be moving, and stillness is judged over several frames.
     Video,
-    /// A picture for itself, such as a file in a folder: what moved has blurred.
+    /// A single picture, such as a file in a folder: motion shows only as blur.
     Photograph,
 }
 
-/// Width and height of a picture.
+/// Width and height of a picture in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ImageSize {
     /// Pixels in a row.
@@ -51,7 +51,7 @@ pub struct ImageSize {
 }
 
 impl ImageSize {
-    /// The middle of the picture, where pixel (0, 0) is the *centre* of the top-left pixel.
+    /// Centre of the picture in pixels; (0, 0) is the *centre* of the top-left pixel.
     pub fn centre_px(self) -> Point2<f64> {
         Point2::new((f64::from(self.width_px) - 1.0) / 2.0, (f64::from(self.height_px) - 1.0) / 2.0)
     }
@@ -62,17 +62,17 @@ impl ImageSize {
     }
 }
 
-/// One picture and its circumstances.
+/// A picture with its number, time and kind.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// See [`FrameId`].
+    /// Number within the source.
     pub id: FrameId,
-    /// See [`CaptureTime`].
+    /// Capture time.
     pub captured_at: CaptureTime,
-    /// See [`FrameKind`].
+    /// Single picture or part of a stream.
     pub kind: FrameKind,
-    /// What to call the picture: a file name, or empty for a stream.
+    /// Name for display: a file name, or empty for a stream.
     pub name: String,
-    /// Brightness, 8 bit.
+    /// Brightness, 8 bits per pixel.
     pub image: GrayImage,
 }

@@ -46,7 +46,7 @@
 //!
 //! # Invariants
 //!
-//! - Below `recording` nothing reads a clock, a file, chance or another thread. `tests/layering.rs`
+//! - Below `recording` nothing reads a clock, a file, chance or another thread. `tests/core/layering`
 //!   holds that and the table above.
 //! - Nothing is taken from a camera that is lost, frozen, or whose focus or zoom has moved; a frame that
 //!   is not whole never becomes a picture.

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use serde_json::{Value, json};
 
 use super::{Announcer, RESULT_FILE, SavedSession, host::Compared};
 use crate::{
     calibration::{
         Drift, DriftVerdict, NoDrift, OldLens, Verdict, drift,
+        files::CheckFile,
         import::{self, OldCalibration},
     },
     geometry::Corner,
@@ -36,6 +36,17 @@ pub enum NoVerdict {
     FocalVaries,
     /// The views do not allow one.
     NoDrift(NoDrift),
+}
+
+impl NoVerdict {
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::OtherCamera { .. } => "OTHER-CAMERA",
+            Self::FocalVaries => "FOCAL-VARIES",
+            Self::NoDrift(reason) => reason.code(),
+        }
+    }
 }
 
 /// What a comparison found: the change, or why there is no verdict.
@@ -96,32 +107,18 @@ pub fn announce(found: &Checked, action: &str, source: &str, announcer: &Announc
     }
 }
 
-/// `boresight.check/1`.
-pub fn check_json(
+/// The file of a check of `source` against the calibration `old` in `against`.
+pub fn check_file(
     against: &Path,
     source: &str,
     old: &OldCalibration,
     found: &Checked,
     action: &str,
-) -> Value {
+) -> CheckFile {
     let (what, _) = words(found);
-    let mut report = json!({
-        "schema": "boresight.check/1",
-        "against": against.display().to_string(),
-        "source": source,
-        "image_size": [old.image_size.width_px, old.image_size.height_px],
-        "message": what, "action": action,
-    });
-    let more = match found {
-        Ok(drift) => numbers(drift),
-        Err(NoVerdict::FocalVaries) => json!({ "verdict": null, "reason": "FOCAL-VARIES" }),
-        Err(NoVerdict::OtherCamera { .. }) => json!({ "verdict": null, "reason": "OTHER-CAMERA" }),
-        Err(NoVerdict::NoDrift(reason)) => json!({ "verdict": null, "reason": reason.code() }),
-    };
-    if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
-        report.extend(more);
-    }
-    report
+    let found = found.as_ref().map_err(NoVerdict::code);
+    let against = against.display().to_string();
+    CheckFile::of(found, (&against, source), old.image_size, (&what, action))
 }
 
 /// Writes `boresight.check/1` into the session's folder. It follows from the session and the older file, so it
@@ -130,9 +127,9 @@ pub fn check_json(
 /// # Errors
 ///
 /// [`crate::recording::RecordingError::Write`].
-pub fn store(session: &Path, report: &Value) -> anyhow::Result<PathBuf> {
+pub fn store(session: &Path, check: &CheckFile) -> anyhow::Result<PathBuf> {
     let file = session.join(CHECK_FILE);
-    save(&file, serde_json::to_string_pretty(report)?.as_bytes(), Overwrite::Allowed)?;
+    save(&file, serde_json::to_string_pretty(&check.to_json()?)?.as_bytes(), Overwrite::Allowed)?;
     Ok(file)
 }
 
@@ -160,7 +157,7 @@ pub fn of_session(
     let has_moved = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
     let is_good = session.calibration().is_some_and(|new| new.verdict == Verdict::Good);
     let action = if has_moved && is_good { text::USE_THE_NEW_ONE } else { action };
-    store(path, &check_json(against, source, &old, &found, action))?;
+    store(path, &check_file(against, source, &old, &found, action))?;
     let drift = found.as_ref().ok().cloned().map(Box::new);
     let against = against.to_path_buf();
     Ok((Compared { against, what, action: action.into(), doubts, drift }, found))
@@ -194,26 +191,4 @@ pub fn older(folder: &Path) -> Vec<PathBuf> {
     files.sort_unstable_by(|a, b| b.cmp(a));
     files.truncate(MOST_OFFERED);
     files
-}
-
-fn numbers(drift: &Drift) -> Value {
-    let [f, x, y]: [f64; 3] = drift.change_px.into();
-    let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
-    let camera = &drift.camera;
-    json!({
-        "verdict": drift.verdict.code(),
-        "change": {
-            "f_px": f, "pp_px": [x, y], "sigma": { "f_px": sd_f, "pp_px": [sd_x, sd_y] },
-        },
-        "statistic": drift.statistic, "limit": drift.limit,
-        "pp_changed": drift.pp_changed, "f_changed": drift.f_changed,
-        "lens_changed": drift.lens_changed, "residual_ratio": drift.residual_ratio,
-        "visible": { "pp_px": drift.visible_pp_px, "f_px": drift.visible_f_px },
-        "displacement_px": drift.displacement_px, "matters_px": drift.matters_px,
-        "uncertainty_of_old": if drift.assumed { "assumed" } else { "stated" },
-        "now": {
-            "f_px": [camera.f_px.x, camera.f_px.y], "pp_px": [camera.pp_px.x, camera.pp_px.y],
-        },
-        "views_used": drift.used.len(),
-    })
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::bail;
+use serde::{Deserialize, Serialize};
 
 use super::JournalReading;
 use crate::{
@@ -27,6 +28,47 @@ pub struct Diagnosis {
     pub first_difference: Option<usize>,
     /// What is damaged or missing; empty if the folder is whole.
     pub problems: Vec<String>,
+}
+
+/// `boresight.doctor/1`: what `doctor --json` prints.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct DoctorFile {
+    /// [`DOCTOR_SCHEMA`].
+    #[cfg_attr(feature = "schemas", schemars(extend("const" = "boresight.doctor/1")))]
+    pub schema: String,
+    /// True if there are no problems.
+    pub whole: bool,
+    /// What is damaged or missing, in sentences.
+    pub problems: Vec<String>,
+    /// Whole lines of the journal.
+    pub lines: usize,
+    /// Stored pictures.
+    pub pictures: usize,
+    /// Accepted views at the end.
+    pub views: usize,
+    /// Whether the last line was cut by a crash.
+    pub cut: bool,
+    /// Decisions that this build makes differently, rounding apart.
+    pub different_decisions: usize,
+}
+
+/// Name and version of [`DoctorFile`].
+pub const DOCTOR_SCHEMA: &str = "boresight.doctor/1";
+
+impl From<&Diagnosis> for DoctorFile {
+    fn from(found: &Diagnosis) -> Self {
+        Self {
+            schema: DOCTOR_SCHEMA.into(),
+            whole: found.problems.is_empty(),
+            problems: found.problems.clone(),
+            lines: found.lines,
+            pictures: found.pictures,
+            views: found.views,
+            cut: found.cut,
+            different_decisions: found.different_decisions,
+        }
+    }
 }
 
 /// Verifies header, journal and stored pictures of the session at `path`. Changes nothing.

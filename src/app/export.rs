@@ -8,10 +8,12 @@ use serde_json::Value;
 use super::{Announcer, RESULT_FILE, SavedSession};
 use crate::{
     calibration::{
+        Verdict,
         export::{
-            ExportedCamera, ViewRow, colmap_cameras, corner_table, kalibr_camchain, matlab_script,
-            mrcal_cameramodel, opencv_yaml, ros_camera_info, views_csv,
+            ExportedCamera, colmap_cameras, kalibr_camchain, matlab_script, mrcal_cameramodel,
+            opencv_yaml, ros_camera_info, views_csv,
         },
+        files::{CalibrationFile, corner_table},
         import,
     },
     geometry::Corner,
@@ -103,12 +105,13 @@ pub fn export(
     let path = if input.is_dir() { input.join(RESULT_FILE) } else { input.to_path_buf() };
     let text =
         std::fs::read_to_string(&path).with_context(|| format!("could not read {path:?}"))?;
-    let report: Value =
-        serde_json::from_str(&text).with_context(|| format!("not a calibration: {path:?}"))?;
-    let untrustworthy = report["verdict"] == "untrustworthy";
+    let not_one = || format!("not a calibration: {path:?}");
+    let tree: Value = serde_json::from_str(&text).with_context(not_one)?;
+    let file = CalibrationFile::read(&tree).with_context(not_one)?;
+    let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
     let text = match format {
         Format::Json => text,
-        Format::ViewsCsv => views_csv(&rows(&report)),
+        Format::ViewsCsv => views_csv(&file.views),
         _ => {
             let stem = input.file_stem().unwrap_or_default().to_string_lossy();
             camera(format, &text, &path, name.unwrap_or(&stem), announcer)?
@@ -175,23 +178,5 @@ fn corners(session: &Path, announcer: &Announcer) -> anyhow::Result<String> {
         .iter()
         .map(|view| (view.picture_name(), view.view.corners.as_slice()))
         .collect();
-    Ok(corner_table(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners)))))
-}
-
-fn rows(report: &Value) -> Vec<ViewRow> {
-    let row = |view: &Value| {
-        let number = |name: &str| view[name].as_f64();
-        ViewRow {
-            name: view["name"].as_str().unwrap_or_default().into(),
-            used: view["used"] == true,
-            reason: view["reason"].as_str().map(Into::into),
-            tilt_deg: number("tilt_deg"),
-            slot_deg: number("slot_deg"),
-            rms_px: number("rms_px"),
-            pl_residual_px: number("pl_residual_px"),
-            focal_px: number("focal_px"),
-            focal_sigma_px: number("focal_sigma_px"),
-        }
-    };
-    report["views"].as_array().into_iter().flatten().map(row).collect()
+    Ok(corner_table::write(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners)))))
 }

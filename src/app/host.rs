@@ -13,7 +13,7 @@ use crate::{
     device::Adjustable,
     guidance::Plan,
     pipeline::{Background, Finished, LiveFeed, Pipeline, PipelineError},
-    session::Command,
+    session::{Command, ViewNumber},
 };
 
 /// Wakes the window; may be called from any thread.
@@ -111,7 +111,7 @@ pub struct Opened {
     /// Where it is stored.
     pub folder: PathBuf,
     /// Pictures of views that are there already, by their numbers.
-    pub pictures: Vec<(u32, GrayImage)>,
+    pub pictures: Vec<(ViewNumber, GrayImage)>,
     /// The camera's controls that can be set.
     pub adjustables: Vec<Adjustable>,
     /// Something to be told at the start, such as which source was chosen.

@@ -16,6 +16,8 @@
 //! | `report`, `session_report` | the HTML report of a calibration file or of a session folder |
 //! | `export` | a result in the formats of other programs |
 //! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
+//! | `devices_file` | the cameras of a computer as a file |
+//! | `schemas` | JSON Schema of the files, with the feature of that name |
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
@@ -29,6 +31,7 @@ pub mod camera;
 mod camera_announcer;
 pub mod comparison;
 mod cue_link;
+pub mod devices_file;
 pub mod doctor;
 mod explain;
 pub mod export;
@@ -43,6 +46,8 @@ pub mod report;
 pub mod result;
 pub mod run;
 mod saved_session;
+#[cfg(feature = "schemas")]
+pub mod schemas;
 #[cfg(feature = "report")]
 pub mod session_report;
 pub mod source;

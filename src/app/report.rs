@@ -2,13 +2,15 @@
 
 use std::path::{Component, Path};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::{
+    calibration::files::{CALIBRATION_SCHEMA, CalibrationFile},
     capture::read_picture,
     frame::ImageSize,
-    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail},
+    report::{CameraSection, Provenance, Report, Thumbnail},
     text::report as words,
 };
 
@@ -21,33 +23,44 @@ pub fn of_file(path: &Path, command: String) -> anyhow::Result<Report> {
     let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
     let value: Value = serde_json::from_str(&text)
         .with_context(|| format!("not a calibration that boresight wrote: {path:?}"))?;
-    let schema = value["schema"].as_str().unwrap_or_default();
-    if schema != CALIBRATION_SCHEMA {
-        bail!("its schema is {schema:?}, this version reads {CALIBRATION_SCHEMA:?}: {path:?}");
-    }
-    let facts = CalibrationFile::read(&value)
+    let calibration = CalibrationFile::read(&value)
         .with_context(|| format!("not a whole calibration: {path:?}"))?;
-    let [width_px, height_px] = facts.image_size;
+    let [width_px, height_px] = calibration.image_size;
     let folder = path.parent().unwrap_or(Path::new("."));
     let size = ImageSize { width_px, height_px };
-    let used = facts.views.iter().filter(|view| view.used);
-    let pictures = used.map(|view| picture_beside(folder, &view.name, size)).collect();
+    let pictures =
+        calibration.used().map(|(_, view)| picture_beside(folder, &view.name, size)).collect();
     let mut rows = versions(&[]);
     rows.push((words::name::FILE.into(), path.display().to_string()));
     Ok(Report {
         name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        facts,
+        calibration,
         notes: Vec::new(),
         camera: CameraSection::default(),
         corners: Vec::new(),
         pictures,
-        drift: None,
+        check: None,
         refused: Vec::new(),
         provenance: Provenance { rows, command },
     })
 }
 
-const CALIBRATION_SCHEMA: &str = "boresight.calibration/1";
+/// What `report --json` prints.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ReportFile {
+    /// [`REPORT_SCHEMA`].
+    #[cfg_attr(feature = "schemas", schemars(extend("const" = "boresight.report/1")))]
+    pub schema: String,
+    /// Path of the page.
+    pub page: String,
+    /// The calibration's verdict: `good`, `care` or `untrustworthy`.
+    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["good", "care", "untrustworthy"])))]
+    pub verdict: String,
+}
+
+/// Name and version of [`ReportFile`].
+pub const REPORT_SCHEMA: &str = "boresight.report/1";
 
 /// The picture of that name below `folder`, if it is there and of that size. A name that leads out of the
 /// folder is none.

@@ -1,13 +1,11 @@
 //! What a session found, for people and for machines.
 
-use serde_json::{Value, json};
-
-use super::{
-    Announcer, Exit, announce_result,
-    json::{self, ViewName},
-};
+use super::{Announcer, Exit, announce_result};
 use crate::{
-    calibration::{Calibration, NotCalibrated},
+    calibration::{
+        Calibration, NotCalibrated,
+        files::{CalibrationFile, CameraEntry, ViewName},
+    },
     device::{Control, Lock},
     guidance::Progress,
     recording::Header,
@@ -19,15 +17,15 @@ use crate::{
 pub struct Conclusion {
     /// The exit status that it deserves: good only if the plan is complete.
     pub exit: Exit,
-    /// `boresight.calibration/1`.
-    pub result: Value,
+    /// The file to write.
+    pub result: CalibrationFile,
 }
 
 /// Announces what `session`, whose folder has `header`, found.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
     announcer.say(text::progress(session.progress()));
     let exit = announce_result(result_of(session), &header.source, announcer);
-    let result = calibration_json(session, header);
+    let result = calibration_file(session, header);
     for (worker, reason) in session.failures() {
         announcer.say(&format!("The {worker} failed: {reason}"));
     }
@@ -39,15 +37,17 @@ pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Co
     Conclusion { exit, result }
 }
 
-/// `boresight.calibration/1` of what a session, whose folder has `header`, has so far.
-pub fn calibration_json(session: &Session, header: &Header) -> Value {
-    let names: Vec<ViewName> = session.accepted().iter().map(name).collect();
+/// The calibration file of what a session, whose folder has `header`, has so far.
+pub fn calibration_file(session: &Session, header: &Header) -> CalibrationFile {
+    let views: Vec<ViewName> = session.accepted().iter().map(name).collect();
     let setup = session.setup();
-    let mut report = json::calibration(result_of(session), setup.image_size, &setup.board, &names);
-    report["source"] = json!(header.source);
-    report["replaces"] = json!(header.against);
-    report["camera"] = camera(session.camera());
-    report
+    let result = result_of(session);
+    CalibrationFile {
+        source: Some(header.source.clone()),
+        replaces: Some(header.against.clone()),
+        camera: Some(camera(session.camera())),
+        ..CalibrationFile::of(result, setup.image_size, &setup.board, &views, text::FINDING_WORDS)
+    }
 }
 
 fn result_of(session: &Session) -> Result<&Calibration, &NotCalibrated> {
@@ -57,18 +57,21 @@ fn result_of(session: &Session) -> Result<&Calibration, &NotCalibrated> {
     }
 }
 
-/// Mode and locked controls of a live camera; null for every other source.
-fn camera(camera: &CameraState) -> Value {
-    let Some(mode) = camera.mode else { return Value::Null };
+/// Mode and locked controls of a live camera; `None` for every other source.
+fn camera(camera: &CameraState) -> Option<CameraEntry> {
+    let mode = camera.mode?;
     let locked = |control: Control| match camera.locks.of(control) {
         Lock::Locked { value } => Some(value),
         Lock::Unknown | Lock::Absent | Lock::Free | Lock::Ignored { .. } => None,
     };
-    json!({
-        "format": mode.layout.name(), "rate_hz": mode.rate_hz(),
-        "focus": locked(Control::Focus), "zoom": locked(Control::Zoom),
-        "exposure": locked(Control::Exposure), "gain": locked(Control::Gain),
-        "white_balance": locked(Control::WhiteBalance),
+    Some(CameraEntry {
+        format: mode.layout.name().into(),
+        rate_hz: mode.rate_hz(),
+        focus: locked(Control::Focus),
+        zoom: locked(Control::Zoom),
+        exposure: locked(Control::Exposure),
+        gain: locked(Control::Gain),
+        white_balance: locked(Control::WhiteBalance),
     })
 }
 

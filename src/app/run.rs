@@ -17,6 +17,7 @@ use super::{
     truth,
 };
 use crate::{
+    calibration::files::CalibrationFile,
     capture::Renumbered,
     guidance::{Progress, Refusal},
     pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
@@ -24,7 +25,7 @@ use crate::{
         SessionFolder,
         save::{Overwrite, save},
     },
-    session::{Input, Outcome, Session, Snapshot},
+    session::{Input, Outcome, Session, Snapshot, ViewNumber},
     simulation::TruthLog,
     text,
 };
@@ -42,7 +43,7 @@ pub struct Run {
     /// The first frame number that the journal has not used.
     pub first_frame: u64,
     /// Pictures of the views accepted so far, by view number.
-    pub pictures: Vec<(u32, GrayImage)>,
+    pub pictures: Vec<(ViewNumber, GrayImage)>,
     /// Whether the session was resumed.
     pub resumed: bool,
     /// Something to know at the start, such as that the camera is simulated.
@@ -72,7 +73,7 @@ pub struct Concluded {
     /// The exit status that the result deserves.
     pub exit: Exit,
     /// What [`RESULT_FILE`] holds.
-    pub result: serde_json::Value,
+    pub result: CalibrationFile,
     /// What the comparison with an older calibration found, if one was asked for. That it fails is no
     /// failure of the session.
     pub compared: Option<anyhow::Result<Compared>>,
@@ -171,7 +172,11 @@ impl FinishedRun {
         }
         let file = path.join(RESULT_FILE);
         // The result follows from the journal, so it may be replaced.
-        save(&file, serde_json::to_string_pretty(&result)?.as_bytes(), Overwrite::Allowed)?;
+        save(
+            &file,
+            serde_json::to_string_pretty(&result.to_json()?)?.as_bytes(),
+            Overwrite::Allowed,
+        )?;
         announcer.say(&format!("Result: {}", file.display()));
         let compared = header.against.as_deref().map(|against| {
             let against = Path::new(against);

@@ -12,7 +12,7 @@ use crate::{
         Difference, Header, JournalContents, Line, RecordedOutcome, Rounding, SessionFolder,
         Stored, replay, stored_frame, take_rounding,
     },
-    session::{Command, Decision, Input, Observation, Session},
+    session::{Command, Decision, Input, Observation, Session, ViewNumber},
     text,
 };
 
@@ -205,7 +205,7 @@ impl SavedSession {
     /// # Errors
     ///
     /// If a picture is missing or damaged.
-    pub fn pictures(&self) -> anyhow::Result<Vec<(u32, GrayImage)>> {
+    pub fn pictures(&self) -> anyhow::Result<Vec<(ViewNumber, GrayImage)>> {
         let stored: Vec<&Stored> =
             self.lines.iter().filter_map(|line| line.stored.as_ref()).collect();
         let accepted = self.session.accepted().iter();
@@ -213,12 +213,13 @@ impl SavedSession {
             .filter_map(|view| {
                 let frame = view.view.frame_id.0;
                 let stored = stored.iter().find(|stored| stored.frame == frame)?;
-                Some((view.id, *stored))
+                Some((view.number, *stored))
             })
-            .map(|(id, stored)| {
-                let picture = stored_frame(&self.path, stored)
-                    .with_context(|| format!("the picture of view {id} is missing"))?;
-                Ok((id, picture))
+            .map(|(number, stored)| {
+                let picture = stored_frame(&self.path, stored).with_context(|| {
+                    format!("the picture of {} is missing", text::view_name(number))
+                })?;
+                Ok((number, picture))
             })
             .collect()
     }

@@ -11,9 +11,10 @@ use serde_json::Value;
 use super::{
     Announcer, REPORT_FILE, RESULT_FILE, SavedSession,
     report::{quoted, versions},
-    result::calibration_json,
+    result::calibration_file,
 };
 use crate::{
+    calibration::files::{CalibrationFile, CheckFile},
     config::{BoardConfig, Config, PlanName},
     detection::Miss,
     device::{Control, Lock},
@@ -23,10 +24,7 @@ use crate::{
         save::{Overwrite, save},
         stored_frame,
     },
-    report::{
-        CalibrationFile, CameraChange, CameraSection, DriftSection, Provenance, Refused, Report,
-        Thumbnail, page,
-    },
+    report::{CameraChange, CameraSection, Provenance, Refused, Report, Thumbnail, page},
     session::{Input, Session},
     text::{self, report as words},
 };
@@ -70,22 +68,26 @@ pub fn of_folder(path: &Path) -> anyhow::Result<Report> {
     if saved.restored {
         report.notes.push(text::replay::restored(session.accepted().len()));
     }
-    if holds_another_result(path, &calibration_json(session, header)) {
+    if holds_another_result(path, &report.calibration) {
         report.notes.push(words::OTHER_RESULT.into());
     }
     Ok(report)
 }
 
 /// Whether the folder has a result that is not `ours`.
-fn holds_another_result(path: &Path, ours: &Value) -> bool {
-    let text = std::fs::read_to_string(path.join(RESULT_FILE));
-    let Ok(theirs) = text.map(|text| serde_json::from_str::<Value>(&text).unwrap_or(Value::Null))
-    else {
+fn holds_another_result(path: &Path, ours: &CalibrationFile) -> bool {
+    let Ok(text) = std::fs::read_to_string(path.join(RESULT_FILE)) else {
         return false;
     };
-    ["/verdict", "/result/f_px", "/result/pp_px", "/result/distortion"]
-        .iter()
-        .any(|pointer| theirs.pointer(pointer) != ours.pointer(pointer))
+    let tree: Value = serde_json::from_str(&text).unwrap_or_default();
+    let Ok(theirs) = CalibrationFile::read(&tree) else {
+        return true;
+    };
+    let of = |file: &CalibrationFile| {
+        let lens = file.result.as_ref().map(|lens| (lens.f_px, lens.pp_px, lens.distortion));
+        (file.verdict.clone(), lens)
+    };
+    of(&theirs) != of(ours)
 }
 
 fn compose(
@@ -105,8 +107,8 @@ fn compose(
         Thumbnail::of(&stored_frame(path, stored).ok()?)
     };
     let accepted = session.accepted();
-    let drift = check(path)?;
-    let command = match (&drift, &header.against) {
+    let check = check(path)?;
+    let command = match (&check, &header.against) {
         (Some(_), Some(against)) => check_command(header, against),
         _ => format!("boresight replay {}", quoted(&path.to_string_lossy())),
     };
@@ -121,19 +123,19 @@ fn compose(
     rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
     Ok(Report {
         name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        facts: CalibrationFile::read(&calibration_json(session, header))?,
+        calibration: calibration_file(session, header),
         notes,
         camera: CameraSection { rows: camera(header, session), changes },
         corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
         pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
-        drift,
+        check,
         refused,
         provenance: Provenance { rows, command },
     })
 }
 
 /// What a check found, if the session is one.
-fn check(path: &Path) -> anyhow::Result<Option<DriftSection>> {
+fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
     let path = path.join("check.json");
     let text = match std::fs::read_to_string(&path) {
         Err(err) if err.kind() == std::io::ErrorKind::NotFound => return Ok(None),
@@ -141,7 +143,7 @@ fn check(path: &Path) -> anyhow::Result<Option<DriftSection>> {
     };
     let damaged = || format!("not what a check writes: {path:?}");
     let found: Value = serde_json::from_str(&text).with_context(damaged)?;
-    DriftSection::read(&found).map(Some).with_context(damaged)
+    CheckFile::read(&found).map(Some).with_context(damaged)
 }
 
 /// A comparison is had again by making it again: its journal alone does not hold the old calibration.

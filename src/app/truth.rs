@@ -2,48 +2,82 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
 use super::Announcer;
 use crate::{
-    calibration::Calibration,
+    calibration::{Calibration, files::DistortionEntry},
+    geometry::{Camera, Distortion},
     recording::save::{Overwrite, save},
     simulation::Truth,
 };
 
-/// Writes `truth.json` into the session: the lens, and where the board was in the middle of each frame's
-/// exposure. Frames are numbered as in the session, of which this run began at `first_frame`; what an
-/// earlier run wrote stays.
+/// `boresight.truth/1`: the simulated camera's lens, and where the board was.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TruthFile {
+    /// [`TRUTH_SCHEMA`].
+    #[cfg_attr(feature = "schemas", schemars(extend("const" = "boresight.truth/1")))]
+    pub schema: String,
+    /// Focal length along x and y.
+    pub f_px: [f64; 2],
+    /// Principal point.
+    pub pp_px: [f64; 2],
+    /// OpenCV's distortion coefficients.
+    pub distortion: DistortionEntry,
+    /// Pose of the board in the middle of each frame's exposure.
+    pub cam_from_board: Vec<FramePose>,
+}
+
+/// Pose of the board in the camera's frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FramePose {
+    /// Number of the frame in the session.
+    pub frame: u64,
+    /// Unit quaternion, real part first.
+    pub rotation_wxyz: [f64; 4],
+    /// Translation in metres.
+    pub translation_m: [f64; 3],
+}
+
+/// Name and version of [`TruthFile`].
+pub const TRUTH_SCHEMA: &str = "boresight.truth/1";
+
+/// Writes `truth.json` into the session. Frames are numbered as in the session, of which this run began at
+/// `first_frame`; the frames of earlier runs stay.
+///
+/// # Errors
+///
+/// [`crate::recording::RecordingError::Write`].
 pub fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<()> {
     let path = session.join("truth.json");
     let mut frames = earlier_frames(&path);
     frames.extend(truth.poses.iter().map(|(frame, cam_from_board)| {
         let t = &cam_from_board.translation.vector;
         let q = cam_from_board.rotation.quaternion();
-        json!({
-            "frame": frame.0 + first_frame,
-            "rotation_wxyz": [q.w, q.i, q.j, q.k], "translation_m": [t.x, t.y, t.z],
-        })
+        FramePose {
+            frame: frame.0 + first_frame,
+            rotation_wxyz: [q.w, q.i, q.j, q.k],
+            translation_m: [t.x, t.y, t.z],
+        }
     }));
-    let (camera, lens) = (&truth.camera, &truth.camera.distortion);
-    let truth = json!({
-        "schema": "boresight.truth/1",
-        "f_px": [camera.f_px.x, camera.f_px.y], "pp_px": [camera.pp_px.x, camera.pp_px.y],
-        "distortion": { "k1": lens.k1, "k2": lens.k2, "p1": lens.p1, "p2": lens.p2, "k3": lens.k3 },
-        "cam_from_board": frames,
-    });
-    Ok(save(&path, truth.to_string().as_bytes(), Overwrite::Allowed)?)
+    let Camera { f_px, pp_px, distortion: Distortion { k1, k2, p1, p2, k3 } } = truth.camera;
+    let file = TruthFile {
+        schema: TRUTH_SCHEMA.into(),
+        f_px: [f_px.x, f_px.y],
+        pp_px: [pp_px.x, pp_px.y],
+        distortion: DistortionEntry { k1, k2, p1, p2, k3 },
+        cam_from_board: frames,
+    };
+    let json = serde_json::to_value(&file)?.to_string();
+    Ok(save(&path, json.as_bytes(), Overwrite::Allowed)?)
 }
 
-fn earlier_frames(path: &Path) -> Vec<Value> {
+/// Empty if there is no earlier file, or none that can be read.
+fn earlier_frames(path: &Path) -> Vec<FramePose> {
     let text = std::fs::read_to_string(path).unwrap_or_default();
-    match serde_json::from_str::<Value>(&text) {
-        Ok(mut earlier) => match earlier["cam_from_board"].take() {
-            Value::Array(frames) => frames,
-            _ => Vec::new(),
-        },
-        Err(_) => Vec::new(),
-    }
+    serde_json::from_str::<TruthFile>(&text).map_or_else(|_| Vec::new(), |file| file.cam_from_board)
 }
 
 /// Announces how far the result is from the truth, in pixels and in its standard deviations.

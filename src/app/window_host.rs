@@ -10,8 +10,6 @@ use std::{
     },
 };
 
-use serde_json::Value;
-
 use super::{
     Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, camera, comparison, explain, export,
     host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
@@ -20,14 +18,15 @@ use super::{
     run::Concluded,
 };
 use crate::{
+    calibration::files::CalibrationFile,
     config::PlanName,
     guidance::Plan,
     pipeline::{Background, Paced, Pipeline},
     text,
 };
 
-/// Called with each session's result, as `calibration.json` holds it.
-pub type OnResult = Arc<dyn Fn(&Value) + Send + Sync>;
+/// Called with each session's result.
+pub type OnResult = Arc<dyn Fn(&CalibrationFile) + Send + Sync>;
 
 /// Answers the window: opens and concludes sessions, compares, exports and replays.
 pub struct WindowHost {

@@ -2,34 +2,82 @@ use std::borrow::Cow;
 
 use nalgebra::Point2;
 
-use crate::board::Checkerboard;
-use crate::calibration::check::noise_inflation::{excess_variance_px2, inflated};
-use crate::calibration::check::odd_corners::is_grid;
-use crate::calibration::result::{Calibration, CalibrationParams, NotCalibrated};
-use crate::calibration::solve::bundle::{InvalidCorners, Observations};
-use crate::calibration::solve::free_homography::{self, DistortionCentrePrior, FreeHomographies};
-use crate::calibration::solve::initial_guess::{
-    AsSeen, as_seen, distinct_views, noise_floor, start,
+use super::{
+    check::{
+        noise_inflation::{excess_variance_px2, inflated},
+        odd_corners::is_grid,
+    },
+    inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
+    params::{CalibrationParams, NotCalibrated},
+    result::Calibration,
+    solve::{
+        bundle::{InvalidCorners, Observations},
+        free_homography::{self, DistortionCentrePrior},
+        initial_guess::{NotPlanar, as_seen, distinct_views, start},
+        lens_model::{LensModel, LensPrior},
+        model_choice::{ModelChoice, ModelSearch, fit_models},
+    },
+    summary::assemble,
 };
-use crate::calibration::solve::lens_model::{LensModel, LensPrior};
-use crate::calibration::solve::model_choice::{ModelChoice, ModelSearch, fit_models};
-use crate::calibration::summary::assemble;
-use crate::frame::ImageSize;
-use crate::geometry::Corner;
+use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 
-/// Different views from which the lens stands without weak beliefs.
-pub(crate) const VIEWS_WITHOUT_PRIOR: usize = 4;
-/// A focal length less certain than this share of itself needs a lens_estimate.
+/// Relative standard deviation of the focal length above which it needs a prior of its own. Loose on
+/// purpose: it only separates views that leave the focal length open from those that don't.
 const F_UNDETERMINED: f64 = 0.2;
 
 /// Estimates the lens and all poses from the corners of `views`, and checks the result.
 ///
-/// Each view has one corner per board corner, in the board's order. Deterministic.
+/// Each view has one corner per board corner, in the board's order and in distorted pixels of a picture of
+/// `image_size`. Four different views determine the lens without priors, and eight are advised; with fewer,
+/// [`CalibrationParams::weak_priors`] must be on. Deterministic.
+///
+/// Bundle adjustment from closed forms, for nested lens models of which BIC chooses one; corner covariances are
+/// inflated to what the residuals show. See `docs/method.md`, section 2.
 ///
 /// # Errors
 ///
-/// [`NotCalibrated`] if corners are missing or not numbers, a view is not the image of a flat board,
-/// or the views fit no lens. Views that determine the lens badly are no error but a verdict.
+/// [`NotCalibrated`] if corners are missing or not finite, if a view isn't the image of a flat board, or if the views
+/// fit no lens. Views that determine the lens poorly give a [`Verdict`](crate::calibration::Verdict), not an error.
+///
+/// # Examples
+///
+/// Eight views of a simulated board, tilted by 40° in eight directions:
+///
+/// ```
+/// use boresight::{
+///     board::Checkerboard,
+///     calibration::{CalibrationParams, LensModel, calibrate},
+///     frame::ImageSize,
+///     geometry::{Camera, Corner, Distortion},
+/// };
+/// use nalgebra::{Isometry3, Point2, Vector3};
+///
+/// let distortion = Distortion { k1: -0.1, ..Distortion::default() };
+/// let truth = Camera { distortion, ..Camera::pinhole(950.0, Point2::new(648.0, 353.0)) };
+/// let board = Checkerboard::new(9, 6, 0.025)?;
+/// let views: Vec<Vec<Corner>> = (0..8)
+///     .map(|view| {
+///         let (sin, cos) = (f64::from(view) * std::f64::consts::FRAC_PI_4).sin_cos();
+///         let tilt = Vector3::new(sin, -cos, 0.0) * 40_f64.to_radians();
+///         let cam_from_board = Isometry3::new(Vector3::new(0.0, 0.0, 0.3), tilt);
+///         board
+///             .corners_in_board_m()
+///             .iter()
+///             .filter_map(|point_m| truth.px_from_board(&cam_from_board, point_m))
+///             .map(|px| Corner::isotropic(px, 0.05))
+///             .collect()
+///     })
+///     .collect();
+///
+/// let image_size = ImageSize { width_px: 1280, height_px: 720 };
+/// let found = calibrate(&views, &board, image_size, &CalibrationParams::default())?;
+///
+/// assert_eq!(found.model, LensModel::K1);
+/// assert!((found.camera.f_px.x - 950.0).abs() < 0.01);
+/// assert!((found.camera.pp_px - truth.pp_px).norm() < 0.01);
+/// assert!((found.camera.distortion.k1 - -0.1).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn calibrate(
     views: &[Vec<Corner>],
     board: &Checkerboard,
@@ -51,7 +99,8 @@ pub fn calibrate(
     if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
         return Err(NotCalibrated::NoGrid { view });
     }
-    let as_seen = as_seen(views, &board_m, image_size)?;
+    let as_seen = as_seen(views, &board_m, image_size)
+        .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
     let distinct = distinct_views(views, image_size);
     let prior = DistortionCentrePrior::of(image_size);
     let fit_free = |observations: &Observations| {
@@ -93,40 +142,15 @@ fn observations(
     })
 }
 
-/// The corners and what was derived from them before any adjustment.
-pub(crate) struct Inputs<'a> {
-    pub(crate) views: &'a [Vec<Corner>],
-    pub(crate) board: &'a Checkerboard,
-    pub(crate) board_m: &'a [Point2<f64>],
-    pub(crate) image_size: ImageSize,
-    pub(crate) params: &'a CalibrationParams,
-    pub(crate) observations: Observations,
-    pub(crate) as_seen: AsSeen,
-    pub(crate) free: Option<FreeHomographies>,
-    pub(crate) distinct: usize,
-    /// Root of the variance that was added to what the corners claim.
-    pub(crate) excess_px: f64,
-}
-
-pub(crate) struct Solution {
-    pub(crate) choice: ModelChoice,
-    pub(crate) prior_used: bool,
-    pub(crate) focal_prior_used: bool,
-}
-
 impl Inputs<'_> {
-    pub(crate) fn noise_floor(&self) -> f64 {
-        noise_floor(self.views)
-    }
-
-    /// Lens models that this many different views may be asked about.
+    /// Lens models to fit: fewer views determine fewer coefficients.
     fn models(&self) -> Vec<LensModel> {
         let richest = match self.distinct {
             0 | 1 => LensModel::K1,
             2 => LensModel::K1K2,
             _ => LensModel::K1K2P1P2K3,
         };
-        // A lens that was asked for is never withheld.
+        // The simplest model requested is always fitted, whatever the number of views.
         let wanted = self.params.models.iter().min().copied();
         LensModel::ALL
             .into_iter()
@@ -134,7 +158,7 @@ impl Inputs<'_> {
             .collect()
     }
 
-    /// Adjusts, first as asked, then with a lens_estimate about the focal length if the views leave it open.
+    /// Fits the models; if the views leave the focal length open, again with a prior on it.
     fn solve(&self) -> Result<Solution, NotCalibrated> {
         let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
         let start =
@@ -162,8 +186,8 @@ impl Inputs<'_> {
             return Err(undetermined);
         }
         let f_px = start.camera.f_px.x;
-        let believed = weak.with_focal_length(f_px, 0.5 * f_px);
-        let choice = search(Some(&believed)).ok_or(undetermined)?;
+        let with_focal_prior = weak.with_focal_length(f_px, 0.5 * f_px);
+        let choice = search(Some(&with_focal_prior)).ok_or(undetermined)?;
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
     }
 

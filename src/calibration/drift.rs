@@ -1,63 +1,68 @@
-//! Has an installed camera changed? New views against an old calibration, METHOD section 4.
+//! Detects whether an installed camera has changed: new views against an old calibration. `docs/method.md`, section 4.
 
 use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector2, Vector3};
 
-use crate::board::Checkerboard;
-use crate::calibration::solve::bundle::{
-    Bundle, BundleState, Observations, adjust, information_at,
+use super::solve::{
+    bundle::{Bundle, BundleState, Observations, adjust, information_at},
+    initial_guess::noise_floor,
+    lens_model::LensModel,
+    schur_lm::inverse,
 };
-use crate::calibration::solve::initial_guess::noise_floor;
-use crate::calibration::solve::lens_model::LensModel;
-use crate::calibration::solve::schur_lm::inverse;
-use crate::frame::ImageSize;
-use crate::geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose};
+use crate::{
+    board::Checkerboard,
+    frame::ImageSize,
+    geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose},
+};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// χ² at 1 % with 3 degrees of freedom, and the noncentrality at which it is exceeded 95 times of 100.
+/// χ² quantile at 0.99 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit.
 const LIMIT: f64 = 11.345;
 const NONCENTRALITY_95: f64 = 22.674;
-/// χ² at 1 % with 2 and 1 degrees of freedom.
+/// χ² quantiles at 0.99 with 2 and 1 degrees of freedom.
 const PP_LIMIT: f64 = 9.210;
 const F_LIMIT: f64 = 6.635;
-/// Where f, cx, cy stand among the lens parameters once pixels are square; fy follows f.
+/// Indices of f, cx, cy among the lens parameters once pixels are square; fy follows f.
 const F_AND_PP: [usize; 3] = [0, 2, 3];
 const DISTORTION: [usize; 5] = [4, 5, 6, 7, 8];
-/// Fewest views from which a change is told: two opposed pairs.
+/// Fewest views for a verdict: two opposed pairs.
 pub const DRIFT_VIEWS: usize = 4;
-/// A view may reach past the old boards by this share of the picture's width, with this share of its
-/// corners further out.
-const REACH: f64 = 0.05;
-const OUTSIDE: f64 = 0.25;
-/// Residual with the old distortion over that with a free one, from which the lens itself has changed.
-const LENS_CHANGED: f64 = 1.5;
-/// A ray displaced by less than this share of the picture's width is watched, not acted on.
+/// How far outside the old boards a corner still counts as covered, as a fraction of the picture's width.
+const COVERED_MARGIN_FRACTION: f64 = 0.05;
+/// Fraction of a view's corners that may lie further out.
+const MAX_UNCOVERED_FRACTION: f64 = 0.25;
+/// Ratio of the residual with the old distortion to that with a free one, above which the distortion has changed. By
+/// chance, the five coefficients change it by about 1 %: four views have some four hundred degrees of freedom.
+const MAX_RESIDUAL_RATIO: f64 = 1.5;
+/// Displacement of a ray, as a fraction of the picture's width, below which a significant change is watched rather than
+/// acted on: 1 px at 1280.
 const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
-/// Taken for the standard deviations of a calibration that states none: f as share of itself, PP as share
-/// of the width, then k1, k2, p1, p2, k3.
+/// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP relative to the
+/// width, then k1, k2, p1, p2, k3. Pessimistic on purpose: the one of the PP is
+/// about nine times that of eight frame-filling views (`docs/method.md`, section 0).
 const UNSTATED_F: f64 = 1.5e-3;
 const UNSTATED_PP: f64 = 1.5e-3;
 const UNSTATED_DISTORTION: [f64; 5] = [5e-3, 1e-2, 2e-4, 2e-4, 1e-2];
 
-/// The calibration that a camera is checked against.
+/// The calibration against which a camera is checked.
 #[derive(Clone, Debug)]
 pub struct OldLens<'a> {
     /// The lens.
     pub camera: Camera,
-    /// Its covariance, if the file states it.
+    /// 9×9 covariance of the lens parameters, if the file states it.
     pub covariance: Option<LensMatrix>,
-    /// Where its boards were; empty if the file does not say.
+    /// Outlines of its boards, in pixels; empty if the file doesn't state them.
     pub outlines: &'a [BoardOutline],
-    /// Its picture.
+    /// Size of its pictures.
     pub image_size: ImageSize,
 }
 
-/// What a check amounts to.
+/// The verdict of a drift check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriftVerdict {
-    /// No change that these views could see.
+    /// No significant change.
     Ok,
-    /// A change, too small to matter yet.
+    /// A significant change, too small to matter yet.
     Watch,
     /// A change that matters.
     Recalibrate,
@@ -66,42 +71,43 @@ pub enum DriftVerdict {
 /// How an installed camera differs from its old calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
-    /// See [`DriftVerdict`].
+    /// The verdict.
     pub verdict: DriftVerdict,
-    /// Change of the focal length (of fx, fy in its old proportion) and of the principal point.
+    /// Change of `(f, cx, cy)` in pixels; `fy` changes in proportion to `fx`.
     pub change_px: Vector3<f64>,
-    /// Its standard deviations, those of the old calibration included.
+    /// Standard deviations of the change in pixels, including those of the old calibration.
     pub sd_px: Vector3<f64>,
-    /// `dᵀS⁻¹d` of the three together, and what chance allows 99 times of 100.
+    /// `dᵀS⁻¹d` of all three, χ² with 3 degrees of freedom if nothing changed.
     pub statistic: f64,
-    /// Limit of `statistic`.
+    /// Limit of `statistic`, exceeded by chance in 1 % of checks.
     pub limit: f64,
-    /// Whether the principal point by itself, and the focal length by itself, exceed theirs.
+    /// Whether the principal point alone changed significantly, at 1 %.
     pub pp_changed: bool,
-    /// See `pp_changed`.
+    /// Whether the focal length alone changed significantly, at 1 %.
     pub f_changed: bool,
-    /// Smallest shift of the principal point that would be told 95 times of 100, in its worst direction.
+    /// Shift of the principal point, in the direction in which it is least visible, that would be detected with a
+    /// probability of 95 %, in pixels.
     pub visible_pp_px: f64,
-    /// The same for the focal length.
+    /// Change of the focal length that would be detected with a probability of 95 %, in pixels.
     pub visible_f_px: f64,
-    /// How far the change moves the image of a ray, at most, over the picture.
+    /// Largest displacement of the image of a ray over the picture, in pixels.
     pub displacement_px: f64,
-    /// The displacement from which the change matters.
+    /// Displacement above which a change matters, in pixels.
     pub matters_px: f64,
-    /// Residual under the old distortion over that under a free one; far above 1 if the lens itself changed.
+    /// Residual with the old distortion over that with a free one; far above 1 if the distortion itself changed.
     pub residual_ratio: f64,
-    /// Whether `residual_ratio` is beyond what chance does.
+    /// Whether `residual_ratio` is too large for the distortion to be unchanged.
     pub lens_changed: bool,
-    /// Whether the old calibration states no covariance, so that a usual one was assumed.
+    /// Whether a typical covariance was assumed because the old calibration states none.
     pub assumed: bool,
-    /// The lens as it is now, with the old distortion.
+    /// The lens now: new focal length and principal point, old distortion.
     pub camera: Camera,
-    /// The views used, of those given.
+    /// Indices of the views used.
     pub used: Vec<usize>,
 }
 
 impl Drift {
-    /// How far, and where to, the change moves the image of the ray that the old lens showed at `px`.
+    /// Displacement in pixels of the image of the ray that the old lens showed at `px`.
     pub fn displacement_at(&self, px: &Point2<f64>) -> Vector2<f64> {
         let old_f_px = self.camera.f_px.x - self.change_px.x;
         let old_pp_px = self.camera.pp_px - self.change_px.yz();
@@ -109,28 +115,28 @@ impl Drift {
     }
 }
 
-/// Why nothing can be said.
+/// Why there is no verdict.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoDrift {
-    /// Another picture size: crop or scale of the sensor is unknown.
+    /// The size of the pictures differs: how the sensor was cropped or scaled is unknown.
     #[error("pictures of {new:?}, calibrated for {old:?}")]
     OtherSize {
-        /// Of the new views.
+        /// Size of the new pictures.
         new: ImageSize,
-        /// Of the old calibration.
+        /// Size in the old calibration.
         old: ImageSize,
     },
-    /// Too few views, or too few where the old calibration has seen boards.
+    /// Too few views, or too few in the part of the picture that the old calibration covers.
     #[error(
         "{usable} usable views, {outside} outside of the calibrated part, {DRIFT_VIEWS} wanted"
     )]
     FewViews {
         /// Views that can be used.
         usable: usize,
-        /// Views that reach too far out of what the old calibration covered.
+        /// Views that extend too far outside the part that the old calibration covers.
         outside: usize,
     },
-    /// The views do not determine focal length and principal point.
+    /// The views don't determine focal length and principal point.
     #[error("the views do not determine focal length and principal point")]
     Undetermined,
 }
@@ -158,15 +164,19 @@ impl DriftVerdict {
     }
 }
 
-/// Compares `views` of `board`, one corner per board corner, with an old calibration.
+/// Compares `views` of `board` with an old calibration.
+///
+/// Each view has one corner per board corner, in distorted pixels; others are ignored. Views outside the part of the
+/// picture that the old calibration covers are ignored, too: its distortion is not known there.
 ///
 /// Focal length and principal point are adjusted, the old distortion held. With `I` the information of the
 /// new views, `d = θ' − θ_old`, `A = [−I, −I₃₃⁻¹ I₃ₖ]` and `S = I₃₃⁻¹ + A C_old Aᵀ`, `dᵀS⁻¹d` is χ² with 3
-/// degrees of freedom if nothing changed.
+/// degrees of freedom if nothing changed. See `docs/method.md`, section 4.
 ///
 /// # Errors
 ///
-/// [`NoDrift`].
+/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] views can be used, or if they don't determine
+/// the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
     board: &Checkerboard,
@@ -210,7 +220,7 @@ pub fn drift(
     let change_px = d.component_mul(&back);
     let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
     let residual_ratio = change.residual_ratio;
-    let lens_changed = residual_ratio > LENS_CHANGED;
+    let lens_changed = residual_ratio > MAX_RESIDUAL_RATIO;
     let mut now = old.camera;
     now.f_px *= 1.0 + change_px.x / now.f_px.x;
     now.pp_px += change_px.yz();
@@ -244,17 +254,17 @@ pub fn drift(
     Ok(Drift { verdict, ..found })
 }
 
-/// Whether a view stays, by and large, where the old calibration had boards; yes if that is not known.
+/// Whether most of a view lies where the old calibration had boards; true if that isn't known.
 fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
     if old.outlines.is_empty() {
         return true;
     }
-    let reach_px = REACH * f64::from(old.image_size.width_px);
+    let reach_px = COVERED_MARGIN_FRACTION * f64::from(old.image_size.width_px);
     let outside = view
         .iter()
         .filter(|corner| !old.outlines.iter().any(|outline| outline.reaches(&corner.px, reach_px)))
         .count();
-    outside as f64 <= OUTSIDE * view.len() as f64
+    outside as f64 <= MAX_UNCOVERED_FRACTION * view.len() as f64
 }
 
 fn stretched(corner: &Corner, aspect: f64) -> Corner {
@@ -265,7 +275,7 @@ fn stretched(corner: &Corner, aspect: f64) -> Corner {
     }
 }
 
-/// Over `(f, f, cx, cy, …)` of square pixels: fy follows fx.
+/// The covariance after rows are scaled by `aspect`.
 fn scaled_covariance(covariance: &LensMatrix, aspect: f64) -> LensMatrix {
     let scale = |i: usize| if i == 1 || i == 3 { aspect } else { 1.0 };
     LensMatrix::from_fn(|i, j| covariance[(i, j)] * scale(i) * scale(j))
@@ -283,12 +293,12 @@ fn unstated(camera: &Camera, image_size: ImageSize) -> LensMatrix {
     covariance
 }
 
-/// New views adjusted with the old distortion.
+/// The new views adjusted with the old distortion.
 struct Change {
     d_px: Vector3<f64>,
-    /// Of `(f, cx, cy)` from the new views.
+    /// `I₃₃⁻¹`: covariance of `(f, cx, cy)` from the new views, per unit of noise.
     unit_covariance: Matrix3<f64>,
-    /// Of `(f, cx, cy)` with the distortion, per unit of noise.
+    /// `I₃ₖ`: information between `(f, cx, cy)` and the distortion, per unit of noise.
     cross: SMatrix<f64, 3, 5>,
     noise_factor: f64,
     residual_ratio: f64,
@@ -322,7 +332,7 @@ impl Change {
         })
     }
 
-    /// S.
+    /// `S`.
     fn covariance(&self, old: &LensMatrix) -> Option<Matrix3<f64>> {
         let by_distortion = self.unit_covariance * self.cross;
         let mut a = SMatrix::<f64, 3, 8>::zeros();

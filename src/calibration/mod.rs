@@ -3,17 +3,21 @@
 //! | room | holds |
 //! |---|---|
 //! | [`solve`] | corners → lens and poses, with covariance, for the lens model that the corners support |
-//! | [`check`] | findings and the verdict: checks that do not believe the fit's own residual |
+//! | [`check`] | findings and the verdict: checks that don't rely on the residual of the fit |
 //! | [`files`] | calibrations as files: the formats of other programs, read and written |
-//! | `calibrate`, `summary`, `result` | the order of the stages; the minimum turned into a [`Calibration`] |
+//! | `params`, `inputs` | what to estimate; the corners and everything derived from them before adjustment |
+//! | `calibrate`, `summary`, `result` | runs the stages; turns the minimum into a [`Calibration`] |
 //! | `drift` | new views of an installed camera against its old calibration |
 //!
-//! [`calibrate`] runs them all. Everything is deterministic; nothing here speaks to a person.
+//! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top level uses both.
+//! Everything is deterministic. Findings and errors are values with numbers; `text` turns them into sentences.
 
 mod calibrate;
 pub mod check;
 mod drift;
 pub mod files;
+mod inputs;
+mod params;
 mod result;
 pub mod solve;
 mod summary;
@@ -26,10 +30,8 @@ pub use check::{
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
 pub use files::{export, import};
-pub use result::{
-    Calibration, CalibrationParams, Focal, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
-    ViewResult,
-};
+pub use params::{CalibrationParams, NotCalibrated};
+pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},
     free_homography::{self, FreeHomographies},

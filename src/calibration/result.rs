@@ -1,167 +1,79 @@
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2};
 
-use crate::calibration::check::finding::{Finding, Verdict};
-use crate::calibration::check::projection_sd::ProjectionSd;
-use crate::calibration::solve::lens_model::LensModel;
-use crate::calibration::solve::model_choice::ModelFit;
-use crate::frame::ImageSize;
-use crate::geometry::{Camera, FocalLength, LENS_PARAMETERS, PrincipalLine};
-
-/// What to estimate.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CalibrationParams {
-    /// Lean on weak beliefs about the lens while fewer than four different views are there.
-    pub weak_priors: bool,
-    /// `fy = fx`.
-    pub square_pixels: bool,
-    /// Lens models to choose from, simplest first.
-    pub models: Vec<LensModel>,
-    /// The focal length may differ from view to view, as with a zoom or an autofocus that cannot be locked.
-    pub varying_focal: bool,
-}
-
-impl Default for CalibrationParams {
-    fn default() -> Self {
-        Self {
-            weak_priors: true,
-            square_pixels: true,
-            models: LensModel::ALL.to_vec(),
-            varying_focal: false,
-        }
-    }
-}
-
-/// Why views give no calibration at all.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NotCalibrated {
-    /// There is no view.
-    #[error("no view")]
-    NoViews,
-    /// No lens model to choose from.
-    #[error("no lens model")]
-    NoModels,
-    /// A picture without pixels.
-    #[error("picture of {width_px}x{height_px} px")]
-    NoPicture {
-        /// Width.
-        width_px: u32,
-        /// Height.
-        height_px: u32,
+use super::{
+    check::{
+        finding::{Finding, Verdict},
+        projection_sd::ProjectionSd,
     },
-    /// A view without exactly one corner per board corner.
-    #[error("view {view}: {got} corners, want {want}")]
-    CornerCount {
-        /// The view.
-        view: usize,
-        /// Corners it has.
-        got: usize,
-        /// Corners of the board.
-        want: usize,
-    },
-    /// A corner that is not finite or whose covariance is not positive definite.
-    #[error("view {view}: corner {corner} is not a number")]
-    CornerValue {
-        /// The view.
-        view: usize,
-        /// The corner.
-        corner: usize,
-    },
-    /// A view whose corners are not the image of a flat board.
-    #[error("view {view}: no homography")]
-    NoHomography {
-        /// The view.
-        view: usize,
-    },
-    /// A view whose corners do not run row by row over the board.
-    #[error("view {view}: corners do not run row by row")]
-    NoGrid {
-        /// The view.
-        view: usize,
-    },
-    /// The views leave the lens undetermined, or fit no lens.
-    #[error("{distinct} different views do not determine the lens")]
-    Undetermined {
-        /// Different views.
-        distinct: usize,
-    },
-}
-
-impl NotCalibrated {
-    /// Stable name.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::NoViews => "NO-VIEWS",
-            Self::NoModels => "NO-MODELS",
-            Self::NoPicture { .. } => "NO-PICTURE",
-            Self::CornerCount { .. } => "CORNER-COUNT",
-            Self::CornerValue { .. } => "CORNER-VALUE",
-            Self::NoHomography { .. } => "NO-HOMOGRAPHY",
-            Self::NoGrid { .. } => "CORNERS-WRONG",
-            Self::Undetermined { .. } => "UNDETERMINED",
-        }
-    }
-}
+    solve::{lens_model::LensModel, model_choice::ModelFit},
+};
+use crate::{
+    frame::ImageSize,
+    geometry::{Camera, FocalLength, LENS_PARAMETERS, PrincipalLine},
+};
 
 /// One estimate of the principal point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalPointEstimate {
-    /// The point.
+    /// The point, in pixels.
     pub px: Point2<f64>,
-    /// Its covariance, where the method gives one.
+    /// Covariance in px², where the method gives one.
     pub covariance_px2: Option<Matrix2<f64>>,
-    /// Focal length along x and y, where the method gives one.
+    /// Focal length along x and y in pixels, where the method gives one.
     pub f_px: Option<Vector2<f64>>,
 }
 
 /// The principal point by every method, for comparison. The result is `bundle`, or `free_homography` if
 /// the focal length varies.
 ///
-/// The `pl_` estimates are from the corners as seen: distortion pulls them towards the boards' centre.
+/// The `pl_` estimates use distorted corners: distortion biases them towards the mean position of the boards
+/// (`docs/method.md`, section 0, offset law).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PrincipalPoints {
-    /// Principal lines, all with the same weight.
+    /// Intersection of the principal lines with equal weights.
     pub pl_unweighted: Option<PrincipalPointEstimate>,
-    /// Principal lines, weighted by their variance at the point.
+    /// Intersection of the principal lines, weighted by their variances.
     pub pl_weighted: Option<PrincipalPointEstimate>,
-    /// Principal lines and the ring of 45° vanishing points.
+    /// From principal lines and the ring of ±45° vanishing points.
     pub pl_ring: Option<PrincipalPointEstimate>,
-    /// Principal lines of views undistorted without assuming a common focal length.
+    /// Intersection of the principal lines of corners undistorted by the free homographies, which assume no common focal
+    /// length.
     pub free_homography: Option<PrincipalPointEstimate>,
     /// Bundle adjustment.
     pub bundle: Option<PrincipalPointEstimate>,
-    /// Zhang's method, refined with k1 and k2, fx and fy apart.
+    /// Zhang's method, refined with k1, k2 and independent fx, fy.
     pub zhang: Option<PrincipalPointEstimate>,
 }
 
-/// What became of one view.
+/// The result for one view.
 #[derive(Clone, Debug)]
 pub struct ViewResult {
-    /// Pose of the board.
+    /// Pose of the board, metres.
     pub cam_from_board: Isometry3<f64>,
-    /// Root mean square residual per coordinate.
+    /// Root mean square residual per coordinate, in pixels.
     pub residual_rms_px: f64,
-    /// Angle between image plane and board.
+    /// Angle between image plane and board, `[0, π/2]`.
     pub tilt_rad: f64,
-    /// Direction in the image towards which the board recedes; without meaning at tilt 0.
-    pub slot_rad: f64,
-    /// Of the corners as seen. `None` if the board is too frontal to have one.
+    /// Direction in the image in which the board recedes, `[0, 2π)`; arbitrary at tilt 0.
+    pub tilt_azimuth_rad: f64,
+    /// Principal line of the distorted corners. `None` if the board faces the camera.
     pub principal_line: Option<PrincipalLine>,
-    /// Signed distance of this line from `pl_weighted`.
+    /// Signed distance of this line from [`PrincipalPoints::pl_weighted`], in pixels.
     pub pl_residual_px: Option<f64>,
-    /// From this view alone, corners undistorted, principal point given.
+    /// Focal length of this view alone, from its undistorted corners and the resulting principal point.
     pub focal: Option<FocalLength>,
-    /// The same from the corners as seen and `pl_unweighted`, as the source paper has it.
+    /// The same from the distorted corners and [`PrincipalPoints::pl_unweighted`], as in Chuang 2021.
     pub focal_as_seen: Option<FocalLength>,
 }
 
-/// How the views' focal lengths go together.
+/// Whether all views share one focal length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Focal {
-    /// All views have the camera's.
+    /// All views have the camera's focal length.
     Common,
-    /// Each view has its own, [`ViewResult::focal`]; the camera's is their mean.
+    /// Every view has its own, [`ViewResult::focal`]; the camera has their mean.
     Varying {
-        /// Sample standard deviation over the views.
+        /// Sample standard deviation over the views, in pixels.
         scatter_px: f64,
     },
 }
@@ -169,64 +81,67 @@ pub enum Focal {
 /// A lens with stated and checked uncertainty.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// The picture this holds for.
+    /// Size of the picture for which the calibration holds.
     pub image_size: ImageSize,
-    /// Lens model chosen.
+    /// The lens model chosen.
     pub model: LensModel,
     /// The lens.
     pub camera: Camera,
     /// Whether the camera's focal length is that of every view.
     pub focal: Focal,
-    /// Covariance of the lens parameters, doubt about the model included; zero for those not in
-    /// `model`. If the focal length varies, its variance is that of one view's own, not the scatter. With square pixels fx and fy are one parameter and fully correlated.
+    /// 9×9 covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included;
+    /// zero for parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully
+    /// correlated. If the focal length varies, its variance is that of a single view's estimate, not the scatter.
     pub covariance: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
-    /// The same with the doubt about parameters that `model` holds at zero.
+    /// The same, including the uncertainty of parameters that `model` fixes at zero.
     pub covariance_all: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
-    /// Root mean square reprojection residual per coordinate.
+    /// Root mean square reprojection residual per coordinate, in pixels.
     pub rms_px: f64,
-    /// `√(cost/dof)`: the corners' error as a multiple of what their covariances claim.
+    /// σ₀ of the adjustment, see [`Bundle::noise_factor`](crate::calibration::Bundle::noise_factor).
     pub noise_factor: f64,
-    /// Typical error of a corner coordinate: `noise_factor` times the root mean square of its claimed sd.
+    /// Typical standard deviation of a corner coordinate in pixels: `noise_factor` times the root mean square of the stated
+    /// ones.
     pub noise_px: f64,
-    /// Error of the corners beyond what the detector claims, from the print, the board's flatness or the
-    /// finest shape of the lens; zero if nothing speaks for one.
+    /// Standard deviation in pixels of errors that the detector can't see: of the print, the flatness of the board or the
+    /// fine shape of the lens. Zero if the residuals show none.
     pub excess_px: f64,
-    /// All models tried, simplest first.
+    /// All models fitted, simplest first.
     pub candidates: Vec<ModelFit>,
-    /// By every method.
+    /// The principal point by every method.
     pub principal_point: PrincipalPoints,
     /// One per view given, in order.
     pub views: Vec<ViewResult>,
-    /// Uncertainty of projection over the picture.
+    /// Standard deviation of projection over the picture.
     pub projection_sd: ProjectionSd,
-    /// Leaving each view out: observed over expected shift of the principal point.
+    /// Observed over expected shift of the principal point when each view is left out in turn; near 1 if the views agree.
+    /// `None` below four different views.
     pub skip_one_ratio: Option<f64>,
-    /// Share of the picture covered by any board.
+    /// Fraction of the picture covered by at least one board, 0 to 1.
     pub coverage: f64,
-    /// Honesty checks.
+    /// Results of the trust checks.
     pub findings: Vec<Finding>,
-    /// What the findings amount to.
+    /// The worst of the findings.
     pub verdict: Verdict,
 }
 
 impl Calibration {
-    /// The camera as it was for one view: with that view's own focal length if it varies.
+    /// The camera of one view: with the view's own focal length if it varies.
     pub fn camera_of(&self, view: usize) -> Camera {
-        let own = self.views.get(view).and_then(|view| view.focal);
-        match (self.focal, own) {
-            (Focal::Varying { .. }, Some(own)) => {
-                Camera { f_px: Vector2::repeat(own.f_px), ..self.camera }
+        let of_view = self.views.get(view).and_then(|view| view.focal);
+        match (self.focal, of_view) {
+            (Focal::Varying { .. }, Some(of_view)) => {
+                Camera { f_px: Vector2::repeat(of_view.f_px), ..self.camera }
             }
             _ => self.camera,
         }
     }
 
-    /// Standard deviation of each lens parameter.
+    /// Standard deviation of each lens parameter, in the order of [`LENS_PARAMETERS`].
     pub fn sd(&self) -> [f64; LENS_PARAMETERS] {
         std::array::from_fn(|i| self.covariance[(i, i)].max(0.0).sqrt())
     }
 
-    /// Covariance of the principal point.
+    /// 2×2 covariance of the principal point, px².
     pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
         self.covariance.fixed_view::<2, 2>(2, 2).into()
     }

@@ -1,33 +1,36 @@
-//! From the minimum to what is told of it: every view, every method, every check.
+//! Builds the [`Calibration`] from the solver's minimum: every view, every method, every check.
 
 use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2, Vector3};
 
-use crate::calibration::calibrate::{Inputs, Solution, VIEWS_WITHOUT_PRIOR};
-use crate::calibration::check::finding::Verdict;
-use crate::calibration::check::held_out;
-use crate::calibration::check::leave_out;
-use crate::calibration::check::misfit_diagnosis::{Causes, causes};
-use crate::calibration::check::odd_corners::odd_corners;
-use crate::calibration::check::projection_sd::projection_jacobian;
-use crate::calibration::check::trust_checks::{self, Evidence};
-use crate::calibration::result::{
-    Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult,
+use super::{
+    check::{
+        finding::Verdict,
+        held_out, leave_out,
+        misfit_diagnosis::{Causes, causes},
+        odd_corners::odd_corners,
+        projection_sd::projection_jacobian,
+        trust_checks::{self, Evidence, ViewEvidence},
+    },
+    inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
+    result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
+    solve::{
+        bundle::BundleState,
+        free_homography::FreeHomographies,
+        initial_guess::{poses, typical_sigma_px},
+        lens_model::LensModel,
+        model_choice::ModelChoice,
+        varying::{self, VaryingFocal, varying_focal},
+        zhang,
+    },
 };
-use crate::calibration::solve::bundle::BundleState;
-use crate::calibration::solve::free_homography::FreeHomographies;
-use crate::calibration::solve::initial_guess::{poses, typical_sigma_px};
-use crate::calibration::solve::lens_model::LensModel;
-use crate::calibration::solve::model_choice::ModelChoice;
-use crate::calibration::solve::varying::{self, VaryingFocal, varying_focal};
-use crate::calibration::solve::zhang;
 use crate::geometry::{
     BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
-    coverage, fit_pose, mean_px,
+    PrincipalPoint, coverage, fit_pose, mean_px,
 };
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// The lens that is the result, and its uncertainty.
+/// The resulting lens and its covariance.
 struct Lens {
     model: LensModel,
     camera: Camera,
@@ -37,8 +40,8 @@ struct Lens {
     noise_factor: f64,
 }
 
-/// Everything told of `solution`. `None` if its covariance is not finite.
-pub(crate) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calibration> {
+/// Summarises `solution`. `None` if its covariance isn't finite.
+pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calibration> {
     let choice = &solution.choice;
     let bundle = choice.bundle();
     let noise_floor = inputs.noise_floor();
@@ -61,14 +64,22 @@ pub(crate) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         None => inputs.views_of_bundle(&bundle.state, &pp_covariance_px2, noise_factor),
     };
     let of_bundle: Matrix2<f64> = (plain + causes.doubt).fixed_view::<2, 2>(2, 2).into();
-    let widening = of_bundle.trace() / plain.fixed_view::<2, 2>(2, 2).trace();
+    let inflation = of_bundle.trace() / plain.fixed_view::<2, 2>(2, 2).trace();
     let skip_one_ratio = (inputs.distinct >= 4)
         .then(|| leave_out::leave_one_out(bundle, bundle.noise_factor().max(noise_floor)))
         .flatten()
-        .map(|left_out| left_out.ratio / widening.sqrt());
+        .map(|left_out| left_out.ratio / inflation.sqrt());
     let coverage = coverage(&inputs.outlines(), inputs.image_size);
-    let mirrored: Vec<bool> =
-        inputs.as_seen.image_from_board.iter().map(|h| h.determinant() * h[(2, 2)] < 0.0).collect();
+    let view_evidence: Vec<ViewEvidence> = views
+        .iter()
+        .zip(&inputs.as_seen.image_from_board)
+        .map(|(view, h)| ViewEvidence {
+            tilt_rad: view.tilt_rad,
+            tilt_azimuth_rad: view.tilt_azimuth_rad,
+            residual_rms_px: view.residual_rms_px,
+            mirrored: h.determinant() * h[(2, 2)] < 0.0,
+        })
+        .collect();
     let odd_corners = odd_corners(&inputs.observations, &bundle.state);
     let held_out = (inputs.distinct > held_out::VIEWS_NEEDED)
         .then(|| held_out::check(&inputs.observations, bundle, inputs.views))
@@ -82,8 +93,7 @@ pub(crate) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
             _ => None,
         },
         free,
-        views: &views,
-        mirrored: &mirrored,
+        views: &view_evidence,
         seen: inputs.views,
         causes: &causes,
         odd_corners: &odd_corners,
@@ -149,7 +159,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// What else may be wrong with the views, weighed against the richest lens.
+    /// Hypotheses about a misfit, compared with the richest lens model.
     fn causes(&self, choice: &ModelChoice) -> Causes {
         let richest = choice.bundles.last();
         match richest {
@@ -185,7 +195,7 @@ impl Inputs<'_> {
             .collect()
     }
 
-    /// Views under their own focal lengths; where no pose fits, that of the bundle.
+    /// Views under their own focal lengths; where no pose fits, with the pose of the bundle.
     fn views_of_varying(&self, varying: &VaryingFocal, state: &BundleState) -> Vec<ViewResult> {
         (0..self.views.len())
             .map(|view| {
@@ -205,7 +215,7 @@ impl Inputs<'_> {
         residual_rms_px: f64,
         focal: Option<FocalLength>,
     ) -> ViewResult {
-        let (tilt_rad, slot_rad) = tilt_and_slot_rad(&cam_from_board);
+        let (tilt_rad, tilt_azimuth_rad) = tilt_and_azimuth_rad(&cam_from_board);
         let principal_line = self.as_seen.lines[view].clone();
         let pl_residual_px = principal_line
             .as_ref()
@@ -215,7 +225,7 @@ impl Inputs<'_> {
             cam_from_board,
             residual_rms_px,
             tilt_rad,
-            slot_rad,
+            tilt_azimuth_rad,
             principal_line,
             pl_residual_px,
             focal,
@@ -223,7 +233,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// This view's own focal length, its corners undistorted.
+    /// Focal length of a single view, from its undistorted corners.
     fn focal_length(
         &self,
         view: usize,
@@ -246,8 +256,8 @@ impl Inputs<'_> {
         line.focal_length(&camera.pp_px, pp_covariance_px2).ok()
     }
 
-    /// This view's own focal length as the paper has it: corners as seen, and the principal point where
-    /// their principal lines meet.
+    /// Focal length of a single view as in Chuang 2021: from distorted corners, with the principal point at the
+    /// intersection of the principal lines.
     fn focal_length_as_seen(&self, view: usize) -> Option<FocalLength> {
         let pp = self.as_seen.unweighted.as_ref()?;
         self.as_seen.lines[view].as_ref()?.focal_length(&pp.px, &pp.covariance_px2).ok()
@@ -263,9 +273,7 @@ impl Inputs<'_> {
         let camera = choice.fit().camera;
         let estimate =
             |px, covariance_px2, f_px| PrincipalPointEstimate { px, covariance_px2, f_px };
-        let lines = |pp: &crate::geometry::PrincipalPoint| {
-            estimate(pp.px, Some(pp.covariance_px2 * variance), None)
-        };
+        let lines = |pp: &PrincipalPoint| estimate(pp.px, Some(pp.covariance_px2 * variance), None);
         let zhang = poses(&self.as_seen.image_from_board, &camera)
             .filter(|_| self.distinct >= 2)
             .and_then(|poses| zhang::refined(&self.observations, LensModel::K1K2, camera, poses))
@@ -295,15 +303,15 @@ impl Inputs<'_> {
     }
 }
 
-/// Angle between board and image plane, and image direction in which the board recedes.
+/// Tilt (angle between board and image plane) and its azimuth (image direction in which the board recedes).
 ///
 /// On the plane `n·X = e`, `1/Z = n·(x, y, 1)/e`: depth grows fastest along `−(n_x, n_y)/e`.
-fn tilt_and_slot_rad(cam_from_board: &Isometry3<f64>) -> (f64, f64) {
+fn tilt_and_azimuth_rad(cam_from_board: &Isometry3<f64>) -> (f64, f64) {
     let normal = cam_from_board.rotation * Vector3::z();
     let distance = normal.dot(&cam_from_board.translation.vector);
     let receding = -normal.xy() * distance.signum();
-    let slot_rad = receding.y.atan2(receding.x).rem_euclid(std::f64::consts::TAU);
-    (receding.norm().atan2(normal.z.abs()), slot_rad)
+    let tilt_azimuth_rad = receding.y.atan2(receding.x).rem_euclid(std::f64::consts::TAU);
+    (receding.norm().atan2(normal.z.abs()), tilt_azimuth_rad)
 }
 
 /// `covariance` with zeros for parameters that `model` does not estimate.

@@ -14,22 +14,21 @@ use super::left_out::report::{Thumbnail, picture_beside};
 use super::report::this_command;
 use super::{
     board_args::{BoardArguments, Size},
-    corner_table,
     terminal::{announcer, print, say},
 };
 #[cfg(feature = "report")]
 use crate::{
     app::report::{picture_beside, versions},
-    report::{CalibrationFile, CameraSection, Provenance, Report, Thumbnail, page},
+    report::{CameraSection, Provenance, Report, Thumbnail, page},
     text::report as words,
 };
 use crate::{
-    app::{
-        Exit, announce_result,
-        json::{self, ViewName},
-    },
+    app::{Exit, announce_result},
     board::Checkerboard,
-    calibration::calibrate,
+    calibration::{
+        calibrate,
+        files::{CalibrationFile, ViewName, corner_table},
+    },
     capture::{CaptureError, read_picture},
     frame::ImageSize,
     geometry::Corner,
@@ -104,22 +103,29 @@ impl Arguments {
         };
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
         let exit = announce_result(result.as_ref(), "", &announcer());
-        let report = json::calibration(result.as_ref(), views.image_size, &board, &views.names);
+        let file = CalibrationFile::of(
+            result.as_ref(),
+            views.image_size,
+            &board,
+            &views.names,
+            text::FINDING_WORDS,
+        );
+        let json = serde_json::to_string_pretty(&file.to_json()?)?;
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         if let Some(path) = &self.out {
-            save(path, serde_json::to_string_pretty(&report)?.as_bytes(), overwrite)?;
+            save(path, json.as_bytes(), overwrite)?;
             say(&format!("Written: {}", path.display()));
         }
         #[cfg(feature = "report")]
         if let Some(path) = &self.report {
             let report = Report {
                 name: words::files(&folder_name(&self.inputs), self.inputs.len()),
-                facts: CalibrationFile::read(&report)?,
+                calibration: file,
                 notes: Vec::new(),
                 camera: CameraSection::default(),
                 corners: views.corners,
                 pictures: views.pictures,
-                drift: None,
+                check: None,
                 refused: Vec::new(),
                 provenance: Provenance { rows: versions(&[]), command: this_command() },
             };
@@ -127,7 +133,7 @@ impl Arguments {
             say(&format!("Report: {}", path.display()));
         }
         if self.json {
-            print(&serde_json::to_string_pretty(&report)?)?;
+            print(&json)?;
         }
         Ok(exit)
     }
@@ -150,7 +156,10 @@ fn from_table(
     let mut views =
         Views { image_size, corners: Vec::new(), names: Vec::new(), pictures: Vec::new() };
     let folder = path.parent().unwrap_or(Path::new("."));
-    for view in corner_table::read(path, board.corner_count())? {
+    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
+    let table = corner_table::read(&text, board.corner_count())
+        .with_context(|| format!("could not use {path:?}"))?;
+    for view in table {
         let reason = view.corners.is_none().then(|| "no corners in the table".to_owned());
         if with_pictures && reason.is_none() {
             views.pictures.push(picture_beside(folder, &view.name, image_size));

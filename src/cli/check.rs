@@ -151,7 +151,7 @@ impl Arguments {
     ) -> anyhow::Result<Exit> {
         let (_, action) = comparison::words(found);
         comparison::announce(found, action, source, &announcer());
-        let report = comparison::check_json(&self.against, source, old, found, action);
+        let report = comparison::check_file(&self.against, source, old, found, action);
         let exit = match found.as_ref().map(|drift| drift.verdict) {
             Ok(DriftVerdict::Ok | DriftVerdict::Watch) => Exit::Good,
             Ok(DriftVerdict::Recalibrate) => Exit::Recalibrate,
@@ -162,7 +162,7 @@ impl Arguments {
             say(&format!("Result: {}", file.display()));
         }
         if self.json {
-            print(&report.to_string())?;
+            print(&report.to_json()?.to_string())?;
         }
         Ok(exit)
     }

@@ -7,11 +7,11 @@ use clap::Args;
 
 use super::{
     board_args::BoardArguments,
-    corner_table,
     terminal::{print, say},
 };
 use crate::{
     app::{Exit, json},
+    calibration::files::corner_table::{self, Digits},
     capture::read_picture,
     detection::{Detector, DetectorParams},
     text,
@@ -38,7 +38,7 @@ impl Arguments {
         let mut detector = Detector::new(DetectorParams::default());
         let mut unreadable = 0;
         if !self.json {
-            print("# filename x y level")?;
+            print(corner_table::HEADER.trim_end())?;
         }
         for path in &self.images {
             let image = match read_picture(path) {
@@ -59,7 +59,8 @@ impl Arguments {
             if self.json {
                 print(&json::detection(&name, &board, &seen, millis).to_string())?;
             } else {
-                print(corner_table::lines(&name, seen.as_ref().ok()).trim_end())?;
+                let corners = seen.as_ref().ok().map(|detection| detection.corners.as_slice());
+                print(corner_table::lines(&name, corners, Digits::FourDecimals).trim_end())?;
             }
         }
         if unreadable > 0 {

@@ -1,12 +1,11 @@
 //! `boresight devices`.
 
 use clap::Args;
-use serde_json::{Value, json};
 
 use super::terminal::{print, say};
 #[cfg(all(target_os = "linux", feature = "live"))]
 use crate::{
-    app::Exit,
+    app::devices_file::{ControlEntry, ModeEntry, V4l2Entry},
     capture::{
         CameraMode, choose, layout,
         v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},
@@ -14,6 +13,10 @@ use crate::{
     device::Wanted,
 };
 use crate::{
+    app::{
+        Exit,
+        devices_file::{BackendEntry, DEVICES_SCHEMA, DeviceEntry, DevicesFile, OtherDevice},
+    },
     device::Fault,
     text::{
         self,
@@ -39,17 +42,17 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let (report, any) = list(!self.json);
+        let found = list(!self.json);
         if self.json {
-            print(&report.to_string())?;
+            print(&serde_json::to_value(&found)?.to_string())?;
         }
-        Ok(if any { Exit::Good } else { Exit::Failed })
+        Ok(if found.cameras.is_empty() { Exit::Failed } else { Exit::Good })
     }
 }
 
-/// The report, and whether there is a camera. Tells the person if `tell`.
+/// The cameras; announces them if `tell`.
 #[cfg(not(all(target_os = "linux", feature = "live")))]
-fn list(tell: bool) -> (Value, bool) {
+fn list(tell: bool) -> DevicesFile {
     let (cameras, others) = match crate::capture::nokhwa::list() {
         Ok(cameras) => (cameras, Vec::new()),
         Err((fault, detail)) => {
@@ -57,7 +60,9 @@ fn list(tell: bool) -> (Value, bool) {
             if tell {
                 say(&format!("{}: {cause}. {action}", fault.code()));
             }
-            (Vec::new(), vec![json!({ "code": fault.code(), "detail": printable(&detail) })])
+            let other =
+                OtherDevice { node: None, code: fault.code().into(), detail: printable(&detail) };
+            (Vec::new(), vec![other])
         }
     };
     if tell {
@@ -69,13 +74,12 @@ fn list(tell: bool) -> (Value, bool) {
         }
         tell_backends();
     }
-    let listed: Vec<Value> = cameras
-        .iter()
-        .map(|camera| json!({ "source": camera.source, "name": printable(&camera.name) }))
-        .collect();
-    let report = json!({ "schema": "boresight.devices/1", "cameras": listed, "others": others,
-                         "backends": backends() });
-    (report, !cameras.is_empty())
+    let entry = |camera: &crate::capture::nokhwa::Listed| DeviceEntry {
+        source: camera.source.clone(),
+        name: printable(&camera.name),
+        v4l2: None,
+    };
+    devices_file(cameras.iter().map(entry).collect(), others)
 }
 
 fn tell_none() {
@@ -94,17 +98,22 @@ fn tell_backends() {
     }
 }
 
-fn backends() -> Vec<Value> {
-    text::backend::backends()
-        .into_iter()
-        .map(|BackendWords { name, is, is_default, cannot }| {
-            json!({ "name": name, "is": is, "default": is_default, "cannot": cannot })
-        })
-        .collect()
+fn devices_file(cameras: Vec<DeviceEntry>, others: Vec<OtherDevice>) -> DevicesFile {
+    let backends = text::backend::backends().into_iter().map(backend).collect();
+    DevicesFile { schema: DEVICES_SCHEMA.into(), cameras, others, backends }
+}
+
+fn backend(words: BackendWords) -> BackendEntry {
+    BackendEntry {
+        name: words.name.into(),
+        is: words.is.into(),
+        is_default: words.is_default,
+        cannot: words.cannot.iter().map(|limit| (*limit).to_owned()).collect(),
+    }
 }
 
 #[cfg(all(target_os = "linux", feature = "live"))]
-fn list(tell: bool) -> (Value, bool) {
+fn list(tell: bool) -> DevicesFile {
     let mut kernel = Linux::default();
     let Found { cameras, others } = discover(&mut kernel);
     let mut listed = Vec::new();
@@ -117,7 +126,7 @@ fn list(tell: bool) -> (Value, bool) {
         if tell {
             describe(camera, &controls);
         }
-        listed.push(report(camera, &controls));
+        listed.push(entry(camera, &controls));
     }
     if tell {
         if cameras.is_empty() {
@@ -131,16 +140,15 @@ fn list(tell: bool) -> (Value, bool) {
         }
         tell_backends();
     }
-    let others: Vec<Value> = others
+    let others = others
         .iter()
-        .map(|other| {
-            json!({ "node": other.node.path.display().to_string(), "code": other.why.code(),
-                    "detail": printable(&other.detail) })
+        .map(|other| OtherDevice {
+            node: Some(other.node.path.display().to_string()),
+            code: other.why.code().into(),
+            detail: printable(&other.detail),
         })
         .collect();
-    let report = json!({ "schema": "boresight.devices/1", "cameras": listed, "others": others,
-                         "backends": backends() });
-    (report, !cameras.is_empty())
+    devices_file(listed, others)
 }
 
 #[cfg(all(target_os = "linux", feature = "live"))]
@@ -231,39 +239,42 @@ fn mode_name(offer: &CameraMode) -> String {
 }
 
 #[cfg(all(target_os = "linux", feature = "live"))]
-fn report(camera: &Camera, controls: &[ControlState]) -> Value {
-    let modes: Vec<Value> = camera
+fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
+    let modes = camera
         .offers
         .iter()
-        .map(|offer| {
-            json!({ "format": fourcc(offer), "size": [offer.size.width_px, offer.size.height_px],
-                    "fps": rate(offer), "readable": layout(offer.fourcc).is_some() })
+        .map(|offer| ModeEntry {
+            format: fourcc(offer),
+            size: [offer.size.width_px, offer.size.height_px],
+            fps: rate(offer),
+            readable: layout(offer.fourcc).is_some(),
         })
         .collect();
-    let controls: Vec<Value> = controls
+    let controls = controls
         .iter()
-        .map(|ControlState { control, range, value, automatic }| {
-            json!({ "control": words::control(*control), "value": value, "min": range.min,
-                    "max": range.max, "step": range.step, "default": range.default,
-                    "automatic": automatic })
+        .map(|ControlState { control, range, value, automatic }| ControlEntry {
+            control: words::control(*control).into(),
+            value: *value,
+            min: range.min,
+            max: range.max,
+            step: range.step,
+            default: range.default,
+            automatic: *automatic,
         })
         .collect();
-    let usb = camera.node.usb_id.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}"));
-    let links: Vec<String> = camera.node.links.iter().map(|l| l.display().to_string()).collect();
-    json!({
-        "source": camera.stable_name(),
-        "name": printable(&camera.name),
-        "node": camera.node.path.display().to_string(),
-        "links": links,
-        "driver": printable(&camera.driver),
-        "usb": usb,
-        "serial": printable(&camera.node.serial),
-        "place": camera.node.place,
-        "virtual": camera.is_virtual,
-        "infrared": camera.is_infrared,
-        "twin": camera.has_twin,
-        "auto_mode": choose(&camera.offers, &Wanted::default()).map(|offer| mode_name(&offer)),
-        "modes": modes,
-        "controls": controls,
-    })
+    let v4l2 = V4l2Entry {
+        node: camera.node.path.display().to_string(),
+        links: camera.node.links.iter().map(|link| link.display().to_string()).collect(),
+        driver: printable(&camera.driver),
+        usb: camera.node.usb_id.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}")),
+        serial: printable(&camera.node.serial),
+        place: camera.node.place.clone(),
+        is_virtual: camera.is_virtual,
+        infrared: camera.is_infrared,
+        twin: camera.has_twin,
+        auto_mode: choose(&camera.offers, &Wanted::default()).map(|offer| mode_name(&offer)),
+        modes,
+        controls,
+    };
+    DeviceEntry { source: camera.stable_name(), name: printable(&camera.name), v4l2: Some(v4l2) }
 }

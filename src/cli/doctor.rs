@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use serde_json::json;
 
 use super::terminal::{print, say};
 use crate::{
     app::Exit,
-    app::doctor::{Diagnosis, recover, verify},
+    app::doctor::{Diagnosis, DoctorFile, recover, verify},
     text,
 };
 
@@ -51,14 +50,7 @@ impl Arguments {
             say(&format!("  {problem}"));
         }
         if self.json {
-            print(
-                &json!({
-                    "schema": "boresight.doctor/1", "whole": problems.is_empty(),
-                    "problems": problems, "lines": lines, "pictures": pictures, "views": views,
-                    "cut": found.cut, "different_decisions": different_decisions,
-                })
-                .to_string(),
-            )?;
+            print(&serde_json::to_value(DoctorFile::from(&found))?.to_string())?;
         }
         if !problems.is_empty() {
             if self.recover.is_none() {

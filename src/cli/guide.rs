@@ -99,7 +99,7 @@ pub(super) fn run(opening: &Opening, json: bool) -> anyhow::Result<Exit> {
     let concluded =
         opening.open(&announcer)?.carry_out(&*stop_flag()?, &announcer)?.conclude(&announcer)?;
     if json {
-        print(&concluded.result.to_string())?;
+        print(&concluded.result.to_json()?.to_string())?;
     }
     Ok(concluded.exit)
 }

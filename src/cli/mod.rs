@@ -4,7 +4,6 @@ mod backend;
 mod board_args;
 mod calibrate;
 mod check;
-mod corner_table;
 mod detect;
 #[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod devices;

@@ -110,11 +110,11 @@ impl Arguments {
                 "{rounded} more differ by rounding only, at most {largest:.0e}, as between two processors"
             ));
         }
-        let Conclusion { exit, mut result } =
-            conclude(&again.session, &journal.header, &announcer());
+        let Conclusion { exit, result } = conclude(&again.session, &journal.header, &announcer());
         let asked_for_change = self.redetect || !self.settings.is_empty();
         let exit = if differences.is_empty() || asked_for_change { exit } else { Exit::Failed };
         if self.json {
+            let mut result = result.to_json()?;
             result["session"] = json!(path.display().to_string());
             result["decisions"] = json!({ "count": count, "crc32": crc32, "different": differences, "rounded": rounded });
             print(&result.to_string())?;

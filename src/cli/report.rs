@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
 
 use super::terminal::{print, say};
 use crate::{
     app::{
         Exit, RESULT_FILE,
-        report::{of_file, quoted},
+        report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
         session_report,
     },
     recording::save::{Overwrite, save},
@@ -60,17 +59,17 @@ impl Arguments {
         for note in &report.notes {
             say(note);
         }
-        say(words::verdict(&report.facts.verdict));
+        say(words::verdict(&report.calibration.verdict));
         say(&format!("Report: {}", path.display()));
         if self.json {
-            let page = path.display().to_string();
-            let verdict = &report.facts.verdict;
-            print(
-                &json!({ "schema": "boresight.report/1", "page": page, "verdict": verdict })
-                    .to_string(),
-            )?;
+            let written = ReportFile {
+                schema: REPORT_SCHEMA.into(),
+                page: path.display().to_string(),
+                verdict: report.calibration.verdict.clone(),
+            };
+            print(&serde_json::to_value(&written)?.to_string())?;
         }
-        Ok(match report.facts.verdict.as_str() {
+        Ok(match report.calibration.verdict.as_str() {
             "good" | "care" => Exit::Good,
             _ => Exit::NotTrustworthy,
         })

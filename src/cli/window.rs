@@ -7,6 +7,7 @@ use anyhow::bail;
 use super::terminal::{announcer, print, stop_flag};
 use crate::{
     app::{AppHost, Exit, Opening, WindowHost, recordings::DecidedRecording},
+    calibration::files::CalibrationFile,
     text::window as words,
     ui::{self, NoWindow},
 };
@@ -30,10 +31,10 @@ pub(super) fn replay(recording: DecidedRecording) -> anyhow::Result<()> {
 }
 
 fn host(opening: Opening, json: bool, paced: bool) -> anyhow::Result<WindowHost> {
-    let on_result = Arc::new(move |result: &serde_json::Value| {
+    let on_result = Arc::new(move |result: &CalibrationFile| {
         if json {
             // A result that can't be printed is in the session's folder all the same.
-            print(&result.to_string()).ok();
+            let _ = result.to_json().map(|json| print(&json.to_string()));
         }
     });
     Ok(WindowHost::new(opening, paced, stop_flag()?, announcer(), on_result))

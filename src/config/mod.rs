@@ -229,7 +229,8 @@ impl Config {
         Ok(Checkerboard::new(columns, rows, square_mm * 1e-3)?)
     }
 
-    /// The limits of the planner.
+    /// The limits of the planner, with lengths for pictures 1280 pixels wide: see
+    /// [`GuidanceParams::for_image`].
     pub fn guidance(&self) -> GuidanceParams {
         let g = &self.guidance;
         GuidanceParams {
@@ -246,8 +247,8 @@ impl Config {
             max_tilt_rad: g.max_tilt_deg.to_radians(),
             target_tilt_rad: g.target_tilt_deg.to_radians(),
             max_sigma_phi_rad: g.max_direction_sigma_deg.to_radians(),
-            min_fill: g.min_fill,
-            target_fill: g.target_fill,
+            min_span_fraction: g.min_fill,
+            target_span_fraction: g.target_fill,
             margin_px: g.margin_px,
             max_slot_error_rad: g.max_slot_error_deg.to_radians(),
             independent_rad: g.independent_deg.to_radians(),
@@ -282,7 +283,7 @@ impl Config {
         Ok(SessionSetup {
             board: self.board()?,
             image_size,
-            guidance: self.guidance(),
+            guidance: self.guidance().for_image(image_size),
             calibration: self.calibration(),
         })
     }
@@ -323,6 +324,34 @@ mod tests {
         let (ours, typed) = (config.guidance(), GuidanceParams::default());
         assert!((ours.min_tilt_rad - typed.min_tilt_rad).abs() < 1e-15);
         assert_eq!(ours, typed);
+    }
+
+    #[test]
+    fn the_documented_tilt_limits_are_the_defaults() {
+        let documented: Vec<(&str, f64)> = include_str!("../guidance/params.rs")
+            .lines()
+            .filter_map(|line| {
+                let mut cells = line.strip_prefix("/// | `")?.split(" | ");
+                let name = cells.next()?.trim_end_matches('`');
+                Some((name, cells.next()?.parse().ok()?))
+            })
+            .collect();
+        let g = Config::load(None, &[]).expect("valid").guidance;
+        let defaults = [
+            ("min_tilt_deg", g.min_tilt_deg),
+            ("target_tilt_deg", g.target_tilt_deg),
+            ("max_tilt_deg", g.max_tilt_deg),
+        ];
+        assert_eq!(documented, defaults);
+    }
+
+    #[test]
+    fn lengths_in_pixels_grow_with_the_picture() {
+        let config = Config::load(None, &[]).expect("valid");
+        let margin_px = |width_px, height_px| {
+            config.session(ImageSize { width_px, height_px }).expect("valid").guidance.margin_px
+        };
+        assert_eq!([margin_px(1280, 720), margin_px(2560, 1440)], [8.0, 16.0]);
     }
 
     #[test]

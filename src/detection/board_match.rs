@@ -1,33 +1,32 @@
-//! Fits a grid to the known board, fills gaps it can verify in the picture, and numbers the corners.
+//! Matches a grid to the known board, fills gaps that the picture confirms, and numbers the corners.
 
 use image::GrayImage;
 
 use super::{
-    Miss,
-    lattice::{BESIDE, Lattice, Node},
+    lattice::{BESIDE, Lattice, Node, axes, height},
     missing::{cut_off_by, glaring},
+    outcome::Miss,
     reduce::sample,
+    saddle::settle,
 };
 use crate::board::Checkerboard;
 
-/// Corners beside a board that may be there by chance.
+/// Most corners in an outer row that count as chance corners beside the board.
 const MOST_CHANCE_CORNERS: usize = 2;
-/// A grid with a smaller share of the board's corners is not worth completing.
+/// A grid with less than one in this many of the board's corners is not worth completing.
 const LEAST_SHARE: usize = 4;
-/// Steps that a grid may go beyond the board's longest side, to see that it is another board.
-pub(super) const LARGEST_OVER: i32 = 6;
-/// Least colour step of a corner that is filled in, as a share of its neighbours', and in grey levels.
+/// Least colour step of a corner that is filled in, as a fraction of its neighbours', and in grey levels.
 const LEAST_OF_NEXT: f32 = 0.35;
 const LEAST_STEP: f32 = 3.0;
-/// One in so many corners may be missing in the end, to be found by its fit.
-const GUESSED_SHARE: usize = 18;
+/// At most one in this many corners may be interpolated and confirmed by the edge fit.
+const INTERPOLATED_SHARE: usize = 18;
 
-/// Completes `lattice` to the board and numbers its corners row by row, in `into`.
+/// Completes `lattice` to the board and writes its corners to `into`, row by row.
 ///
 /// # Errors
 ///
 /// [`Miss::OtherBoard`] if the grid is larger than the board, [`Miss::PartialBoard`] if corners are missing,
-/// [`Miss::Glare`] if they are missing where the picture is overexposed.
+/// [`Miss::Glare`] if they are missing where the picture is saturated, [`Miss::NoBoard`] if the colours don't match.
 pub(super) fn match_board(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -49,7 +48,7 @@ pub(super) fn match_board(
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
     let fits = (width, height) == (columns, rows) || (width, height) == (rows, columns);
     if fits {
-        guess_last(image, lattice, (low, high), wanted / GUESSED_SHARE);
+        interpolate_last(image, lattice, (low, high), wanted / INTERPOLATED_SHARE);
     }
     let whole = lattice.len() as i32 == width * height;
     if !fits && whole && width.min(height) >= 3 && width * height > columns * rows {
@@ -69,9 +68,14 @@ pub(super) fn match_board(
         .ok_or(Miss::NoBoard)
 }
 
-/// Puts the last corners of an otherwise whole board, `most` of them, where the others predict them. Blur and
-/// noise can hide them from everything but a fit, and a fit will be made of each.
-fn guess_last(image: &GrayImage, lattice: &mut Lattice, (low, high): (Node, Node), most: usize) {
+/// Interpolates the last missing corners of an otherwise complete board, at most `most`. Blur and noise can hide a
+/// corner from every stage before the edge fit, which must then confirm it.
+fn interpolate_last(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    (low, high): (Node, Node),
+    most: usize,
+) {
     let places = ((high.0 - low.0 + 1) * (high.1 - low.1 + 1)) as usize;
     if lattice.len() == places || lattice.len() + most < places {
         return;
@@ -93,7 +97,7 @@ fn inside(image: &GrayImage, [x, y]: [f32; 2], margin_px: f32) -> bool {
     x.min(right - x).min(y).min(bottom - y) >= margin_px
 }
 
-/// Drops members that hang on by a single neighbour.
+/// Drops members without a neighbour along both axes.
 fn prune(lattice: &mut Lattice) {
     loop {
         let before = lattice.len();
@@ -107,8 +111,8 @@ fn prune(lattice: &mut Lattice) {
     }
 }
 
-/// Drops an outer row or column of one or two corners while the grid is larger than the board: chance
-/// corners beside it. More are a larger board.
+/// While the grid is larger than the board, drops an outer row or column of one or two corners: chance corners beside
+/// the board. A longer row belongs to a larger board.
 fn trim(lattice: &mut Lattice, (columns, rows): (i32, i32)) {
     while let Some((low, high)) = lattice.extent() {
         let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
@@ -132,8 +136,8 @@ fn trim(lattice: &mut Lattice, (columns, rows): (i32, i32)) {
     }
 }
 
-/// Adds places inside the grid and one row around it where the picture shows the right colours, while
-/// the grid stays within `longest` corners a side.
+/// Adds nodes inside the grid and in one row around it where the picture shows the right colours, while the grid stays
+/// within `longest` corners a side.
 fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
     let Some(typical) = colours(image, lattice) else { return };
     for _ in 0..2 * longest {
@@ -156,7 +160,7 @@ fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
                 if moved > 0.25 * side || !lattice.insert(node, centred) {
                     continue;
                 }
-                // Light falls unevenly: neighbours tell better than the whole board what to expect.
+                // Light is uneven: neighbours predict the step better than the whole board does.
                 let beside = BESIDE.iter().filter_map(|(di, dj)| {
                     Some(colour_step(image, lattice, (i + di, j + dj))?.value.abs())
                 });
@@ -176,93 +180,10 @@ fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
     }
 }
 
-/// The saddle of brightness nearest to `guess`, by gradients: at a corner every gradient is perpendicular
-/// to the way there (Förstner & Gülch 1987).
-pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] {
-    let reach = (0.3 * side).clamp(2.0, 8.0) as isize;
-    let (width, height) = (image.width() as isize, image.height() as isize);
-    let raw = image.as_raw();
-    let mut at = guess;
-    for _ in 0..6 {
-        let (column, row) = (at[0].round() as isize, at[1].round() as isize);
-        // Near the edge of the picture the window is cut.
-        let (left, right) = ((column - reach).max(1), (column + reach).min(width - 2));
-        let (top, bottom) = ((row - reach).max(1), (row + reach).min(height - 2));
-        if left + 2 > right || top + 2 > bottom {
-            return at;
-        }
-        let across = (right - left + 1) as usize;
-        let (mut a, mut b, mut c, mut u, mut v) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-        for y in top..=bottom {
-            let start = (y * width + left) as usize;
-            let line = &raw[start - 1..start + across + 1];
-            let above = &raw[start - width as usize..][..across];
-            let below = &raw[start + width as usize..][..across];
-            let py = y as f32 - at[1];
-            for (k, (pair, (above, below))) in
-                line.windows(3).zip(above.iter().zip(below)).enumerate()
-            {
-                let px = left as f32 + k as f32 - at[0];
-                let gx = f32::from(pair[2]) - f32::from(pair[0]);
-                let gy = f32::from(*below) - f32::from(*above);
-                a += gx * gx;
-                b += gx * gy;
-                c += gy * gy;
-                let along = gx * px + gy * py;
-                u += gx * along;
-                v += gy * along;
-            }
-        }
-        let determinant = a * c - b * b;
-        if determinant <= 1e-3 * (a + c) * (a + c) {
-            return at;
-        }
-        let step = [(c * u - b * v) / determinant, (a * v - b * u) / determinant];
-        at = [at[0] + step[0], at[1] + step[1]];
-        if step[0].hypot(step[1]) < 0.02 {
-            break;
-        }
-    }
-    at
-}
-
-/// Steps to the next places along both axes at a place, wherever its neighbours tell; `here` is where its
-/// corner is or should be.
-pub(super) fn axes(
-    lattice: &Lattice,
-    (i, j): Node,
-    here: [f32; 2],
-) -> Option<([f32; 2], [f32; 2])> {
-    let step = |(i, j): Node, here: Option<[f32; 2]>, di: i32, dj: i32| {
-        let ahead = lattice.get((i + di, j + dj));
-        let behind = lattice.get((i - di, j - dj));
-        match (ahead, here, behind) {
-            (Some(a), _, Some(b)) => Some([0.5 * (a[0] - b[0]), 0.5 * (a[1] - b[1])]),
-            (Some(a), Some(here), None) => Some([a[0] - here[0], a[1] - here[1]]),
-            (None, Some(here), Some(b)) => Some([here[0] - b[0], here[1] - b[1]]),
-            _ => None,
-        }
-    };
-    // The first corner of a new row has no neighbour in it; the row before runs the same way.
-    let side = |di: i32, dj: i32| {
-        let next = |(i, j): Node| step((i, j), lattice.get((i, j)), di, dj);
-        step((i, j), Some(here), di, dj)
-            .or_else(|| next((i + dj, j + di)))
-            .or_else(|| next((i - dj, j - di)))
-    };
-    Some((side(1, 0)?, side(0, 1)?))
-}
-
-/// Least width of the squares, sheared as they are.
-pub(super) fn height((u, v): ([f32; 2], [f32; 2])) -> f32 {
-    let longest = u[0].hypot(u[1]).max(v[0].hypot(v[1]));
-    (u[0] * v[1] - u[1] * v[0]).abs() / longest.max(1e-6)
-}
-
 struct ColourStep {
-    /// Half the difference between the squares on the one and on the other diagonal.
+    /// Half the brightness difference between the squares on one diagonal and those on the other.
     value: f32,
-    /// Whether squares of one diagonal agree.
+    /// Whether the squares on each diagonal agree.
     clean: bool,
 }
 
@@ -287,8 +208,7 @@ fn colour_step(image: &GrayImage, lattice: &Lattice, (i, j): Node) -> Option<Col
     Some(ColourStep { value, clean })
 }
 
-/// Mean colour step of the members at even places, with its sign; `None` if the colours do not
-/// alternate.
+/// Mean colour step of the members at even nodes, with its sign; `None` if the colours don't alternate.
 fn colours(image: &GrayImage, lattice: &Lattice) -> Option<f32> {
     let steps = || {
         lattice.nodes().iter().filter_map(|&(i, j)| {
@@ -307,8 +227,7 @@ fn colours(image: &GrayImage, lattice: &Lattice) -> Option<f32> {
     (typical > 3.0).then_some(sign * typical)
 }
 
-/// Whether the squares around every corner of a whole board, numbered from `(0, 0)`, alternate as the
-/// board's do.
+/// Whether the squares around every corner of a complete board, numbered from `(0, 0)`, alternate as the board's do.
 pub(super) fn all_colours_alternate(
     image: &GrayImage,
     lattice: &Lattice,
@@ -328,12 +247,12 @@ pub(super) fn all_colours_alternate(
         })
 }
 
-/// Maps column and row of the board, and width and height of the grid, to a place of the grid.
+/// Maps column and row of the board, and width and height of the grid, to a node.
 type Turn = fn(i32, i32, i32, i32) -> Node;
 
-/// Corners row by row. The grid is never mirrored, so that two or four turns remain: colours choose for
-/// boards of mixed parity (the square beyond the first corner, away from the others, is dark), the place
-/// in the picture (first corner nearest to the top left) for the others.
+/// Writes the corners row by row. The grid is never mirrored, so two or four rotations remain. For boards of mixed
+/// parity the colours decide: the outer square at the first corner is dark. For the others the position in the
+/// picture decides: the first corner is the one nearest to the top left.
 fn number(
     image: &GrayImage,
     lattice: &Lattice,
@@ -342,7 +261,7 @@ fn number(
     (width, height): (i32, i32),
     into: &mut Vec<[f32; 2]>,
 ) -> bool {
-    // Each turn maps (column, row) of the board to a place of the grid.
+    // Each rotation maps (column, row) of the board to a node.
     let turns: [(bool, Turn); 4] = [
         (true, |c, r, _, _| (c, r)),
         (true, |c, r, w, h| (w - 1 - c, h - 1 - r)),

@@ -1,13 +1,14 @@
-//! The stages in order.
+//! Runs the stages of the detector in order.
 
 use image::GrayImage;
 
 use super::{
-    Detection, Miss,
     board_match::match_board,
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
+    outcome::{Detection, Miss},
+    params::DetectorParams,
     reduce::{Halved, halve},
     refine::Refiner,
     response::{Peak, peaks as find_peaks, respond},
@@ -15,63 +16,30 @@ use super::{
 };
 use crate::board::Checkerboard;
 
-/// Bounds and thresholds of the search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DetectorParams {
-    /// Least corner response; a corner with a brightness step of 20 levels has about 200.
-    pub min_response: i16,
-    /// Most corner candidates at one level.
-    pub max_candidates: usize,
-    /// Most grids that are started at one level.
-    pub max_seeds: usize,
-    /// Least half brightness step in grey levels.
-    pub min_contrast: f64,
-    /// Widest blur that is measured.
-    pub max_blur_px: f64,
-    /// Shortest side of a square, in pixels of the full picture.
-    pub min_square_px: f64,
-    /// Largest residual of the edge model, as a share of the contrast.
-    pub max_residual: f64,
-}
-
-impl Default for DetectorParams {
-    fn default() -> Self {
-        Self {
-            min_response: 90,
-            max_candidates: 2500,
-            max_seeds: 60,
-            min_contrast: 6.0,
-            max_blur_px: 6.0,
-            min_square_px: 6.0,
-            max_residual: 0.5,
-        }
-    }
-}
-
-/// Searches wider than this are left to half the size first.
+/// Wider pictures are halved before the search.
 const SEARCH_WIDTH_PX: u32 = 1000;
-/// Grids that are tried at one level besides those that hold most of the board, and their least size.
+/// Smaller grids tried at one level once no grid with most of the board matched, and their least size.
 const GRIDS_KEPT: usize = 4;
 const LEAST_GRID: usize = 6;
-/// Grids with most of the board that are tried at one level; a wall of squares has no end of them.
+/// Grids with most of the board that are tried at one level; a tiled wall has no end of them.
 const LARGE_GRIDS: usize = 4;
 
-/// A search may stop at a predicted place, or at a budget.
+/// Where [`Detector::search`] starts, and when it gives up.
 #[derive(Clone, Copy)]
 pub struct Search<'a> {
-    /// Where to look first.
+    /// Where to search first; everywhere if `None`, or if the board isn't there.
     pub near: Option<&'a Prediction>,
-    /// Asked between the steps of the work, every few tenths of a millisecond; `false` ends it with
-    /// [`Miss::OutOfTime`].
+    /// Called between steps of the work, every few tenths of a millisecond; returning `false` ends the search
+    /// with [`Miss::OutOfTime`].
     pub keep_on: &'a dyn Fn() -> bool,
 }
 
 impl Search<'_> {
-    /// Everywhere, to the end.
+    /// The whole picture, without a time limit.
     pub const FULL: Self = Self { near: None, keep_on: &|| true };
 }
 
-/// Finds boards. Keeps buffers between pictures, but nothing that could change a result.
+/// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
     params: DetectorParams,
@@ -82,7 +50,7 @@ pub struct Detector {
     junctions: Vec<Junction>,
     grower: Grower,
     lattice: Lattice,
-    /// Grids smaller than most of the board, largest first.
+    /// Grids with less than most of the board, largest first.
     kept: Vec<Lattice>,
     /// Corners at search size, and in the full picture.
     corners: Vec<[f32; 2]>,
@@ -91,11 +59,34 @@ pub struct Detector {
     refiner: Refiner,
 }
 
-/// [`Detector::detect`] with buffers of its own.
+/// Finds `board` anywhere in `image`: all of its corners, or the reason why not.
+///
+/// Allocates its buffers; for a stream of pictures use a [`Detector`].
 ///
 /// # Errors
 ///
-/// [`Miss`].
+/// [`Miss`], as [`Detector::detect`].
+///
+/// # Examples
+///
+/// ```
+/// use boresight::{
+///     detection::{DetectorParams, detect},
+///     simulation::{Scene, render_view},
+/// };
+/// use nalgebra::{Isometry3, Vector3};
+///
+/// let scene = Scene::default_720p(1);
+/// let cam_from_board = Isometry3::new(Vector3::new(0.01, 0.0, 0.35), Vector3::new(0.5, 0.3, 0.0));
+/// let image = render_view(&scene, &cam_from_board);
+///
+/// let detection = detect(&image, &scene.board, DetectorParams::default()).expect("the board is visible");
+/// for (corner, point_m) in detection.corners.iter().zip(scene.board.corners_in_board_m()) {
+///     let truth_px = scene.camera.px_from_board(&cam_from_board, &point_m).expect("in front");
+///     assert!((corner.px - truth_px).norm() < 0.3);
+/// }
+/// assert!(detection.quality.contrast > 20.0);
+/// ```
 pub fn detect(
     image: &GrayImage,
     board: &Checkerboard,
@@ -105,27 +96,28 @@ pub fn detect(
 }
 
 impl Detector {
-    /// A detector with empty buffers.
+    /// Creates a detector with empty buffers.
     pub fn new(params: DetectorParams) -> Self {
         Self { params, ..Self::default() }
     }
 
-    /// Finds `board` anywhere in `image`. All of its corners, or a reason.
+    /// Finds `board` anywhere in `image`: all of its corners, or the reason why not.
     ///
     /// # Errors
     ///
-    /// [`Miss`]: of several reasons the one of the grid that came closest to the board.
+    /// [`Miss`], never [`Miss::OutOfTime`]. With several candidate grids, the reason of the one that came closest to
+    /// the board.
     pub fn detect(&mut self, image: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
         self.search(image, board, Search::FULL)
     }
 
-    /// Finds `board` in `image`: where it is predicted, or else anywhere.
+    /// Finds `board` in `image`, first where it is predicted, then anywhere.
     ///
     /// The result depends on the arguments alone, not on earlier pictures.
     ///
     /// # Errors
     ///
-    /// As [`detect`](Self::detect), and [`Miss::OutOfTime`].
+    /// [`Miss`], as [`detect`](Self::detect), and [`Miss::OutOfTime`].
     pub fn search(
         &mut self,
         image: &GrayImage,
@@ -158,7 +150,7 @@ impl Detector {
         Err(best_miss)
     }
 
-    /// Builds the halved pictures; the levels to search, most promising first.
+    /// Builds the halved pictures. Returns the levels to search, most promising first.
     fn search_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
         let mut primary = 0;
         while image.width() >> primary > SEARCH_WIDTH_PX {
@@ -176,7 +168,7 @@ impl Detector {
         [Some(primary), wide_enough.then_some(coarsest), primary.checked_sub(1)]
     }
 
-    /// One level: response, junctions, grids, the known board; its corners are then in `corners`.
+    /// Searches one level: response, junctions, grids, match. On success the corners are in `self.corners`.
     fn search_level(
         &mut self,
         image: &GrayImage,
@@ -219,7 +211,7 @@ impl Detector {
             if !keep_on() {
                 return Err(Miss::OutOfTime);
             }
-            // Most of the board in one grid: no need to look for a better one first.
+            // A grid with most of the board is judged at once; smaller ones wait for a better one.
             if 4 * lattice.len() >= 3 * wanted && large < LARGE_GRIDS {
                 large += 1;
                 if judge(lattice) {
@@ -242,11 +234,11 @@ impl Detector {
     }
 }
 
-/// How much a miss says; the person hears the one that says most.
+/// Rank of a miss by how much it tells; the highest one is reported.
 fn closeness(miss: &Miss) -> usize {
     match *miss {
         Miss::NoBoard | Miss::OutOfTime => 0,
-        // A few corners are found in many pictures without a board.
+        // Many pictures without a board contain a few corners.
         Miss::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
         Miss::PartialBoard { found, .. } | Miss::Glare { found, .. } => found,
         Miss::OtherBoard { columns, rows } => 1000 + columns * rows,

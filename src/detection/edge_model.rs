@@ -5,51 +5,54 @@
 //! ```
 //! `d1`, `d2`: signed distances from the two edge lines through the corner; nine parameters: corner,
 //! two directions, log of the blur `s`, contrast `a`, mean `b`, gradient of the light. Levenberg–Marquardt
-//! over a patch that reaches almost halfway into the squares around the corner, sheared as they are. The
-//! covariance of the corner is `σ² (JᵀJ)⁻¹` with `σ²` from the residuals, so that clutter and noise both
-//! count.
+//! over a patch that reaches almost halfway into the four (sheared) squares around the corner. The covariance of the
+//! corner is `σ² (JᵀJ)⁻¹` with `σ²` from the residuals, so clutter and noise both count.
 //!
-//! Assumes edges blurred by a Gaussian and straight within the patch.
+//! Assumes that edges are straight within the patch and blurred by a Gaussian.
 
 use image::GrayImage;
-use nalgebra::{Matrix2, Point2, SMatrix, SVector};
+use nalgebra::{Matrix2, Point2};
 
-use super::edge_pixels::{Evaluated, Patch, Pixels};
-use crate::geometry::Corner;
+use super::{
+    edge_pixels::{PARAMETERS, Pixels, Vector},
+    patch::Patch,
+};
+use crate::geometry::{
+    Corner,
+    least_squares::{Limits, Linearised, Minimum, Problem, minimise},
+};
 
-pub(super) const PARAMETERS: usize = 9;
-/// Rounds on the thinned patch, and on the pixels that tell.
-const ROUNDS: usize = 15;
-const FINE_ROUNDS: usize = 6;
-/// Rounds that tell the blur of the one edge from that of the other.
+/// On the thinned patch: to a third of a standard deviation of its own, which is enough for a start.
+const ROUGH: Limits =
+    Limits { rounds: 15, first_damping: 1e-3, negligible_step: 0.1, cost_rounding: 1e-6 };
+/// On the pixels near the edges: to a hundredth of a standard deviation. Sums are of single precision.
+const FINE: Limits =
+    Limits { rounds: 8, first_damping: 1e-3, negligible_step: 1e-4, cost_rounding: 1e-6 };
+/// Limits of `ln s`: a blur of a quarter of a pixel is a step to a camera, one of eight no longer a corner.
+const LOG_BLUR: (f64, f64) = (-1.05, 2.08);
+/// Gauss–Newton steps that separate the blur of the two edges.
 const SPLIT_ROUNDS: usize = 3;
-/// A corner that moves less is settled, on the thinned patch and in the end.
-const ROUGH_PX: f64 = 0.02;
-const SETTLED_PX: f64 = 3e-4;
-/// The patch: squares to each side of the corner, at least so many pixels, at most so many.
+/// Reach of the patch: squares to each side of the corner, and its limits in pixels.
 const REACH_SQUARES: f64 = 0.48;
 const LEAST_REACH_PX: f64 = 3.0;
 const RADIUS_LIMIT_PX: i32 = 24;
-/// Least share of the patch that must lie in the picture.
+/// Least fraction of the patch that must lie inside the picture.
 const LEAST_VISIBLE: f64 = 0.5;
-/// What lies nearer to the edge of the picture is not seen from all sides.
+/// A corner closer to the edge of the picture isn't visible from all sides.
 const MARGIN_PX: f64 = 2.0;
-/// Fewer pixels say too little about nine parameters.
+/// Fewer pixels don't determine nine parameters well.
 const LEAST_PIXELS: usize = 24;
-/// No corner is known better than this: pixels are not points, nor printed squares perfect.
+/// Floor of the stated error: pixels integrate over their area and printed squares are imperfect.
 const SIGMA_FLOOR_PX: f64 = 0.0055;
 const CORRELATION_POWER: f64 = 0.4;
 
-pub(super) type Vector = SVector<f64, PARAMETERS>;
-pub(super) type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
-
-/// What the fit says of a corner.
+/// A fitted corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EdgeFit {
     pub(super) corner: Corner,
-    /// Root mean square residual over the contrast.
+    /// Root mean square residual as a fraction of the contrast.
     pub(super) residual: f64,
-    /// The nine parameters, and the patch that they were fitted to.
+    /// The nine parameters, and the patch to which they were fitted.
     at: Vector,
     patch: Patch,
 }
@@ -60,30 +63,30 @@ impl EdgeFit {
         self.at[4].exp() / std::f64::consts::SQRT_2
     }
 
-    /// Half the brightness step, positive if the squares between the two axes are light.
+    /// Half the brightness step in grey levels, positive if the squares between the two axes are light.
     pub(super) fn step(&self) -> f64 {
         self.at[5]
     }
 
-    /// Half the brightness step.
+    /// Half the brightness step in grey levels.
     pub(super) fn contrast(&self) -> f64 {
         self.step().abs()
     }
 
-    /// Brightness of the light squares.
+    /// Brightness of the light squares in grey levels.
     pub(super) fn light(&self) -> f64 {
         self.at[6] + self.contrast()
     }
 }
 
-/// Variances of the Gaussians that blur the first and the second edge, each by itself.
+/// Variances in px² of the Gaussians that blur the first and the second edge, fitted separately.
 pub(super) fn edge_variances_px2(
     image: &GrayImage,
     fit: &EdgeFit,
     scratch: &mut Scratch,
 ) -> [f64; 2] {
     let pixels = &mut scratch.fine;
-    pixels.gather_telling(image, &fit.patch, &fit.at);
+    pixels.gather_informative(image, &fit.patch, &fit.at);
     let mut log_s = [fit.at[4]; 2];
     for _ in 0..SPLIT_ROUNDS {
         let step = pixels.split_step(&fit.at, log_s);
@@ -94,32 +97,30 @@ pub(super) fn edge_variances_px2(
     log_s.map(|log_s| 0.5 * (2.0 * log_s).exp())
 }
 
-/// What the rest of the board tells of a corner whose squares are hardly larger than the blur, so that
-/// their own pixels do not tell blur, contrast and directions from each other.
+/// What the rest of the board contributes to a fit. Where squares are hardly larger than the blur, their pixels alone
+/// can't separate blur, contrast and directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Known {
     Nothing,
     /// Standard deviation of the Gaussian blur in pixels.
     Blur(f64),
-    /// And the edges have the directions of the board's axes.
+    /// The same, and the edges have the directions of the board's axes.
     BlurAndEdges(f64),
 }
 
-/// Buffers of the fit, kept between corners and frames.
+/// Buffers of the fit, reused between corners and frames.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     coarse: Pixels,
     fine: Pixels,
 }
 
-/// Fits around `start`, with the board's axes `u` and `v` in pixels per square there.
+/// Fits a corner near `start`, with the board's axes `u` and `v` there in pixels per square.
 ///
-/// First on a quarter or a ninth of the patch's pixels, then on those that tell: the edges in full, the
-/// plain squares thinned out.
+/// First on a quarter or a ninth of the patch's pixels, then on the informative ones: all pixels near the edges, a
+/// quarter of the others. Parameters given by [`Known`] are held fixed, and so is the gradient of the light then.
 ///
-/// What [`Known`] gives is not estimated, nor is the light's gradient then.
-///
-/// `None` if the corner or most of the patch lies outside the picture, or the fit runs away or stays poor.
+/// `None` if the corner or most of the patch lies outside the picture, or if the fit diverges or has no contrast.
 pub(super) fn fit(
     image: &GrayImage,
     start: [f64; 2],
@@ -152,16 +153,16 @@ pub(super) fn fit(
     if let Some(blur_px) = known_blur_px {
         guess[4] = (blur_px * std::f64::consts::SQRT_2).ln();
     }
-    let (rough, _) = settle(coarse, guess, held, ROUNDS, ROUGH_PX)?;
-    fine.gather_telling(image, &patch, &rough);
-    let (at, now) = settle(fine, rough, held, FINE_ROUNDS, SETTLED_PX)?;
-    let pixels = fine.count;
-    let freedom = (pixels as f64 - PARAMETERS as f64).max(1.0);
-    let variance = now.cost / freedom * correlation_excess(now.next_products / now.cost);
-    let covariance = now.normal_matrix.cholesky()?.inverse() * variance;
+    let rough = minimise(&EdgeProblem { pixels: coarse, held }, guess, ROUGH)?.state;
+    fine.gather_informative(image, &patch, &rough);
+    let Minimum { state: at, at: linear, .. } =
+        minimise(&EdgeProblem { pixels: fine, held }, rough, FINE)?;
+    let variance =
+        linear.cost / degrees_of_freedom(fine) * correlation_excess(linear.extra / linear.cost);
+    let covariance = linear.normal_matrix.cholesky()?.inverse() * variance;
     let moved = (at[0] - begin[0]).hypot(at[1] - begin[1]);
     let contrast = at[5].abs();
-    let residual = (now.cost / pixels as f64).sqrt() / contrast;
+    let residual = (linear.cost / fine.count as f64).sqrt() / contrast;
     if !(moved < 0.5 * patch.half_px && residual.is_finite() && contrast > 1.0) {
         return None;
     }
@@ -172,7 +173,7 @@ pub(super) fn fit(
     let floor = Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX);
     let corner = Corner {
         px: Point2::new(centre[0] + at[0], centre[1] + at[1]),
-        // An inverse is symmetric but for rounding; a recording holds three numbers, not four.
+        // A computed inverse is symmetric only up to rounding; a recording stores three numbers.
         covariance_px2: Matrix2::new(
             covariance[(0, 0)],
             covariance[(1, 0)],
@@ -183,10 +184,11 @@ pub(super) fn fit(
     Some(EdgeFit { corner, residual, at, patch })
 }
 
-/// By how much neighbouring residuals that are alike, as those of clutter and shadows are and those of
-/// noise are not, make a fit worse than as many independent ones: `((1+ρ)/(1−ρ))^0.4` for a correlation
-/// `ρ` of next pixels: between none and what a falling correlation along a line costs, as measured on
-/// rendered pictures; residuals that are alike on both sides of an edge do not move the corner.
+/// Factor by which correlated residuals, as from clutter and shadows, inflate the variance over that of independent
+/// ones: `((1+ρ)/(1−ρ))^0.4` for a correlation `ρ` of neighbouring pixels.
+///
+/// The exponent was measured on rendered pictures. It lies between 0 (no effect) and 1 (a correlation that decays
+/// exponentially along a line), because residuals that are equal on both sides of an edge don't move the corner.
 fn correlation_excess(correlation: f64) -> f64 {
     let rho = correlation.clamp(0.0, 0.9);
     ((1.0 + rho) / (1.0 - rho)).powf(CORRELATION_POWER)
@@ -222,51 +224,90 @@ fn first_guess(pixels: &Pixels, corner: [f64; 2], first_rad: f64, second_rad: f6
     ])
 }
 
-/// Levenberg–Marquardt until the corner moves by less than `settled_px`; `held` parameters stay.
-fn settle(
-    pixels: &Pixels,
-    start: Vector,
-    held: &[usize],
-    rounds: usize,
-    settled_px: f64,
-) -> Option<(Vector, Evaluated)> {
-    let mut at = start;
-    let mut damping = 1e-3;
-    let evaluate = |at: &Vector| {
-        let mut evaluated = pixels.evaluate(at);
-        for &i in held {
-            evaluated.normal_matrix.row_mut(i).fill(0.0);
-            evaluated.normal_matrix.column_mut(i).fill(0.0);
-            evaluated.normal_matrix[(i, i)] = 1.0;
-            evaluated.gradient[i] = 0.0;
+/// The edge model on the pixels of a patch.
+struct EdgeProblem<'a> {
+    pixels: &'a Pixels,
+    /// Indices of parameters that are held fixed.
+    held: &'a [usize],
+}
+
+impl Problem<PARAMETERS> for EdgeProblem<'_> {
+    type State = Vector;
+    /// See [`Pixels::linearise`].
+    type Extra = f64;
+
+    fn linearise(&self, at: &Vector) -> Option<Linearised<PARAMETERS, f64>> {
+        let mut linear = self.pixels.linearise(at);
+        for &i in self.held {
+            linear.normal_matrix.row_mut(i).fill(0.0);
+            linear.normal_matrix.column_mut(i).fill(0.0);
+            linear.normal_matrix[(i, i)] = 1.0;
+            linear.gradient[i] = 0.0;
         }
-        evaluated
-    };
-    let mut now = evaluate(&at);
-    for _ in 0..rounds {
-        let mut damped = now.normal_matrix;
-        for i in 0..PARAMETERS {
-            damped[(i, i)] += damping * (now.normal_matrix[(i, i)] + 1e-9);
-        }
-        let step = damped.cholesky()?.solve(&now.gradient);
-        let mut tried = at + step;
-        // A blur of a quarter pixel is a step to a camera; one of eight is no corner any more.
-        tried[4] = tried[4].clamp(-1.05, 2.08);
-        let moved = step[0].abs().max(step[1].abs());
-        if moved < settled_px {
-            at = tried;
-            break;
-        }
-        let next = evaluate(&tried);
-        // Sums are of single precision: at the minimum the cost no longer falls measurably.
-        if next.cost <= now.cost * (1.0 + 1e-6) {
-            (at, now) = (tried, next);
-            damping *= 0.1;
-        } else if damping > 1e4 {
-            break;
-        } else {
-            damping *= 10.0;
+        linear.cost.is_finite().then_some(linear)
+    }
+
+    fn moved(&self, at: &Vector, step: &Vector) -> Vector {
+        let mut moved = at + step;
+        moved[4] = moved[4].clamp(LOG_BLUR.0, LOG_BLUR.1);
+        moved
+    }
+
+    fn noise_variance(&self, cost: f64) -> f64 {
+        cost / degrees_of_freedom(self.pixels)
+    }
+}
+
+fn degrees_of_freedom(pixels: &Pixels) -> f64 {
+    (pixels.count as f64 - PARAMETERS as f64).max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A blurred corner at (20.3, 19.6) on squares of 12 px, with noise.
+    fn picture() -> GrayImage {
+        GrayImage::from_fn(41, 41, |x, y| {
+            let (dx, dy) = (f64::from(x) - 20.3, f64::from(y) - 19.6);
+            let step =
+                ((dx * 0.98 - dy * 0.2) * 0.5).tanh() * ((dy * 0.95 + dx * 0.3) * 0.5).tanh();
+            let noise = f64::from((x * 7919 + y * 104_729) % 13) - 6.0;
+            image::Luma([(120.0 + 80.0 * step + noise) as u8])
+        })
+    }
+
+    #[test]
+    fn covariance_blur_and_residual_are_of_the_fitted_parameters() {
+        let (image, axes_px) = (picture(), [[12.0, 2.0], [-3.0, 12.0]]);
+        let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
+        let patch = Patch::around([20.0, 20.0], axes_px, limits).expect("axes");
+        let mut pixels = Pixels::default();
+        pixels.gather(&image, &patch, |_, _| true);
+        let start = first_guess(&pixels, [0.0, 0.0], 0.1, 1.8);
+        for limits in [ROUGH, FINE] {
+            let problem = EdgeProblem { pixels: &pixels, held: &[] };
+            let Minimum { state, at, .. } = minimise(&problem, start, limits).expect("a fit");
+            let again = pixels.linearise(&state);
+            assert_eq!(at.cost.to_bits(), again.cost.to_bits());
+            assert_eq!(at.extra.to_bits(), again.extra.to_bits());
+            assert_eq!(at.normal_matrix, again.normal_matrix);
         }
     }
-    Some((at, now))
+
+    #[test]
+    fn the_fit_ends_where_no_parameter_has_far_to_go() {
+        let image = picture();
+        let axes_px = [[12.0, 2.0], [-3.0, 12.0]];
+        let mut scratch = Scratch::default();
+        let fit = fit(&image, [20.0, 20.0], axes_px, Known::Nothing, &mut scratch).expect("a fit");
+        let linear = scratch.fine.linearise(&fit.at);
+        let covariance = linear.normal_matrix.cholesky().expect("definite").inverse();
+        let variance = linear.cost / degrees_of_freedom(&scratch.fine);
+        let step = covariance * linear.gradient;
+        for i in 0..PARAMETERS {
+            let sd = (variance * covariance[(i, i)]).sqrt();
+            assert!(step[i].abs() < 0.02 * sd, "parameter {i}: {} of {sd}", step[i]);
+        }
+    }
 }

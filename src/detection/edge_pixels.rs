@@ -1,78 +1,19 @@
-//! The pixels around a corner, and how the edge model disagrees with them.
+//! The pixels around a corner, and the residuals of the edge model on them.
 
 use image::GrayImage;
 
-use super::{
-    edge_model::{Matrix, PARAMETERS, Vector},
-    simd,
-};
+use nalgebra::{SMatrix, SVector};
 
-/// A part of the picture around a corner: a parallelogram along the board's axes, within a circle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Patch {
-    /// Pixel in its middle.
-    pub(super) centre_px: (i32, i32),
-    radius_px: i32,
-    /// Squares along both axes per pixel of offset.
-    board_from_px: [[f32; 2]; 2],
-    /// Half its extent in squares.
-    reach_squares: f32,
-    /// Half its width across the narrower axis.
-    pub(super) half_px: f64,
-}
+use super::{erf::erf, patch::Patch, simd};
+use crate::geometry::least_squares::Linearised;
 
-impl Patch {
-    /// The pixels within `reach_squares` of `start` along the axes, in pixels per square, and within
-    /// `radius_px`; at least ±`least_px`. `None` if the axes are no axes.
-    pub(super) fn around(
-        start: [f64; 2],
-        [u, v]: [[f64; 2]; 2],
-        (reach_squares, least_px, radius_px): (f64, f64, i32),
-    ) -> Option<Self> {
-        let area_px2 = u[0] * v[1] - u[1] * v[0];
-        let height_px = area_px2.abs() / u[0].hypot(u[1]).max(v[0].hypot(v[1]));
-        // Also refuses NaN.
-        if !(height_px > 1.0) {
-            return None;
-        }
-        let reach_squares = reach_squares.max(least_px / height_px);
-        let inverse = [[v[1], -v[0]], [-u[1], u[0]]];
-        Some(Self {
-            centre_px: (start[0].round() as i32, start[1].round() as i32),
-            radius_px,
-            board_from_px: inverse.map(|row| row.map(|value| (value / area_px2) as f32)),
-            reach_squares: reach_squares as f32,
-            half_px: reach_squares * height_px,
-        })
-    }
+/// Parameters of the edge model.
+pub(super) const PARAMETERS: usize = 9;
+pub(super) type Vector = SVector<f64, PARAMETERS>;
+/// `extra`: sum of the products of each residual and the next one in the row.
+type Linear = Linearised<PARAMETERS, f64>;
 
-    /// Pixels of the whole patch, wherever the picture ends.
-    pub(super) fn area_px(&self) -> f64 {
-        let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
-        let parallelogram = (2.0 * f64::from(self.reach_squares)).powi(2) / (a * d - b * c).abs();
-        parallelogram.min(std::f64::consts::PI * f64::from(self.radius_px).powi(2))
-    }
-
-    /// First and last offset of a row's pixels; empty if the last is smaller.
-    fn row(&self, image: &GrayImage, dy: i32) -> (i32, i32) {
-        let (cx, radius_px) = (self.centre_px.0, self.radius_px);
-        let round = ((radius_px * radius_px - dy * dy) as f32).sqrt();
-        let (mut low, mut high) = (-round, round);
-        for [p, q] in self.board_from_px {
-            let middle = -q * dy as f32 / p;
-            let half = (self.reach_squares / p).abs();
-            if half.is_finite() {
-                (low, high) = (low.max(middle - half), high.min(middle + half));
-            } else if (q * dy as f32).abs() > self.reach_squares {
-                return (0, -1);
-            }
-        }
-        let (low, high) = (low.ceil() as i32, high.floor() as i32);
-        (low.max(-cx), high.min(image.width() as i32 - 1 - cx))
-    }
-}
-
-/// Pixels of a patch, filled up to whole groups of lanes with some that have no weight.
+/// Pixels of a patch, padded with zero weight to a multiple of the lanes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pixels {
     /// Offset from the patch's centre, brightness, weight.
@@ -83,9 +24,9 @@ pub(super) struct Pixels {
     pub(super) count: usize,
 }
 
-/// Sums run in so many lanes on every processor, so that all get the same bits.
+/// Fixed number of accumulators, so that results don't depend on the vector width.
 const LANES: usize = 8;
-/// Pixels that are worked on together, so that their derivatives stay in the nearest cache.
+/// Pixels processed together, so that their derivatives stay in the first-level cache.
 const CHUNK: usize = 16 * LANES;
 const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
 
@@ -123,8 +64,8 @@ impl Pixels {
         }
     }
 
-    /// The pixels that tell where the edges are, and a quarter of the others.
-    pub(super) fn gather_telling(&mut self, image: &GrayImage, patch: &Patch, rough: &Vector) {
+    /// All pixels near the edges, and a quarter of the others.
+    pub(super) fn gather_informative(&mut self, image: &GrayImage, patch: &Patch, rough: &Vector) {
         let (s1, c1) = (rough[2].sin() as f32, rough[2].cos() as f32);
         let (s2, c2) = (rough[3].sin() as f32, rough[3].cos() as f32);
         let (x, y) = (rough[0] as f32, rough[1] as f32);
@@ -137,14 +78,15 @@ impl Pixels {
         });
     }
 
-    /// Normal matrix, gradient and cost at `at`.
+    /// Cost, gradient and normal matrix at `at`, in squared grey levels; `extra` is the sum of the products of
+    /// each residual and the next one in its row.
     ///
-    /// Single precision, summed in a fixed order: the same bits on every machine.
-    pub(super) fn evaluate(&self, at: &Vector) -> Evaluated {
-        simd::widest(Evaluation { pixels: self, at })
+    /// Single precision, summed in a fixed order: identical results on every machine.
+    pub(super) fn linearise(&self, at: &Vector) -> Linear {
+        simd::widest(Linearising { pixels: self, at })
     }
 
-    /// Gauss–Newton step of the logarithms of the blur of the two edges, all else held.
+    /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.
     pub(super) fn split_step(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
         simd::widest(Splitting { pixels: self, at, log_s })
     }
@@ -186,7 +128,7 @@ impl Pixels {
     }
 
     #[inline(always)]
-    fn evaluate_here(&self, at: &Vector) -> Evaluated {
+    fn linearise_here(&self, at: &Vector) -> Linear {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
         let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
         let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
@@ -243,7 +185,7 @@ impl Pixels {
         let next_products = total(&next);
         let mut totals = sums.iter().map(total);
         let mut next = || totals.next().unwrap_or(0.0);
-        let mut normal_matrix = Matrix::zeros();
+        let mut normal_matrix = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
         for i in 0..PARAMETERS {
             for j in 0..=i {
                 let value = next();
@@ -251,21 +193,21 @@ impl Pixels {
             }
         }
         let gradient = Vector::from_fn(|_, _| next());
-        Evaluated { normal_matrix, gradient, cost: next(), next_products }
+        Linearised { normal_matrix, gradient, cost: next(), extra: next_products }
     }
 }
 
-struct Evaluation<'a> {
+struct Linearising<'a> {
     pixels: &'a Pixels,
     at: &'a Vector,
 }
 
-impl simd::Loop for Evaluation<'_> {
-    type Output = Evaluated;
+impl simd::Loop for Linearising<'_> {
+    type Output = Linear;
 
     #[inline(always)]
-    fn run(self) -> Evaluated {
-        self.pixels.evaluate_here(self.at)
+    fn run(self) -> Linear {
+        self.pixels.linearise_here(self.at)
     }
 }
 
@@ -284,15 +226,6 @@ impl simd::Loop for Splitting<'_> {
     }
 }
 
-pub(super) struct Evaluated {
-    pub(super) normal_matrix: Matrix,
-    pub(super) gradient: Vector,
-    /// Sum of the squared residuals.
-    pub(super) cost: f64,
-    /// Sum of the products of each residual and the next one in the row.
-    pub(super) next_products: f64,
-}
-
 /// Adds the products of two rows, lane by lane.
 #[inline(always)]
 fn add_products(one: &[f32], two: &[f32], sum: &mut [f32; LANES]) {
@@ -303,41 +236,6 @@ fn add_products(one: &[f32], two: &[f32], sum: &mut [f32; LANES]) {
         }
     }
     *sum = total;
-}
-
-/// `erf(x)` to 3e-7 and `exp(−x²)`. Abramowitz & Stegun 7.1.26.
-#[inline(always)]
-fn erf(x: f32) -> (f32, f32) {
-    let size = x.abs();
-    let bell = exp_negative(-(size * size));
-    let t = 1.0 / (1.0 + 0.327_591_1 * size);
-    let series = t
-        * (0.254_829_6
-            + t * (-0.284_496_74 + t * (1.421_413_7 + t * (-1.453_152 + t * 1.061_405_4))));
-    ((1.0 - series * bell).copysign(x), bell)
-}
-
-/// `exp(x)` for `x <= 0`, to 2e-7 of its value; in plain operations, which vectorise.
-#[inline(always)]
-fn exp_negative(x: f32) -> f32 {
-    // Adding 1.5·2²³ rounds to a whole number, and leaves it in the lowest bits.
-    const ROUND: f32 = 12_582_912.0;
-    let x = x.max(-80.0);
-    let shifted = x * std::f32::consts::LOG2_E + ROUND;
-    let whole = shifted - ROUND;
-    // ln 2 in two parts, so that the rest is exact.
-    let rest = (x - whole * 0.693_359_4) + whole * 2.121_944_4e-4;
-    let series = 1.0
-        + rest
-            * (1.0
-                + rest
-                    * (0.5
-                        + rest
-                            * (0.166_666_55
-                                + rest
-                                    * (0.041_665_795
-                                        + rest * (0.008_333_452 + rest * 0.001_398_2)))));
-    f32::from_bits((shifted.to_bits() << 23).wrapping_add(series.to_bits()))
 }
 
 #[cfg(test)]
@@ -363,10 +261,10 @@ mod tests {
     #[test]
     fn every_vector_width_gives_the_same_bits() {
         let (pixels, at) = pixels();
-        let widest = pixels.evaluate(&at);
-        let least = simd::Loop::run(Evaluation { pixels: &pixels, at: &at });
+        let widest = pixels.linearise(&at);
+        let least = simd::Loop::run(Linearising { pixels: &pixels, at: &at });
         assert_eq!(widest.cost.to_bits(), least.cost.to_bits());
-        assert_eq!(widest.next_products.to_bits(), least.next_products.to_bits());
+        assert_eq!(widest.extra.to_bits(), least.extra.to_bits());
         assert_eq!(widest.normal_matrix.map(f64::to_bits), least.normal_matrix.map(f64::to_bits));
         assert_eq!(widest.gradient.map(f64::to_bits), least.gradient.map(f64::to_bits));
     }
@@ -374,28 +272,18 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_the_cost() {
         let (pixels, at) = pixels();
-        let analytic = pixels.evaluate(&at).gradient;
+        let analytic = pixels.linearise(&at).gradient;
         for i in 0..PARAMETERS {
             let step = [1e-2, 1e-2, 1e-3, 1e-3, 1e-2, 0.5, 0.5, 1e-3, 1e-3][i];
             let cost = |sign: f64| {
                 let mut moved = at;
                 moved[i] += sign * step;
-                pixels.evaluate(&moved).cost
+                pixels.linearise(&moved).cost
             };
             // The gradient of the fit is −½ dcost/dparameter.
             let numeric = -(cost(1.0) - cost(-1.0)) / (4.0 * step);
             let size = analytic[i].abs().max(0.02 * analytic.amax());
             assert!((numeric - analytic[i]).abs() < 0.03 * size, "{i}: {numeric} {}", analytic[i]);
-        }
-    }
-
-    #[test]
-    fn erf_and_its_bell_are_right_to_single_precision() {
-        for k in -60..=60 {
-            let x = f64::from(k) * 0.1;
-            let (value, bell) = erf(x as f32);
-            assert!((f64::from(value) - statrs::function::erf::erf(x)).abs() < 1e-6, "erf({x})");
-            assert!((f64::from(bell) - (-x * x).exp()).abs() < 3e-7, "exp(-{x}^2)");
         }
     }
 }

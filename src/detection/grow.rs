@@ -1,24 +1,24 @@
-//! Grows grids of junctions whose colours alternate.
+//! Grows grids of junctions with alternating colours.
 
 use super::{
     junction::{Junction, apart},
     lattice::{BESIDE, Lattice, Node},
 };
 
-/// Side of the cells that junctions are sorted into, for finding the nearest one.
+/// Side of the cells into which junctions are sorted for nearest-neighbour search.
 const CELL_PX: f32 = 24.0;
-/// Longest side of a square that is looked for, in pixels of the search level.
+/// Longest side of a square, in pixels of the search level.
 const REACH_PX: f32 = 240.0;
 
-/// Grows grids from the junctions of one picture, strongest first. Keeps its buffers between pictures.
+/// Grows grids from the junctions of one picture, strongest first. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grower {
     columns: usize,
     rows: usize,
-    /// Junctions cell by cell, and where each cell begins.
+    /// Junctions sorted by cell, and the start of each cell.
     sorted: Vec<u32>,
     begins: Vec<u32>,
-    /// For each junction: whether a grid has it, and the last attempt that used it.
+    /// For each junction: whether it belongs to a grid, and the last attempt that used it.
     taken: Vec<bool>,
     used_by: Vec<u32>,
     attempts: u32,
@@ -29,7 +29,7 @@ pub(super) struct Grower {
 }
 
 impl Grower {
-    /// Starts anew with the junctions of a picture.
+    /// Starts with the junctions of a new picture.
     pub(super) fn start(&mut self, junctions: &[Junction], width: u32, height: u32) {
         self.columns = (width as f32 / CELL_PX) as usize + 1;
         self.rows = (height as f32 / CELL_PX) as usize + 1;
@@ -47,7 +47,7 @@ impl Grower {
         }
         self.sorted.clear();
         self.sorted.resize(junctions.len(), 0);
-        // Backwards, each cell fills up from its end, which is where the next one begins.
+        // In reverse order each cell fills from its end, which is the start of the next one.
         for (index, junction) in junctions.iter().enumerate().rev() {
             let end = &mut self.begins[cell(junction) + 1];
             *end -= 1;
@@ -64,7 +64,7 @@ impl Grower {
         (self.attempts, self.next_seed) = (0, 0);
     }
 
-    /// The next grid, from the strongest junction that is in no earlier one; `None` after `seeds` attempts.
+    /// Grows the next grid from the strongest junction that isn't in an earlier one; `None` after `seeds` attempts.
     pub(super) fn next_grid(
         &mut self,
         junctions: &[Junction],

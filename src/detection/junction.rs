@@ -1,4 +1,4 @@
-//! What a corner looks like: two edges and the colours between them.
+//! Reads the structure of a corner candidate: two edges and the colours between them.
 
 use std::sync::LazyLock;
 
@@ -11,8 +11,8 @@ use super::{reduce::sample_inside, response::Peak};
 pub(super) struct Junction {
     pub(super) x: f32,
     pub(super) y: f32,
-    /// Directions of the two edges, modulo π. Turning from the first towards the second (clockwise on
-    /// the screen, `x` right and `y` down) crosses a light square.
+    /// Directions of the two edges, modulo π. Rotating from the first to the second (clockwise on the screen, `x` right
+    /// and `y` down) sweeps over a light square.
     pub(super) edges_rad: [f32; 2],
     /// Half the brightness step.
     pub(super) contrast: f32,
@@ -21,7 +21,7 @@ pub(super) struct Junction {
 const SAMPLES: usize = 32;
 const RADIUS_PX: f32 = 4.5;
 
-/// The samples, from the corner.
+/// Offsets of the samples from the corner.
 static RING: LazyLock<[[f32; 2]; SAMPLES]> = LazyLock::new(|| {
     std::array::from_fn(|k| {
         let (sin, cos) = angle_rad(k as f32).sin_cos();
@@ -29,7 +29,8 @@ static RING: LazyLock<[[f32; 2]; SAMPLES]> = LazyLock::new(|| {
     })
 });
 
-/// Reads the ring around a peak: exactly four changes of colour, opposite ones in line within 25°.
+/// Reads the ring around a peak. `None` unless the colour changes exactly four times, opposite changes are in line within
+/// 27°, and the edges cross at more than 30°.
 pub(super) fn read(image: &GrayImage, peak: &Peak) -> Option<Junction> {
     let ring = RING.each_ref().map(|[dx, dy]| sample_inside(image, peak.x + dx, peak.y + dy));
     let low = ring.iter().copied().fold(f32::MAX, f32::min);
@@ -50,7 +51,7 @@ pub(super) fn read(image: &GrayImage, peak: &Peak) -> Option<Junction> {
     if count != 4 {
         return None;
     }
-    // Changes to light and to dark alternate; opposite changes are of one kind.
+    // Changes to light and to dark alternate, so opposite changes are of the same kind.
     let first_to_light = usize::from(!changes[0].1);
     let to_light = [changes[first_to_light].0, changes[first_to_light + 2].0];
     let to_dark = [changes[1 - first_to_light].0, changes[3 - first_to_light].0];
@@ -68,7 +69,7 @@ fn angle_rad(step: f32) -> f32 {
     step * std::f32::consts::TAU / SAMPLES as f32
 }
 
-/// The common direction of two opposite changes, modulo π; `None` if they are not in line.
+/// The common direction of two opposite changes, modulo π; `None` if they aren't in line.
 fn in_line([a, b]: [f32; 2]) -> Option<f32> {
     let off = (b - a - std::f32::consts::PI).sin();
     let opposite = (b - a).cos() < 0.0;
@@ -78,7 +79,7 @@ fn in_line([a, b]: [f32; 2]) -> Option<f32> {
     })
 }
 
-/// Sine of the angle between two directions modulo π.
+/// Sine of the angle between two directions, modulo π.
 pub(super) fn apart(a: f32, b: f32) -> f32 {
     (a - b).sin().abs()
 }

@@ -1,35 +1,35 @@
 //! A grid of corners by their place on the board.
 
-use super::board_match::LARGEST_OVER;
-
-/// Place in a grid: steps from the seed along the first and the second axis.
+/// Position in a grid: steps from the seed along the first and the second axis.
 pub(super) type Node = (i32, i32);
 
-/// The four next places.
+/// Steps by which a grid may exceed the board's longer side, so that a larger board is recognised as such.
+const LARGEST_OVER: i32 = 6;
+/// The four neighbouring nodes.
 pub(super) const BESIDE: [Node; 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
-/// Corners by their place; the first axis turned by +90° (clockwise on the screen) points to the side of
-/// the second, so that a grid is never a mirror image.
+/// Corners by node. Turning the first axis by +90° (clockwise on the screen) points to the side of the second, so
+/// a grid is never a mirror image.
 ///
-/// Holds places up to `reach` steps from the seed, and keeps its buffers when it is emptied.
+/// Holds nodes up to `reach` steps from the seed, and keeps its buffers when cleared.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lattice {
     reach: i32,
-    /// Where the corner is, and how many came before it.
+    /// Position of the corner, and how many were inserted before it.
     places: Vec<Option<([f32; 2], u32)>>,
-    /// Places that are taken, in the order in which they were.
+    /// Occupied nodes, in order of insertion.
     nodes: Vec<Node>,
 }
 
 impl Lattice {
-    /// Empties the grid, for boards of up to `longest` corners a side.
+    /// Clears the grid and sizes it for boards of up to `longest` corners a side.
     pub(super) fn clear(&mut self, longest: usize) {
         self.reach = longest as i32 + LARGEST_OVER;
         let side = (2 * self.reach + 1) as usize;
         self.places.clear();
         self.places.resize(side * side, None);
         self.nodes.clear();
-        // Grids are exchanged; any of them may become the largest.
+        // Grids are swapped; any of them may become the largest.
         self.nodes.reserve(side * side);
     }
 
@@ -43,7 +43,7 @@ impl Lattice {
         self.places[self.index(node)?].map(|(at, _)| at)
     }
 
-    /// How many corners were put in before the one at `node`; meaningless once some were dropped.
+    /// How many corners were inserted before the one at `node`; meaningless after [`retain`](Self::retain).
     pub(super) fn order(&self, node: Node) -> Option<usize> {
         self.places[self.index(node)?].map(|(_, order)| order as usize)
     }
@@ -52,7 +52,7 @@ impl Lattice {
         self.get(node).is_some()
     }
 
-    /// Puts a corner at a free place; `false` if the place is taken or out of reach.
+    /// Inserts a corner at a free node; `false` if the node is taken or out of reach.
     pub(super) fn insert(&mut self, node: Node, at: [f32; 2]) -> bool {
         match self.index(node) {
             Some(index) if self.places[index].is_none() => {
@@ -64,7 +64,7 @@ impl Lattice {
         }
     }
 
-    /// Takes back what [`insert`](Self::insert) put last.
+    /// Undoes the last [`insert`](Self::insert).
     pub(super) fn take_back(&mut self) {
         if let Some(index) = self.nodes.pop().and_then(|node| self.index(node)) {
             self.places[index] = None;
@@ -91,7 +91,7 @@ impl Lattice {
         self.nodes.len()
     }
 
-    /// Lowest and highest place along both axes.
+    /// Lowest and highest node along both axes; `None` if the grid is empty.
     pub(super) fn extent(&self) -> Option<(Node, Node)> {
         let first = *self.nodes.first()?;
         Some(self.nodes.iter().fold((first, first), |(low, high), &(i, j)| {
@@ -99,8 +99,8 @@ impl Lattice {
         }))
     }
 
-    /// Where the corner at `node` should be, and the length of the shortest step used: the mean of linear
-    /// or parabolic continuations and completed parallelograms.
+    /// Predicts the position of the corner at `node`, and the length of the shortest step used: the mean of linear or
+    /// parabolic extrapolations and completed parallelograms.
     pub(super) fn predict(&self, (i, j): Node) -> Option<([f32; 2], f32)> {
         let get = |di: i32, dj: i32| self.get((i + di, j + dj));
         let mut sum = [0.0_f32; 2];
@@ -115,7 +115,7 @@ impl Lattice {
         for (di, dj) in BESIDE {
             let (Some(one), Some(two)) = (get(di, dj), get(2 * di, 2 * dj)) else { continue };
             match get(3 * di, 3 * dj) {
-                // Perspective changes the steps; three members tell how.
+                // Perspective changes the length of steps; three members show how.
                 Some(three) => {
                     add(std::array::from_fn(|k| 3.0 * one[k] - 3.0 * two[k] + three[k]), one);
                 }
@@ -129,4 +129,37 @@ impl Lattice {
         }
         (weight > 0.0 && side > 2.0).then(|| (sum.map(|value| value / weight), side))
     }
+}
+
+/// Steps to the neighbours along both axes at a node, from whichever neighbours exist; `here` is the position of the
+/// node's corner, known or predicted.
+pub(super) fn axes(
+    lattice: &Lattice,
+    (i, j): Node,
+    here: [f32; 2],
+) -> Option<([f32; 2], [f32; 2])> {
+    let step = |(i, j): Node, here: Option<[f32; 2]>, di: i32, dj: i32| {
+        let ahead = lattice.get((i + di, j + dj));
+        let behind = lattice.get((i - di, j - dj));
+        match (ahead, here, behind) {
+            (Some(a), _, Some(b)) => Some([0.5 * (a[0] - b[0]), 0.5 * (a[1] - b[1])]),
+            (Some(a), Some(here), None) => Some([a[0] - here[0], a[1] - here[1]]),
+            (None, Some(here), Some(b)) => Some([here[0] - b[0], here[1] - b[1]]),
+            _ => None,
+        }
+    };
+    // The first corner of a new row has no neighbour in it; the row before runs in the same direction.
+    let side = |di: i32, dj: i32| {
+        let next = |(i, j): Node| step((i, j), lattice.get((i, j)), di, dj);
+        step((i, j), Some(here), di, dj)
+            .or_else(|| next((i + dj, j + di)))
+            .or_else(|| next((i - dj, j - di)))
+    };
+    Some((side(1, 0)?, side(0, 1)?))
+}
+
+/// Smallest width of the parallelogram spanned by `u` and `v`: the width of a sheared square.
+pub(super) fn height((u, v): ([f32; 2], [f32; 2])) -> f32 {
+    let longest = u[0].hypot(u[1]).max(v[0].hypot(v[1]));
+    (u[0] * v[1] - u[1] * v[0]).abs() / longest.max(1e-6)
 }

@@ -1,18 +1,17 @@
-//! Why corners of a board are missing.
+//! Why corners of a board are missing: cut off by the edge of the picture, or saturated.
 
 use image::GrayImage;
 
 use super::{
-    Side,
-    board_match::{axes, height},
-    lattice::{BESIDE, Lattice},
+    lattice::{BESIDE, Lattice, axes, height},
+    outcome::Side,
     reduce::sample,
 };
 
-/// Squares from here on are taken for overexposed.
-const GLARING: f32 = 248.0;
+/// Brightness from which a square counts as saturated, in grey levels.
+const SATURATED: f32 = 248.0;
 
-/// Which edge of the picture the grid runs into, if one: the next corner would lie outside.
+/// The edge of the picture that the grid runs into, if any: beyond it, the next corners would lie outside.
 pub(super) fn cut_off_by(image: &GrayImage, lattice: &Lattice) -> Option<Side> {
     let (width, height) = (image.width() as f32, image.height() as f32);
     let mut outside = [(Side::Left, 0), (Side::Right, 0), (Side::Top, 0), (Side::Bottom, 0)];
@@ -33,8 +32,8 @@ pub(super) fn cut_off_by(image: &GrayImage, lattice: &Lattice) -> Option<Side> {
     (count >= 2).then_some(side)
 }
 
-/// Whether the grid ends where the picture is overexposed: of the three next places on every line that ends,
-/// one in eight.
+/// Whether the grid ends where the picture is saturated: at least one in eight of the next three nodes beyond each end
+/// of a line.
 pub(super) fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
     let (mut missing, mut bright) = (0, 0);
     for &(i, j) in lattice.nodes() {
@@ -52,7 +51,7 @@ pub(super) fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
             for ahead in [1.0, 2.0, 3.0] {
                 let at = [here[0] + ahead * step[0], here[1] + ahead * step[1]];
                 missing += 1;
-                let glares = |dx: f32, dy: f32| sample(image, at[0] + dx, at[1] + dy) >= GLARING;
+                let glares = |dx: f32, dy: f32| sample(image, at[0] + dx, at[1] + dy) >= SATURATED;
                 let across = [-reach, 0.0, reach];
                 bright +=
                     usize::from(across.iter().all(|dx| across.iter().all(|dy| glares(*dx, *dy))));

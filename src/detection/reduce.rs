@@ -1,10 +1,10 @@
-//! Halves a picture, and reads between its pixels.
+//! Halves pictures, and interpolates between pixels.
 
 use image::GrayImage;
 
 use super::simd;
 
-/// Means of 2×2 pixels. Pixel `p` of the result lies at `2p + 0.5` of the source.
+/// Halves a picture by averaging 2×2 pixels. Pixel `p` of the result lies at `2p + 0.5` in the source.
 pub(super) fn halve(source: &GrayImage, into: &mut GrayImage) {
     let (width, height) = source.dimensions();
     halve_part(source, &Part { left: 0, top: 0, width, height }, into);
@@ -20,8 +20,8 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The part of `image` that holds `points` and `margin_px` around them, in steps of `step` pixels;
-    /// `None` if nothing of it lies in the picture.
+    /// The part of `image` that contains `points` with a margin of `margin_px`, aligned to multiples of `step` pixels;
+    /// `None` if it lies outside the picture.
     pub(super) fn around(
         points: &[[f64; 2]],
         margin_px: f64,
@@ -43,33 +43,33 @@ impl Part {
     }
 }
 
-/// How the pixels of a picture that was halved some times lie in the full one.
+/// Maps pixels between a picture that was halved several times and the full-size one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Halved {
-    /// Pixels of the full picture per pixel.
+    /// Full-size pixels per pixel.
     pub(super) scale: f64,
-    /// Where the part that was halved begins in the full picture.
+    /// Top-left pixel, in the full-size picture, of the part that was halved.
     pub(super) origin_px: [f64; 2],
 }
 
 impl Halved {
-    /// The whole picture, halved so many times.
+    /// The whole picture, halved `times` times.
     pub(super) fn whole(times: usize) -> Self {
         Self { scale: f64::from(1_u32 << times), origin_px: [0.0, 0.0] }
     }
 
-    /// Place in the full picture.
+    /// Position in the full-size picture.
     pub(super) fn full_px(&self, at: [f32; 2]) -> [f64; 2] {
         std::array::from_fn(|k| (f64::from(at[k]) + 0.5) * self.scale - 0.5 + self.origin_px[k])
     }
 
-    /// Place in the halved picture.
+    /// Position in the halved picture.
     pub(super) fn at(&self, full_px: [f64; 2]) -> [f32; 2] {
         std::array::from_fn(|k| ((full_px[k] - self.origin_px[k] + 0.5) / self.scale - 0.5) as f32)
     }
 }
 
-/// [`halve`] for a part of a picture, which must lie in it.
+/// [`halve`] for a part of a picture, which must lie inside it.
 pub(super) fn halve_part(source: &GrayImage, part: &Part, into: &mut GrayImage) {
     let (width, height) = (part.width / 2, part.height / 2);
     let row_bytes = source.width() as usize;
@@ -87,12 +87,12 @@ pub(super) fn halve_part(source: &GrayImage, part: &Part, into: &mut GrayImage) 
         width: width as usize,
         into: &mut pixels,
     });
-    // The buffer has exactly this size.
+    // The buffer has exactly this size, so the default is never used.
     *into = GrayImage::from_raw(width, height, pixels).unwrap_or_default();
 }
 
 struct Halving<'a> {
-    /// From the part's first pixel on.
+    /// Starts at the part's first pixel.
     raw: &'a [u8],
     row_bytes: usize,
     width: usize,
@@ -116,7 +116,7 @@ impl simd::Loop for Halving<'_> {
     }
 }
 
-/// As [`sample`], for places well inside the picture.
+/// [`sample`] without bounds handling: the position must be at least one pixel inside the picture.
 pub(super) fn sample_inside(image: &GrayImage, x: f32, y: f32) -> f32 {
     let width = image.width() as usize;
     let (column, row) = (x as usize, y as usize);
@@ -127,7 +127,7 @@ pub(super) fn sample_inside(image: &GrayImage, x: f32, y: f32) -> f32 {
     top + fy * (bottom - top)
 }
 
-/// Brightness at `(x, y)`, bilinear; the border is continued outwards.
+/// Brightness at `(x, y)`, bilinear; outside the picture, that of the nearest border pixel.
 pub(super) fn sample(image: &GrayImage, x: f32, y: f32) -> f32 {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let x = x.clamp(0.0, width as f32 - 1.001);

@@ -1,23 +1,25 @@
-//! Fits the edge model to every corner at full size, and checks that the corners form one board.
+//! Fits the edge model to every corner of the full-size picture, and checks that the corners form one board.
 
 use image::GrayImage;
 use nalgebra::Point2;
 
 use super::{
-    Detection, DetectorParams, Miss, Quality,
     edge_model::{self, EdgeFit, Known},
     motion::motion_px,
+    outcome::{Detection, Miss, Quality},
+    params::DetectorParams,
 };
 use crate::board::Checkerboard;
 
-/// Blur that is more than this share of a square leaves nothing of it to measure.
+/// Blur above this fraction of a square leaves no plateau between its edges.
 const BLUR_LIMIT_SQUARES: f64 = 0.25;
-/// Least brightness step of a corner, as a share of the board's usual one: light falls unevenly.
-const LEAST_OF_USUAL: f64 = 0.04;
-/// Residuals may be so many times the board's usual ones: noise is everywhere, clutter is not.
-const RESIDUAL_OVER_USUAL: f64 = 1.6;
+/// Least brightness step of a corner, as a fraction of the board's median; small, because light is uneven.
+const LEAST_OF_MEDIAN: f64 = 0.04;
+/// Corners whose residual exceeds this multiple of the board's median are dropped: noise affects all corners, clutter
+/// only some.
+const RESIDUAL_OVER_MEDIAN: f64 = 1.6;
 
-/// Keeps its buffers between pictures.
+/// Refines all corners of a board. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refiner {
     fits: Vec<Option<EdgeFit>>,
@@ -26,11 +28,11 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    /// The board whose corners are near `rough` (pixels of the full picture, row by row).
+    /// Measures the board whose corners are near `rough` (pixels of the full-size picture, row by row).
     ///
     /// # Errors
     ///
-    /// [`Miss`] if a corner cannot be measured, or if the corners do not form one board.
+    /// [`Miss`] if a corner can't be measured, or if the corners don't form one board.
     pub(super) fn refine(
         &mut self,
         image: &GrayImage,
@@ -54,16 +56,17 @@ impl Refiner {
         if shortest_px < needed_px {
             return Err(Miss::TooSmall { square_px: shortest_px, needed_px });
         }
-        let usual_residual = self.median(|_, fit| fit.residual).unwrap_or(0.0);
-        let limit = (RESIDUAL_OVER_USUAL * usual_residual).clamp(params.max_residual, 1.0);
+        let median_residual = self.median(|_, fit| fit.residual).unwrap_or(0.0);
+        let limit = (RESIDUAL_OVER_MEDIAN * median_residual).clamp(params.max_residual, 1.0);
         // Positive if the squares between the board's axes at corner 0 are light.
-        let usual_step = self.median(|index, fit| fit.step() * sign(index, columns)).unwrap_or(0.0);
+        let median_step =
+            self.median(|index, fit| fit.step() * sign(index, columns)).unwrap_or(0.0);
         for (index, fit) in self.fits.iter_mut().enumerate() {
-            let step = usual_step * sign(index, columns);
+            let step = median_step * sign(index, columns);
             *fit = fit.take().filter(|fit| fit.residual <= limit && agrees(fit, step));
         }
-        let usual_blur_px = self.median(|_, fit| fit.blur_px());
-        self.look_again(image, rough, columns, (limit, usual_step), usual_blur_px);
+        let median_blur_px = self.median(|_, fit| fit.blur_px());
+        self.retry(image, rough, columns, (limit, median_step), median_blur_px);
         let (found, wanted) = (self.fits.iter().flatten().count(), rough.len());
         let blur_px = self.median(|_, fit| fit.blur_px()).unwrap_or(params.max_blur_px);
         let limit_px = params.max_blur_px.min(BLUR_LIMIT_SQUARES * shortest_px);
@@ -88,14 +91,15 @@ impl Refiner {
         Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
     }
 
-    /// Where blur hides a small square's edges from one fit, its neighbours tell where to look again.
-    fn look_again(
+    /// Repeats failed fits at the position that the neighbours predict: blur can hide the edges of a small square
+    /// from a fit that starts elsewhere.
+    fn retry(
         &mut self,
         image: &GrayImage,
         rough: &[[f64; 2]],
         columns: usize,
-        (limit, usual_step): (f64, f64),
-        usual_blur_px: Option<f64>,
+        (limit, median_step): (f64, f64),
+        median_blur_px: Option<f64>,
     ) {
         for index in 0..rough.len() {
             let Some(expected) = expected_px(&self.fits, columns, index) else { continue };
@@ -108,13 +112,13 @@ impl Refiner {
                 continue;
             }
             let helped =
-                usual_blur_px.map(|blur_px| [Known::Blur(blur_px), Known::BlurAndEdges(blur_px)]);
+                median_blur_px.map(|blur_px| [Known::Blur(blur_px), Known::BlurAndEdges(blur_px)]);
             let all = [Known::Nothing].into_iter().chain(helped.into_iter().flatten());
             let again = all.into_iter().find_map(|known| {
                 window
                     .fit(image, expected, known, &mut self.scratch)
                     .filter(|fit| fit.residual <= limit && off_px(fit) <= allowed_px)
-                    .filter(|fit| agrees(fit, usual_step * sign(index, columns)))
+                    .filter(|fit| agrees(fit, median_step * sign(index, columns)))
             });
             if again.is_some() {
                 self.fits[index] = again;
@@ -122,7 +126,7 @@ impl Refiner {
         }
     }
 
-    /// Median over the corners that were fitted, of a value of a corner's number and its fit.
+    /// Median over the fitted corners of `value(index, fit)`.
     fn median(&mut self, value: impl Fn(usize, &EdgeFit) -> f64) -> Option<f64> {
         self.sorted.clear();
         let fits = self.fits.iter().enumerate();
@@ -132,24 +136,24 @@ impl Refiner {
     }
 }
 
-/// Colours alternate from corner to corner.
+/// +1 or −1: the colours around corners alternate.
 fn sign(index: usize, columns: usize) -> f64 {
     if (index % columns + index / columns).is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
-/// Whether a corner has the colours that `step` says, and no ghost of them.
+/// Whether a corner has the sign of `step` and enough of its contrast not to be a reflection of a corner.
 fn agrees(fit: &EdgeFit, step: f64) -> bool {
-    fit.step() * step > 0.0 && fit.contrast() > LEAST_OF_USUAL * step.abs()
+    fit.step() * step > 0.0 && fit.contrast() > LEAST_OF_MEDIAN * step.abs()
 }
 
-/// Where and how large to fit.
+/// Axes and size of the neighbourhood of a corner.
 struct Window {
     axes_px: [[f64; 2]; 2],
     side_px: f64,
 }
 
 impl Window {
-    /// Local axes and the side of the squares around a corner of the rough grid.
+    /// Local axes, in pixels per square, and the side of the squares around a corner of the rough grid.
     fn around(rough: &[[f64; 2]], columns: usize, index: usize) -> Self {
         let rows = rough.len() / columns;
         let (column, row) = (index % columns, index / columns);
@@ -177,7 +181,7 @@ impl Window {
     }
 }
 
-/// Where the fitted neighbours in row and column put a corner; `None` without enough of them.
+/// Position of a corner predicted by the fitted neighbours in its row and column; `None` if there are too few.
 fn expected_px(fits: &[Option<EdgeFit>], columns: usize, index: usize) -> Option<[f64; 2]> {
     let rows = fits.len() / columns;
     let (column, row) = ((index % columns) as isize, (index / columns) as isize);
@@ -187,7 +191,7 @@ fn expected_px(fits: &[Option<EdgeFit>], columns: usize, index: usize) -> Option
         let fit = inside.then(|| fits[row as usize * columns + column as usize].as_ref())??;
         Some([fit.corner.px.x, fit.corner.px.y])
     };
-    // Cubic between neighbours, parabolic beyond them; straight where there are too few for that.
+    // Cubic interpolation between neighbours, parabolic extrapolation beyond them; linear where there are too few.
     let along = |dc: isize, dr: isize| -> Option<([f64; 2], f64)> {
         let near = |step: isize| at(step * dc, step * dr);
         let mix = |terms: &[(f64, [f64; 2])]| {
@@ -224,8 +228,8 @@ fn expected_px(fits: &[Option<EdgeFit>], columns: usize, index: usize) -> Option
     })
 }
 
-/// Whether every corner lies where its neighbours in row and column put it, within a third of a square.
-/// May only drop a board.
+/// Whether all rows and columns are smooth: the third difference of any four corners in line stays below 0.45 of a
+/// square plus half a pixel.
 fn smooth(fits: &[Option<EdgeFit>], columns: usize) -> bool {
     let at = |index: usize| fits[index].as_ref().map(|fit| fit.corner.px);
     // Third difference of four in line: zero for any parabola.

@@ -1,8 +1,8 @@
-//! Corner response on a ring, and its local maxima.
+//! Computes the corner response on a ring of 16 pixels, and its local maxima.
 //!
 //! On a circle around a checkerboard corner opposite samples agree and samples a quarter turn apart
-//! differ; on an edge opposite samples differ; on a thin line the ring's mean differs from the middle.
-//! Source of the idea: Bennett & Lasenby, "ChESS – Quick and robust detection of chess-board features", 2014.
+//! differ; on an edge opposite samples differ; on a thin line the mean of the ring differs from that of the centre.
+//! Source: Bennett & Lasenby, "ChESS – Quick and robust detection of chess-board features", 2014.
 
 use std::num::Wrapping;
 
@@ -10,7 +10,7 @@ use image::GrayImage;
 
 use super::simd;
 
-/// Half the width of the ring: no response closer to the picture's edge.
+/// Radius of the ring; pixels closer to the edge of the picture have no response.
 pub(super) const RING_RADIUS_PX: usize = 5;
 
 const RING: [(isize, isize); 16] = [
@@ -40,8 +40,8 @@ pub(super) struct Peak {
     pub(super) strength: i16,
 }
 
-/// Response of every pixel; within the ring's radius of the picture's edge there is none, and what stands
-/// there is left over from another picture.
+/// Writes the response of every pixel to `into`. Values within the ring's radius of the edge are stale and must not be
+/// read.
 pub(super) fn respond(image: &GrayImage, into: &mut Vec<i16>) {
     let (width, height) = (image.width() as usize, image.height() as usize);
     into.resize(width * height, 0);
@@ -71,7 +71,7 @@ impl simd::Loop for Responding<'_> {
     }
 }
 
-/// One row; plain slices of one length, so that the compiler vectorises it.
+/// One row, on slices of equal length so that the compiler vectorises the loop.
 #[inline(always)]
 fn respond_row(raw: &[u8], width: usize, y: usize, out: &mut [i16]) {
     let count = out.len();
@@ -82,7 +82,7 @@ fn respond_row(raw: &[u8], width: usize, y: usize, out: &mut [i16]) {
     };
     let ring: [&[u8]; 16] = std::array::from_fn(|k| shifted(RING[k].0, RING[k].1));
     let middle = [shifted(0, 0), shifted(-1, 0), shifted(1, 0), shifted(0, -1), shifted(0, 1)];
-    // No sum comes near the type's limits: asking whether one did would keep the loop from being vectorised.
+    // No sum comes near the limits of i16; overflow checks would prevent vectorisation.
     let level = |row: &[u8], x: usize| Wrapping(i16::from(row[x]));
     let size = |value: Wrapping<i16>| Wrapping(value.0.wrapping_abs());
     for (x, out) in out.iter_mut().enumerate() {
@@ -106,10 +106,10 @@ fn respond_row(raw: &[u8], width: usize, y: usize, out: &mut [i16]) {
     }
 }
 
-/// Pixels that are passed over at once where none of them responds.
+/// Pixels skipped at once if none of them exceeds the threshold.
 const STRIDE_PX: usize = 32;
 
-/// Maxima of 5×5 pixels above `threshold`, strongest first, at most `limit`.
+/// Local maxima of 5×5 pixels above `threshold`, strongest first, at most `limit`.
 pub(super) fn peaks(
     response: &[i16],
     width: usize,
@@ -124,7 +124,7 @@ pub(super) fn peaks(
         return;
     }
     simd::widest(Scanning { response, width, height, border, threshold, into });
-    // Equal strengths stay in picture order.
+    // Ties are broken by position, so that the order is deterministic.
     into.sort_unstable_by(|a, b| {
         b.strength.cmp(&a.strength).then(a.y.total_cmp(&b.y)).then(a.x.total_cmp(&b.x))
     });
@@ -164,7 +164,7 @@ impl simd::Loop for Scanning<'_> {
     }
 }
 
-/// The maximum at a pixel, to a part of it by the parabola through its neighbours.
+/// The maximum at a pixel, refined to subpixel position by parabolas through its neighbours.
 fn peak(response: &[i16], width: usize, x: usize, y: usize) -> Peak {
     let at = |x: usize, y: usize| f32::from(response[y * width + x]);
     let here = at(x, y);
@@ -183,7 +183,7 @@ fn is_peak(response: &[i16], width: usize, x: usize, y: usize) -> bool {
     let strength = response[y * width + x];
     (y - 2..=y + 2).all(|row| {
         response[row * width + x - 2..=row * width + x + 2].iter().zip(x - 2..).all(
-            // Of equal neighbours the first in picture order is the peak.
+            // Of equal neighbours, the first in raster order is the peak.
             |(&other, column)| other < strength || (other == strength && (row, column) >= (y, x)),
         )
     })

@@ -1,21 +1,20 @@
-//! Vector widths, chosen when the program runs.
+//! Selects the vector width at run time.
 
-/// A plain loop that is worth the widest vectors.
+/// A plain loop that gains from wide vectors.
 ///
-/// `run` and all that it calls must be `#[inline(always)]`, or it is compiled for the least processor; a
-/// closure cannot promise that.
+/// `run` and everything it calls must be `#[inline(always)]`, or it's compiled for the baseline processor. That is why
+/// this is a trait: closures can't be marked.
 pub(super) trait Loop {
-    /// What the loop returns.
+    /// Result of the loop.
     type Output;
 
-    /// The loop.
+    /// Runs the loop.
     fn run(self) -> Self::Output;
 }
 
-/// Runs `work` compiled for the widest vectors that this processor has.
+/// Runs `work`, compiled for the widest vectors that this processor supports.
 ///
-/// The compiler neither fuses nor reorders floating-point operations, so that every width gives the same
-/// bits.
+/// The compiler neither fuses nor reorders floating-point operations, so every width gives identical results.
 pub(super) fn widest<W: Loop>(work: W) -> W::Output {
     pulp::Arch::new().dispatch(Widened(work))
 }

@@ -1,48 +1,49 @@
-//! Follows a board from picture to picture.
+//! Follows the board from frame to frame.
 //!
-//! Hands move boards by many pixels between pictures but change their speed slowly: each corner is looked
-//! for where constant speed puts it (standing still as a guess fails on every frame of a moving board).
-//! The saddle nearest to the guess must lie within half a square of it, and the colours of all squares
-//! must alternate as on the board. Fails on sudden moves, and then the whole picture is searched.
+//! Hands move boards by many pixels between frames but change speed slowly, so each corner is predicted at constant
+//! speed. (Predicting it at rest fails on every frame of a moving board.) The saddle point nearest to the prediction
+//! must lie within half a square of it, and the colours of all squares must alternate as on the board. After a sudden
+//! move this fails, and the whole picture is searched.
 
 use image::GrayImage;
 
 use super::{
-    Detection, Miss,
-    board_match::{all_colours_alternate, settle},
+    board_match::all_colours_alternate,
     lattice::Lattice,
+    outcome::{Detection, Miss},
     reduce::{Halved, Part, halve, halve_part},
+    saddle::settle,
 };
 use crate::{
     board::Checkerboard,
     frame::{CaptureTime, FrameKind},
 };
 
-/// Squares of about this size are enough to follow a corner.
+/// Pictures are halved until squares have about this size, which is enough to follow corners.
 const FOLLOWED_SQUARE_PX: f32 = 12.0;
-/// Pictures after which the whole picture is searched again, whatever was followed until then.
+/// Every how many frames the whole picture is searched, even if the board could be followed.
 const FULL_SEARCH_EVERY: u32 = 10;
-/// Longer gaps say nothing about where the board is now.
+/// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;
 
-/// Where the board's corners should be.
+/// Predicted positions of the board's corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
-    /// Every inner corner in the board's numbering order, in pixels.
+    /// Every inner corner in the board's numbering, in pixels `[x, y]`.
     pub corners_px: Vec<[f64; 2]>,
 }
 
-/// What has been seen of a board so far, for [`Prediction`]s: a pure function of the detections.
+/// Recent detections, from which [`Prediction`]s are made. Depends on nothing else.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
-    /// Newest detection and the one before it; both are cleared by a miss.
+    /// The last two detections; a miss clears both.
     newest: Option<(CaptureTime, Vec<[f64; 2]>)>,
     before: Option<(CaptureTime, Vec<[f64; 2]>)>,
     followed: u32,
 }
 
 impl Track {
-    /// Takes note of what was seen in the next picture. Photographs do not follow each other.
+    /// Adds the result for the next frame. A miss or a photograph clears the track: photographs aren't a sequence.
     pub fn add(&mut self, kind: FrameKind, at: CaptureTime, seen: &Result<Detection, Miss>) {
         match seen {
             Ok(detection) if kind == FrameKind::Video => {
@@ -57,7 +58,8 @@ impl Track {
         }
     }
 
-    /// Where the board should be at `now`; `None` if it is time to search the whole picture.
+    /// Predicts the board at time `now`; `None` if the whole picture should be searched: after a miss, after a gap,
+    /// and on every tenth frame.
     pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
         let (then, newest) = self.newest.as_ref().filter(|_| kind == FrameKind::Video)?;
         let ahead_secs = now.secs_since(*then);
@@ -83,7 +85,7 @@ impl Track {
     }
 }
 
-/// Finds the corners near a [`Prediction`]. Keeps its buffers between pictures.
+/// Finds the corners near a [`Prediction`]. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracker {
     levels: Vec<GrayImage>,
@@ -91,7 +93,7 @@ pub(super) struct Tracker {
 }
 
 impl Tracker {
-    /// Puts the followed corners in `into`, to about half a pixel; `false` if the board is not there.
+    /// Writes the corners to `into`, accurate to about half a pixel; `false` if the board isn't there.
     pub(super) fn follow(
         &mut self,
         image: &GrayImage,
@@ -148,7 +150,7 @@ impl Tracker {
     }
 }
 
-/// Shortest side of a square among neighbours in rows and columns; `None` unless it is a length.
+/// Shortest distance between neighbours in rows and columns; `None` if it is below 4 px or not finite.
 fn shortest_side_px(corners: &[[f64; 2]], columns: usize) -> Option<f64> {
     let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let along = corners.chunks(columns).flat_map(|row| row.windows(2).map(|p| apart(p[0], p[1])));

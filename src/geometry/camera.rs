@@ -2,12 +2,13 @@ use nalgebra::{
     Isometry3, Matrix2, Matrix2x3, Point2, Point3, SMatrix, UnitQuaternion, Vector2, Vector3,
 };
 
-/// Number of lens parameters: `fx, fy, cx, cy, k1, k2, p1, p2, k3`, in this order everywhere.
+/// Number of lens parameters: `fx, fy, cx, cy` in pixels, then `k1, k2, p1, p2, k3` without unit, always in this
+/// order.
 pub const LENS_PARAMETERS: usize = 9;
 
-/// Deviation of a lens from a pinhole, in the model and sign convention of OpenCV.
+/// Radial and tangential distortion, in the model and sign convention of OpenCV (Brown 1971).
 ///
-/// With `x = X/Z`, `y = Y/Z`, `r² = x² + y²`:
+/// Coefficients act on normalised coordinates and have no unit. With `x = X/Z`, `y = Y/Z`, `r² = x² + y²`:
 /// ```text
 /// x_d = x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
 /// y_d = y (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y²) + 2 p2 x y
@@ -26,18 +27,18 @@ pub struct Distortion {
     pub k3: f64,
 }
 
-/// A camera: where a ray meets the sensor.
+/// A camera: maps points in its own frame (metres, `z` forward) to distorted pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Focal length along x and y; equal for square pixels.
+    /// Focal length along x and y, in pixels; equal for square pixels.
     pub f_px: Vector2<f64>,
-    /// Principal point.
+    /// Principal point, in pixels from the centre of the top-left pixel.
     pub pp_px: Point2<f64>,
-    /// See [`Distortion`].
+    /// Deviation of the lens from a pinhole.
     pub distortion: Distortion,
 }
 
-/// A board point's image and how it changes with the lens and the pose.
+/// The image of a board point, with derivatives by lens and pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Distorted pixel.
@@ -48,18 +49,18 @@ pub struct Projection {
     pub jac_pose: SMatrix<f64, 2, 6>,
 }
 
-/// A ray's image and how it changes with the lens and a turn of the camera.
+/// The image of a ray, with derivatives by lens and rotation of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayProjection {
     /// Distorted pixel.
     pub px: Point2<f64>,
     /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
     pub jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
-    /// d px / d turn, in radians about the camera's axes.
+    /// d px / d rotation, in radians about the camera's axes.
     pub jac_rotation: SMatrix<f64, 2, 3>,
 }
 
-/// A point's image and how it changes with the lens and the point.
+/// The image of a point, with derivatives by lens and point.
 struct Sighting {
     px: Point2<f64>,
     jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
@@ -76,9 +77,9 @@ impl Distortion {
         1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
     }
 
-    /// Distorted normalised coordinates of the undistorted `ideal`.
-    pub fn apply(&self, ideal: &Point2<f64>) -> Point2<f64> {
-        let (x, y) = (ideal.x, ideal.y);
+    /// Distorts normalised coordinates `(X/Z, Y/Z)`.
+    pub fn apply(&self, normalized: &Point2<f64>) -> Point2<f64> {
+        let (x, y) = (normalized.x, normalized.y);
         let r2 = x * x + y * y;
         let radial = self.radial(r2);
         Point2::new(
@@ -87,9 +88,9 @@ impl Distortion {
         )
     }
 
-    /// Jacobian of [`Self::apply`].
-    pub fn derivative(&self, ideal: &Point2<f64>) -> Matrix2<f64> {
-        let (x, y) = (ideal.x, ideal.y);
+    /// Jacobian of [`Self::apply`] at `normalized`, 2×2.
+    pub fn derivative(&self, normalized: &Point2<f64>) -> Matrix2<f64> {
+        let (x, y) = (normalized.x, normalized.y);
         let r2 = x * x + y * y;
         let radial = self.radial(r2);
         // d radial / d r².
@@ -103,36 +104,36 @@ impl Distortion {
         )
     }
 
-    /// Undistorted normalised coordinates of `distorted`, by Newton's method.
+    /// Undistorts normalised coordinates, by Newton's method.
     ///
-    /// `None` where the lens model folds over: no ideal point with a positive Jacobian maps there.
-    /// Such points lie outside the field that the model describes.
+    /// `None` where the model folds over: no point with a positive Jacobian maps to `distorted`, which therefore
+    /// lies outside the field that the model describes. Also `None` for NaN.
     pub fn invert(&self, distorted: &Point2<f64>) -> Option<Point2<f64>> {
         if self.is_none() {
             return Some(*distorted);
         }
-        let mut ideal = *distorted;
+        let mut normalized = *distorted;
         for _ in 0..50 {
-            let residual = distorted - self.apply(&ideal);
-            let derivative = self.derivative(&ideal);
+            let residual = distorted - self.apply(&normalized);
+            let derivative = self.derivative(&normalized);
             let determinant = derivative.determinant();
             if !(determinant > 1e-6 && derivative.trace() > 0.0) {
                 return None;
             }
             let mut step = derivative.try_inverse()? * residual;
             // A long step would jump across the fold that bounds the valid field.
-            let longest = 0.3 * (1.0 + ideal.coords.norm());
+            let longest = 0.3 * (1.0 + normalized.coords.norm());
             let length = step.norm();
             if length > longest {
                 step *= longest / length;
             }
-            ideal += step;
-            if length <= 1e-15 * (1.0 + ideal.coords.norm()) {
+            normalized += step;
+            if length <= 1e-15 * (1.0 + normalized.coords.norm()) {
                 break;
             }
         }
-        let missed = (distorted - self.apply(&ideal)).norm();
-        (missed < 1e-11 * (1.0 + distorted.coords.norm())).then_some(ideal)
+        let missed = (distorted - self.apply(&normalized)).norm();
+        (missed < 1e-11 * (1.0 + distorted.coords.norm())).then_some(normalized)
     }
 }
 
@@ -145,9 +146,9 @@ impl Camera {
     /// Pixel of a point in camera coordinates. `None` behind the camera or on its plane.
     pub fn project(&self, point_in_cam: &Point3<f64>) -> Option<Point2<f64>> {
         (point_in_cam.z > 1e-9).then(|| {
-            let ideal =
+            let normalized =
                 Point2::new(point_in_cam.x / point_in_cam.z, point_in_cam.y / point_in_cam.z);
-            self.px_from_normalized(&ideal)
+            self.px_from_normalized(&normalized)
         })
     }
 
@@ -161,21 +162,23 @@ impl Camera {
         self.project(&(cam_from_board * on_board))
     }
 
-    /// Distorted pixel of undistorted normalised coordinates.
-    pub fn px_from_normalized(&self, ideal: &Point2<f64>) -> Point2<f64> {
-        self.pp_px + self.distortion.apply(ideal).coords.component_mul(&self.f_px)
+    /// Projects undistorted normalised coordinates `(X/Z, Y/Z)` to a distorted pixel.
+    pub fn px_from_normalized(&self, normalized: &Point2<f64>) -> Point2<f64> {
+        self.pp_px + self.distortion.apply(normalized).coords.component_mul(&self.f_px)
     }
 
-    /// Undistorted normalised coordinates `(X/Z, Y/Z)` of a pixel. `None` outside the lens model's
-    /// field, see [`Distortion::invert`].
-    pub fn ideal_from_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
+    /// Undistorts a pixel to normalised coordinates `(X/Z, Y/Z)`. `None` outside the field of the lens model, see
+    /// [`Distortion::invert`].
+    pub fn normalized_from_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
         let distorted = Point2::from((px - self.pp_px).component_div(&self.f_px));
         self.distortion.invert(&distorted)
     }
 
-    /// Where a pinhole of the same f and PP would see what this camera sees at `px`.
+    /// Pixel at which a pinhole camera with the same `f_px` and `pp_px` sees what this camera sees at `px`. `None`
+    /// outside the field of the lens model.
     pub fn undistort_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
-        self.ideal_from_px(px).map(|ideal| self.pp_px + ideal.coords.component_mul(&self.f_px))
+        self.normalized_from_px(px)
+            .map(|normalized| self.pp_px + normalized.coords.component_mul(&self.f_px))
     }
 
     /// [`Self::px_from_board`] with derivatives.
@@ -197,11 +200,11 @@ impl Camera {
         Some(Projection { px, jac_lens, jac_pose })
     }
 
-    /// Pixel of the ray through `ideal`, undistorted normalised coordinates, with derivatives.
+    /// Projects the ray `(x, y, 1)`, undistorted normalised coordinates, with derivatives.
     ///
-    /// A small turn ω of the camera moves the ray `r = (x, y, 1)` by `ω × r = −[r]× ω`.
-    pub fn project_ray(&self, ideal: &Point2<f64>) -> RayProjection {
-        let ray = Vector3::new(ideal.x, ideal.y, 1.0);
+    /// A small rotation ω of the camera moves the ray `r = (x, y, 1)` by `ω × r = −[r]× ω`.
+    pub fn project_ray(&self, normalized: &Point2<f64>) -> RayProjection {
+        let ray = Vector3::new(normalized.x, normalized.y, 1.0);
         let Sighting { px, jac_lens, by_cam } = self.sight(&ray);
         RayProjection { px, jac_lens, jac_rotation: by_cam * -ray.cross_matrix() }
     }
@@ -209,8 +212,8 @@ impl Camera {
     /// Pixel of a point in front of the camera, with derivatives.
     fn sight(&self, in_cam: &Vector3<f64>) -> Sighting {
         let (x, y) = (in_cam.x / in_cam.z, in_cam.y / in_cam.z);
-        let ideal = Point2::new(x, y);
-        let distorted = self.distortion.apply(&ideal);
+        let normalized = Point2::new(x, y);
+        let distorted = self.distortion.apply(&normalized);
         let (fx, fy) = (self.f_px.x, self.f_px.y);
         let r2 = x * x + y * y;
         let (r4, r6) = (r2 * r2, r2 * r2 * r2);
@@ -234,14 +237,15 @@ impl Camera {
             fy * 2.0 * x * y,
             fy * y * r6,
         ]);
-        let px_by_ideal = Matrix2::from_diagonal(&self.f_px) * self.distortion.derivative(&ideal);
-        let ideal_by_cam = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / in_cam.z;
-        let by_cam = px_by_ideal * ideal_by_cam;
+        let px_by_normalized =
+            Matrix2::from_diagonal(&self.f_px) * self.distortion.derivative(&normalized);
+        let normalized_by_cam = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / in_cam.z;
+        let by_cam = px_by_normalized * normalized_by_cam;
         let px = self.pp_px + distorted.coords.component_mul(&self.f_px);
         Sighting { px, jac_lens, by_cam }
     }
 
-    /// `cam_from_board` moved by the small step `(ω, τ)` that [`Projection::jac_pose`] is about.
+    /// Moves `cam_from_board` by the small step `(ω, τ)`, radians and metres, of [`Projection::jac_pose`].
     pub fn moved(
         cam_from_board: &Isometry3<f64>,
         turn_rad: &Vector3<f64>,
@@ -259,7 +263,7 @@ impl Camera {
         [self.f_px.x, self.f_px.y, self.pp_px.x, self.pp_px.y, d.k1, d.k2, d.p1, d.p2, d.k3]
     }
 
-    /// The camera with these [`Self::lens_parameters`].
+    /// The camera with the given [`Self::lens_parameters`].
     pub fn from_lens_parameters(parameters: &[f64; LENS_PARAMETERS]) -> Self {
         let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = *parameters;
         Self {
@@ -292,8 +296,8 @@ mod tests {
         for row in 0..=20 {
             for column in 0..=20 {
                 let px = Point2::new(64.0 * f64::from(column), 36.0 * f64::from(row));
-                let ideal = camera.ideal_from_px(&px).expect("inside the field");
-                assert!((camera.px_from_normalized(&ideal) - px).norm() < 1e-9, "{px}");
+                let normalized = camera.normalized_from_px(&px).expect("inside the field");
+                assert!((camera.px_from_normalized(&normalized) - px).norm() < 1e-9, "{px}");
             }
         }
     }
@@ -309,9 +313,9 @@ mod tests {
 
     #[test]
     fn a_ray_moves_with_the_turn_as_differences_say() {
-        let (camera, ideal) = (camera(), Point2::new(0.2, -0.15));
-        let at = camera.project_ray(&ideal);
-        let ray = Vector3::new(ideal.x, ideal.y, 1.0);
+        let (camera, normalized) = (camera(), Point2::new(0.2, -0.15));
+        let at = camera.project_ray(&normalized);
+        let ray = Vector3::new(normalized.x, normalized.y, 1.0);
         for i in 0..3 {
             let turned = |sign: f64| {
                 let mut turn_rad = Vector3::zeros();
@@ -322,7 +326,7 @@ mod tests {
             let difference = (turned(1.0) - turned(-1.0)) / 2e-6;
             assert!((difference - at.jac_rotation.column(i)).norm() < 1e-4, "turn {i}");
         }
-        assert_eq!(at.px, camera.px_from_normalized(&ideal));
+        assert_eq!(at.px, camera.px_from_normalized(&normalized));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Which parts of the picture boards have covered, on a grid of cells.
+//! Which cells of a grid over the picture the boards have covered.
 
 use nalgebra::Point2;
 
@@ -9,14 +9,14 @@ pub const GRID_COLUMNS: u32 = 12;
 /// Rows of that grid.
 pub const GRID_ROWS: u32 = 8;
 
-/// The board's outermost inner corners in a view, in order around it.
+/// The four outermost inner corners of a board in one view, in order around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardOutline {
     corners_px: [Point2<f64>; 4],
 }
 
 impl BoardOutline {
-    /// From the pixels of all corners, numbered row by row with `columns` in a row.
+    /// The outline of a board with `columns` corners in a row, from the pixels of all its corners row by row.
     ///
     /// `None` unless the corners fill whole rows, at least one.
     pub fn of(corners_px: &[Point2<f64>], columns: usize) -> Option<Self> {
@@ -28,7 +28,7 @@ impl BoardOutline {
         Some(Self { corners_px: corners.map(|index| corners_px[index]) })
     }
 
-    /// From the corners themselves, in order around the board. `None` unless all are numbers.
+    /// The outline with these corners, in order around the board. `None` unless all are finite.
     pub fn around(corners_px: [Point2<f64>; 4]) -> Option<Self> {
         corners_px
             .iter()
@@ -41,7 +41,7 @@ impl BoardOutline {
         &self.corners_px
     }
 
-    /// Whether `px` lies in the outline or at most `reach_px` beside it.
+    /// Whether `px` lies inside the outline or at most `reach_px` pixels outside it.
     pub fn reaches(&self, px: &Point2<f64>, reach_px: f64) -> bool {
         self.covers(px)
             || (0..4).any(|i| {
@@ -52,7 +52,7 @@ impl BoardOutline {
             })
     }
 
-    /// Whether `px` lies in the outline, a convex quadrilateral numbered either way round.
+    /// Whether `px` lies inside the outline, a convex quadrilateral of either orientation.
     pub fn covers(&self, px: &Point2<f64>) -> bool {
         let sides = (0..4).map(|i| {
             let (from, to) = (self.corners_px[i], self.corners_px[(i + 1) % 4]);
@@ -62,7 +62,7 @@ impl BoardOutline {
     }
 }
 
-/// Share of the grid's cells whose centre lies in one of `outlines`.
+/// Fraction of the grid's cells whose centre lies in at least one of `outlines`, 0 to 1.
 pub fn coverage(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
     let covered = cell_centres_px(image_size)
         .filter(|px| outlines.iter().any(|outline| outline.covers(px)))

@@ -1,17 +1,23 @@
-use nalgebra::{DMatrix, Matrix2, Matrix3, Point2, SMatrix, SVector, SymmetricEigen, Vector3};
+use nalgebra::{
+    DMatrix, Matrix2, Matrix3, Point2, SMatrix, SVector, SymmetricEigen, Vector2, Vector3,
+};
 
-use super::Corner;
+use super::{
+    Corner,
+    least_squares::{Limits, Linearised, Problem, minimise},
+};
 
 /// A homography's nine numbers, row by row.
 type Nine = SVector<f64, 9>;
 type NineByNine = SMatrix<f64, 9, 9>;
 
-/// Points thinner than this share of their length lie on a line, but for rounding.
-const THINNEST: f64 = 1e-6;
+/// Ratio of minor to major extent below which points count as collinear; rounding alone makes about 1e-8.
+const COLLINEAR: f64 = 1e-6;
 
-/// The plane-to-picture map of one view, with its uncertainty.
+/// The map from the board plane (metres) to pixels in one view, with covariance.
 ///
-/// Scaled so that `h33 = 1`: the board's origin is at its centre, so its depth is positive there.
+/// Scaled so that `h33 = 1`. This is always possible for a visible board: `h33` is proportional to the depth of the
+/// board's origin, which is its centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Homography {
     image_from_board: Matrix3<f64>,
@@ -23,7 +29,7 @@ pub struct Homography {
 /// Why corners give no homography.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoHomography {
-    /// Fewer than four corners, or as many board points as corners are needed.
+    /// Fewer than four corners, or not one board point per corner.
     #[error("{corners} corners for {points} board points: needs the same number, at least 4")]
     TooFewPoints {
         /// Corners given.
@@ -31,7 +37,7 @@ pub enum NoHomography {
         /// Board points given.
         points: usize,
     },
-    /// The corners, or the board points, lie on a line or a point.
+    /// The corners, or the board points, are collinear or coincide.
     #[error("the corners do not span an area")]
     Degenerate,
     /// A number is NaN or infinite, or a covariance is not positive definite.
@@ -40,13 +46,19 @@ pub enum NoHomography {
 }
 
 impl Homography {
-    /// Fits by maximum likelihood: isotropic normalisation on both sides (unequal scaling would lose
-    /// perpendicularity), direct linear transform, then Levenberg–Marquardt on the reprojection error,
-    /// each corner weighted by its covariance. METHOD section 1.
+    /// Fits by maximum likelihood: minimises the reprojection error, each corner weighted by its covariance.
+    ///
+    /// `board_points_m[i]` is the board point, in metres, of `corners[i]`; at least four of each. The corners should
+    /// be undistorted: a homography can't describe distortion.
+    ///
+    /// Isotropic normalisation on both sides (unequal scaling would lose perpendicularity), direct linear
+    /// transform (Hartley & Zisserman, *Multiple View Geometry*, algorithm 4.2), then Levenberg–Marquardt.
+    /// See `docs/method.md`, section 1.
     ///
     /// # Errors
     ///
-    /// [`NoHomography`].
+    /// [`NoHomography`] if there are fewer than four corners, if they or the board points are collinear, or if a
+    /// number is not finite.
     pub fn fit(board_points_m: &[Point2<f64>], corners: &[Corner]) -> Result<Self, NoHomography> {
         if corners.len() != board_points_m.len() || corners.len() < 4 {
             let (corners, points) = (corners.len(), board_points_m.len());
@@ -66,9 +78,14 @@ impl Homography {
             .collect();
         let weights = weights.ok_or(NoHomography::NotFinite)?;
         let start = direct_linear_transform(&board, &image)?;
-        let fitted = refine(start, &board, &image, &weights)?;
+        let problem = Reprojection { board: &board, image: &image, weights: &weights };
+        let minimum =
+            minimise(&problem, start.normalize(), Limits::EXACT).ok_or(NoHomography::Degenerate)?;
+        let information = minimum.at.normal_matrix.cholesky().ok_or(NoHomography::Degenerate)?;
+        let normalized = to_matrix(&minimum.state);
+        let unit_covariance = in_gauge(&information.inverse(), &normalized);
         let image_from_normal = normal_from_image.try_inverse().ok_or(NoHomography::Degenerate)?;
-        let h = image_from_normal * to_matrix(&fitted.h) * normal_from_board;
+        let h = image_from_normal * normalized * normal_from_board;
         if !(h[(2, 2)].abs() > 1e-12 * h.row(2).norm()) {
             return Err(NoHomography::Degenerate);
         }
@@ -77,7 +94,7 @@ impl Homography {
         // vec(A H B) = (A ⊗ Bᵀ) vec(H), row by row.
         let change = image_from_normal.kronecker(&normal_from_board.transpose()) * scale;
         let covariance =
-            in_gauge(&(change * fitted.covariance * change.transpose()), &image_from_board);
+            in_gauge(&(change * unit_covariance * change.transpose()), &image_from_board);
         if image_from_board.iter().chain(covariance.iter()).any(|value| !value.is_finite()) {
             return Err(NoHomography::NotFinite);
         }
@@ -86,11 +103,11 @@ impl Homography {
             squares += (moved(&image_from_board, point) - px).norm_squared();
         }
         let rms_px = (squares / seen.len() as f64).sqrt();
-        Ok(Self { image_from_board, covariance, rms_px, chi2: fitted.cost })
+        Ok(Self { image_from_board, covariance, rms_px, chi2: minimum.at.cost })
     }
 
-    /// A homography known without error. `None` if it is not finite, not invertible, or has the board's
-    /// origin on the camera's plane.
+    /// An exact homography, with zero covariance. `None` if the matrix isn't finite or invertible, or puts the
+    /// board's origin on the camera's plane.
     pub fn from_matrix(image_from_board: &Matrix3<f64>) -> Option<Self> {
         let scaled = image_from_board / image_from_board[(2, 2)];
         let finite = scaled.iter().all(|value| value.is_finite());
@@ -102,38 +119,38 @@ impl Homography {
         })
     }
 
-    /// The matrix, `h33 = 1`.
+    /// The 3×3 matrix from board points (metres, homogeneous) to pixels, `h33 = 1`.
     pub fn image_from_board(&self) -> &Matrix3<f64> {
         &self.image_from_board
     }
 
-    /// Covariance of the nine numbers, row by row, for the corner covariances given; in the gauge
-    /// `h·dh = 0`, so of rank 8.
+    /// Covariance of the nine entries, row by row, for the stated corner covariances; in the gauge `h·dh = 0`,
+    /// therefore of rank 8.
     pub fn covariance(&self) -> &NineByNine {
         &self.covariance
     }
 
-    /// Root mean square distance of the corners from where the homography puts them.
+    /// Root mean square distance between the corners and the mapped board points, in pixels.
     pub fn rms_px(&self) -> f64 {
         self.rms_px
     }
 
-    /// Sum of squared distances in units of the corners' covariances; `2n − 8` is expected.
+    /// Sum of squared residuals weighted by the corner covariances; expected value `2n − 8` for `n` corners.
     pub fn chi2(&self) -> f64 {
         self.chi2
     }
 
-    /// Pixel of a board point; `None` behind the camera.
+    /// Maps a board point to a pixel; `None` for a point behind the camera or on its plane.
     pub fn map(&self, point_in_board_m: &Point2<f64>) -> Option<Point2<f64>> {
         let mapped = self.image_from_board * point_in_board_m.to_homogeneous();
         (mapped.z > 1e-12).then(|| Point2::new(mapped.x / mapped.z, mapped.y / mapped.z))
     }
 }
 
-/// Moves the centroid to the origin and the root mean square distance to √2, by one factor.
+/// Similarity that moves the centroid to the origin and scales the root mean square distance to √2.
 fn normalisation(points: &[Point2<f64>]) -> Result<Matrix3<f64>, NoHomography> {
     let count = points.len() as f64;
-    let centre = points.iter().fold(nalgebra::Vector2::zeros(), |sum, p| sum + p.coords) / count;
+    let centre = points.iter().fold(Vector2::zeros(), |sum, p| sum + p.coords) / count;
     let scatter = points.iter().fold(Matrix2::zeros(), |sum, p| {
         let off = p.coords - centre;
         sum + off * off.transpose()
@@ -142,8 +159,8 @@ fn normalisation(points: &[Point2<f64>]) -> Result<Matrix3<f64>, NoHomography> {
     if !spread.is_finite() {
         return Err(NoHomography::NotFinite);
     }
-    // The determinant over the squared trace is the square of how thin the points lie.
-    if !(scatter.determinant() > THINNEST * THINNEST * spread * spread) {
+    // For small ratios, determinant over squared trace is the squared ratio of minor to major extent.
+    if !(scatter.determinant() > COLLINEAR * COLLINEAR * spread * spread) {
         return Err(NoHomography::Degenerate);
     }
     let scale = (2.0 / spread).sqrt();
@@ -173,8 +190,8 @@ fn direct_linear_transform(
             rows[(2 * i + 1, 6 + k)] = -p.y * x[k];
         }
     }
-    // The right null vector of `rows`, by the eigenvectors of its normal matrix: accurate enough for a
-    // start, and of fixed size.
+    // The right null vector of `rows`, from the eigenvectors of the normal matrix: accurate enough as an initial
+    // guess, and of fixed size.
     let normal_matrix: NineByNine =
         (rows.transpose() * &rows).fixed_view::<9, 9>(0, 0).into_owned();
     let eigen = SymmetricEigen::new(normal_matrix);
@@ -182,7 +199,7 @@ fn direct_linear_transform(
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     let (least, next, largest) =
         (order[0], eigen.eigenvalues[order[1]], eigen.eigenvalues[order[8]]);
-    // A second null direction means that the points lie on a line.
+    // A second null direction means that the points are collinear.
     if !(next > 1e-12 * largest) {
         return Err(NoHomography::Degenerate);
     }
@@ -190,91 +207,56 @@ fn direct_linear_transform(
     Ok(if h[8] < 0.0 { -h } else { h })
 }
 
-struct Fitted {
-    h: Nine,
-    covariance: NineByNine,
-    cost: f64,
+/// Normalised points on both sides, and the inverse covariance of each corner.
+struct Reprojection<'a> {
+    board: &'a [Point2<f64>],
+    image: &'a [Point2<f64>],
+    weights: &'a [Matrix2<f64>],
 }
 
-/// Residuals' cost, its gradient and normal matrix; `None` if a point falls on the camera's plane.
-fn linearise(
-    h: &Nine,
-    board: &[Point2<f64>],
-    image: &[Point2<f64>],
-    weights: &[Matrix2<f64>],
-) -> Option<(f64, Nine, NineByNine)> {
-    let mut cost = 0.0;
-    let mut gradient = Nine::zeros();
-    let mut normal_matrix = NineByNine::zeros();
-    for ((b, p), weight) in board.iter().zip(image).zip(weights) {
-        let x = Vector3::new(b.x, b.y, 1.0);
-        let depth = h.fixed_rows::<3>(6).dot(&x);
-        if !(depth.abs() > 1e-9) {
-            return None;
-        }
-        let u = h.fixed_rows::<3>(0).dot(&x) / depth;
-        let v = h.fixed_rows::<3>(3).dot(&x) / depth;
-        let residual = nalgebra::Vector2::new(p.x - u, p.y - v);
-        let mut jacobian = SMatrix::<f64, 2, 9>::zeros();
-        for k in 0..3 {
-            let by = x[k] / depth;
-            jacobian[(0, k)] = by;
-            jacobian[(1, 3 + k)] = by;
-            jacobian[(0, 6 + k)] = -u * by;
-            jacobian[(1, 6 + k)] = -v * by;
-        }
-        let weighted = weight * residual;
-        cost += residual.dot(&weighted);
-        gradient += jacobian.transpose() * weighted;
-        normal_matrix += jacobian.transpose() * weight * jacobian;
-    }
-    cost.is_finite().then_some((cost, gradient, normal_matrix))
-}
+impl Problem<9> for Reprojection<'_> {
+    /// The nine entries row by row, of unit length.
+    type State = Nine;
+    type Extra = ();
 
-fn refine(
-    start: Nine,
-    board: &[Point2<f64>],
-    image: &[Point2<f64>],
-    weights: &[Matrix2<f64>],
-) -> Result<Fitted, NoHomography> {
-    let mut h = start.normalize();
-    let (mut cost, mut gradient, mut normal_matrix) =
-        linearise(&h, board, image, weights).ok_or(NoHomography::Degenerate)?;
-    let mut damping = 0.0;
-    for _ in 0..50 {
-        // The gauge term removes the free scale without touching the other directions.
-        let gauge = h * h.transpose() * (normal_matrix.trace() / 9.0);
-        let mut damped = normal_matrix + gauge;
-        for i in 0..9 {
-            damped[(i, i)] += damping * normal_matrix[(i, i)];
-        }
-        let Some(step) = damped.cholesky().map(|cholesky| cholesky.solve(&gradient)) else {
-            return Err(NoHomography::Degenerate);
-        };
-        let tried = (h + step).normalize();
-        match linearise(&tried, board, image, weights) {
-            Some((new_cost, new_gradient, new_matrix))
-                if new_cost <= cost * (1.0 + 1e-12) + 1e-300 =>
-            {
-                (h, cost, gradient, normal_matrix) = (tried, new_cost, new_gradient, new_matrix);
-                damping *= 0.1;
-                if step.norm() < 1e-14 {
-                    break;
-                }
+    /// `None` if a point falls on the camera's plane.
+    fn linearise(&self, h: &Nine) -> Option<Linearised<9>> {
+        let mut cost = 0.0;
+        let mut gradient = Nine::zeros();
+        let mut normal_matrix = NineByNine::zeros();
+        for ((b, p), weight) in self.board.iter().zip(self.image).zip(self.weights) {
+            let x = Vector3::new(b.x, b.y, 1.0);
+            let depth = h.fixed_rows::<3>(6).dot(&x);
+            if !(depth.abs() > 1e-9) {
+                return None;
             }
-            _ => damping = (damping * 10.0).max(1e-4),
+            let u = h.fixed_rows::<3>(0).dot(&x) / depth;
+            let v = h.fixed_rows::<3>(3).dot(&x) / depth;
+            let residual = Vector2::new(p.x - u, p.y - v);
+            let mut jacobian = SMatrix::<f64, 2, 9>::zeros();
+            for k in 0..3 {
+                let by = x[k] / depth;
+                jacobian[(0, k)] = by;
+                jacobian[(1, 3 + k)] = by;
+                jacobian[(0, 6 + k)] = -u * by;
+                jacobian[(1, 6 + k)] = -v * by;
+            }
+            let weighted = weight * residual;
+            cost += residual.dot(&weighted);
+            gradient += jacobian.transpose() * weighted;
+            normal_matrix += jacobian.transpose() * weight * jacobian;
         }
-        if damping > 1e8 {
-            break;
-        }
+        // Fixes the free scale of h and leaves the other eight directions alone.
+        normal_matrix += h * h.transpose() * (normal_matrix.trace() / 9.0);
+        cost.is_finite().then_some(Linearised { cost, gradient, normal_matrix, extra: () })
     }
-    let gauge = h * h.transpose() * (normal_matrix.trace() / 9.0);
-    let inverse = (normal_matrix + gauge).cholesky().ok_or(NoHomography::Degenerate)?.inverse();
-    let covariance = in_gauge(&inverse, &to_matrix(&h));
-    Ok(Fitted { h, covariance, cost })
+
+    fn moved(&self, h: &Nine, step: &Nine) -> Nine {
+        (h + step).normalize()
+    }
 }
 
-/// Projects a covariance onto the changes that leave the length of `h` alone.
+/// Projects a covariance onto the changes that keep the length of `h`.
 fn in_gauge(covariance: &NineByNine, matrix: &Matrix3<f64>) -> NineByNine {
     let h = Nine::from_row_slice(matrix.transpose().as_slice()).normalize();
     let projection = NineByNine::identity() - h * h.transpose();

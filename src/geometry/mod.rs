@@ -6,12 +6,21 @@
 //! - Board: metres on the plane `z = 0`, origin at the centre of the grid of inner corners.
 //! - Transforms read right to left: `corner_in_image = image_from_board * corner_in_board`.
 //! - Angles are radians; a name carries `_deg` only where a person reads or writes it.
-//! - Directions of lines live modulo π, slots modulo 2π.
+//! - Directions of lines are modulo π, tilt azimuths (the direction in which a board recedes) modulo 2π.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `camera`, `corner` | the lens model; a measured corner with covariance |
+//! | `homography`, `pose` | board plane → picture, and the rigid motion behind it; both by `least_squares` |
+//! | `principal_line` | the line through the principal point that one view determines |
+//! | `principal_point`, `ring`, `outlier` | what several lines determine, and lines that don't fit |
+//! | `coverage` | which parts of the picture the boards have covered |
 
 mod camera;
 mod corner;
 mod coverage;
 mod homography;
+pub(crate) mod least_squares;
 mod outlier;
 mod pose;
 mod principal_line;

@@ -1,63 +1,65 @@
-//! Principal lines that do not pass where the others meet. Deterministic: every pair is tried.
+//! Principal lines that miss the point where the others meet. Deterministic: every pair is tried.
 
 use super::{PrincipalLine, PrincipalPoint, intersect_weighted};
 
-/// Fewest lines among which an outlier can be told: of two pairs either may be the wrong one.
+/// Fewest lines among which an outlier can be identified: with two pairs, either could be the wrong one.
 pub const LINES_TO_TELL_OUTLIERS: usize = 5;
-/// Lines that cross at less fix no point.
+/// Pairs that cross at a smaller angle give no useful point.
 const LEAST_CROSSING_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Twice the quantile of χ² with 1 degree of freedom at 0.999: the point is uncertain, too.
+/// Twice the 0.999 quantile of χ² with 1 degree of freedom: the point itself is uncertain, too.
+/// `docs/method.md`, section 2.
 const REJECTED: f64 = 2.0 * 10.828;
 
-/// Lines sorted into those that meet and those that do not.
+/// Principal lines split into those that meet and those that don't.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConsistentLines {
-    /// Where the consistent ones meet.
+    /// Intersection of the consistent lines.
     pub pp: PrincipalPoint,
-    /// By how much the lines' stated variances fall short of their spread, at least 1.
+    /// Factor by which the stated variances must grow to explain the spread of the lines, at least 1.
     pub variance_scale: f64,
-    /// The others, by index.
+    /// The other lines, in the order given.
     pub outliers: Vec<OutlierLine>,
 }
 
-/// A line that does not pass where the others meet.
+/// A line that misses the point where the others meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlierLine {
     /// Its index among the lines given.
     pub index: usize,
-    /// Its distance from the point, pixels.
+    /// Distance from the point in pixels, signed.
     pub distance_px: f64,
-    /// The same in standard deviations, the spread of the others taken as the measure.
+    /// Distance in standard deviations, scaled by the spread of the other lines.
     pub sigmas: f64,
 }
 
-/// Why nothing can be said about outliers.
+/// Why outliers can't be identified.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum OutliersUnknown {
-    /// Too few lines: show a doubtful pose again instead.
+    /// Too few lines; repeat a doubtful pose instead.
     #[error("{have} principal lines, telling outliers needs 5")]
     TooFewLines {
         /// Lines given.
         have: usize,
     },
-    /// The lines run the same way, or have no variance.
+    /// The lines are nearly parallel, or have no variance.
     #[error("the principal lines fix no point")]
     NoPoint,
 }
 
-/// Finds the lines that do not pass where most do.
+/// Finds the lines that miss the point where most lines meet.
 ///
 /// Every pair that crosses at more than 10° gives a point. Its score is an order statistic,
 /// `⌈(N + 3)/2⌉` of N, of the squared distances over their variances: a point where more than half of
 /// the lines meet scores low whatever the others do. The best score, over the χ² quantile expected of it,
 /// scales the variances (at least 1). Lines with `r²/(var s²) > 2 χ²₁(0.999)` are rejected, the rest
-/// intersected again, until nothing changes. METHOD section 2.
+/// intersected again, until nothing changes. See `docs/method.md`, section 2.
 ///
-/// Give lines of undistorted corners: distortion moves good lines off the principal point.
+/// The lines should be of undistorted corners: distortion moves good lines off the principal point.
 ///
 /// # Errors
 ///
-/// [`OutliersUnknown`]: with fewer than five lines an outlier cannot be told from its contradiction.
+/// [`OutliersUnknown::TooFewLines`] below five lines, where an outlier and the lines that contradict it look alike;
+/// [`OutliersUnknown::NoPoint`] if no pair crosses.
 pub fn consistent_lines(lines: &[PrincipalLine]) -> Result<ConsistentLines, OutliersUnknown> {
     let have = lines.len();
     if have < LINES_TO_TELL_OUTLIERS {
@@ -149,7 +151,7 @@ mod tests {
             d_px: 1400.0,
             vanishing_point_px: PP,
             origin_px,
-            slot_rad: 0.0,
+            tilt_azimuth_rad: 0.0,
             covariance,
         }
     }

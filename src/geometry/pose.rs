@@ -1,44 +1,50 @@
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point2, Rotation3, SVector, UnitQuaternion, Vector3};
 
-use super::{Camera, Corner, Homography};
+use super::{
+    Camera, Corner, Homography,
+    least_squares::{Limits, Linearised, Problem, minimise},
+};
 
-/// Where the board is, seen by a known camera.
+/// The pose of a board seen by a known camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseFit {
-    /// Board to camera.
+    /// Rigid motion from board to camera, in metres.
     pub cam_from_board: Isometry3<f64>,
-    /// Root mean square reprojection error.
+    /// Root mean square distance between corners and projected board points, in pixels.
     pub rms_px: f64,
-    /// Covariance of the small step `(ω, τ)`, see [`Camera::moved`], for the corner covariances given.
+    /// Covariance of the small step `(ω, τ)`, radians and metres, see [`Camera::moved`]; for the stated corner
+    /// covariances.
     pub covariance: Matrix6<f64>,
 }
 
 /// Why corners give no pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoPose {
-    /// The corners fit no plane, or lie outside of the lens model's field.
+    /// The corners fit no homography, or lie outside the field of the lens model.
     #[error("the corners fit no plane in front of the camera")]
     NoStart,
-    /// The fit did not stay in front of the camera.
+    /// The fit did not stay in front of the camera, or the corners don't determine it.
     #[error("the pose could not be refined")]
     Diverged,
 }
 
-/// The pose behind a homography of *undistorted* pixels: `K⁻¹H ∝ (r1 r2 t)`, closest rotation by
-/// singular values, sign so that the board is in front. Zhang 2000, section 3.1.
+/// Decomposes a homography of *undistorted* pixels: `K⁻¹H ∝ (r1 r2 t)`, the closest rotation by singular values, and
+/// the sign for which the board is in front. Zhang 2000, section 3.1.
 ///
-/// `None` if the matrix is not finite or puts the board on the camera's plane.
+/// Board points are in metres, and so is the translation. `None` if the matrix isn't finite or puts the board's
+/// origin on the camera's plane.
 pub fn pose_from_homography(
     image_from_board: &Matrix3<f64>,
     camera: &Camera,
 ) -> Option<Isometry3<f64>> {
     let (f, pp) = (camera.f_px, camera.pp_px);
-    let ideal_from_image =
+    let normalized_from_image =
         Matrix3::new(1.0 / f.x, 0.0, -pp.x / f.x, 0.0, 1.0 / f.y, -pp.y / f.y, 0.0, 0.0, 1.0);
-    let m = ideal_from_image * image_from_board;
+    let m = normalized_from_image * image_from_board;
     let (mut first, mut second, mut shift) =
         (m.column(0).into_owned(), m.column(1).into_owned(), m.column(2).into_owned());
-    // Both columns are unit vectors in truth; their geometric mean is the scale least sensitive to noise.
+    // Both columns should be unit vectors; the geometric mean of their lengths is the scale least sensitive to
+    // noise.
     let mut scale = 1.0 / (first.norm() * second.norm()).sqrt();
     if shift.z < 0.0 {
         scale = -scale;
@@ -61,12 +67,15 @@ pub fn pose_from_homography(
     Some(Isometry3::from_parts(shift.into(), rotation))
 }
 
-/// The pose that minimises the reprojection error, each corner weighted by its covariance:
-/// undistort, homography, then Levenberg–Marquardt with the camera's own derivatives.
+/// Fits the pose that minimises the reprojection error, each corner weighted by its covariance.
+///
+/// `board_points_m[i]` is the board point, in metres, of `corners[i]` (distorted pixels). Undistorts the corners, fits
+/// and decomposes a homography, then refines by Levenberg–Marquardt on the distorted pixels.
 ///
 /// # Errors
 ///
-/// [`NoPose`].
+/// [`NoPose::NoStart`] if the corners fit no homography or lie outside the field of the lens model,
+/// [`NoPose::Diverged`] if the refinement leaves the front of the camera.
 pub fn fit_pose(
     camera: &Camera,
     board_points_m: &[Point2<f64>],
@@ -83,77 +92,53 @@ pub fn fit_pose(
     let homography = Homography::fit(board_points_m, &undistorted).map_err(|_| NoPose::NoStart)?;
     let start =
         pose_from_homography(homography.image_from_board(), camera).ok_or(NoPose::NoStart)?;
-    refine(camera, start, board_points_m, corners)
+    let problem = Reprojection { camera, board_points_m, corners };
+    let minimum = minimise(&problem, start, Limits::EXACT).ok_or(NoPose::Diverged)?;
+    let information = minimum.at.normal_matrix.cholesky().ok_or(NoPose::Diverged)?;
+    Ok(PoseFit {
+        cam_from_board: minimum.state,
+        rms_px: (minimum.at.extra / corners.len().max(1) as f64).sqrt(),
+        covariance: information.inverse(),
+    })
 }
 
-struct Linear {
-    cost: f64,
-    squares_px2: f64,
-    gradient: SVector<f64, 6>,
-    normal_matrix: Matrix6<f64>,
+/// Corners of one view under a known camera.
+struct Reprojection<'a> {
+    camera: &'a Camera,
+    board_points_m: &'a [Point2<f64>],
+    corners: &'a [Corner],
 }
 
-fn linearise(
-    camera: &Camera,
-    pose: &Isometry3<f64>,
-    board_points_m: &[Point2<f64>],
-    corners: &[Corner],
-) -> Option<Linear> {
-    let mut linear = Linear {
-        cost: 0.0,
-        squares_px2: 0.0,
-        gradient: SVector::zeros(),
-        normal_matrix: Matrix6::zeros(),
-    };
-    for (point, corner) in board_points_m.iter().zip(corners) {
-        let at = camera.project_board_point(pose, point)?;
-        let weight = corner.covariance_px2.try_inverse()?;
-        let residual = corner.px - at.px;
-        linear.cost += residual.dot(&(weight * residual));
-        linear.squares_px2 += residual.norm_squared();
-        linear.gradient += at.jac_pose.transpose() * weight * residual;
-        linear.normal_matrix += at.jac_pose.transpose() * weight * at.jac_pose;
-    }
-    linear.cost.is_finite().then_some(linear)
-}
+impl Problem<6> for Reprojection<'_> {
+    /// Board to camera.
+    type State = Isometry3<f64>;
+    /// Sum of squared pixel distances.
+    type Extra = f64;
 
-fn refine(
-    camera: &Camera,
-    start: Isometry3<f64>,
-    board_points_m: &[Point2<f64>],
-    corners: &[Corner],
-) -> Result<PoseFit, NoPose> {
-    let at = |pose: &Isometry3<f64>| linearise(camera, pose, board_points_m, corners);
-    let mut pose = start;
-    let mut linear = at(&pose).ok_or(NoPose::Diverged)?;
-    let mut damping = 1e-6;
-    for _ in 0..50 {
-        let mut damped = linear.normal_matrix;
-        for i in 0..6 {
-            damped[(i, i)] *= 1.0 + damping;
+    fn linearise(&self, cam_from_board: &Isometry3<f64>) -> Option<Linearised<6, f64>> {
+        let mut linear = Linearised {
+            cost: 0.0,
+            gradient: SVector::zeros(),
+            normal_matrix: Matrix6::zeros(),
+            extra: 0.0,
+        };
+        for (point, corner) in self.board_points_m.iter().zip(self.corners) {
+            let at = self.camera.project_board_point(cam_from_board, point)?;
+            let weight = corner.covariance_px2.try_inverse()?;
+            let residual = corner.px - at.px;
+            linear.cost += residual.dot(&(weight * residual));
+            linear.extra += residual.norm_squared();
+            linear.gradient += at.jac_pose.transpose() * weight * residual;
+            linear.normal_matrix += at.jac_pose.transpose() * weight * at.jac_pose;
         }
-        let step = damped.cholesky().ok_or(NoPose::Diverged)?.solve(&linear.gradient);
-        let tried = Camera::moved(
-            &pose,
+        linear.cost.is_finite().then_some(linear)
+    }
+
+    fn moved(&self, cam_from_board: &Isometry3<f64>, step: &SVector<f64, 6>) -> Isometry3<f64> {
+        Camera::moved(
+            cam_from_board,
             &step.fixed_rows::<3>(0).into_owned(),
             &step.fixed_rows::<3>(3).into_owned(),
-        );
-        match at(&tried) {
-            Some(better) if better.cost <= linear.cost => {
-                let gained = linear.cost - better.cost;
-                (pose, linear) = (tried, better);
-                damping = (damping * 0.1).max(1e-12);
-                if gained <= 1e-14 * linear.cost || step.norm() < 1e-13 {
-                    break;
-                }
-            }
-            _ => damping *= 10.0,
-        }
-        if damping > 1e6 {
-            break;
-        }
+        )
     }
-    let covariance = linear.normal_matrix.cholesky().ok_or(NoPose::Diverged)?.inverse();
-    let rms_px = (linear.squares_px2 / corners.len().max(1) as f64).sqrt();
-    Ok(PoseFit { cam_from_board: pose, rms_px, covariance })
 }

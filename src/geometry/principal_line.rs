@@ -4,13 +4,13 @@ use nalgebra::{Matrix2, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector4};
 
 use super::Homography;
 
-/// Largest uncertainty of the direction at which a view still has a principal line.
+/// Largest standard deviation of the direction at which a view still has a principal line.
 const MAX_SIGMA_PHI_RAD: f64 = 2.0 * PI / 180.0;
-/// Least ratio of the foreshortening to its own uncertainty.
+/// Least foreshortening in units of its standard deviation.
 const MIN_FORESHORTENING_SIGMAS: f64 = 5.0;
 
-/// The image line through the principal point that one view of the board fixes: the board's axis of
-/// symmetry in the picture, image of the plane that holds the optical axis and the board's normal.
+/// The principal line of one view: the image line in which the plane through the optical axis parallel to the board's
+/// normal meets the picture. It passes through the principal point and is the board's axis of symmetry in the image.
 ///
 /// With `H = image_from_board`, pixels counted from [`Self::origin_px`], `a = h31`, `b = h32`, `ρ² = a² + b²`:
 /// ```text
@@ -20,27 +20,62 @@ const MIN_FORESHORTENING_SIGMAS: f64 = 5.0;
 /// D = |u|/ρ²                                      from V to the ±45° vanishing points on the horizon
 /// ```
 /// Assumes square pixels, no skew and undistorted corners; with `fy/fx = 1 + ε` the line misses the
-/// principal point by up to `f ε / tan(tilt)`. The sign of `n` is arbitrary.
+/// principal point by up to `f ε / tan(tilt)`. The sign of `n` is arbitrary, so directions of lines are compared
+/// modulo π; the direction in which the board recedes has a sign.
 ///
 /// Source: Chuang et al., "Geometry-based camera calibration using closed-form solution of principal
-/// line", IEEE TIP 2021; D, the covariance and the slot are ours (METHOD section 1).
+/// line", IEEE TIP 2021. D, the covariance and the tilt azimuth are derived in `docs/method.md`, section 1.
+///
+/// # Examples
+///
+/// A board tilted by 40° about its vertical axis recedes to the right, so its line is horizontal and passes through
+/// the principal point:
+///
+/// ```
+/// use boresight::{
+///     board::Checkerboard,
+///     geometry::{Camera, Corner, Homography, PrincipalLine, mean_px},
+/// };
+/// use nalgebra::{Isometry3, Matrix2, Point2, Vector3};
+///
+/// let camera = Camera::pinhole(900.0, Point2::new(650.0, 350.0));
+/// let tilt_rad = 40_f64.to_radians();
+/// let cam_from_board = Isometry3::new(Vector3::new(0.0, 0.0, 0.4), Vector3::y() * -tilt_rad);
+/// let board_m = Checkerboard::new(9, 6, 0.025)?.corners_in_board_m();
+/// let corners: Vec<Corner> = board_m
+///     .iter()
+///     .filter_map(|point_m| camera.px_from_board(&cam_from_board, point_m))
+///     .map(|px| Corner::isotropic(px, 0.1))
+///     .collect();
+///
+/// let homography = Homography::fit(&board_m, &corners)?;
+/// let image_centre_px = Point2::new(639.5, 359.5);
+/// let line = PrincipalLine::of(&homography, image_centre_px, mean_px(&corners))?;
+///
+/// assert!(line.direction().y.abs() < 1e-9);
+/// assert!(line.distance_px(&camera.pp_px).abs() < 1e-6);
+/// assert!((line.tilt_rad(&camera.pp_px).unwrap_or_default() - tilt_rad).abs() < 1e-9);
+/// let focal = line.focal_length(&camera.pp_px, &Matrix2::zeros())?;
+/// assert!((focal.f_px - 900.0).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrincipalLine {
-    /// Direction of the normal, `(-π, π]`.
+    /// Direction φ of the normal, `(-π, π]`.
     pub phi_rad: f64,
-    /// Signed distance from the origin along the normal.
+    /// Signed distance `c` of the line from [`Self::origin_px`] along the normal.
     pub c_px: f64,
-    /// Vanishing point's coordinate along the line.
+    /// Coordinate `v` of the vanishing point along the line.
     pub v_px: f64,
-    /// Distance on the horizon from the vanishing point to that of ±45°; `f / sin(tilt)`.
+    /// `D`: distance on the horizon from the vanishing point to those at ±45°; equals `f / sin(tilt)`.
     pub d_px: f64,
-    /// Vanishing point, absolute pixels.
+    /// Vanishing point of the direction in which the board recedes, in pixels of the picture.
     pub vanishing_point_px: Point2<f64>,
-    /// Where `c` and `v` are counted from.
+    /// Point from which `c` and `v` are measured, in pixels of the picture.
     pub origin_px: Point2<f64>,
     /// Direction in the image in which the board recedes, `[0, 2π)`.
-    pub slot_rad: f64,
-    /// Covariance of `(φ, c, v, D)` for the corner covariances of the homography.
+    pub tilt_azimuth_rad: f64,
+    /// Covariance of `(φ, c, v, D)`, rad and px, for the corner covariances of the homography.
     pub covariance: Matrix4<f64>,
 }
 
@@ -52,9 +87,9 @@ pub enum NoPrincipalLine {
         "the board faces the camera: its foreshortening is {sigmas:.1} sd, its direction known to {sigma_phi_rad:.3} rad"
     )]
     FrontoParallel {
-        /// Foreshortening in units of its own uncertainty; 5 are needed.
+        /// Foreshortening in units of its standard deviation; at least 5 is required.
         sigmas: f64,
-        /// Uncertainty of the direction; 2° are allowed.
+        /// Standard deviation of the direction; at most 2° is allowed.
         sigma_phi_rad: f64,
     },
     /// A number is not finite.
@@ -62,19 +97,19 @@ pub enum NoPrincipalLine {
     NotFinite,
 }
 
-/// A view's own focal length.
+/// The focal length of a single view, from that view alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FocalLength {
-    /// Focal length.
+    /// Focal length in pixels.
     pub f_px: f64,
-    /// Its standard deviation.
+    /// Standard deviation in pixels.
     pub sigma_px: f64,
 }
 
-/// Why a view has no focal length of its own.
+/// Why a single view gives no focal length.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoFocalLength {
-    /// `D² < d²`: the principal point lies too far from where this view would put it.
+    /// `D² ≤ d²`: no focal length is consistent with this principal point.
     #[error(
         "no focal length fits: D = {d_px:.1} px, distance to the vanishing point {distance_px:.1} px"
     )]
@@ -87,12 +122,17 @@ pub enum NoFocalLength {
 }
 
 impl PrincipalLine {
-    /// The principal line of a view whose corners average at `mean_corner_px`.
+    /// The principal line of a view.
+    ///
+    /// `homography` should be of undistorted corners. `c` and `v` are measured from `origin_px`, usually the image
+    /// centre; lines that are to be intersected may have different origins. `mean_corner_px` is the mean of the
+    /// view's corners and decides the sign of the tilt azimuth.
     ///
     /// # Errors
     ///
-    /// [`NoPrincipalLine::FrontoParallel`] if the foreshortening is below five times its uncertainty or
-    /// the direction is known worse than 2°; for a homography without covariance only if it has none.
+    /// [`NoPrincipalLine::FrontoParallel`] if the foreshortening is below five times its standard deviation or the
+    /// direction is uncertain by more than 2°; for an exact homography, only if there is no foreshortening at all.
+    /// [`NoPrincipalLine::NotFinite`] if the homography isn't finite.
     pub fn of(
         homography: &Homography,
         origin_px: Point2<f64>,
@@ -131,7 +171,7 @@ impl PrincipalLine {
             d_px,
             vanishing_point_px: origin_px + vanishing,
             origin_px,
-            slot_rad: away.y.atan2(away.x).rem_euclid(2.0 * PI),
+            tilt_azimuth_rad: away.y.atan2(away.x).rem_euclid(2.0 * PI),
             covariance: Matrix4::zeros(),
         };
         let jacobian = line.jacobian(&h, length, rho2);
@@ -148,7 +188,7 @@ impl PrincipalLine {
         Ok(Self { covariance, ..line })
     }
 
-    /// d(φ, c, v, D)/dh, METHOD section 1.
+    /// d(φ, c, v, D)/dh, see `docs/method.md`, section 1.
     fn jacobian(&self, h: &Matrix3<f64>, length: f64, rho2: f64) -> SMatrix<f64, 4, 9> {
         let (a, b) = (h[(2, 0)], h[(2, 1)]);
         let (n, t) = (self.normal(), self.direction());
@@ -176,38 +216,38 @@ impl PrincipalLine {
         SMatrix::<f64, 4, 9>::from_rows(&[by_phi, by_c, by_along, by_d])
     }
 
-    /// Unit normal.
+    /// Unit normal `n`.
     pub fn normal(&self) -> Vector2<f64> {
         Vector2::new(self.phi_rad.cos(), self.phi_rad.sin())
     }
 
-    /// Unit vector along the line, the normal turned by +90°.
+    /// Unit vector `t` along the line: the normal turned by +90°.
     pub fn direction(&self) -> Vector2<f64> {
         Vector2::new(-self.phi_rad.sin(), self.phi_rad.cos())
     }
 
-    /// Standard deviation of the direction.
+    /// Standard deviation of the direction, in radians.
     pub fn sigma_phi_rad(&self) -> f64 {
         self.covariance[(0, 0)].max(0.0).sqrt()
     }
 
-    /// Standard deviation of the offset at the origin.
+    /// Standard deviation of `c`, in pixels.
     pub fn sigma_c_px(&self) -> f64 {
         self.covariance[(1, 1)].max(0.0).sqrt()
     }
 
-    /// Signed distance of `point` from the line, `n·(p − x0) − c`.
+    /// Signed distance of `point` (pixels) from the line, `n·(p − x0) − c`.
     pub fn distance_px(&self, point: &Point2<f64>) -> f64 {
         self.normal().dot(&(point - self.origin_px)) - self.c_px
     }
 
-    /// Variance of [`Self::distance_px`]: `[t·p, −1] S[φ,c] [t·p, −1]ᵀ`.
+    /// Variance of [`Self::distance_px`], px²: `[t·p, −1] S[φ,c] [t·p, −1]ᵀ`.
     pub fn variance_of_distance(&self, point: &Point2<f64>) -> f64 {
         let by = Vector2::new(self.direction().dot(&(point - self.origin_px)), -1.0);
         (by.transpose() * self.covariance.fixed_view::<2, 2>(0, 0) * by).x.max(0.0)
     }
 
-    /// Angle between the two lines, `[0, π/2]`.
+    /// Angle between the two lines in radians, `[0, π/2]`.
     pub fn angle_to(&self, other: &Self) -> f64 {
         self.normal().perp(&other.normal()).abs().min(1.0).asin()
     }
@@ -217,19 +257,20 @@ impl PrincipalLine {
         self.direction().dot(&(pp - self.origin_px)) - self.v_px
     }
 
-    /// Tilt of the board, from `cos θ = |t·P − v| / D`. `None` if the principal point does not fit.
+    /// Tilt of the board in radians for the principal point `pp`, from `cos θ = |t·P − v| / D`. `None` if the cosine
+    /// would exceed 1.
     pub fn tilt_rad(&self, pp: &Point2<f64>) -> Option<f64> {
         let cosine = self.along_px(pp).abs() / self.d_px;
         (cosine <= 1.0).then(|| cosine.acos())
     }
 
-    /// This view's own focal length, `f² = D² − δ²` with `δ = t·P − v`; needs no other view.
+    /// Focal length of this view alone for the principal point `pp`: `f² = D² − δ²` with `δ = t·P − v`.
     ///
     /// `df = (δ n·P, 0, δ, D)/f` over `(φ, c, v, D)` and `−δ t/f` over `P`.
     ///
     /// # Errors
     ///
-    /// [`NoFocalLength::Imaginary`].
+    /// [`NoFocalLength::Imaginary`] if `D² ≤ δ²`.
     pub fn focal_length(
         &self,
         pp: &Point2<f64>,

@@ -2,18 +2,18 @@ use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 
 use super::PrincipalLine;
 
-/// Where the principal lines of several views meet.
+/// The intersection of the principal lines of several views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalPoint {
-    /// The intersection, pixels of the picture.
+    /// The intersection, in pixels of the picture.
     pub px: Point2<f64>,
-    /// Its covariance, propagated from the lines'.
+    /// Covariance in px², propagated from that of the lines.
     pub covariance_px2: Matrix2<f64>,
-    /// Sum of squared distances of the lines from it, in units of their variances; `n − 2` is expected.
+    /// Sum of squared distances of the lines from the point over their variances; expected value `n − 2`.
     pub chi2: f64,
 }
 
-/// Why lines do not fix a point.
+/// Why principal lines don't determine a point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoPrincipalPoint {
     /// Fewer than two lines.
@@ -22,7 +22,7 @@ pub enum NoPrincipalPoint {
         /// Lines given.
         have: usize,
     },
-    /// All lines run in nearly the same direction.
+    /// All lines are nearly parallel.
     #[error(
         "all principal lines run the same way (smallest eigenvalue of the mean of n nᵀ is {spread:.1e})"
     )]
@@ -30,19 +30,23 @@ pub enum NoPrincipalPoint {
         /// Smallest eigenvalue of the mean of `n nᵀ`, 0.5 for evenly crossing lines.
         spread: f64,
     },
-    /// A line has no covariance, so that lines cannot be weighted.
+    /// A line has zero variance, so the lines can't be weighted.
     #[error("a principal line has no variance")]
     NoVariance,
 }
 
-/// Below this, lines are parallel for every practical purpose (0.06° apart).
+/// Smallest eigenvalue of the mean of `n nᵀ` below which lines count as parallel: their directions scatter by less
+/// than 0.06°.
 const PARALLEL_SPREAD: f64 = 1e-6;
 
-/// Minimises `Σ (nᵢ·P − cᵢ)²` over unit normals, as the source paper does (it lets `|n|` weigh).
+/// Intersects lines with equal weights: minimises `Σ (nᵢ·P − cᵢ)²` over unit normals.
+///
+/// Chuang 2021 intersects the lines as they come from the homography, with normals that aren't of unit length; their
+/// length acts as a hidden weight there.
 ///
 /// # Errors
 ///
-/// [`NoPrincipalPoint`].
+/// [`NoPrincipalPoint::TooFewLines`] below two lines, [`NoPrincipalPoint::Parallel`] if they are nearly parallel.
 pub fn intersect_unweighted(lines: &[PrincipalLine]) -> Result<PrincipalPoint, NoPrincipalPoint> {
     let weights = vec![1.0; lines.len()];
     let (px, inverse) = intersect(lines, &weights)?;
@@ -55,12 +59,13 @@ pub fn intersect_unweighted(lines: &[PrincipalLine]) -> Result<PrincipalPoint, N
     Ok(PrincipalPoint { px, covariance_px2: inverse * spread * inverse, chi2: chi2(lines, &px) })
 }
 
-/// Maximum likelihood: `P = N⁻¹ Σ n c/var`, `N = Σ n nᵀ/var`, with
-/// `var(P) = [t·P, −1] S[φ,c] [t·P, −1]ᵀ` iterated to convergence. Covariance `N⁻¹`. METHOD section 2.
+/// Intersects lines by maximum likelihood: `P = N⁻¹ Σ n c/var`, `N = Σ n nᵀ/var`, with
+/// `var(P) = [t·P, −1] S[φ,c] [t·P, −1]ᵀ` iterated to convergence. Covariance `N⁻¹`. See
+/// `docs/method.md`, section 2.
 ///
 /// # Errors
 ///
-/// [`NoPrincipalPoint`].
+/// As [`intersect_unweighted`], and [`NoPrincipalPoint::NoVariance`] if a line has no variance.
 pub fn intersect_weighted(lines: &[PrincipalLine]) -> Result<PrincipalPoint, NoPrincipalPoint> {
     let mut px = intersect_unweighted(lines)?.px;
     let mut covariance_px2 = Matrix2::zeros();

@@ -2,14 +2,14 @@ use nalgebra::{Matrix2, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector3};
 
 use super::PrincipalLine;
 
-/// Principal point and focal length from principal lines and the distances along them.
+/// Principal point and common focal length from principal lines and their vanishing points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingEstimate {
-    /// Principal point.
+    /// Principal point in pixels.
     pub pp_px: Point2<f64>,
-    /// Common focal length.
+    /// Common focal length in pixels.
     pub f_px: f64,
-    /// Covariance of `(f, cx, cy)`.
+    /// Covariance of `(f, cx, cy)`, px².
     pub covariance: Matrix3<f64>,
 }
 
@@ -22,7 +22,7 @@ pub enum NoRing {
         /// Views given.
         have: usize,
     },
-    /// The views do not fix the three unknowns.
+    /// The views don't determine the three unknowns.
     #[error("the views do not differ enough")]
     Degenerate,
     /// The best fit has `f² ≤ 0`.
@@ -30,22 +30,25 @@ pub enum NoRing {
     Imaginary,
 }
 
-/// Closed form with both of Zhang's constraints per view; one opposed pair is enough, with a common `f`.
+/// Estimates principal point and focal length in closed form, with both of Zhang's constraints per view.
+///
+/// One opposed pair is enough. Assumes a focal length that all views share, square pixels and undistorted corners.
 ///
 /// Unknowns `(Px, Py, s = f² + |P|²)`, counted from the lines' origin; per view the rows `n·P = c` and
 /// `2V·P − s = |V|² − D²`, weighted by the 2×2 covariance of their residuals, iterated; `f = √(s − |P|²)`.
-/// METHOD section 2.
+/// See `docs/method.md`, section 2.
 ///
 /// # Errors
 ///
-/// [`NoRing`].
+/// [`NoRing::TooFewLines`] below two lines, [`NoRing::Degenerate`] if the views don't differ enough,
+/// [`NoRing::Imaginary`] if the best fit has `f² ≤ 0`.
 pub fn principal_line_and_ring(lines: &[PrincipalLine]) -> Result<RingEstimate, NoRing> {
     let have = lines.len();
     let origin_px = match lines.first() {
         Some(first) if have >= 2 => first.origin_px,
         _ => return Err(NoRing::TooFewLines { have }),
     };
-    // Scaled to thousands of pixels, so that P and s are of one size.
+    // Scaled so that P and s are of similar magnitude.
     let scale = lines.iter().map(|line| line.d_px).fold(1.0, f64::max);
     let rows: Vec<View> = lines.iter().map(|line| View::new(line, &origin_px)).collect();
     let mut p = Vector2::zeros();

@@ -3,7 +3,10 @@
 use std::f64::consts::PI;
 
 use super::{
-    GuidanceParams, LensEstimate, Plan, Refusal, SLOTS_DEG, View, direction_difference_rad,
+    params::{GuidanceParams, Plan, width_scale},
+    refusal::Refusal,
+    slots::{SLOTS_DEG, direction_difference_rad},
+    view::{LensEstimate, View},
 };
 
 /// What a view is for.
@@ -12,28 +15,33 @@ use super::{
 pub enum Role {
     /// Its principal line is linearly independent of all accepted ones.
     NewDirection,
-    /// It is the 180°-opposed partner of an accepted view that had none.
+    /// It is the opposed partner, 180° apart, of an accepted view that had none.
     Partner {
         /// Index of that view among the accepted ones.
         of: usize,
     },
-    /// The person insisted.
+    /// The person forced it; no limit was checked.
     Forced,
 }
 
-/// Views after which a principal line can be tested against the others, METHOD section 3.6.
+/// Views after which a principal line can be tested against the others. Source: `docs/method.md`, section 3.6.
 const CONSISTENCY_FROM_VIEWS: usize = 5;
+/// Standard deviations beyond which a line contradicts the others. Source: `docs/method.md`, section 3.6.
 const CONSISTENCY_SIGMAS: f64 = 3.5;
+/// A line that passes the principal point at less than this, in a picture 1280 pixels wide, contradicts
+/// nothing, however small its standard deviation. Chosen for what a lens model that is too simple leaves: 2.2 px
+/// with eight views in reflected pairs. Source: `docs/method.md`, section 3, last paragraph.
+const LENS_MODEL_FLOOR_PX: f64 = 2.0;
 
-/// The role of `view` among the `accepted` ones, METHOD sections 3.2, 3.3 and 3.6.
+/// The role of `view` among the `accepted` ones. Source: `docs/method.md`, sections 3.2, 3.3 and 3.6.
 ///
-/// Two principal lines are independent iff their angle ψ satisfies `ψ ≥ independent_rad` and
-/// `ψ > independent_sigmas · √(sd φ₁² + sd φ₂²)`. A view is useful iff its line is independent of
+/// Two principal lines are independent if and only if their angle ψ satisfies `ψ ≥ independent_rad` and
+/// `ψ > independent_sigmas · √(sd φ₁² + sd φ₂²)`. A view is useful if and only if its line is independent of
 /// every accepted one, or it is the opposed partner of an accepted view that has none.
 ///
 /// # Errors
 ///
-/// The [`Refusal`] that says what is missing.
+/// The [`Refusal`] with what was measured and what is wanted.
 pub fn role_of(
     view: &View,
     accepted: &[View],
@@ -44,7 +52,8 @@ pub fn role_of(
     let mut nearest_rad = f64::INFINITY;
     let mut partner_refusal = None;
     for (index, other) in accepted.iter().enumerate() {
-        let opposed_rad = direction_difference_rad(view.slot_rad(), other.slot_rad() + PI).abs();
+        let opposed_rad =
+            direction_difference_rad(view.tilt_azimuth_rad(), other.tilt_azimuth_rad() + PI).abs();
         if opposed_rad <= params.partner_slot_rad && partner_of(index, accepted).is_none() {
             match reflected(view, other, lens_estimate, params) {
                 Ok(()) => return Ok(Role::Partner { of: index }),
@@ -68,8 +77,9 @@ pub fn role_of(
     Ok(Role::NewDirection)
 }
 
-/// The accepted view that was taken as the opposed partner of the one at `index`, or whose partner that
-/// one was taken as. Settled at acceptance: later, better knowledge of the camera does not undo it.
+/// Index of the opposed partner of the accepted view at `index`, whichever of the two was taken first.
+/// `None` without one, or without a view at `index`. Settled at acceptance: a better lens estimate doesn't
+/// undo it.
 pub fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
     let view = accepted.get(index)?;
     accepted.iter().position(|other| {
@@ -95,7 +105,7 @@ fn reflection_offset_px(view: &View, of: &View, lens_estimate: &LensEstimate) ->
 }
 
 fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f64 {
-    // A reflection about an uncertain point cannot be asked for more exactly than that point is known.
+    // A reflection about an uncertain point can't be asked for more exactly than that point is known.
     let known_px = match lens_estimate.covariance {
         Some(_) => lens_estimate.pp_covariance_px2().trace().max(0.0).sqrt(),
         None => 0.0,
@@ -103,7 +113,7 @@ fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f6
     params.partner_offset_px.max(1.0 / lens_estimate.line_bias_per_px()).max(2.0 * known_px)
 }
 
-/// In a plan of slots, a new direction must be one of the slots' while slots are open.
+/// While the plan has open slots, a new direction must be near one of them.
 fn on_a_slot(view: &View, accepted: usize, params: &GuidanceParams) -> Result<(), Refusal> {
     let slots = match params.plan {
         Plan::Quick => 4,
@@ -113,7 +123,7 @@ fn on_a_slot(view: &View, accepted: usize, params: &GuidanceParams) -> Result<()
     };
     let error_rad = SLOTS_DEG[..slots.min(SLOTS_DEG.len())]
         .iter()
-        .map(|slot| direction_difference_rad(view.slot_rad(), slot.to_radians()).abs())
+        .map(|slot| direction_difference_rad(view.tilt_azimuth_rad(), slot.to_radians()).abs())
         .fold(f64::INFINITY, f64::min);
     if error_rad <= params.max_slot_error_rad {
         Ok(())
@@ -122,7 +132,8 @@ fn on_a_slot(view: &View, accepted: usize, params: &GuidanceParams) -> Result<()
     }
 }
 
-/// `z = (n·P − c) / √(var + nᵀ C_P n + (a_res n·(m − P))²)`, rejected beyond 3.5, once five views are in.
+/// Refuses a line with `|z| > 3.5` once there are five views, where
+/// `z = (n·P − c) / √(var + nᵀ C_P n + (a_res n·(m − P))²)`. Source: `docs/method.md`, section 3.6.
 fn consistent(view: &View, accepted: &[View], lens_estimate: &LensEstimate) -> Result<(), Refusal> {
     if accepted.len() < CONSISTENCY_FROM_VIEWS || lens_estimate.covariance.is_none() {
         return Ok(());
@@ -133,9 +144,10 @@ fn consistent(view: &View, accepted: &[View], lens_estimate: &LensEstimate) -> R
     let variance = view.line.variance_of_distance(&pp)
         + (normal.transpose() * lens_estimate.pp_covariance_px2() * normal).x
         + pull_px * pull_px;
-    let sigmas = view.line.distance_px(&pp).abs() / variance.max(1e-12).sqrt();
-    // A corner error floor of the lens model itself; a tenth of a pixel is never an inconsistency.
-    if sigmas > CONSISTENCY_SIGMAS && view.line.distance_px(&pp).abs() > 2.0 {
+    let distance_px = view.line.distance_px(&pp).abs();
+    let sigmas = distance_px / variance.max(1e-12).sqrt();
+    let floor_px = LENS_MODEL_FLOOR_PX * width_scale(lens_estimate.image_size);
+    if sigmas > CONSISTENCY_SIGMAS && distance_px > floor_px {
         return Err(Refusal::Inconsistent { sigmas, wanted: CONSISTENCY_SIGMAS });
     }
     Ok(())

@@ -1,22 +1,26 @@
 //! Are we done?
 
-use super::{GuidanceParams, Plan, View, independence::partner_of};
+use super::{
+    independence::partner_of,
+    params::{GuidanceParams, Plan},
+    view::View,
+};
 
-/// What the solver says of the calibration so far.
+/// How precise the calibration is so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
-    /// Standard deviation of the principal point, worst axis.
+    /// Standard deviation of the principal point, worse axis.
     pub pp_sigma_px: f64,
     /// Mean standard deviation of projection over the picture.
     pub projection_sigma_px: f64,
-    /// Whether every honesty check passed, coverage of the picture aside.
+    /// Whether every trust check passed, coverage of the picture aside.
     pub trusted: bool,
     /// Whether the boards covered enough of the picture.
     pub covered: bool,
 }
 
 impl Precision {
-    /// Whether the wanted standard deviations are reached.
+    /// Whether both standard deviations are small enough to stop.
     pub fn is_reached(&self, params: &GuidanceParams) -> bool {
         self.pp_sigma_px <= params.stop_pp_sigma_px
             && self.projection_sigma_px <= params.stop_projection_sigma_px
@@ -31,12 +35,12 @@ pub enum Progress {
     Collecting,
     /// The plan is complete and its precision reached.
     Complete,
-    /// No further view can be asked for, and the wanted precision is not reached.
+    /// No further pose is possible, and the wanted precision isn't reached.
     Exhausted,
 }
 
-/// How a session ends for which no further pose can be asked for. Coverage that no hand can improve
-/// stays a finding of the calibration; it does not fail the session.
+/// How a session ends when no further pose is possible. Coverage that no pose can improve stays a finding of
+/// the calibration; it doesn't fail the session.
 pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
     if precision.is_some_and(|precision| precision.trusted && precision.is_reached(params)) {
         Progress::Complete
@@ -45,8 +49,8 @@ pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) ->
     }
 }
 
-/// Whether to stop, METHOD section 3.5: enough views, every view has its partner, and for the adaptive
-/// plan the wanted precision with the honesty checks passed.
+/// Whether to stop: enough views, every view with its partner and, for the adaptive plan, the wanted
+/// precision with the trust checks passed. Source: `docs/method.md`, section 3.5.
 pub fn progress(
     accepted: &[View],
     precision: Option<&Precision>,
@@ -72,9 +76,9 @@ pub fn progress(
     }
 }
 
-/// How many more views it will probably take, METHOD section 3.5: partners that are missing, then as many
-/// as bring the standard deviations down with the root of their number, in whole pairs. `None` if nothing
-/// is known yet, or the session is over.
+/// Forecast of the views still to take: the missing partners, then as many as bring the standard deviations
+/// down with the square root of their number, in whole pairs. `None` once the session is over. Source:
+/// `docs/method.md`, section 3.5.
 pub fn forecast(
     accepted: &[View],
     precision: Option<&Precision>,
@@ -92,12 +96,12 @@ pub fn forecast(
     };
     let complete = planned.max(views + unpaired);
     let wanted = match (params.plan, precision) {
-        // Before every view has its opposite, noise does not fall with the root of their number.
+        // While partners are missing, noise doesn't fall with the square root of the number of views.
         (Plan::Adaptive, Some(precision)) if views >= params.min_views => {
             let excess = (precision.pp_sigma_px / params.stop_pp_sigma_px)
                 .max(precision.projection_sigma_px / params.stop_projection_sigma_px);
             let by_noise = (views as f64 * excess * excess).min(params.max_views as f64).ceil();
-            // At least a pair more where doubts or gaps remain.
+            // At least one more pair while a trust check fails or coverage is low.
             let doubts = usize::from(!(precision.trusted && precision.covered)) * 2;
             complete.max(by_noise as usize).max(views + unpaired + doubts)
         }

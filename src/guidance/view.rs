@@ -1,42 +1,49 @@
-//! Measures one picture of the board.
+//! What one picture of the board measures.
 
 use nalgebra::{Matrix2, Point2, SMatrix};
 
-use super::Refusal;
+use super::{params::width_scale, refusal::Refusal};
 use crate::{
     board::Checkerboard,
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::{Camera, Corner, Homography, LENS_PARAMETERS, PrincipalLine, mean_px},
 };
 
-/// What is believed of the camera so far.
+/// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras' lies within
+/// 100 pixels of the centre.
+const GUESSED_PP_SD_PX: f64 = 100.0;
+
+/// The lens as estimated from the accepted views, or a guess before there are any.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensEstimate {
     /// Size of the pictures.
     pub image_size: ImageSize,
-    /// The camera. A guess until [`Self::covariance`] is there.
+    /// The camera; a guess while [`Self::covariance`] is `None`.
     pub camera: Camera,
     /// Covariance of the lens parameters, in the order of `LENS_PARAMETERS`; `None` for a guess.
     pub covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
 }
 
 impl LensEstimate {
-    /// Before any view: a pinhole with the principal point at the picture's centre and a usual angle of view.
+    /// A pinhole with the principal point at the picture's centre and a usual angle of view, 58° across.
     pub fn guess(image_size: ImageSize) -> Self {
         let f_px = 0.9 * f64::from(image_size.width_px.max(image_size.height_px));
         Self { image_size, camera: Camera::pinhole(f_px, image_size.centre_px()), covariance: None }
     }
 
-    /// Covariance of the principal point; ±100 px per axis for a guess.
+    /// Covariance of the principal point; for a guess ±100 px per axis in a picture 1280 pixels wide.
     pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
         match &self.covariance {
             Some(covariance) => covariance.fixed_view::<2, 2>(2, 2).into_owned(),
-            None => Matrix2::from_diagonal_element(1e4),
+            None => {
+                let sd_px = GUESSED_PP_SD_PX * width_scale(self.image_size);
+                Matrix2::from_diagonal_element(sd_px * sd_px)
+            }
         }
     }
 
-    /// By how many pixels the principal line is pulled per pixel that the board's centre is off the
-    /// principal point, as far as the lens is unknown: `2.75 sd(k1)`, METHOD section 3.3.
+    /// Pixels by which the unknown part of the distortion pulls a principal line, for each pixel that the
+    /// board's centre is off the principal point: `2.75 sd(k1)`. Source: `docs/method.md`, section 3.3.
     pub fn line_bias_per_px(&self) -> f64 {
         let sigma_k1 =
             self.covariance.as_ref().map_or(0.3, |c| c[(4, 4)].max(0.0).sqrt().max(0.01));
@@ -44,63 +51,69 @@ impl LensEstimate {
     }
 }
 
-/// One detected board, measured.
+/// One detected board, measured through a [`LensEstimate`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The frame it was seen in.
     pub frame_id: FrameId,
-    /// When.
+    /// Driver's time stamp of that frame.
     pub captured_at: CaptureTime,
-    /// Corners as seen.
+    /// Corners as seen, distorted, in the board's numbering order.
     pub corners: Vec<Corner>,
-    /// Width of the blur of its edges.
+    /// Width of the blur of the board's edges.
     pub blur_px: f64,
-    /// Principal line of the corners, undistorted by the lens_estimate.
+    /// Principal line of the undistorted corners.
     pub line: PrincipalLine,
     /// Angle between board and image plane; `None` if the line does not fit the principal point.
     pub tilt_rad: Option<f64>,
     /// Mean corner, as seen.
     pub mean_px: Point2<f64>,
     /// Larger of the shares of the picture's width and height that the corners span.
-    pub fill: f64,
+    pub span_fraction: f64,
     /// Least distance of a corner from the picture's edge.
     pub margin_px: f64,
-    /// The frame of the accepted view whose opposed partner it was taken as.
+    /// The frame of the accepted view whose opposed partner this one is, settled at acceptance.
     pub partner_frame: Option<FrameId>,
 }
 
 impl View {
-    /// Direction in the image in which the board recedes, in `[0, 2π)`.
-    pub fn slot_rad(&self) -> f64 {
-        self.line.slot_rad
+    /// Direction in the picture in which the board recedes, clockwise from the right, in `[0, 2π)`.
+    pub fn tilt_azimuth_rad(&self) -> f64 {
+        self.line.tilt_azimuth_rad
     }
 }
 
-/// Measures the `corners` seen in a frame, through the lens that is believed.
+/// Measures the `corners` seen in a frame through the lens estimate.
 ///
 /// # Errors
 ///
-/// [`Refusal::NoLine`] if the board faces the camera or its corners fit no plane.
+/// [`Refusal::OutsideLens`] if the lens model has no ray for a corner, [`Refusal::NoLine`] if the board faces
+/// the camera or its corners fit no plane.
 pub fn measure(
-    frame: (FrameId, CaptureTime),
+    (frame_id, captured_at): (FrameId, CaptureTime),
     corners: &[Corner],
     blur_px: f64,
     board: &Checkerboard,
     lens_estimate: &LensEstimate,
 ) -> Result<View, Refusal> {
+    let camera = &lens_estimate.camera;
     let undistorted: Vec<Corner> = corners
         .iter()
-        .map(|corner| Corner {
-            px: lens_estimate.camera.undistort_px(&corner.px).unwrap_or(corner.px),
-            covariance_px2: corner.covariance_px2,
+        .filter_map(|corner| {
+            let px = camera.undistort_px(&corner.px)?;
+            Some(Corner { px, covariance_px2: corner.covariance_px2 })
         })
         .collect();
+    if undistorted.len() < corners.len() {
+        let outside = corners.len() - undistorted.len();
+        return Err(Refusal::OutsideLens { outside, of: corners.len() });
+    }
     let homography =
         Homography::fit(&board.corners_in_board_m(), &undistorted).map_err(|_| Refusal::NoLine)?;
-    let line =
-        PrincipalLine::of(&homography, lens_estimate.image_size.centre_px(), mean_px(&undistorted))
-            .map_err(|_| Refusal::NoLine)?;
-    let tilt_rad = line.tilt_rad(&lens_estimate.camera.pp_px);
+    let centre_px = lens_estimate.image_size.centre_px();
+    let line = PrincipalLine::of(&homography, centre_px, mean_px(&undistorted))
+        .map_err(|_| Refusal::NoLine)?;
+    let tilt_rad = line.tilt_rad(&camera.pp_px);
     let (low, high) = bounds_px(corners.iter().map(|corner| corner.px));
     let (width, height) = (
         f64::from(lens_estimate.image_size.width_px),
@@ -108,21 +121,21 @@ pub fn measure(
     );
     let margin_px = low.x.min(low.y).min(width - 1.0 - high.x).min(height - 1.0 - high.y);
     Ok(View {
-        frame_id: frame.0,
-        captured_at: frame.1,
+        frame_id,
+        captured_at,
         corners: corners.to_vec(),
         blur_px,
         line,
         tilt_rad,
         mean_px: mean_px(corners),
-        fill: ((high.x - low.x) / width).max((high.y - low.y) / height),
+        span_fraction: ((high.x - low.x) / width).max((high.y - low.y) / height),
         margin_px,
         partner_frame: None,
     })
 }
 
-/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner, the one beyond the other
-/// if there are no points.
+/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner. Without points the
+/// top-left corner lies beyond the bottom-right one.
 pub fn bounds_px(points: impl Iterator<Item = Point2<f64>>) -> (Point2<f64>, Point2<f64>) {
     let start = (Point2::new(f64::MAX, f64::MAX), Point2::new(f64::MIN, f64::MIN));
     points.fold(start, |(low, high), p| {

@@ -5,7 +5,10 @@ use std::sync::Arc;
 use crossbeam_channel::{Receiver, Sender, bounded};
 
 use super::latest::{LatestReceiver, LatestSender, latest};
-use crate::{frame::Frame, session::Snapshot};
+use crate::{
+    frame::Frame,
+    session::{Snapshot, ViewNumber},
+};
 
 /// Pictures of accepted views that a window may lag behind by; more than the largest plan.
 const ACCEPTED_CAPACITY: usize = 256;
@@ -13,8 +16,8 @@ const ACCEPTED_CAPACITY: usize = 256;
 /// The picture of a view that was just accepted.
 #[derive(Clone, Debug)]
 pub struct AcceptedPicture {
-    /// Identifier of the view in the session.
-    pub view: u32,
+    /// Number of the view.
+    pub view: ViewNumber,
     /// The picture.
     pub frame: Arc<Frame>,
 }

@@ -9,6 +9,7 @@ use crate::{
 
 /// Mirror of [`CameraEvent`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum CameraLine {
     /// See [`CameraEvent::Started`].
@@ -87,6 +88,7 @@ pub enum CameraLine {
 
 /// A fault by its stable code.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "&'static str")]
 pub struct FaultLine(Fault);
 
@@ -106,6 +108,7 @@ impl From<FaultLine> for &'static str {
 
 /// Mirror of [`Mode`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ModeLine {
     size: [u32; 2],
@@ -116,6 +119,7 @@ pub struct ModeLine {
 
 /// Mirror of [`PixelLayout`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the names are those of the mirrored type")]
 pub enum LayoutLine {
@@ -128,6 +132,7 @@ pub enum LayoutLine {
 
 /// Mirror of [`Control`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the names are those of the mirrored type")]
 pub enum ControlLine {
@@ -140,6 +145,7 @@ pub enum ControlLine {
 
 /// Mirror of [`Lock`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[allow(missing_docs, reason = "the names are those of the mirrored type")]
 pub enum LockLine {

@@ -9,24 +9,30 @@ use crate::{
     detection::{Detection, Miss, Quality, Side},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::Corner,
-    session::{Command, Input, Observation},
+    session::{Command, Input, Observation, ViewNumber},
 };
 
 /// One line of the journal: the checksum is over the exact bytes of `body`.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub(super) struct Envelope {
+    /// Number of the line, from 0.
     pub(super) seq: u64,
+    /// CRC-32 of the bytes of `body`, eight hexadecimal digits.
     pub(super) crc32: String,
+    #[cfg_attr(feature = "schemas", schemars(with = "Line"))]
     pub(super) body: Box<RawValue>,
 }
 
 /// What a line says.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Line {
     /// What happened.
     pub input: InputLine,
     /// What was decided, as the JSON text of the `Decision` of that time.
+    #[cfg_attr(feature = "schemas", schemars(with = "serde_json::Map<String, serde_json::Value>"))]
     pub decision: Box<RawValue>,
     /// The picture stored with it, if one was.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -35,6 +41,7 @@ pub struct Line {
 
 /// A picture in `frames/`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Stored {
     /// Number of the frame.
@@ -45,6 +52,7 @@ pub struct Stored {
 
 /// Mirror of [`Input`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum InputLine {
     /// See [`Input::Observed`].
@@ -70,6 +78,7 @@ pub enum InputLine {
 
 /// Mirror of [`Observation`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ObservedLine {
     frame: u64,
@@ -83,6 +92,7 @@ pub struct ObservedLine {
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum SeenLine {
     /// `[x, y, var x, cov xy, var y]` of every corner.
@@ -123,6 +133,7 @@ enum SeenLine {
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 enum SideLine {
     Left,
@@ -133,6 +144,7 @@ enum SideLine {
 
 /// Mirror of [`Command`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum CommandLine {
     /// See [`Command::ForceNext`].
@@ -181,7 +193,7 @@ impl From<&Input> for InputLine {
             Input::Command(command) => Self::Command(match *command {
                 Command::ForceNext => CommandLine::ForceNext,
                 Command::UndoLast => CommandLine::UndoLast,
-                Command::Remove { view } => CommandLine::Remove { view },
+                Command::Remove { view } => CommandLine::Remove { view: view.0 },
                 Command::Restore => CommandLine::Restore,
                 Command::Pause => CommandLine::Pause,
                 Command::Resume => CommandLine::Resume,
@@ -204,7 +216,7 @@ impl From<InputLine> for Input {
             InputLine::Command(command) => Self::Command(match command {
                 CommandLine::ForceNext => Command::ForceNext,
                 CommandLine::UndoLast => Command::UndoLast,
-                CommandLine::Remove { view } => Command::Remove { view },
+                CommandLine::Remove { view } => Command::Remove { view: ViewNumber(view) },
                 CommandLine::Restore => Command::Restore,
                 CommandLine::Pause => Command::Pause,
                 CommandLine::Resume => Command::Resume,
@@ -318,4 +330,10 @@ fn corner_to_line(corner: &Corner) -> [f64; 5] {
 fn corner_from_line(line: &[f64; 5]) -> Corner {
     let [x, y, xx, xy, yy] = *line;
     Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(xx, xy, xy, yy) }
+}
+
+/// JSON Schema of a line of `journal.jsonl`.
+#[cfg(feature = "schemas")]
+pub fn journal_line_schema(generator: schemars::SchemaGenerator) -> schemars::Schema {
+    generator.into_root_schema_for::<Envelope>()
 }

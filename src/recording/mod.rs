@@ -25,6 +25,8 @@ pub use camera_line::{CameraLine, ControlLine, FaultLine, LayoutLine, LockLine, 
 pub use camera_table::CameraTable;
 pub use error::{Damage, RecordingError};
 pub use folder::{Header, SessionFolder, stored_frame};
+#[cfg(feature = "schemas")]
+pub use format::journal_line_schema;
 pub use format::{Line, Stored};
 pub use journal::{Journal, JournalContents};
 pub use replay::{Difference, RecordedOutcome, Rounding, replay, take_rounding};

@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::Line;
 use crate::{
     guidance::Role,
-    session::{Decision, Input, Session},
+    session::{Decision, Input, Session, ViewNumber},
 };
 
 /// What a recorded decision did to the views.
@@ -16,7 +16,7 @@ pub enum RecordedOutcome {
     /// A view was accepted.
     Accepted {
         /// Number of the view.
-        view: u32,
+        view: ViewNumber,
         /// The frame it comes from.
         frame: u64,
         /// What it is for.
@@ -25,12 +25,12 @@ pub enum RecordedOutcome {
     /// A view was removed.
     Removed {
         /// Number of the view.
-        view: u32,
+        view: ViewNumber,
     },
     /// A removed view was restored.
     Restored {
         /// Number of the view.
-        view: u32,
+        view: ViewNumber,
     },
     /// The views stayed as they were.
     #[serde(other)]

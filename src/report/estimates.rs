@@ -3,12 +3,12 @@
 use nalgebra::Point2;
 
 use super::{
-    CalibrationFile, EstimateFacts,
-    facts::Line,
-    number::{Measured, brief_data, plain, row},
-    page::{figure, missing},
+    line::Line,
+    number::{brief_data, measured, row},
+    section::{figure, missing},
 };
 use crate::{
+    calibration::files::{CalibrationFile, EstimateEntry, LensEntry},
     chart::{Axes, COLOURS, Canvas, Stroke, escaped},
     text::report::{self as words, Section},
 };
@@ -29,8 +29,8 @@ const METHODS: [(&str, bool); 6] = [
 ];
 
 /// Number of a method, its stable name, and what it says.
-fn estimates(facts: &CalibrationFile) -> Vec<(usize, &'static str, EstimateFacts)> {
-    let Some(points) = &facts.principal_point else { return Vec::new() };
+fn estimates(calibration: &CalibrationFile) -> Vec<(usize, &'static str, EstimateEntry)> {
+    let Some(points) = &calibration.principal_point else { return Vec::new() };
     let by_method = [
         points.pl_unweighted,
         points.pl_weighted,
@@ -48,17 +48,17 @@ fn estimates(facts: &CalibrationFile) -> Vec<(usize, &'static str, EstimateFacts
 }
 
 /// The lines of all views, crossing the picture.
-pub(super) fn fan(facts: &CalibrationFile) -> String {
-    let lines: Vec<(usize, Line, f64)> = facts
+pub(super) fn fan(calibration: &CalibrationFile) -> String {
+    let lines: Vec<(usize, Line, f64)> = calibration
         .used()
         .filter_map(|(number, view)| {
-            Some((number, view.pl?.line(), view.slot_deg.unwrap_or_default().to_radians()))
+            Some((number, Line::from(view.pl?), view.slot_deg.unwrap_or_default().to_radians()))
         })
         .collect();
-    let Some(lens) = facts.result.as_ref().filter(|_| !lines.is_empty()) else {
+    let Some(lens) = calibration.result.as_ref().filter(|_| !lines.is_empty()) else {
         return figure(Section::Fan, &missing(words::TOO_FEW), "");
     };
-    let mut canvas = Canvas::picture(facts.size_px(), Section::Fan.heading());
+    let mut canvas = Canvas::picture(calibration.size_px(), Section::Fan.heading());
     let pp_px = Point2::from(lens.pp_px);
     for (_, line, slot_rad) in &lines {
         let eighth = (slot_rad / std::f64::consts::FRAC_PI_4).round().rem_euclid(4.0);
@@ -69,13 +69,13 @@ pub(super) fn fan(facts: &CalibrationFile) -> String {
     }
     if lines.len() <= LABELS {
         for (number, line, slot_rad) in &lines {
-            let end = towards(line, pp_px, *slot_rad, facts.size_px());
+            let end = towards(line, pp_px, *slot_rad, calibration.size_px());
             canvas.label(end, (0.0, 4.0), &number.to_string());
         }
     }
-    if let Some(covariance) = estimates(facts)
+    if let Some(covariance) = estimates(calibration)
         .iter()
-        .find(|(_, code, _)| *code == result_method(facts))
+        .find(|(_, code, _)| *code == result_method(calibration))
         .and_then(|(_, _, estimate)| estimate.covariance_px2())
     {
         let ellipse = Canvas::ellipse_points(pp_px, &covariance, SDS);
@@ -105,14 +105,14 @@ fn towards(
 }
 
 /// Name of the method whose principal point is the result.
-fn result_method(facts: &CalibrationFile) -> &'static str {
-    let varies = facts.result.as_ref().is_some_and(super::LensFacts::focal_varies);
+fn result_method(calibration: &CalibrationFile) -> &'static str {
+    let varies = calibration.result.as_ref().is_some_and(LensEntry::focal_varies);
     if varies { "free_homography" } else { "bundle" }
 }
 
 /// All methods, and those that model the lens from nearer.
-pub(super) fn drawings(facts: &CalibrationFile) -> String {
-    let all = estimates(facts);
+pub(super) fn drawings(calibration: &CalibrationFile) -> String {
+    let all = estimates(calibration);
     let near: Vec<_> = all.iter().filter(|(i, _, _)| METHODS[*i].1).copied().collect();
     drawing(Section::Estimates, &all, words::ESTIMATES_NOTE)
         + &drawing(Section::EstimatesNear, &near, words::ESTIMATES_NEAR_NOTE)
@@ -120,7 +120,7 @@ pub(super) fn drawings(facts: &CalibrationFile) -> String {
 
 fn drawing(
     section: Section,
-    estimates: &[(usize, &'static str, EstimateFacts)],
+    estimates: &[(usize, &'static str, EstimateEntry)],
     note: &str,
 ) -> String {
     if estimates.is_empty() {
@@ -130,12 +130,12 @@ fn drawing(
         .iter()
         .map(|(_, _, estimate)| {
             estimate.covariance_px2().map_or_else(Vec::new, |covariance| {
-                Canvas::ellipse_points(estimate.point_px(), &covariance, SDS)
+                Canvas::ellipse_points(Point2::from(estimate.px), &covariance, SDS)
             })
         })
         .collect();
     let mut points: Vec<Point2<f64>> =
-        estimates.iter().map(|(_, _, estimate)| estimate.point_px()).collect();
+        estimates.iter().map(|(_, _, estimate)| Point2::from(estimate.px)).collect();
     points.extend(ellipses.iter().flatten());
     let axes = Axes { x: words::name::X, y: words::name::Y, pixels: true };
     let mut canvas = Canvas::chart(&points, axes, section.heading());
@@ -143,7 +143,7 @@ fn drawing(
     for ((i, code, estimate), ellipse) in estimates.iter().zip(&ellipses) {
         let colour = COLOURS[i % COLOURS.len()];
         canvas.area(ellipse, "none", Stroke { colour, width: 1.3, dash: *i });
-        canvas.mark(*i, estimate.point_px(), colour);
+        canvas.mark(*i, Point2::from(estimate.px), colour);
         legend.push((*i, colour, words::method(code).to_owned()));
     }
     canvas.legend(&legend);
@@ -151,19 +151,17 @@ fn drawing(
 }
 
 /// Every method's principal point with its standard deviations.
-pub(super) fn table(facts: &CalibrationFile) -> String {
-    let Some(lens) = &facts.result else { return String::new() };
+pub(super) fn table(calibration: &CalibrationFile) -> String {
+    let Some(lens) = &calibration.result else { return String::new() };
     let [name, x, y, from] = words::METHOD_COLUMNS;
     let mut html = format!(
         "<table id=\"methods\"><thead><tr><th>{name}</th><th>{x}</th><th>{y}</th><th>{from}</th></tr></thead><tbody>\n"
     );
-    for (_, code, estimate) in estimates(facts) {
-        let coordinate = |k: usize| match estimate.sigma_px {
-            Some(sigma) => Measured { value: estimate.px[k], sd: sigma[k] }.html(),
-            None => plain(estimate.px[k], 2),
-        };
-        let off_px = (estimate.point_px() - Point2::from(lens.pp_px)).norm();
-        let from = if code == result_method(facts) {
+    for (_, code, estimate) in estimates(calibration) {
+        let coordinate =
+            |k: usize| measured(estimate.px[k], estimate.sigma_px.map(|sigma| sigma[k]));
+        let off_px = (Point2::from(estimate.px) - Point2::from(lens.pp_px)).norm();
+        let from = if code == result_method(calibration) {
             escaped(words::THE_RESULT)
         } else {
             brief_data(off_px, 2)

@@ -3,11 +3,11 @@
 use nalgebra::{Point2, Vector4};
 
 use super::{
-    CalibrationFile, LensFacts,
     number::brief,
-    page::{figure, missing},
+    section::{figure, missing},
 };
 use crate::{
+    calibration::files::{CalibrationFile, LensEntry},
     chart::{Axes, COLOURS, Canvas, Stroke},
     text::report::{self as words, Section},
 };
@@ -23,11 +23,11 @@ struct Shift {
 }
 
 /// The curve out to the picture's farthest corner.
-pub(super) fn drawing(facts: &CalibrationFile) -> String {
-    let Some(lens) = &facts.result else {
+pub(super) fn drawing(calibration: &CalibrationFile) -> String {
+    let Some(lens) = &calibration.result else {
         return figure(Section::Lens, &missing(words::NO_CALIBRATION), "");
     };
-    let curve = curve(lens, farthest_corner_px(facts, lens));
+    let curve = curve(lens, farthest_corner_px(calibration, lens));
     let mut points: Vec<Point2<f64>> =
         curve.iter().map(|shift| Point2::new(shift.radius_px, shift.outwards_px)).collect();
     let edge = |side: f64| -> Vec<Point2<f64>> {
@@ -47,17 +47,17 @@ pub(super) fn drawing(facts: &CalibrationFile) -> String {
     let band: Vec<Point2<f64>> = upper.iter().chain(lower.iter().rev()).copied().collect();
     canvas.area(&band, "#cfe3f3", Stroke { colour: "#6baed6", width: 0.6, dash: 0 });
     canvas.curve(&line, Stroke { colour: COLOURS[0], width: 1.8, dash: 0 });
-    if let Some(reach_px) = boards_reach_px(facts, lens) {
+    if let Some(reach_px) = boards_reach_px(calibration, lens) {
         let bottom = Point2::new(reach_px, 0.0);
         canvas.line(bottom, nalgebra::Vector2::y(), Stroke { colour: "#444", width: 1.0, dash: 2 });
         canvas.at_top(reach_px, words::name::LAST_BOARD);
     }
     let mut note = words::LENS_NOTE.to_owned();
-    if lens.covariance_all().is_none() {
+    if lens.full_covariance().is_none() {
         note += " ";
         note += words::NEEDS_COVARIANCE;
     }
-    let tangential_px = tangential_px(lens, farthest_corner_px(facts, lens));
+    let tangential_px = tangential_px(lens, farthest_corner_px(calibration, lens));
     if tangential_px > 0.0 {
         note += " ";
         note += &words::tangential(&brief(tangential_px, 2));
@@ -67,10 +67,10 @@ pub(super) fn drawing(facts: &CalibrationFile) -> String {
 
 /// `Δ = f r (k1 r² + k2 r⁴ + k3 r⁶)` at the seen radius `f r + Δ`; its sd by `d(Δ) = (Δ/f, f r³, f r⁵, f r⁷)`
 /// over `(f, k1, k2, k3)`. Ends where the lens model folds over.
-fn curve(lens: &LensFacts, reach_px: f64) -> Vec<Shift> {
+fn curve(lens: &LensEntry, reach_px: f64) -> Vec<Shift> {
     let f_px = 0.5 * (lens.f_px[0] + lens.f_px[1]);
     let distortion = lens.distortion;
-    let covariance = lens.covariance_all().map(|all| {
+    let covariance = lens.full_covariance().map(|all| {
         let of = [0, 4, 5, 8];
         nalgebra::Matrix4::from_fn(|i, j| all[(of[i], of[j])])
     });
@@ -101,17 +101,17 @@ fn curve(lens: &LensFacts, reach_px: f64) -> Vec<Shift> {
     shifts
 }
 
-fn farthest_corner_px(facts: &CalibrationFile, lens: &LensFacts) -> f64 {
-    let (width, height) = facts.size_px();
+fn farthest_corner_px(calibration: &CalibrationFile, lens: &LensEntry) -> f64 {
+    let (width, height) = calibration.size_px();
     let [x, y] = lens.pp_px;
     let far = |at: f64, size: f64| at.abs().max((size - at).abs());
     far(x, width).hypot(far(y, height))
 }
 
 /// Distance of the farthest board corner.
-fn boards_reach_px(facts: &CalibrationFile, lens: &LensFacts) -> Option<f64> {
+fn boards_reach_px(calibration: &CalibrationFile, lens: &LensEntry) -> Option<f64> {
     let pp_px = Point2::from(lens.pp_px);
-    facts
+    calibration
         .used()
         .filter_map(|(_, view)| view.outline())
         .flatten()
@@ -120,7 +120,7 @@ fn boards_reach_px(facts: &CalibrationFile, lens: &LensFacts) -> Option<f64> {
 }
 
 /// Largest tangential shift at the distance of the farthest corner.
-fn tangential_px(lens: &LensFacts, reach_px: f64) -> f64 {
+fn tangential_px(lens: &LensEntry, reach_px: f64) -> f64 {
     let r = reach_px / lens.f_px[0];
     // With q = (p2, p1) the shift at x is |x|² q + 2 (q·x) x: longest along q.
     3.0 * lens.distortion.p1.hypot(lens.distortion.p2) * r * r * lens.f_px[0]

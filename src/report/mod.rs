@@ -1,70 +1,69 @@
-//! A calibration as one page: to read on any screen without a network, and to print on two sheets.
+//! A calibration as one HTML page: readable offline on any screen, and printed on two sheets.
 //!
 //! ```text
 //! calibration.json ─┐
 //! corners ──────────┤
 //! small pictures ───┼──▶ Report ──▶ page ──▶ one HTML file, drawings as SVG in it
 //! camera, refusals ─┤
-//! drift ────────────┘
+//! check ────────────┘
 //! ```
 //!
-//! The numbers are those of the calibration's JSON, so that page and file cannot differ; each stands in a
-//! `<data value="…">` with all its digits. Corners, pictures, refusals and drift are shown where they are
-//! known, and where they are not, the page says so. Whatever comes from outside, such as the name of a
-//! file, is escaped. Nothing here touches a file.
+//! The numbers are those of the calibration file, so page and file can't differ; each number is in a
+//! `<data value="…">` with all its digits. Corners, pictures, refusals and the check are shown where they are
+//! known; where they aren't, the page says so. Text from outside, such as a file name, is escaped. Nothing
+//! here opens a file.
 
 mod drift;
 mod estimates;
-mod facts;
 mod lens_curve;
+mod line;
 mod number;
 mod page;
 mod picture_maps;
 mod projection_map;
+mod section;
 mod skip;
 mod summary;
 mod thumbnail;
 mod views;
 
-pub use drift::{Change, ChangeSigma, DriftSection, Visible};
-pub use facts::{
-    BoardFacts, CalibrationFile, Coefficients, EstimateFacts, FindingFacts, FocalFacts, LensFacts,
-    LineFacts, PoseFacts, PrincipalPointFacts, ProjectionFacts, SigmaFacts, ViewFacts,
-};
 pub use page::page;
 pub use thumbnail::Thumbnail;
 
-use crate::geometry::Corner;
+use crate::{
+    calibration::files::{CalibrationFile, CheckFile},
+    geometry::Corner,
+};
 
-/// Everything that the page is made of.
+/// The contents of the page.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// What was calibrated: the session's name, or the files'.
+    /// Name of the session, or of the files that were calibrated.
     pub name: String,
     /// The calibration.
-    pub facts: CalibrationFile,
-    /// What is to be known before the numbers, in sentences.
+    pub calibration: CalibrationFile,
+    /// Sentences to read before the numbers.
     pub notes: Vec<String>,
-    /// The camera.
+    /// The camera and what happened to it.
     pub camera: CameraSection,
-    /// Corners of each used view; empty if they are not known.
+    /// Corners of each used view, in pixels; empty if unknown.
     pub corners: Vec<Vec<Corner>>,
-    /// Picture of each used view, as far as there are any.
+    /// Picture of each used view, `None` where there is none.
     pub pictures: Vec<Option<Thumbnail>>,
-    /// Against an older calibration of the same camera.
-    pub drift: Option<DriftSection>,
-    /// What was refused, with how often.
+    /// What a check against an older calibration of the same camera found.
+    pub check: Option<CheckFile>,
+    /// Reasons for refusing frames, the most frequent first.
     pub refused: Vec<Refused>,
-    /// Where it all comes from.
+    /// Versions, sources, and the command that repeats the result.
     pub provenance: Provenance,
 }
 
 /// What is known about the camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraSection {
-    /// Identity, mode, controls: what it is and how it stands.
+    /// Identity, mode and controls: name and value of each row.
     pub rows: Vec<(String, String)>,
-    /// What changed while the views were taken, oldest first.
+    /// Changes while the views were taken, oldest first.
     pub changes: Vec<CameraChange>,
 }
 
@@ -73,7 +72,7 @@ pub struct CameraSection {
 pub struct CameraChange {
     /// When, in words.
     pub when: String,
-    /// What.
+    /// What changed.
     pub what: String,
 }
 
@@ -82,15 +81,15 @@ pub struct CameraChange {
 pub struct Refused {
     /// The reason, or the picture with its reason.
     pub what: String,
-    /// How many.
+    /// Number of frames or pictures.
     pub count: usize,
 }
 
-/// Where a result comes from and how it is had again.
+/// Where a result comes from and how to repeat it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
-    /// Versions, and what else names the sources.
+    /// Versions and sources: name and value of each row.
     pub rows: Vec<(String, String)>,
-    /// The command that gives the same result again, as a shell reads it.
+    /// The command that repeats the result, quoted for a shell.
     pub command: String,
 }

@@ -2,13 +2,6 @@
 
 use crate::chart::escaped;
 
-/// A number with its standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Measured {
-    pub(super) value: f64,
-    pub(super) sd: f64,
-}
-
 /// Decimals that show two digits of `sd`.
 fn decimals(sd: f64) -> usize {
     if !(sd > 0.0 && sd.is_finite()) {
@@ -50,12 +43,11 @@ fn brief_decimals(value: f64, digits: i32) -> usize {
     (f64::from(digits) - 1.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize
 }
 
-impl Measured {
-    /// `value ± sd`; both with all digits in their `value`.
-    pub(super) fn html(&self) -> String {
-        let decimals = decimals(self.sd);
-        format!("{} ± {}", plain(self.value, decimals), plain(self.sd, decimals))
-    }
+/// `value ± sd`, the value alone if there is no standard deviation; both with all digits in their `value`.
+pub(super) fn measured(value: f64, sd: Option<f64>) -> String {
+    let Some(sd) = sd else { return plain(value, 2) };
+    let decimals = decimals(sd);
+    format!("{} ± {}", plain(value, decimals), plain(sd, decimals))
 }
 
 /// A row of a table: name, and cells that are HTML already.
@@ -70,13 +62,14 @@ mod tests {
 
     #[test]
     fn digits_follow_the_uncertainty() {
-        let text = |value, sd| Measured { value, sd }.html();
+        let text = |value, sd| measured(value, Some(sd));
         assert!(text(653.41234, 0.012).contains(">653.412</data> ± <"));
         assert!(text(653.41234, 0.012).contains("value=\"653.41234\""));
         assert!(text(653.41234, 3.1).contains(">653.4</data>"));
         assert!(text(653.41234, 31.0).contains(">653</data>"));
         assert!(text(-0.12, 0.001).contains(">\u{2212}0.1200</data>"));
         assert!(text(0.0, 0.0).contains(">0.00</data>"));
+        assert_eq!(measured(1.5, None), "<data value=\"1.5\">1.50</data>");
         assert_eq!(super::text(-0.001, 2), "0.00");
         assert_eq!(brief(0.012345, 2), "0.012");
         assert_eq!(brief(1234.5, 2), "1234");

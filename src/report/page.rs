@@ -1,10 +1,9 @@
 //! The page as a whole.
 
-use super::{Report, estimates, lens_curve, picture_maps, projection_map, skip, summary, views};
-use crate::{
-    chart::escaped,
-    text::report::{self as words, Section},
+use super::{
+    Report, drift, estimates, lens_curve, picture_maps, projection_map, skip, summary, views,
 };
+use crate::{chart::escaped, text::report as words};
 
 /// Sizes are of paper: the page is read on a screen as it is printed.
 const STYLE: &str = "\
@@ -58,7 +57,7 @@ section.wide{display:grid}
 
 /// The page: one self-contained HTML file, and well-formed XML.
 pub fn page(report: &Report) -> String {
-    let facts = &report.facts;
+    let calibration = &report.calibration;
     let title = words::title(&report.name);
     let title = escaped(&title);
     let mut html = format!(
@@ -67,18 +66,18 @@ pub fn page(report: &Report) -> String {
     );
     html += &summary::verdict(report);
     html += &two(
-        &format!("{}<section>{}</section>", summary::camera(report), estimates::table(facts)),
-        &summary::numbers(facts),
+        &format!("{}<section>{}</section>", summary::camera(report), estimates::table(calibration)),
+        &summary::numbers(calibration),
     );
-    html += &summary::findings(facts);
-    html += &three(&[estimates::fan(facts), estimates::drawings(facts)]);
-    html += &two(&projection_map::drawing(facts), &lens_curve::drawing(facts));
+    html += &summary::findings(calibration);
+    html += &three(&[estimates::fan(calibration), estimates::drawings(calibration)]);
+    html += &two(&projection_map::drawing(calibration), &lens_curve::drawing(calibration));
     let (cloud, skip_table, skip_note) = skip::section(report);
-    html += &three(&[picture_maps::coverage(facts), picture_maps::residuals(report), cloud]);
+    html += &three(&[picture_maps::coverage(calibration), picture_maps::residuals(report), cloud]);
     html += &format!("<section class=\"two wide\">{skip_table}{skip_note}</section>\n");
     html += &views::views(report);
-    if let Some(drift) = &report.drift {
-        html += &drift.html();
+    if let Some(check) = &report.check {
+        html += &drift::html(check);
     }
     html += &summary::refused(report);
     html += &summary::provenance(report);
@@ -88,7 +87,7 @@ pub fn page(report: &Report) -> String {
 /// How small it must be to stand on two sheets, by what is to be said.
 fn density(report: &Report) -> &'static str {
     // A drift section takes as much room as some findings.
-    let findings = report.facts.findings.len() + if report.drift.is_some() { 4 } else { 0 };
+    let findings = report.calibration.findings.len() + if report.check.is_some() { 4 } else { 0 };
     match findings {
         0..=5 => "",
         6..=14 => "dense",
@@ -102,33 +101,4 @@ fn two(left: &str, right: &str) -> String {
 
 fn three(figures: &[String]) -> String {
     format!("<div class=\"three\">{}</div>\n", figures.concat())
-}
-
-/// A part of the page.
-pub(super) fn section(section: Section, body: &str) -> String {
-    section_with(section, "part", body)
-}
-
-pub(super) fn section_with(section: Section, class: &str, body: &str) -> String {
-    format!(
-        "<section id=\"{}\" class=\"{class}\"><h2>{}</h2>\n{body}</section>\n",
-        section.id(),
-        section.heading()
-    )
-}
-
-/// A drawing with its heading and what it says.
-pub(super) fn figure(section: Section, drawing: &str, note: &str) -> String {
-    let note =
-        if note.is_empty() { String::new() } else { format!("<p class=\"note\">{note}</p>") };
-    format!(
-        "<figure id=\"{}\"><h2>{}</h2>\n{drawing}{note}</figure>\n",
-        section.id(),
-        section.heading()
-    )
-}
-
-/// In place of a drawing.
-pub(super) fn missing(why: &str) -> String {
-    format!("<p class=\"note\">{why}</p>")
 }

@@ -3,12 +3,13 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{
-    CalibrationFile, Report,
+    Report,
     number::{brief, plain},
-    page::{figure, missing},
     projection_map::cells,
+    section::{figure, missing},
 };
 use crate::{
+    calibration::files::CalibrationFile,
     chart::{COLOURS, Canvas, Stroke},
     frame::ImageSize,
     geometry::BoardOutline,
@@ -23,15 +24,15 @@ const MOST_ARROWS: usize = 1200;
 const ARROW: f64 = 0.02;
 
 /// Outlines of all boards; what none of them covers is hatched.
-pub(super) fn coverage(facts: &CalibrationFile) -> String {
+pub(super) fn coverage(calibration: &CalibrationFile) -> String {
     let outlines: Vec<(usize, [Point2<f64>; 4])> =
-        facts.used().filter_map(|(number, view)| Some((number, view.outline()?))).collect();
+        calibration.used().filter_map(|(number, view)| Some((number, view.outline()?))).collect();
     if outlines.is_empty() {
         return figure(Section::Coverage, &missing(words::TOO_FEW), "");
     }
-    let [width_px, height_px] = facts.image_size;
+    let [width_px, height_px] = calibration.image_size;
     let size = ImageSize { width_px: width_px.max(1), height_px: height_px.max(1) };
-    let mut canvas = Canvas::picture(facts.size_px(), Section::Coverage.heading());
+    let mut canvas = Canvas::picture(calibration.size_px(), Section::Coverage.heading());
     let shapes: Vec<BoardOutline> =
         outlines.iter().filter_map(|(_, corners)| BoardOutline::around(*corners)).collect();
     for (centre, cell) in cells(size) {
@@ -54,22 +55,23 @@ pub(super) fn coverage(facts: &CalibrationFile) -> String {
         }
     }
     let covered = |share: f64| format!(" {}", words::covered(&plain(100.0 * share, 0)));
-    let share = facts.coverage.map_or(String::new(), covered);
+    let share = calibration.coverage.map_or(String::new(), covered);
     figure(Section::Coverage, &canvas.svg(), &format!("{}{share}", words::COVERAGE_NOTE))
 }
 
 /// What every corner is off its prediction, magnified.
 pub(super) fn residuals(report: &Report) -> String {
-    let facts = &report.facts;
+    let calibration = &report.calibration;
     let arrows = arrows(report);
-    let (Some(lens), false) = (&facts.result, arrows.is_empty()) else {
-        let why = if facts.result.is_none() { words::NO_CALIBRATION } else { words::NEEDS_CORNERS };
+    let (Some(lens), false) = (&calibration.result, arrows.is_empty()) else {
+        let why =
+            if calibration.result.is_none() { words::NO_CALIBRATION } else { words::NEEDS_CORNERS };
         return figure(Section::Residuals, &missing(why), "");
     };
     let squares: f64 = arrows.iter().map(|(_, off)| off.norm_squared()).sum();
     let typical_px = (squares / arrows.len() as f64).sqrt().max(1e-9);
-    let times = round_down(ARROW * facts.size_px().0 / typical_px);
-    let mut canvas = Canvas::picture(facts.size_px(), Section::Residuals.heading());
+    let times = round_down(ARROW * calibration.size_px().0 / typical_px);
+    let mut canvas = Canvas::picture(calibration.size_px(), Section::Residuals.heading());
     let step = arrows.len().div_ceil(MOST_ARROWS).max(1);
     let mut shown = 0;
     for (px, off) in arrows.iter().step_by(step) {
@@ -84,13 +86,13 @@ pub(super) fn residuals(report: &Report) -> String {
 
 /// Every corner with how far it was seen from where it should be.
 fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
-    let facts = &report.facts;
-    let (Some(lens), Some(board)) = (&facts.result, facts.checkerboard()) else {
+    let calibration = &report.calibration;
+    let (Some(lens), Some(board)) = (&calibration.result, calibration.checkerboard()) else {
         return Vec::new();
     };
     let board_m = board.corners_in_board_m();
     let mut arrows = Vec::new();
-    for ((_, view), corners) in facts.used().zip(&report.corners) {
+    for ((_, view), corners) in calibration.used().zip(&report.corners) {
         let Some(pose) = view.pose() else { continue };
         let camera = view.camera(lens);
         for (corner, point_m) in corners.iter().zip(&board_m) {

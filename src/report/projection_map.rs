@@ -3,11 +3,11 @@
 use nalgebra::Point2;
 
 use super::{
-    CalibrationFile,
     number::{brief, brief_data},
-    page::{figure, missing},
+    section::{figure, missing},
 };
 use crate::{
+    calibration::files::CalibrationFile,
     chart::{Canvas, Stroke},
     frame::ImageSize,
     geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px},
@@ -21,14 +21,14 @@ const SHADES: [&str; 7] =
 const DARK: usize = 5;
 
 /// The map.
-pub(super) fn drawing(facts: &CalibrationFile) -> String {
-    let Some(projection) = facts.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
+pub(super) fn drawing(calibration: &CalibrationFile) -> String {
+    let Some(projection) = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
     else {
         return figure(Section::Projection, &missing(words::TOO_FEW), "");
     };
-    let [width_px, height_px] = facts.image_size;
+    let [width_px, height_px] = calibration.image_size;
     let size = ImageSize { width_px: width_px.max(1), height_px: height_px.max(1) };
-    let mut canvas = Canvas::large_picture(facts.size_px(), Section::Projection.heading());
+    let mut canvas = Canvas::large_picture(calibration.size_px(), Section::Projection.heading());
     let least = projection.grid.iter().map(|[_, _, sd]| *sd).fold(f64::INFINITY, f64::min);
     let mut hatched = false;
     for (centre, corners) in cells(size) {

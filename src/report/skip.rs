@@ -3,13 +3,15 @@
 use nalgebra::{Isometry3, Point2};
 
 use super::{
-    Report, ViewFacts,
+    Report,
+    line::unweighted_line,
     number::plain,
-    page::{figure, missing},
+    section::{figure, missing},
 };
 use crate::{
     calibration::{
         BundleState, LensModel, LensPrior, Observations, adjust,
+        files::ViewEntry,
         leave_out::{Spread, consecutive},
     },
     chart::{Axes, COLOURS, Canvas, Stroke, push},
@@ -64,9 +66,9 @@ pub(super) fn section(report: &Report) -> (String, String, String) {
 }
 
 /// Numbers of the used views, in the order in which the boards recede.
-fn in_order_of_direction(report: &Report) -> Vec<(usize, &ViewFacts)> {
-    let mut views: Vec<(usize, &ViewFacts)> = report.facts.used().collect();
-    let slot = |view: &ViewFacts| view.slot_deg.unwrap_or_default().rem_euclid(360.0);
+fn in_order_of_direction(report: &Report) -> Vec<(usize, &ViewEntry)> {
+    let mut views: Vec<(usize, &ViewEntry)> = report.calibration.used().collect();
+    let slot = |view: &ViewEntry| view.slot_deg.unwrap_or_default().rem_euclid(360.0);
     views.sort_by(|(_, a), (_, b)| slot(a).total_cmp(&slot(b)));
     views
 }
@@ -91,11 +93,11 @@ fn scatter(
 }
 
 /// Where the principal lines meet, all weighing the same, as in the paper.
-fn by_lines(views: &[(usize, &ViewFacts)]) -> Vec<Scatter> {
+fn by_lines(views: &[(usize, &ViewEntry)]) -> Vec<Scatter> {
     let lines: Vec<PrincipalLine> = views
         .iter()
         .filter_map(|(_, view)| {
-            Some(view.pl?.principal_line(view.slot_deg.unwrap_or_default().to_radians()))
+            Some(unweighted_line(&view.pl?, view.slot_deg.unwrap_or_default().to_radians()))
         })
         .collect();
     scatter(lines.len(), usize::MAX, |kept| {
@@ -120,24 +122,24 @@ impl Bundles {
 }
 
 /// The result's lens model, adjusted again from the result.
-fn by_bundle(report: &Report, views: &[(usize, &ViewFacts)]) -> Bundles {
-    let Some(lens) = &report.facts.result else { return Bundles::NotDone(words::TOO_FEW) };
+fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
+    let Some(lens) = &report.calibration.result else { return Bundles::NotDone(words::TOO_FEW) };
     if lens.focal_varies() {
         return Bundles::NotDone(words::SKIP_NO_BUNDLE);
     }
     let poses: Option<Vec<Isometry3<f64>>> = views.iter().map(|(_, view)| view.pose()).collect();
     let corners: Option<Vec<Vec<Corner>>> = views
         .iter()
-        .map(|(number, _)| Some(lens.weighed(report.corners.get(number - 1)?)))
+        .map(|(number, _)| Some(lens.weighted(report.corners.get(number - 1)?)))
         .collect();
     let (Some(board), Some(model), Some(poses), Some(corners)) =
-        (report.facts.checkerboard(), lens.lens_model(), poses, corners)
+        (report.calibration.checkerboard(), lens.lens_model(), poses, corners)
     else {
         return Bundles::NotDone(words::SKIP_NEEDS_CORNERS);
     };
     let board_m = board.corners_in_board_m();
     let camera = lens.camera();
-    let [width_px, height_px] = report.facts.image_size;
+    let [width_px, height_px] = report.calibration.image_size;
     let prior = LensPrior::weak(ImageSize { width_px, height_px });
     Bundles::Done(scatter(views.len(), MOST_STARTS, |kept| {
         let corners: Vec<&[Corner]> = kept.iter().map(|i| corners[*i].as_slice()).collect();

@@ -1,25 +1,26 @@
 //! The words and tables of the page: verdict, camera, numbers, findings, refusals, provenance.
 
 use super::{
-    CalibrationFile, LensFacts, Report,
-    number::{Measured, brief_data, plain, row},
-    page::{section, section_with},
+    Report,
+    number::{brief_data, measured, plain, row},
+    section::{section, section_with},
 };
 use crate::{
+    calibration::files::{CalibrationFile, LensEntry, SigmaEntry},
     chart::{escaped, push},
     text::report::{self as words, Section, name},
 };
 
 /// Verdict, what to do next, and what is to be known first. On the page of a check, the check's.
 pub(super) fn verdict(report: &Report) -> String {
-    let facts = &report.facts;
-    let code = facts.verdict.as_str();
-    let (sign, lead, next) = match &report.drift {
-        Some(drift) => {
-            let code = drift.verdict.as_deref().unwrap_or("none");
-            (words::verdict_sign(code), drift.message.as_str(), drift.action.clone())
+    let calibration = &report.calibration;
+    let code = calibration.verdict.as_str();
+    let (sign, lead, next) = match &report.check {
+        Some(check) => {
+            let code = check.verdict.as_deref().unwrap_or("none");
+            (words::verdict_sign(code), check.message.as_str(), check.action.clone())
         }
-        None => (words::verdict_sign(code), words::verdict(code), next_action(facts)),
+        None => (words::verdict_sign(code), words::verdict(code), next_action(calibration)),
     };
     let mut body = format!(
         "<p class=\"lead\"><span class=\"sign\">{sign}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
@@ -27,7 +28,7 @@ pub(super) fn verdict(report: &Report) -> String {
         words::NEXT,
         escaped(&next)
     );
-    if report.drift.is_some() {
+    if report.check.is_some() {
         push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code)));
     }
     for note in &report.notes {
@@ -37,24 +38,25 @@ pub(super) fn verdict(report: &Report) -> String {
 }
 
 /// The action of the worst finding.
-fn next_action(facts: &CalibrationFile) -> String {
-    let of = |severity: &str| facts.findings.iter().find(|finding| finding.severity == severity);
+fn next_action(calibration: &CalibrationFile) -> String {
+    let of =
+        |severity: &str| calibration.findings.iter().find(|finding| finding.severity == severity);
     match of("bad").or_else(|| of("care")) {
-        Some(finding) if facts.verdict != "good" => finding.action.clone(),
+        Some(finding) if calibration.verdict != "good" => finding.action.clone(),
         _ => words::USE_IT.into(),
     }
 }
 
 /// What is known about the camera, with what changed.
 pub(super) fn camera(report: &Report) -> String {
-    let facts = &report.facts;
+    let calibration = &report.calibration;
     let mut rows = String::new();
     let mut say = |name: &str, what: &str| rows += &said(name, what);
     for (name, what) in &report.camera.rows {
         say(name, what);
     }
-    say(name::PICTURE, &words::picture(facts.image_size));
-    if let Some(board) = facts.board {
+    say(name::PICTURE, &words::picture(calibration.image_size));
+    if let Some(board) = calibration.board {
         say(name::BOARD, &words::board(board.columns, board.rows, &board.square_mm.to_string()));
     }
     let changes = &report.camera.changes;
@@ -68,16 +70,17 @@ pub(super) fn camera(report: &Report) -> String {
 }
 
 /// The estimates with their standard deviations; reprojection RMS last.
-pub(super) fn numbers(facts: &CalibrationFile) -> String {
-    let Some(lens) = &facts.result else {
+pub(super) fn numbers(calibration: &CalibrationFile) -> String {
+    let Some(lens) = &calibration.result else {
         let body = format!("<p>{}</p>\n", words::NO_CALIBRATION);
         return section(Section::Numbers, &body);
     };
-    let [x, y] = [0, 1].map(|k| Measured { value: lens.pp_px[k], sd: lens.sigma.pp_px[k] }.html());
+    let sigma_px = lens.sigma.map(|sigma| sigma.pp_px);
+    let [x, y] = [0, 1].map(|k| measured(lens.pp_px[k], sigma_px.map(|sigma| sigma[k])));
     let mut rows = row(name::PRINCIPAL_POINT, &[format!("{x}, {y} px")]);
     rows += &focal_length(lens);
     rows += &distortion(lens);
-    if let Some(projection) = &facts.projection_sd_px {
+    if let Some(projection) = &calibration.projection_sd_px {
         let both =
             format!("{}, {} px", brief_data(projection.mean, 2), brief_data(projection.max, 2));
         rows += &row(name::PROJECTION, &[both]);
@@ -85,45 +88,47 @@ pub(super) fn numbers(facts: &CalibrationFile) -> String {
     if let Some(noise_px) = lens.noise_px {
         rows += &row(name::NOISE, &[format!("{} px", brief_data(noise_px, 2))]);
     }
-    if let Some(coverage) = facts.coverage {
+    if let Some(coverage) = calibration.coverage {
         rows += &row(name::COVERAGE, &[format!("{} %", plain(100.0 * coverage, 0))]);
     }
-    let used = facts.used().count();
-    rows += &row(name::VIEWS, &[format!("{used} / {}", facts.views.len())]);
+    let used = calibration.used().count();
+    rows += &row(name::VIEWS, &[format!("{used} / {}", calibration.views.len())]);
     if let Some(rms_px) = lens.rms_px {
         rows += &row(name::RMS, &[format!("{} px", brief_data(rms_px, 3))]);
     }
     section(Section::Numbers, &format!("<table><tbody>\n{rows}</tbody></table>\n"))
 }
 
-fn focal_length(lens: &LensFacts) -> String {
-    let [fx, fy] = [0, 1].map(|k| Measured { value: lens.f_px[k], sd: lens.sigma.f_px[k] });
+fn focal_length(lens: &LensEntry) -> String {
     if lens.focal_varies() {
         let scatter_px = lens.focal.and_then(|focal| focal.scatter_px).unwrap_or_default();
-        return row(name::FOCAL_MEAN, &[format!("{} px", plain(fx.value, 2))])
+        return row(name::FOCAL_MEAN, &[format!("{} px", plain(lens.f_px[0], 2))])
             + &row(name::FOCAL_SCATTER, &[format!("{} px", brief_data(scatter_px, 3))]);
     }
+    let sigma_px = lens.sigma.map(|sigma| sigma.f_px);
+    let [fx, fy] = [0, 1].map(|k| measured(lens.f_px[k], sigma_px.map(|sigma| sigma[k])));
     if lens.square_pixels() {
-        row(name::FOCAL_LENGTH, &[format!("{} px", fx.html())])
+        row(name::FOCAL_LENGTH, &[format!("{fx} px")])
     } else {
-        row(name::FOCAL_LENGTHS, &[format!("{}, {} px", fx.html(), fy.html())])
+        row(name::FOCAL_LENGTHS, &[format!("{fx}, {fy} px")])
     }
 }
 
 /// The lens model and its coefficients, those that it holds at zero left out.
-fn distortion(lens: &LensFacts) -> String {
-    let (value, sd) = (lens.distortion, lens.sigma.distortion);
+fn distortion(lens: &LensEntry) -> String {
+    let value = lens.distortion;
+    let sd = |of: fn(&SigmaEntry) -> f64| lens.sigma.as_ref().map(of);
     let all = [
-        ("k1", value.k1, sd.k1),
-        ("k2", value.k2, sd.k2),
-        ("p1", value.p1, sd.p1),
-        ("p2", value.p2, sd.p2),
-        ("k3", value.k3, sd.k3),
+        ("k1", value.k1, sd(|sigma| sigma.k1)),
+        ("k2", value.k2, sd(|sigma| sigma.k2)),
+        ("p1", value.p1, sd(|sigma| sigma.p1)),
+        ("p2", value.p2, sd(|sigma| sigma.p2)),
+        ("k3", value.k3, sd(|sigma| sigma.k3)),
     ];
-    let free = all.iter().filter(|(_, value, sd)| *value != 0.0 || *sd > 0.0);
+    let free = all.iter().filter(|(_, value, sd)| *value != 0.0 || sd.is_some_and(|sd| sd > 0.0));
     let mut rows = row(name::LENS_MODEL, &[escaped(&lens.model)]);
     for (name, value, sd) in free {
-        rows += &row(name, &[Measured { value: *value, sd: *sd }.html()]);
+        rows += &row(name, &[measured(*value, *sd)]);
     }
     rows
 }
@@ -132,13 +137,13 @@ fn distortion(lens: &LensFacts) -> String {
 const FEW_FINDINGS: usize = 4;
 
 /// What the checks found: what, and what to do.
-pub(super) fn findings(facts: &CalibrationFile) -> String {
-    if facts.findings.is_empty() {
+pub(super) fn findings(calibration: &CalibrationFile) -> String {
+    if calibration.findings.is_empty() {
         return section(Section::Findings, &format!("<p>{}</p>\n", words::NO_FINDINGS));
     }
-    let class = if facts.findings.len() > FEW_FINDINGS { "columns" } else { "" };
+    let class = if calibration.findings.len() > FEW_FINDINGS { "columns" } else { "" };
     let mut body = format!("<ul class=\"{class}\">\n");
-    for finding in &facts.findings {
+    for finding in &calibration.findings {
         push(
             &mut body,
             format_args!(
@@ -168,7 +173,7 @@ pub(super) fn refused(report: &Report) -> String {
         .iter()
         .map(|refused| (refused.what.clone(), refused.count, Vec::new()))
         .collect();
-    for view in report.facts.views.iter().filter(|view| !view.used) {
+    for view in report.calibration.views.iter().filter(|view| !view.used) {
         let reason = view.reason.as_deref().unwrap_or_default();
         match items.iter_mut().find(|(what, _, names)| what == reason && !names.is_empty()) {
             Some((_, count, names)) => {

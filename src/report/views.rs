@@ -3,11 +3,13 @@
 use nalgebra::Point2;
 
 use super::{
-    Report, Thumbnail, ViewFacts,
-    number::{Measured, brief, brief_data, plain, text},
-    page::section,
+    Report, Thumbnail,
+    line::Line,
+    number::{brief, brief_data, measured, plain, text},
+    section::section,
 };
 use crate::{
+    calibration::files::ViewEntry,
     chart::{escaped, push},
     text::report::{self as words, Section},
 };
@@ -25,13 +27,13 @@ const COLUMNS: std::ops::RangeInclusive<usize> = 4..=15;
 
 /// The views, side by side.
 pub(super) fn views(report: &Report) -> String {
-    let views: Vec<(usize, &ViewFacts)> = report.facts.used().collect();
+    let views: Vec<(usize, &ViewEntry)> = report.calibration.used().collect();
     if views.is_empty() {
         return section(Section::Views, &format!("<p>{}</p>\n", words::TOO_FEW));
     }
     let shown = views.len().min(MOST_SHOWN);
-    let (width, height) = report.facts.size_px();
-    let room = if report.drift.is_some() { ROOM_BESIDE_DRIFT } else { ROOM.1 };
+    let (width, height) = report.calibration.size_px();
+    let room = if report.check.is_some() { ROOM_BESIDE_DRIFT } else { ROOM.1 };
     let columns = columns(shown, height / width, room);
     let mut html = format!("<div class=\"views\" style=\"--columns:{columns}\">\n");
     for (number, view) in views.iter().take(MOST_SHOWN) {
@@ -65,10 +67,10 @@ fn columns(count: usize, height_per_width: f64, room: f64) -> usize {
     COLUMNS.clone().find(fits).unwrap_or(*COLUMNS.end())
 }
 
-fn caption(number: usize, view: &ViewFacts) -> String {
+fn caption(number: usize, view: &ViewEntry) -> String {
     let degrees = |value: Option<f64>| value.map_or("–".into(), |value| text(value, 0));
     let focal = match (view.focal_px, view.focal_sigma_px) {
-        (Some(value), Some(sd)) => format!(", f {}", Measured { value, sd }.html()),
+        (Some(value), Some(sd)) => format!(", f {}", measured(value, Some(sd))),
         _ => String::new(),
     };
     let rms = view.rms_px.map_or(String::new(), |rms| format!(", RMS {} px", brief(rms, 2)));
@@ -82,11 +84,11 @@ fn caption(number: usize, view: &ViewFacts) -> String {
 /// In the picture's own pixels: the picture, the board's outline or corners, the line.
 fn thumbnail(
     report: &Report,
-    view: &ViewFacts,
+    view: &ViewEntry,
     number: usize,
     picture: Option<&Thumbnail>,
 ) -> String {
-    let (width, height) = report.facts.size_px();
+    let (width, height) = report.calibration.size_px();
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-0.5 -0.5 {width} {height}\" role=\"img\" aria-label=\"{number}: {}\">\n",
         escaped(&view.name)
@@ -126,7 +128,7 @@ fn thumbnail(
             format_args!("<polygon points=\"{}\" class=\"board\"/>\n", places.join(" ")),
         );
     }
-    if let Some(line) = view.pl.map(|pl| pl.line()) {
+    if let Some(line) = view.pl.map(Line::from) {
         let reach = width + height;
         let middle = Point2::new(0.5 * width, 0.5 * height);
         let nearest = line.through_px + line.along * line.along.dot(&(middle - line.through_px));
@@ -145,7 +147,7 @@ fn thumbnail(
 }
 
 /// All numbers of all views, for screens.
-fn table(views: &[(usize, &ViewFacts)]) -> String {
+fn table(views: &[(usize, &ViewEntry)]) -> String {
     let heads: String = words::VIEW_COLUMNS.iter().map(|head| format!("<th>{head}</th>")).collect();
     let mut html = format!(
         "<details class=\"screen\"><summary>{}</summary><table id=\"view-table\"><thead><tr>{heads}</tr></thead><tbody>\n",
@@ -156,7 +158,7 @@ fn table(views: &[(usize, &ViewFacts)]) -> String {
     };
     for (count, view) in views {
         let focal = match (view.focal_px, view.focal_sigma_px) {
-            (Some(value), Some(sd)) => Measured { value, sd }.html(),
+            (Some(value), Some(sd)) => measured(value, Some(sd)),
             _ => "–".into(),
         };
         let rms = view.rms_px.map_or("–".into(), |rms| brief_data(rms, 3));

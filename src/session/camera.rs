@@ -8,62 +8,62 @@ use crate::frame::CaptureTime;
 /// What the session knows about its camera: plain data for a window or a command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraState {
-    /// Whether pictures come.
+    /// Whether frames arrive.
     pub stream: Stream,
     /// What the driver granted.
     pub mode: Option<Mode>,
-    /// How the controls stand.
+    /// State of the controls, as read back.
     pub locks: Locks,
-    /// Locked controls that are not what they were, and not yet back.
+    /// Locked controls that left their value and haven't returned to it.
     pub changed: BTreeMap<Control, ControlChange>,
-    /// Those of them that the person set to what they are.
+    /// Those of them that the person set.
     pub set_by_hand: BTreeSet<Control>,
-    /// Pictures taken earlier are not of the camera as it is now.
+    /// Frames captured before this time show the camera in an earlier state.
     pub good_from: Option<CaptureTime>,
-    /// What is doubtful although pictures come, with what is known besides.
+    /// Warnings about the running stream, with details.
     pub doubts: BTreeMap<Fault, String>,
-    /// How often a control that moves the geometry changed in this run.
+    /// How often focus or zoom changed in this run.
     pub geometry_changes: u32,
     /// How often the camera was lost in this run.
     pub losses: u32,
     /// Frames lost by the driver or skipped for a newer one, in this run.
     pub dropped: u64,
-    /// Damaged frames, which nobody looked at, in this run.
+    /// Damaged frames, rejected before detection, in this run.
     pub rejected: u64,
 }
 
-/// Whether a camera's pictures come.
+/// Whether a camera's frames arrive.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Stream {
     /// The source is no live camera.
     #[default]
     NotLive,
-    /// They come.
+    /// Frames are arriving.
     Live,
-    /// They do not; the camera is being looked for.
+    /// Streaming stopped; reconnecting.
     Lost {
         /// Why.
         fault: Fault,
-        /// What is known besides; may be empty.
+        /// Details, such as the kernel's error text; may be empty.
         detail: String,
     },
 }
 
 impl CameraState {
-    /// Whether a picture may be taken: the camera is there, focus and zoom are as they were, and the
-    /// picture is not a frozen one.
+    /// Whether views may be taken: the camera is there, focus and zoom are in place, and the stream isn't
+    /// frozen.
     pub fn may_take(&self) -> bool {
         !matches!(self.stream, Stream::Lost { .. })
             && !self.changed.keys().any(|control| control.moves_geometry())
             && !self.doubts.contains_key(&Fault::Frozen)
     }
 
-    /// Whether a picture taken at `time` may be taken.
+    /// Whether a view may be taken from a frame captured at `time`.
     pub(super) fn may_take_of(&self, time: CaptureTime) -> bool {
         self.may_take() && self.good_from.is_none_or(|from| time >= from)
     }
 
-    /// Applies what the camera said; `has_views` says whether views of the camera as it was are held on to.
+    /// Applies a camera event; `has_views` is true if the session holds views of the camera as it was.
     pub(super) fn apply(&mut self, event: &CameraEvent, has_views: bool) {
         match event {
             CameraEvent::Started { mode } => {
@@ -73,13 +73,13 @@ impl CameraState {
                 self.good_from = Some(*good_from);
                 self.stream = Stream::Live;
                 self.mode = Some(*mode);
-                // A camera that streams again was verified; what was doubtful is looked at anew.
+                // A camera that streams again was verified; a warning that still holds is repeated.
                 self.changed.clear();
                 self.set_by_hand.clear();
                 self.doubts.clear();
             }
             CameraEvent::Lost { fault, detail } => {
-                // Another reason for the same loss is no further loss.
+                // Another reason for the same loss doesn't count again.
                 self.losses += u32::from(!matches!(self.stream, Stream::Lost { .. }));
                 self.stream = Stream::Lost { fault: *fault, detail: detail.clone() };
             }
@@ -110,8 +110,8 @@ impl CameraState {
         }
     }
 
-    /// The person set `control`, and reads `lock`. Views that were taken before, if there are any, are of
-    /// another lens if it moves the geometry: then it is as if it had moved by itself at `views_until`.
+    /// The person set `control`, which now reads `lock`. If it moves the geometry and the session has views,
+    /// those are of another lens: it counts as changed, with views good until `views_until`.
     fn set(&mut self, control: Control, lock: Lock, views_until: Option<CaptureTime>) {
         let before = self.changed.get(&control).map(|change| change.from);
         let before = before.or(self.locks.of(control).value());

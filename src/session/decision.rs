@@ -1,13 +1,14 @@
-//! What the session decides: plain data that is recorded and compared.
+//! What the session decides, as data that is recorded and compared.
 
 use serde::Serialize;
 
+use super::view_number::ViewNumber;
 use crate::guidance::{Advice, Progress, Refusal, Role};
 
 /// What one input led to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Decision {
-    /// The frame judged; `None` if the input was no frame.
+    /// The frame judged; `None` if the input wasn't a frame.
     pub frame: Option<u64>,
     /// See [`Outcome`].
     pub outcome: Outcome,
@@ -17,7 +18,7 @@ pub struct Decision {
     pub progress: Progress,
     /// Number of accepted views.
     pub accepted: usize,
-    /// Changes whenever another pose is asked for.
+    /// Incremented each time the accepted views change and a new target pose is chosen.
     pub target_serial: u32,
 }
 
@@ -25,30 +26,30 @@ pub struct Decision {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "outcome")]
 pub enum Outcome {
-    /// The frame was not taken.
+    /// The frame wasn't taken, or not yet.
     Refused {
         /// Why.
         refusal: Refusal,
     },
-    /// A frame of the hold was taken: the sharpest, not necessarily the last.
+    /// A frame of the hold was taken: the sharpest, not necessarily the newest.
     Accepted {
         /// Number of the new view.
-        view: u32,
+        view: ViewNumber,
         /// The frame it comes from.
         frame: u64,
         /// What it is for.
         role: Role,
     },
-    /// A view was taken back.
+    /// A view was removed. If focus or zoom moved, it is the newest of several.
     Removed {
         /// Its number.
-        view: u32,
+        view: ViewNumber,
     },
-    /// A view that had been taken back is there again.
+    /// A removed view was restored.
     Restored {
         /// Its number.
-        view: u32,
+        view: ViewNumber,
     },
-    /// Nothing changed for the views.
+    /// The views stayed as they were.
     Noted,
 }

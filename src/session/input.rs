@@ -1,3 +1,4 @@
+use super::view_number::ViewNumber;
 use crate::{
     detection::{Detection, Miss},
     device::CameraEvent,
@@ -9,60 +10,61 @@ use crate::{
 /// A recording is a header and a list of these; a replay is a loop over that list.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
-    /// The detector looked at a frame.
+    /// The detector searched a frame.
     Observed(Observation),
     /// The person asked for something.
     Command(Command),
-    /// The live camera said something.
+    /// The live camera reported something. Camera events may overtake frames, so each carries the times from
+    /// or until which frames are good.
     Camera(CameraEvent),
-    /// A worker is gone; the views stay.
+    /// A worker thread failed; the views stay.
     WorkerFailed {
         /// Its name.
         worker: String,
-        /// What it said.
+        /// Its error message.
         reason: String,
     },
-    /// The session goes on after an interruption; clocks may have started anew.
+    /// The session is resumed in another run; the driver's clock may have restarted.
     Resumed,
     /// The source has no more frames.
     SourceEnded,
-    /// No further input follows in this run.
+    /// The last input of this run.
     Stop,
 }
 
-/// What the detector saw in a frame.
+/// What the detector found in a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// Number of the frame in this session.
     pub frame_id: FrameId,
     /// Driver's time stamp.
     pub captured_at: CaptureTime,
-    /// Whether the frame is one of a stream.
+    /// Whether the frame is one of a stream or a picture by itself.
     pub kind: FrameKind,
     /// File name, or empty.
     pub name: String,
     /// Size of the picture.
     pub image_size: ImageSize,
-    /// The board, or why not.
+    /// The board, or why none was found.
     pub seen: Result<Detection, Miss>,
 }
 
 /// What a person can ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Take the next frame with a board, whatever the planner thinks of it.
+    /// Take the next frame with a board without checking any limit.
     ForceNext,
-    /// Take back the newest view.
+    /// Remove the newest view.
     UndoLast,
-    /// Take back one view.
+    /// Remove one view.
     Remove {
         /// Its number.
-        view: u32,
+        view: ViewNumber,
     },
-    /// Bring back the view that was taken back last.
+    /// Restore the view that was removed last.
     Restore,
     /// Take nothing until [`Command::Resume`].
     Pause,
-    /// Go on.
+    /// Leave the paused state.
     Resume,
 }

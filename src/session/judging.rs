@@ -1,137 +1,141 @@
-//! What a frame is worth: refused with its reason, held, or taken.
+//! Judges frames: refused with a reason, held, or taken.
 
 use std::sync::Arc;
 
-use super::{AcceptedView, LiveView, Observation, Outcome, Session};
+use super::{
+    accepted::AcceptedView, decision::Outcome, input::Observation, snapshot::LiveView,
+    state::Session, view_number::ViewNumber,
+};
 use crate::{
-    detection::Detection,
     frame::{FrameKind, ImageSize},
     guidance::{
         Advice, Hold, Progress, Refusal, Role, View, advise, gate, measure, role_of,
-        stillness::{moved_rigidly, speed_px_per_s, still},
+        stillness::{HeldFrame, Motion, still, still_limit_px_per_s},
     },
 };
 
-/// A view worth taking and what for; or why not, with the view as far as it could be measured.
-type Judgement = Result<(View, Role), (Option<Box<View>>, Refusal)>;
+/// A frame as far as it could be measured, and what it is for or why it is refused.
+struct Judgement {
+    view: Option<View>,
+    role: Result<Role, Refusal>,
+}
 
 impl Session {
-    /// Judges a frame, and takes the view that it completes.
-    pub(super) fn observe(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
-        let judged = self.judge(observation);
-        let view = match &judged {
-            Ok((view, _)) => Some(view),
-            Err((view, _)) => view.as_deref(),
-        };
-        let speed_px_per_s = self.speed_px_per_s(observation);
-        self.live = Some(Arc::new(LiveView::of(
+    /// Judges a frame and takes the view that it completes. The advice is `None` if a view was taken.
+    pub(super) fn judge_frame(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
+        let motion = self.motion(observation);
+        let Judgement { view, role } = self.judge(observation, motion.as_ref());
+        self.tracking.live = Some(Arc::new(LiveView::of(
             observation,
-            view,
-            speed_px_per_s,
-            &self.lens_estimate.camera.pp_px,
+            view.as_ref(),
+            motion.map(|motion| motion.speed_px_per_s),
+            &self.derived.lens_estimate.camera.pp_px,
         )));
-        let (view, refusal) = match judged {
-            Ok((view, role)) => {
-                if let Some(accepted) = self.hold_on(observation, view.clone(), role) {
+        let refusal = match (role, &view) {
+            (Ok(role), Some(view)) => {
+                let is_rigid = motion.is_some_and(|motion| motion.is_rigid);
+                let name = observation.name.clone();
+                let frame = HeldFrame { view: view.clone(), role, name, is_rigid };
+                if let Some(accepted) = self.hold_on(observation, frame) {
                     return (accepted, None);
                 }
-                let progress = self.hold.as_ref().map_or(0.0, |hold| {
+                let progress = self.tracking.hold.as_ref().map_or(0.0, |hold| {
                     hold.progress(observation.captured_at, &self.setup.guidance)
                 });
-                (Some(Box::new(view)), Refusal::Holding { progress })
+                Refusal::Holding { progress }
             }
-            Err((view, refusal)) => {
-                self.hold = None;
-                (view, refusal)
+            (Ok(_), None) => Refusal::NotFound,
+            (Err(refusal), _) => {
+                self.tracking.hold = None;
+                refusal
             }
         };
-        self.last_seen = observation
-            .seen
-            .as_ref()
-            .ok()
-            .map(|seen| (observation.captured_at, seen.corners.clone()));
-        let advice = advise(
-            view.as_deref(),
-            Some(&refusal),
-            self.hold.as_ref(),
-            self.target.as_ref(),
-            &self.setup.guidance,
-        );
+        match &observation.seen {
+            Ok(seen) => self.tracking.motion.push(observation.captured_at, &seen.corners),
+            Err(_) => self.tracking.motion.clear(),
+        }
+        let target = self.derived.target.as_ref();
+        let advice = advise(view.as_ref(), &refusal, target, &self.setup.guidance);
         (Outcome::Refused { refusal }, Some(advice))
     }
 
-    fn speed_px_per_s(&self, observation: &Observation) -> Option<f64> {
-        let corners = &observation.seen.as_ref().ok()?.corners;
-        let before = self.last_seen.as_ref().map(|(time, corners)| (*time, corners.as_slice()));
-        speed_px_per_s(before, (observation.captured_at, corners))
+    fn width_px(&self) -> f64 {
+        f64::from(self.setup.image_size.width_px)
     }
 
-    /// Whether the frame is worth taking, and for what; with the view as far as it could be measured.
-    fn judge(&mut self, observation: &Observation) -> Judgement {
+    /// How the board moved up to this frame; `None` without a board or an earlier frame to compare with.
+    fn motion(&self, observation: &Observation) -> Option<Motion> {
+        let corners = &observation.seen.as_ref().ok()?.corners;
+        let limit_px_per_s = still_limit_px_per_s(self.width_px(), &self.setup.guidance);
+        self.tracking.motion.motion(observation.captured_at, corners, limit_px_per_s)
+    }
+
+    fn judge(&mut self, observation: &Observation, motion: Option<&Motion>) -> Judgement {
+        let unmeasured = |refusal| Judgement { view: None, role: Err(refusal) };
         let setup = &self.setup;
         if observation.image_size != setup.image_size {
             let pair = |size: ImageSize| (size.width_px, size.height_px);
             let (size_px, wanted_px) = (pair(observation.image_size), pair(setup.image_size));
-            return Err((None, Refusal::OtherSize { size_px, wanted_px }));
+            return unmeasured(Refusal::OtherSize { size_px, wanted_px });
         }
-        if !self.camera.may_take_of(observation.captured_at) {
-            return Err((None, Refusal::CameraNotReady));
+        if !self.ground.camera.may_take_of(observation.captured_at) {
+            return unmeasured(Refusal::CameraNotReady);
         }
-        let seen: &Detection = observation.seen.as_ref().map_err(|_| (None, Refusal::NotFound))?;
-        let view = measure(
-            (observation.frame_id, observation.captured_at),
-            &seen.corners,
-            seen.quality.blur_px,
-            &setup.board,
-            &self.lens_estimate,
-        )
-        .map_err(|refusal| (None, refusal))?;
-        if self.force_next {
-            self.force_next = false;
-            return Ok((view, Role::Forced));
-        }
-        let refuse = |refusal| (Some(Box::new(view.clone())), refusal);
-        if self.paused || self.progress != Progress::Collecting {
-            return Err(refuse(Refusal::NotCollecting));
-        }
-        gate(&view, &setup.guidance).map_err(refuse)?;
-        let views: Vec<View> = self.accepted.iter().map(|accepted| accepted.view.clone()).collect();
-        let role = role_of(&view, &views, &self.lens_estimate, &setup.guidance).map_err(refuse)?;
-        let before = self.last_seen.as_ref().map(|(time, corners)| (*time, corners.as_slice()));
-        let now = (observation.captured_at, seen.corners.as_slice());
-        let width_px = f64::from(setup.image_size.width_px);
-        still(observation.kind, before, now, width_px, &setup.guidance).map_err(refuse)?;
-        Ok((view, role))
+        let view = match self.measured(observation) {
+            Ok(view) => view,
+            Err(refusal) => return unmeasured(refusal),
+        };
+        let role = if std::mem::take(&mut self.tracking.force_next) {
+            Ok(Role::Forced)
+        } else {
+            self.role(&view, observation.kind, motion)
+        };
+        Judgement { view: Some(view), role }
     }
 
-    /// Adds a good view to the hold; takes the sharpest once the hold is complete.
-    fn hold_on(&mut self, observation: &Observation, view: View, role: Role) -> Option<Outcome> {
-        let width_px = f64::from(self.setup.image_size.width_px);
-        let now = observation.captured_at;
-        let before = self.last_seen.as_ref();
-        let together = before.is_some_and(|(_, before)| moved_rigidly(before, &view.corners));
-        match &mut self.hold {
-            Some(hold) if hold.covers(&view.corners, width_px) => hold.add(view, role, together),
-            hold => {
-                *hold = Some(Hold::start(view, role, together));
-                self.hold_name.clone_from(&observation.name);
-            }
+    fn measured(&self, observation: &Observation) -> Result<View, Refusal> {
+        let seen = observation.seen.as_ref().map_err(|_| Refusal::NotFound)?;
+        let frame = (observation.frame_id, observation.captured_at);
+        let lens_estimate = &self.derived.lens_estimate;
+        measure(frame, &seen.corners, seen.quality.blur_px, &self.setup.board, lens_estimate)
+    }
+
+    /// What a view that the person didn't force is good for.
+    fn role(&self, view: &View, kind: FrameKind, motion: Option<&Motion>) -> Result<Role, Refusal> {
+        let (derived, guidance) = (&self.derived, &self.setup.guidance);
+        if self.ground.paused || derived.progress != Progress::Collecting {
+            return Err(Refusal::NotCollecting);
         }
-        let hold = self.hold.as_ref()?;
+        gate(view, guidance)?;
+        let role = role_of(view, &derived.measured, &derived.lens_estimate, guidance)?;
+        still(kind, motion, self.width_px(), guidance)?;
+        Ok(role)
+    }
+
+    /// Adds a good frame to the hold; takes the sharpest once the hold is complete.
+    fn hold_on(&mut self, observation: &Observation, frame: HeldFrame) -> Option<Outcome> {
+        let (width_px, role) = (self.width_px(), frame.role);
+        let hold = match self.tracking.hold.take() {
+            Some(mut hold) if hold.covers(&frame.view.corners, width_px) => {
+                hold.add(frame);
+                hold
+            }
+            _ => Hold::start(frame),
+        };
         let complete = observation.kind == FrameKind::Photograph
             || role == Role::Forced
-            || hold.complete(now, &self.setup.guidance);
+            || hold.complete(observation.captured_at, &self.setup.guidance);
         if !complete {
+            self.tracking.hold = Some(hold);
             return None;
         }
-        let Hold { best, role, .. } = self.hold.take()?;
-        let (id, frame) = (self.next_view, best.frame_id.0);
-        let name = std::mem::take(&mut self.hold_name);
-        self.accept(id, name, role, best);
-        Some(Outcome::Accepted { view: id, frame, role })
+        let HeldFrame { view, role, name, .. } = hold.best;
+        let (number, frame) = (self.ground.next_number, view.frame_id.0);
+        self.accept(AcceptedView { number, name, role, view });
+        Some(Outcome::Accepted { view: number, frame, role })
     }
 
-    /// Accepts the view of `observation` as `view`, as an earlier build recorded it, without judging it again.
+    /// Accepts the view of `observation` as `number`, as an earlier build recorded it, without judging it again.
     ///
     /// # Errors
     ///
@@ -139,28 +143,21 @@ impl Session {
     pub fn accept_recorded(
         &mut self,
         observation: &Observation,
-        view: u32,
+        number: ViewNumber,
         role: Role,
     ) -> Result<(), Refusal> {
-        let seen = observation.seen.as_ref().map_err(|_| Refusal::NotFound)?;
-        let frame = (observation.frame_id, observation.captured_at);
-        let measured = measure(
-            frame,
-            &seen.corners,
-            seen.quality.blur_px,
-            &self.setup.board,
-            &self.lens_estimate,
-        )?;
-        self.accept(view, observation.name.clone(), role, measured);
+        let view = self.measured(observation)?;
+        self.accept(AcceptedView { number, name: observation.name.clone(), role, view });
         Ok(())
     }
 
-    fn accept(&mut self, id: u32, name: String, role: Role, mut view: View) {
-        if let Role::Partner { of } = role {
-            view.partner_frame = self.accepted.get(of).map(|accepted| accepted.view.frame_id);
+    fn accept(&mut self, mut accepted: AcceptedView) {
+        if let Role::Partner { of } = accepted.role {
+            accepted.view.partner_frame =
+                self.ground.accepted.get(of).map(|partner| partner.view.frame_id);
         }
-        self.next_view = self.next_view.max(id + 1);
-        self.accepted.push(AcceptedView { id, name, role, view });
-        self.solve();
+        self.ground.next_number = self.ground.next_number.max(accepted.number.next());
+        self.ground.accepted.push(accepted);
+        self.replan();
     }
 }

@@ -2,7 +2,10 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2};
 
-use super::{AcceptedView, CameraState, Decision, Observation, SessionSetup};
+use super::{
+    accepted::AcceptedView, camera::CameraState, decision::Decision, input::Observation,
+    setup::SessionSetup, view_number::ViewNumber,
+};
 use crate::{
     calibration::Calibration,
     detection::Miss,
@@ -14,7 +17,7 @@ use crate::{
 /// What a window or a command line shows: plain data, cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// What the session is about, with the limits that views are held against.
+    /// What the session is about, with the limits that views must meet.
     pub setup: Arc<SessionSetup>,
     /// The newest decision.
     pub decision: Decision,
@@ -22,21 +25,21 @@ pub struct Snapshot {
     pub live: Option<Arc<LiveView>>,
     /// The pose asked for.
     pub target: Option<Target>,
-    /// Principal point as believed now.
+    /// Estimate of the principal point; the picture's centre without a calibration.
     pub pp_px: Point2<f64>,
-    /// Its covariance; `None` before the views say anything about it.
+    /// Its covariance; `None` while the lens is a guess.
     pub pp_covariance_px2: Option<Matrix2<f64>>,
-    /// The lens as believed now: ghosts and lines are drawn through it.
+    /// The lens estimate, through which ghosts and lines are drawn.
     pub lens: Camera,
     /// The calibration so far.
     pub calibration: Option<Arc<Calibration>>,
-    /// The accepted views, oldest first.
+    /// The accepted views in the order in which they stand in the calibration.
     pub views: Arc<[ViewSummary]>,
     /// The opposed pairs among them.
     pub pairs: Arc<[PairSummary]>,
-    /// The view that would be brought back next.
-    pub removed: Option<u32>,
-    /// How many more views it will probably take.
+    /// The view that would be restored next.
+    pub removed: Option<ViewNumber>,
+    /// Forecast of the views still to take; `None` once the session is over.
     pub views_to_go: Option<usize>,
     /// The live camera, if the source is one.
     pub camera: CameraState,
@@ -53,29 +56,29 @@ pub struct Snapshot {
 pub struct LiveView {
     /// The frame.
     pub frame_id: FrameId,
-    /// When it was taken.
+    /// Driver's time stamp.
     pub captured_at: CaptureTime,
-    /// Where the inner corners are, in numbering order; or why there is no board.
+    /// Inner corners as seen, in numbering order; or why no board was found.
     pub corners_px: Result<Vec<Point2<f64>>, Miss>,
-    /// What they measure; `None` without a board, or if it faces the camera.
+    /// What they measure; `None` without a board, if it faces the camera, or beyond the lens model's fold.
     pub measured: Option<Measured>,
     /// Width of the blur of the board's edges.
     pub blur_px: Option<f64>,
-    /// Speed of the fastest corner since the frame before.
+    /// Speed of the fastest corner, as judged for stillness; `None` without an earlier frame.
     pub speed_px_per_s: Option<f64>,
 }
 
 /// What the corners of a frame measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// Principal line, undistorted by the lens as believed then.
+    /// Principal line, undistorted by the lens estimate of that time.
     pub line: PrincipalLine,
-    /// Direction in which the board recedes.
-    pub slot_rad: f64,
+    /// Direction in the picture in which the board recedes, clockwise from the right.
+    pub tilt_azimuth_rad: f64,
     /// Angle between board and image plane; `None` if the line does not fit the principal point.
     pub tilt_rad: Option<f64>,
     /// Larger of the shares of the picture's width and height that the corners span.
-    pub fill: f64,
+    pub span_fraction: f64,
     /// Distance of the board's middle from the principal point across the line: see [`lateral_offset_px`].
     pub lateral_offset_px: f64,
 }
@@ -83,19 +86,19 @@ pub struct Measured {
 /// An accepted view in short.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewSummary {
-    /// Its number.
-    pub id: u32,
+    /// Its number, by which people call it.
+    pub number: ViewNumber,
     /// The frame it comes from.
     pub frame_id: FrameId,
     /// What it is for.
     pub role: Role,
-    /// Direction in which the board recedes.
-    pub slot_rad: f64,
-    /// Tilt of the board.
+    /// Direction in the picture in which the board recedes, clockwise from the right.
+    pub tilt_azimuth_rad: f64,
+    /// Angle between board and image plane; `None` if the line does not fit the principal point.
     pub tilt_rad: Option<f64>,
-    /// Principal line, undistorted by the lens as believed now.
+    /// Principal line, undistorted by the newest lens estimate.
     pub line: PrincipalLine,
-    /// Signed distance of the line from the principal point as believed now.
+    /// Signed distance of the line from the newest estimate of the principal point.
     pub pl_residual_px: f64,
     /// Focal length from this view alone.
     pub focal: Option<FocalLength>,
@@ -103,14 +106,14 @@ pub struct ViewSummary {
     pub rms_px: Option<f64>,
     /// Corners as seen, in numbering order.
     pub corners_px: Arc<[Point2<f64>]>,
-    /// Index of its opposed partner among the views.
-    pub partner: Option<usize>,
+    /// Number of its opposed partner.
+    pub partner: Option<ViewNumber>,
 }
 
 /// Two opposed views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairSummary {
-    /// Index of the earlier one.
+    /// Index of the earlier one among the views.
     pub first: usize,
     /// Index of the later one.
     pub second: usize,
@@ -120,14 +123,18 @@ pub struct PairSummary {
 }
 
 /// Signed distance of `middle_px` from `pp_px` across the principal line of a board that recedes towards
-/// `slot_rad`; positive to the right of someone who looks that way.
-pub fn lateral_offset_px(slot_rad: f64, middle_px: &Point2<f64>, pp_px: &Point2<f64>) -> f64 {
+/// `tilt_azimuth_rad`; positive to the right of someone who looks that way.
+pub fn lateral_offset_px(
+    tilt_azimuth_rad: f64,
+    middle_px: &Point2<f64>,
+    pp_px: &Point2<f64>,
+) -> f64 {
     let offset = middle_px - pp_px;
-    offset.y * slot_rad.cos() - offset.x * slot_rad.sin()
+    offset.y * tilt_azimuth_rad.cos() - offset.x * tilt_azimuth_rad.sin()
 }
 
 impl LiveView {
-    /// Of an `observation`, as far as it could be measured.
+    /// Describes an `observation`; `view` is what it measures, if anything.
     pub(super) fn of(
         observation: &Observation,
         view: Option<&View>,
@@ -144,10 +151,10 @@ impl LiveView {
             },
             measured: view.map(|view| Measured {
                 line: view.line.clone(),
-                slot_rad: view.slot_rad(),
+                tilt_azimuth_rad: view.tilt_azimuth_rad(),
                 tilt_rad: view.tilt_rad,
-                fill: view.fill,
-                lateral_offset_px: lateral_offset_px(view.slot_rad(), &view.mean_px, pp_px),
+                span_fraction: view.span_fraction,
+                lateral_offset_px: lateral_offset_px(view.tilt_azimuth_rad(), &view.mean_px, pp_px),
             }),
             blur_px: seen.ok().map(|seen| seen.quality.blur_px),
             speed_px_per_s,
@@ -155,40 +162,40 @@ impl LiveView {
     }
 }
 
-/// The accepted views and their pairs in short.
+/// The accepted views and their pairs in short. `measured` holds the same views through `lens_estimate`.
 pub(super) fn summaries(
     accepted: &[AcceptedView],
+    measured: &[View],
     lens_estimate: &LensEstimate,
     calibration: Option<&Calibration>,
 ) -> (Arc<[ViewSummary]>, Arc<[PairSummary]>) {
-    let views: Vec<View> = accepted.iter().map(|accepted| accepted.view.clone()).collect();
     let pp = lens_estimate.camera.pp_px;
-    let partners: Vec<_> = (0..views.len()).map(|index| partner_of(index, &views)).collect();
+    let partners: Vec<_> = (0..measured.len()).map(|index| partner_of(index, measured)).collect();
     let pairs = partners.iter().enumerate().filter_map(|(first, partner)| {
         let second = partner.filter(|second| *second > first)?;
-        let (one, other) = (&views[first].line, &views[second].line);
+        let (one, other) = (&measured[first].line, &measured[second].line);
         // The sign of a line's normal is arbitrary.
         let sign = one.normal().dot(&other.normal()).signum();
         let balance_px = 0.5 * (one.distance_px(&pp) + sign * other.distance_px(&pp));
         Some(PairSummary { first, second, balance_px })
     });
     let pairs = pairs.collect();
-    let summary = |(index, accepted): (usize, &AcceptedView)| {
-        let view = &accepted.view;
+    let numbers: Vec<ViewNumber> = accepted.iter().map(|accepted| accepted.number).collect();
+    let views = accepted.iter().zip(measured).enumerate().map(|(index, (accepted, view))| {
         let result = calibration.and_then(|calibration| calibration.views.get(index));
         ViewSummary {
-            id: accepted.id,
+            number: accepted.number,
             frame_id: view.frame_id,
             role: accepted.role,
-            slot_rad: view.slot_rad(),
+            tilt_azimuth_rad: view.tilt_azimuth_rad(),
             tilt_rad: view.tilt_rad,
             line: view.line.clone(),
             pl_residual_px: view.line.distance_px(&pp),
             focal: result.and_then(|result| result.focal),
             rms_px: result.map(|result| result.residual_rms_px),
             corners_px: view.corners.iter().map(|corner| corner.px).collect(),
-            partner: partners[index],
+            partner: partners[index].map(|partner| numbers[partner]),
         }
-    };
-    (accepted.iter().enumerate().map(summary).collect(), pairs)
+    });
+    (views.collect(), pairs)
 }

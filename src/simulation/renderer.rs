@@ -72,7 +72,7 @@ impl Renderer {
         let mut widest_ray = 0.0_f64;
         for y in 0..lines {
             for x in 0..stride {
-                let ray = scene.camera.ideal_from_px(&px(x, y));
+                let ray = scene.camera.normalized_from_px(&px(x, y));
                 widest_ray = ray.map_or(widest_ray, |ray| widest_ray.max(ray.coords.norm()));
                 rays_x.push(ray.map_or(f32::NAN, |ray| ray.x as f32));
                 rays_y.push(ray.map_or(f32::NAN, |ray| ray.y as f32));

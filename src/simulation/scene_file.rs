@@ -70,7 +70,7 @@ impl SceneFile {
             && scene.frame_interval_nanos > 0;
         let corners = [(0, 0), (width_px, 0), (0, height_px), (width_px, height_px)];
         let unfolded = corners.iter().all(|&(x, y)| {
-            scene.camera.ideal_from_px(&Point2::new(f64::from(x), f64::from(y))).is_some()
+            scene.camera.normalized_from_px(&Point2::new(f64::from(x), f64::from(y))).is_some()
         });
         for (good, message) in [
             (sized, "image_size_px needs 160x120 to 8192x8192"),

@@ -347,7 +347,7 @@ fn pose_onto(
         .iter()
         .zip(ghost_px)
         .filter(|(_, px)| px.coords.norm().is_finite())
-        .filter_map(|(corner_m, px)| Some((*corner_m, camera.ideal_from_px(px)?)))
+        .filter_map(|(corner_m, px)| Some((*corner_m, camera.normalized_from_px(px)?)))
         .collect();
     let mut pose = pose_of_homography(&homography(&pairs)?)?;
     let error_at = |pose: &Isometry3<f64>| {

@@ -1,6 +1,12 @@
 //! What speaks for or against a result: what was seen, and what to do.
 
-use crate::calibration::{Finding, FindingCode, NotCalibrated, Verdict};
+use crate::{
+    calibration::{Finding, FindingCode, NotCalibrated, Verdict, files::FindingWords},
+    session::ViewSummary,
+};
+
+/// The sentences of a calibration file.
+pub const FINDING_WORDS: FindingWords = FindingWords { finding, not_calibrated };
 
 /// What the verdict means.
 pub fn verdict(verdict: Verdict) -> &'static str {
@@ -21,8 +27,20 @@ pub fn of_source(source: &str, verdict: &str) -> String {
     if is_simulated(source) { format!("SIMULATED: {verdict}") } else { verdict.to_owned() }
 }
 
-/// One finding: what was seen, and what to do about it.
+/// One finding: what was seen, and what to do about it. Views are called by their place in the calibration,
+/// from 1, as in its file and report.
 pub fn finding(finding: &Finding) -> (String, &'static str) {
+    finding_of_views(finding, &|place| place + 1)
+}
+
+/// Like [`finding`] in a session, where views are called by their numbers: `views` are those of the calibration.
+pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, &'static str) {
+    let called =
+        |place: usize| views.get(place).map_or(place + 1, |view| view.number.0 as usize + 1);
+    finding_of_views(finding, &called)
+}
+
+fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
     match finding.code {
         FindingCode::FewViews { distinct, wanted } => (
             format!("Only {distinct} different views, want {wanted}"),
@@ -90,13 +108,13 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
             "Look at the view with the largest residual; take it again.",
         ),
         FindingCode::ViewOdd { view, rms_px, typical_px } => (
-            format!("View {} fits badly: {rms_px:.2} px, others {typical_px:.2} px", view + 1),
+            format!("View {} fits badly: {rms_px:.2} px, others {typical_px:.2} px", called(view)),
             "Remove it, or take it again.",
         ),
         FindingCode::PlOutlier { view, distance_px, sigmas } => (
             format!(
                 "The principal line of view {} misses the others' meeting point by {:.1} px ({sigmas:.1} sd)",
-                view + 1,
+                called(view),
                 distance_px.abs()
             ),
             "Show that pose again and remove this view; check that the board is flat.",
@@ -117,7 +135,7 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
         FindingCode::ViewsMixed { odd_views, view, f_ratio, shift_px, .. } => (
             format!(
                 "{odd_views} views, the first of them view {}, are of another camera, mode or size: focal length times {f_ratio:.3}, principal point {shift_px:.1} px away",
-                view + 1
+                called(view)
             ),
             "Calibrate each camera, mode and orientation by itself; switch off automatic rotation, zoom and framing.",
         ),
@@ -148,7 +166,7 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
         FindingCode::CornersOutside { view, views } => (
             format!(
                 "{views} views, the first of them view {}, have corners outside of the picture",
-                view + 1
+                called(view)
             ),
             "Give the true --image-size; do not mix pictures of different size or orientation.",
         ),
@@ -156,7 +174,7 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
             format!(
                 "Corner {} of view {} lies {off_px:.1} px from where it should, {times:.0} times the usual ({count} such corners)",
                 corner + 1,
-                view + 1
+                called(view)
             ),
             "Look at that view; remove it, or take it again.",
         ),
@@ -170,12 +188,12 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
         FindingCode::HeldOut { view, rms_px, expected_px } => (
             format!(
                 "The other views do not predict view {}: {rms_px:.2} px, expected {expected_px:.2} px",
-                view + 1
+                called(view)
             ),
             "Take more views; look at this one.",
         ),
         FindingCode::Mirrored { view } => (
-            format!("View {} is a mirror image", view + 1),
+            format!("View {} is a mirror image", called(view)),
             "Switch mirroring off in the camera or the driver.",
         ),
         FindingCode::NoiseHigh { noise_px, limit_px } => (

@@ -1,17 +1,17 @@
-//! The words of the gauges beside the picture.
+//! Sentences of the gauges beside the picture.
 
 use super::{deg, percent};
 
 /// A gauge's name and explanation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gauge {
-    /// Angle between board and picture.
+    /// Angle between board and image plane.
     Tilt,
     /// Direction in which the board is tipped.
     Direction,
     /// Share of the picture that the board spans.
     Size,
-    /// Offset across the principal line.
+    /// Offset across the wanted principal line.
     Across,
     /// Motion.
     Still,
@@ -40,7 +40,7 @@ impl Gauge {
     pub fn tip(self) -> &'static str {
         match self {
             Self::Tilt => "How far the board is tipped away from the camera.",
-            Self::Direction => "How far its direction is from the one that is asked for.",
+            Self::Direction => "How far its direction is from the one asked for.",
             Self::Size => "How much of the picture's width or height the corners span.",
             Self::Across => {
                 "How far the board's middle is from where it should be, across its principal line: only this deflects the line."
@@ -50,7 +50,7 @@ impl Gauge {
         }
     }
 
-    /// Value and wish in words; `None` says that there is nothing to measure.
+    /// What was measured and what is wanted, in words; a dash for `None`.
     pub fn words(self, value: Option<f64>, wanted: (f64, f64)) -> String {
         let (low, high) = wanted;
         let measured = |unit: &dyn Fn(f64) -> String| value.map_or("–".into(), unit);

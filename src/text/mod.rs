@@ -1,6 +1,6 @@
-//! Every sentence a person reads. Structures come in, words go out; nothing is decided here.
+//! Every sentence a person reads: data in, words out. Nothing is decided here.
 //!
-//! Directions are as seen in the picture. Each refusal says what was measured and what is wanted.
+//! Directions are as seen in the picture. Each refusal names what was measured and what is wanted.
 
 pub mod adjust;
 pub mod backend;
@@ -26,45 +26,47 @@ pub use drift::{
     drift_numbers, focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift,
     other_camera,
 };
-pub use findings::{finding, is_simulated, not_calibrated, of_source, verdict};
+pub use findings::{
+    FINDING_WORDS, finding, finding_in_session, is_simulated, not_calibrated, of_source, verdict,
+};
 pub use run::{resuming, views_are_safe};
 pub use target::{does_not_fit, other_square, target_lines, target_steps};
 
 use crate::{
     detection::{Miss, Side},
     guidance::{Advice, Progress, Refusal, Role, direction_difference_rad},
-    session::{Outcome, Snapshot},
+    session::{Outcome, Snapshot, ViewNumber},
 };
 
-/// What to do next, in one sentence; `no_board` says why the newest frame shows none.
+/// What to do next, in one sentence; `no_board` is why the newest frame shows none.
 pub fn advice(advice: &Advice, no_board: Option<&Miss>) -> String {
     match *advice {
         Advice::ShowBoard => no_board.map_or_else(|| miss(&Miss::NoBoard), miss),
-        Advice::TipTowards { slot_rad: None, wanted_rad } => {
+        Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad } => {
             format!("Tip the {} edge away", edge(wanted_rad))
         }
-        Advice::TipTowards { slot_rad: Some(slot_rad), wanted_rad } => {
-            let (now, wanted) = (edge(slot_rad), edge(wanted_rad));
+        Advice::TipTowards { tilt_azimuth_rad: Some(now_rad), wanted_rad } => {
+            let (now, wanted) = (edge(now_rad), edge(wanted_rad));
             if now == wanted {
-                let turn_rad = direction_difference_rad(wanted_rad, slot_rad);
+                let turn_rad = direction_difference_rad(wanted_rad, now_rad);
                 let way = if turn_rad > 0.0 { "clockwise" } else { "counterclockwise" };
                 format!("Tip the {wanted} edge away, {}° more {way}", deg(turn_rad.abs()))
             } else {
                 format!("Tip the {wanted} edge away, not the {now}")
             }
         }
-        Advice::Tilt { tilt_rad, wanted_rad, slot_rad } => {
+        Advice::Tilt { tilt_rad, wanted_rad, tilt_azimuth_rad } => {
             let way = if tilt_rad < wanted_rad { "away" } else { "back" };
             format!(
                 "Tip the {} edge {way}: {}°, want {}°",
-                edge(slot_rad),
+                edge(tilt_azimuth_rad),
                 deg(tilt_rad),
                 deg(wanted_rad)
             )
         }
-        Advice::Distance { fill, wanted } => {
-            let way = if fill < wanted { "Come closer" } else { "Step back" };
-            format!("{way}: board {}, want {}", percent(fill), percent(wanted))
+        Advice::Distance { span_fraction, wanted } => {
+            let way = if span_fraction < wanted { "Come closer" } else { "Step back" };
+            format!("{way}: board {}, want {}", percent(span_fraction), percent(wanted))
         }
         Advice::Shift { right_px, down_px } => {
             let (x, y) = (right_px.abs().round(), down_px.abs().round());
@@ -88,6 +90,9 @@ pub fn refusal(refusal: &Refusal) -> String {
     match *refusal {
         Refusal::NotFound => "No board found".into(),
         Refusal::NoLine => "The board faces the camera: tip it".into(),
+        Refusal::OutsideLens { outside, of } => format!(
+            "{outside} of {of} corners are where the lens isn't known yet: move the board to the middle"
+        ),
         Refusal::TooFlat { tilt_rad, wanted_rad } => {
             format!("Tip the board more: {}°, want at least {}°", deg(tilt_rad), deg(wanted_rad))
         }
@@ -99,8 +104,9 @@ pub fn refusal(refusal: &Refusal) -> String {
             sigma_rad.to_degrees(),
             wanted_rad.to_degrees()
         ),
-        Refusal::TooFar { fill, wanted } => {
-            format!("Come closer: board {}, want at least {}", percent(fill), percent(wanted))
+        Refusal::TooFar { span_fraction, wanted } => {
+            let (board, wanted) = (percent(span_fraction), percent(wanted));
+            format!("Come closer: board {board}, want at least {wanted}")
         }
         Refusal::AtTheEdge { margin_px, wanted_px } => format!(
             "Too close to the picture's edge: {margin_px:.0} px, want {wanted_px:.0} px; step back"
@@ -124,10 +130,10 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::Inconsistent { sigmas, wanted } => format!(
             "This view contradicts the others by {sigmas:.1} sd, limit {wanted:.1}: is the board flat, the focus unchanged?"
         ),
-        Refusal::Moving { speed_px_per_s, wanted_px_per_s } if speed_px_per_s < 1e6 => {
+        Refusal::Moving { speed_px_per_s: Some(speed_px_per_s), wanted_px_per_s } => {
             format!("Hold still: {speed_px_per_s:.0} px/s, want at most {wanted_px_per_s:.0} px/s")
         }
-        Refusal::Moving { .. } => "Hold still".into(),
+        Refusal::Moving { speed_px_per_s: None, .. } => "Hold still".into(),
         Refusal::Holding { progress } => format!("Hold still: {}", percent(progress)),
         Refusal::OtherSize { size_px, wanted_px } => format!(
             "This picture is {}x{}, the session's are {}x{}",
@@ -177,26 +183,34 @@ pub fn miss(miss: &Miss) -> String {
     }
 }
 
+/// What people call a view, everywhere: "view 3".
+pub fn view_name(number: ViewNumber) -> String {
+    format!("view {number}")
+}
+
 /// What happened to the views, if anything did.
 pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
     match *outcome {
         Outcome::Accepted { view, role, .. } => {
             let what = match role {
                 Role::NewDirection => "a new direction".into(),
-                Role::Partner { of } => format!("the opposite of view {}", of + 1),
+                Role::Partner { of } => match snapshot.views.get(of) {
+                    Some(partner) => format!("the opposite of {}", view_name(partner.number)),
+                    None => "the opposite of an earlier view".into(),
+                },
                 Role::Forced => "taken by hand".into(),
             };
-            let slot = snapshot.views.iter().find(|summary| summary.id == view).map_or(
+            let slot = snapshot.views.iter().find(|summary| summary.number == view).map_or(
                 String::new(),
                 |summary| {
                     let tilt = summary.tilt_rad.map_or("?".into(), deg);
-                    format!(", {} edge away, tilt {tilt}°", edge(summary.slot_rad))
+                    format!(", {} edge away, tilt {tilt}°", edge(summary.tilt_azimuth_rad))
                 },
             );
-            Some(format!("Taken: view {}, {what}{slot}", snapshot.views.len()))
+            Some(format!("Taken: {}, {what}{slot}", view_name(view)))
         }
-        Outcome::Removed { view } => Some(format!("Removed: view {}", view + 1)),
-        Outcome::Restored { view } => Some(format!("Brought back: view {}", view + 1)),
+        Outcome::Removed { view } => Some(format!("Removed: {}", view_name(view))),
+        Outcome::Restored { view } => Some(format!("Brought back: {}", view_name(view))),
         Outcome::Refused { .. } | Outcome::Noted => None,
     }
 }
@@ -212,12 +226,11 @@ pub fn progress(progress: Progress) -> &'static str {
     }
 }
 
-/// The edge of the board that points towards `slot_rad`, in words.
-fn edge(slot_rad: f64) -> &'static str {
+/// The edge of the board that points towards `direction_rad` in the picture, in words.
+fn edge(direction_rad: f64) -> &'static str {
     const EDGES: [&str; 8] =
         ["right", "bottom right", "bottom", "bottom left", "left", "top left", "top", "top right"];
-    let eighth = (slot_rad / std::f64::consts::FRAC_PI_4).round().rem_euclid(8.0);
-    // `eighth` is a whole number from 0 to 7.
+    let eighth = (direction_rad / std::f64::consts::FRAC_PI_4).round().rem_euclid(8.0);
     EDGES[eighth as usize % EDGES.len()]
 }
 
@@ -245,7 +258,7 @@ mod tests {
     #[test]
     fn nobody_is_told_to_tip_an_edge_and_not_to() {
         let off = |from: f64, to: f64| Advice::TipTowards {
-            slot_rad: Some(from.to_radians()),
+            tilt_azimuth_rad: Some(from.to_radians()),
             wanted_rad: to.to_radians(),
         };
         assert_eq!(advice(&off(0.0, 180.0), None), "Tip the left edge away, not the right");
@@ -260,10 +273,10 @@ mod tests {
         let tilt = Advice::Tilt {
             tilt_rad: 22_f64.to_radians(),
             wanted_rad: 40_f64.to_radians(),
-            slot_rad: 270_f64.to_radians(),
+            tilt_azimuth_rad: 270_f64.to_radians(),
         };
         assert_eq!(advice(&tilt, None), "Tip the top edge away: 22°, want 40°");
-        let far = Advice::Distance { fill: 0.38, wanted: 0.65 };
+        let far = Advice::Distance { span_fraction: 0.38, wanted: 0.65 };
         assert_eq!(advice(&far, None), "Come closer: board 38 %, want 65 %");
     }
 }

@@ -1,12 +1,12 @@
-//! The words of the numbers beside the picture.
+//! Sentences of the numbers beside the picture.
 
 use super::percent;
 use crate::{
     guidance::Plan,
-    session::{PairSummary, Snapshot, ViewSummary},
+    session::{Snapshot, ViewSummary},
 };
 
-/// "653.4 ± 0.2, 348.2 ± 0.2 px", or that it is not known yet.
+/// Principal point: "653.4 ± 0.2, 348.2 ± 0.2 px".
 pub fn principal_point(snapshot: &Snapshot) -> String {
     match &snapshot.calibration {
         Some(calibration) => {
@@ -18,12 +18,12 @@ pub fn principal_point(snapshot: &Snapshot) -> String {
     }
 }
 
-/// A standard deviation with as many digits as say something.
+/// A standard deviation to two significant digits at most.
 fn small(sd: f64) -> String {
     if sd < 0.095 { format!("{sd:.2}") } else { format!("{sd:.1}") }
 }
 
-/// "980.0 ± 0.2 px", or that it is not known yet.
+/// Focal length: "980.0 ± 0.2 px".
 pub fn focal_length(snapshot: &Snapshot) -> String {
     match &snapshot.calibration {
         Some(calibration) => {
@@ -34,7 +34,7 @@ pub fn focal_length(snapshot: &Snapshot) -> String {
     }
 }
 
-/// Number of views and how many are to come.
+/// Number of views and the forecast: "5, about 3 to go".
 pub fn views(snapshot: &Snapshot) -> String {
     let views = snapshot.views.len();
     match snapshot.views_to_go {
@@ -43,7 +43,7 @@ pub fn views(snapshot: &Snapshot) -> String {
     }
 }
 
-/// Wanted and reached precision of the principal point.
+/// Precision reached and wanted; `None` without a calibration.
 pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
     let sd = calibration.sd();
@@ -59,29 +59,29 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
-/// To a tenth, with its sign; what rounds to nothing has none.
+/// To a tenth of a pixel, with its sign; zero has none.
 pub(super) fn signed(px: f64) -> String {
     let tenths = (10.0 * px).round();
     if tenths == 0.0 { "0.0".into() } else { format!("{:+.1}", tenths / 10.0) }
 }
 
-/// What the newest pair leaves uncancelled.
-pub fn pair_balance(pairs: &[PairSummary]) -> String {
-    match pairs.last() {
+/// What the newest opposed pair leaves uncancelled, with the names of its views.
+pub fn pair_balance(snapshot: &Snapshot) -> String {
+    match snapshot.pairs.last() {
         Some(pair) => {
-            let balance = signed(pair.balance_px);
-            format!("{balance} px, views {} and {}", pair.first + 1, pair.second + 1)
+            let [first, second] = [pair.first, pair.second].map(|at| snapshot.views[at].number);
+            format!("{} px, views {first} and {second}", signed(pair.balance_px))
         }
         None => "no pair yet".into(),
     }
 }
 
-/// Share of the picture that boards have covered.
+/// Share of the picture covered by boards.
 pub fn coverage(snapshot: &Snapshot) -> String {
     percent(snapshot.calibration.as_ref().map_or(0.0, |calibration| calibration.coverage))
 }
 
-/// Names of the numbers beside the picture, with their explanations.
+/// Labels and tooltips of the numbers beside the picture.
 pub const NUMBERS: [(&str, &str); 7] = [
     (
         "PP",

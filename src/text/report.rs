@@ -329,6 +329,7 @@ pub fn refusal_kind(code: &str) -> &str {
         "low_contrast" => "Too little contrast",
         "out_of_time" => "Picture too busy to search in time",
         "no_line" => "Board faced the camera",
+        "outside_lens" => "Board reached beyond the lens estimate",
         "too_flat" => "Board not tipped enough",
         "too_steep" => "Board tipped too far",
         "unclear" => "Direction of the board unclear",

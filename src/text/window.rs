@@ -1,20 +1,20 @@
-//! The words of the window: sentences, labels, tooltips.
+//! Sentences, labels and tooltips of the window.
 
 use crate::{
     detection::{Miss, Side},
     device::{Adjustable, Control},
-    guidance::{Advice, GuidanceParams, Plan, Progress, Refusal},
-    session::{CameraState, LiveView, Snapshot, Stream, ViewSummary},
+    guidance::{Advice, Plan, Progress, Refusal},
+    session::{CameraState, LiveView, Snapshot, Stream, ViewNumber, ViewSummary},
 };
 
-use super::{deg, edge, numbers::signed};
+use super::{deg, edge, numbers::signed, view_name};
 pub use super::{gauge::*, numbers::*, result::*};
 
 /// The window's title.
 pub const TITLE: &str = "boresight";
 
-/// The one sentence that is read from across the room. With `mirrored`, left and right are those of the
-/// person who stands in front of the camera.
+/// The one sentence to read from across the room. With `mirrored`, left and right are those of a person who
+/// faces the camera.
 pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
     if snapshot.decision.progress != Progress::Collecting {
         return super::progress(snapshot.decision.progress).into();
@@ -40,7 +40,7 @@ pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
     }
 }
 
-/// Said for a moment after a view was taken: "Taken: 3 of 8".
+/// Shown for a moment after a view was taken: how many of how many, "Taken: 3 of 8".
 pub fn taken(views: usize, views_to_go: Option<usize>) -> String {
     match views_to_go {
         Some(to_go) => format!("Taken: {views} of {}", views + to_go),
@@ -48,26 +48,28 @@ pub fn taken(views: usize, views_to_go: Option<usize>) -> String {
     }
 }
 
-/// Before the first frame has been looked at.
+/// Shown before the first frame is processed.
 pub const STARTING: &str = "Starting";
 
-/// While the result is being computed and stored.
+/// Shown while the result is computed and stored.
 pub const ENDING: &str = "Storing the result";
 
-fn mirrored_slot(slot_rad: f64) -> f64 {
-    std::f64::consts::PI - slot_rad
+fn mirrored_direction(direction_rad: f64) -> f64 {
+    std::f64::consts::PI - direction_rad
 }
 
 /// The advice with left and right exchanged.
 fn mirrored_advice(advice: &Advice) -> Advice {
     match *advice {
-        Advice::TipTowards { slot_rad, wanted_rad } => Advice::TipTowards {
-            slot_rad: slot_rad.map(mirrored_slot),
-            wanted_rad: mirrored_slot(wanted_rad),
+        Advice::TipTowards { tilt_azimuth_rad, wanted_rad } => Advice::TipTowards {
+            tilt_azimuth_rad: tilt_azimuth_rad.map(mirrored_direction),
+            wanted_rad: mirrored_direction(wanted_rad),
         },
-        Advice::Tilt { tilt_rad, wanted_rad, slot_rad } => {
-            Advice::Tilt { tilt_rad, wanted_rad, slot_rad: mirrored_slot(slot_rad) }
-        }
+        Advice::Tilt { tilt_rad, wanted_rad, tilt_azimuth_rad } => Advice::Tilt {
+            tilt_rad,
+            wanted_rad,
+            tilt_azimuth_rad: mirrored_direction(tilt_azimuth_rad),
+        },
         Advice::Shift { right_px, down_px } => Advice::Shift { right_px: -right_px, down_px },
         other => other,
     }
@@ -85,58 +87,64 @@ fn mirrored_miss(miss: &Miss) -> Miss {
     }
 }
 
-/// Name of a direction of the wheel, as seen in the picture.
-pub fn slot_name(slot_rad: f64, mirrored: bool) -> &'static str {
-    edge(if mirrored { mirrored_slot(slot_rad) } else { slot_rad })
+/// Name of a direction in the picture, by the edge of the board that is tipped away.
+pub fn direction_name(direction_rad: f64, mirrored: bool) -> &'static str {
+    edge(if mirrored { mirrored_direction(direction_rad) } else { direction_rad })
 }
 
-/// State of one slot of the wheel.
-pub fn slot_state(slot_rad: f64, taken: Option<usize>, wanted: bool, mirrored: bool) -> String {
-    let name = slot_name(slot_rad, mirrored);
+/// State of one slot of the wheel; `taken` is the newest view in it.
+pub fn slot_state(
+    slot_rad: f64,
+    taken: Option<ViewNumber>,
+    wanted: bool,
+    mirrored: bool,
+) -> String {
+    let name = direction_name(slot_rad, mirrored);
     match (taken, wanted) {
         (_, true) => format!("{name} edge away: wanted now"),
-        (Some(view), false) => format!("{name} edge away: view {}", view + 1),
+        (Some(view), false) => format!("{name} edge away: {}", view_name(view)),
         (None, false) => format!("{name} edge away: open"),
     }
 }
 
-/// What the wheel is.
+/// Heading of the wheel.
 pub const WHEEL: &str = "Directions";
-/// Its explanation.
+/// Tooltip of the wheel.
 pub const WHEEL_TIP: &str = "Each dot is a direction in which the board is tipped away from the camera. Opposite dots are partners: together they cancel what the lens does to each.";
 
-/// Below a thumbnail.
-pub fn thumbnail(number: usize, view: &ViewSummary, mirrored: bool) -> String {
-    let off = signed(view.pl_residual_px);
-    format!("{number} {} {off} px", slot_name(view.slot_rad, mirrored))
+/// Caption of a thumbnail.
+pub fn thumbnail(view: &ViewSummary, mirrored: bool) -> String {
+    let (number, off) = (view.number, signed(view.pl_residual_px));
+    format!("{number} {} {off} px", direction_name(view.tilt_azimuth_rad, mirrored))
 }
 
-/// All that is known of an accepted view.
-pub fn thumbnail_tip(number: usize, view: &ViewSummary, mirrored: bool) -> String {
+/// Tooltip of a thumbnail: what the view measures.
+pub fn thumbnail_tip(view: &ViewSummary, mirrored: bool) -> String {
     let tilt = view.tilt_rad.map_or("?".into(), deg);
     let partner = match view.partner {
-        Some(partner) => format!("Partner: view {}.", partner + 1),
+        Some(partner) => format!("Partner: {}.", view_name(partner)),
         None => "No partner yet.".into(),
     };
     let rms = view.rms_px.map_or(String::new(), |rms| format!(" Corners fit to {rms:.2} px."));
     format!(
-        "View {number}: {} edge away, tilt {tilt}°. Its principal line passes the principal point at {} px. {partner}{rms}",
-        slot_name(view.slot_rad, mirrored),
+        "View {}: {} edge away, tilt {tilt}°. Its principal line passes the principal point at {} px. {partner}{rms}",
+        view.number,
+        direction_name(view.tilt_azimuth_rad, mirrored),
         signed(view.pl_residual_px)
     )
 }
 
-/// On a thumbnail's button.
-pub fn remove_view(number: usize) -> String {
-    format!("Remove view {number}")
+/// Label of a thumbnail's button.
+pub fn remove_view(number: ViewNumber) -> String {
+    format!("Remove {}", view_name(number))
 }
 
-/// How old the drawing on the picture is.
+/// Age of the drawing on the picture.
 pub fn overlay_age(age_secs: f64) -> String {
     format!("drawing {:.0} ms old", 1e3 * age_secs.max(0.0))
 }
 
-/// What came from the source, and what newer frames replaced.
+/// Frame rate of the source, and how many frames newer ones replaced.
 pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
     let rate = per_sec.map_or("no pictures".into(), |rate| format!("{rate:.0} pictures/s"));
     match replaced {
@@ -146,39 +154,39 @@ pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
     }
 }
 
-/// What "skipped" means.
-pub const FRAMES_TIP: &str = "Pictures from the source. A skipped one came while the one before was still being looked at; it was shown, but not measured.";
+/// Tooltip that explains "skipped".
+pub const FRAMES_TIP: &str = "Pictures from the source. A skipped one arrived while the one before was still being searched; it was shown, but not measured.";
 
-/// No new picture for a while.
+/// Shown when no new picture has arrived for a while.
 pub fn stalled(secs: f64) -> String {
     format!("No picture for {secs:.0} s")
 }
 
 /// What to do when no picture comes.
-pub const STALLED_ACTION: &str =
-    "The views are safe. Check the cable; the session goes on by itself when pictures come again.";
+pub const STALLED_ACTION: &str = "The views are safe. Check the cable; the session resumes by itself when pictures arrive again.";
 
 /// A worker that failed.
 pub fn failed(worker: &str, reason: &str) -> String {
     format!("The {worker} failed: {}", super::camera::printable(reason))
 }
 
-/// What to do then.
-pub const FAILED_ACTION: &str = "Every view that was shown as taken is safe. Mend the cause, then go on with this session on the Result page.";
+/// What to do about a failed worker.
+pub const FAILED_ACTION: &str = "Every view that was shown as taken is safe. Fix the cause, then resume this session on the Result page.";
 
-/// The live picture, for those who do not see it.
+/// Label of the live picture for screen readers.
 pub const PICTURE: &str = "Live picture";
-/// Before the first view.
+/// Shown before the first view.
 pub const NO_VIEWS: &str =
     "No views yet. They are taken by themselves when the board is held still on the outline.";
-/// What removing does.
-pub const REMOVE_TIP: &str = "Take this view back. \"Bring back\" (R) undoes it.";
+/// Tooltip of a thumbnail's button.
+pub const REMOVE_TIP: &str = "Remove this view. \"Bring back\" (R) undoes it.";
 /// Heading of the camera's controls.
 pub const CAMERA: &str = "Camera";
-/// What they are.
-pub const CAMERA_TIP: &str = "How the controls stand, as read back from the camera. Focus and zoom must not change during a session.";
+/// Its tooltip.
+pub const CAMERA_TIP: &str = "State of the controls, as read back from the camera. Focus and zoom must not change during a session.";
 
-/// The live camera's mode, controls but those of `adjustables`, and losses; nothing if the source is none.
+/// The live camera's mode, controls except those in `adjustables`, and losses; empty if the source is no live
+/// camera.
 pub fn camera_lines(
     camera: &CameraState,
     adjustables: &[Adjustable],
@@ -201,7 +209,7 @@ pub fn camera_lines(
     lines
 }
 
-/// Why the newest frame was not taken, for replay.
+/// Why a replayed frame wasn't taken.
 pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
     match (refusal, live.map(|live| &live.corners_px)) {
         (Refusal::NotFound, Some(Err(miss))) => super::miss(miss),
@@ -209,20 +217,15 @@ pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
     }
 }
 
-/// What a plan is.
+/// Name and explanation of a plan.
 pub fn plan(plan: Plan) -> (&'static str, &'static str) {
     match plan {
         Plan::Quick => ("Quick", "Two opposed pairs at right angles: four views."),
         Plan::Full => ("Full", "Four opposed pairs, 45° apart: eight views."),
         Plan::Adaptive => {
-            ("Adaptive", "Two pairs, then pairs where they tell most, until it is precise enough.")
+            ("Adaptive", "Two pairs, then the most informative pairs, until it is precise enough.")
         }
     }
-}
-
-/// How far apart directions must be, in words for the wheel's tooltip.
-pub fn wanted_tilt(guidance: &GuidanceParams) -> String {
-    format!("tilt {}–{}°", deg(guidance.min_tilt_rad), deg(guidance.max_tilt_rad))
 }
 
 /// There is no display to open a window on.
@@ -272,9 +275,10 @@ mod tests {
 
     #[test]
     fn a_mirror_exchanges_left_and_right_only() {
-        let right = Advice::TipTowards { slot_rad: None, wanted_rad: 0.0 };
+        let right = Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad: 0.0 };
         assert_eq!(super::super::advice(&mirrored_advice(&right), None), "Tip the left edge away");
-        let top = Advice::Tilt { tilt_rad: 0.3, wanted_rad: 0.7, slot_rad: 270_f64.to_radians() };
+        let tilt_azimuth_rad = 270_f64.to_radians();
+        let top = Advice::Tilt { tilt_rad: 0.3, wanted_rad: 0.7, tilt_azimuth_rad };
         assert_eq!(
             super::super::advice(&mirrored_advice(&top), None),
             super::super::advice(&top, None)

@@ -2,7 +2,7 @@
 
 use egui::{Button, Context, Key, Response, Ui};
 
-use crate::{device::Control, text::Act};
+use crate::{device::Control, session::ViewNumber, text::Act};
 
 /// What a panel asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,7 +10,7 @@ pub enum UiAction {
     /// One of the fixed things.
     Act(Act),
     /// Take back one view.
-    Remove(u32),
+    Remove(ViewNumber),
     /// Start with these settings.
     Open(Box<crate::app::host::SessionRequest>),
     /// Write the result in the format of this number.

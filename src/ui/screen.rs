@@ -8,7 +8,7 @@ use image::GrayImage;
 use super::picture::Picture;
 use crate::{
     device::{Adjustable, Control, Lock, Locks},
-    session::Snapshot,
+    session::{Snapshot, ViewNumber},
 };
 
 /// Width of a thumbnail's texture.
@@ -41,7 +41,7 @@ pub struct Screen {
     /// The newest picture.
     pub picture: Picture,
     /// Small pictures of the accepted views, by their numbers.
-    pub thumbnails: BTreeMap<u32, TextureHandle>,
+    pub thumbnails: BTreeMap<ViewNumber, TextureHandle>,
     /// What the source calls itself.
     pub source: String,
     /// Where the session is stored.
@@ -114,14 +114,14 @@ impl Screen {
         Some(self.picture.captured_at?.secs_since(live.captured_at).max(0.0))
     }
 
-    /// Keeps a small copy of the picture of view `id`.
-    pub fn add_thumbnail(&mut self, ctx: &Context, id: u32, image: &GrayImage) {
+    /// Keeps a small copy of the picture of `view`.
+    pub fn add_thumbnail(&mut self, ctx: &Context, view: ViewNumber, image: &GrayImage) {
         let height = THUMBNAIL_PX * image.height().max(1) / image.width().max(1);
         let small = image::imageops::thumbnail(image, THUMBNAIL_PX, height.max(1));
         let size = [small.width() as usize, small.height() as usize];
         let pixels = ColorImage::from_gray(size, small.as_raw());
-        let texture = ctx.load_texture(format!("view {id}"), pixels, TextureOptions::LINEAR);
-        self.thumbnails.insert(id, texture);
+        let texture = ctx.load_texture(format!("view {view}"), pixels, TextureOptions::LINEAR);
+        self.thumbnails.insert(view, texture);
     }
 
     /// How long ago the last view was taken.

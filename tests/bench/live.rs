@@ -210,7 +210,7 @@ impl BoardFinder for HalfASecond {
         }
         drop(frames);
         std::thread::sleep(Duration::from_millis(500));
-        self.detector.look(image, board, search)
+        self.detector.find(image, board, search)
     }
 }
 

@@ -51,7 +51,11 @@ impl World {
     }
 
     /// Brings the board to the ghost, with the errors of a hand; `care` shrinks them.
-    fn pose_for(&mut self, ghost_px: &[Point2<f64>], care: f64) -> Option<Isometry3<f64>> {
+    pub(crate) fn pose_for(
+        &mut self,
+        ghost_px: &[Point2<f64>],
+        care: f64,
+    ) -> Option<Isometry3<f64>> {
         let corners: Vec<Corner> = ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
         let pose =
             fit_pose(&self.camera, &self.board.corners_in_board_m(), &corners).ok()?.cam_from_board;
@@ -70,7 +74,7 @@ impl World {
         ))
     }
 
-    fn observe(&mut self, pose: &Isometry3<f64>) -> Observation {
+    pub(crate) fn observe(&mut self, pose: &Isometry3<f64>) -> Observation {
         self.frame += 1;
         self.time_nanos += 33_000_000;
         let corners: Option<Vec<Corner>> = self

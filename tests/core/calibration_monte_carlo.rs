@@ -162,7 +162,8 @@ fn eight_slots_give_a_good_result() {
     for (view, slot_deg) in found.views.iter().zip([0.0, 180.0, 90.0, 270.0, 45.0]) {
         let focal = view.focal.expect("tilted");
         assert!((focal.f_px - 1400.0).abs() < 4.0 * focal.sigma_px);
-        let turned = (view.slot_rad.to_degrees() - slot_deg + 180.0).rem_euclid(360.0) - 180.0;
+        let turned =
+            (view.tilt_azimuth_rad.to_degrees() - slot_deg + 180.0).rem_euclid(360.0) - 180.0;
         assert!(turned.abs() < 1.0 && (view.tilt_rad.to_degrees() - 40.0).abs() < 1.0);
     }
 }
@@ -179,7 +180,7 @@ fn finite(calibration: &Calibration) {
     assert!(calibration.rms_px.is_finite() && calibration.noise_px.is_finite());
     assert!(calibration.projection_sd.mean_px.is_finite());
     for view in &calibration.views {
-        assert!(view.tilt_rad.is_finite() && view.slot_rad.is_finite());
+        assert!(view.tilt_rad.is_finite() && view.tilt_azimuth_rad.is_finite());
     }
 }
 

@@ -123,9 +123,9 @@ fn views_that_may_have_another_lens_are_taken_back() {
     let before = session.accepted().to_vec();
     // The lens was last seen in its place just after the second view.
     let decision = session.handle(&Input::Camera(moved(Control::Zoom, times[1])));
-    assert_eq!(decision.outcome, Outcome::Removed { view: before[2].id });
-    let left: Vec<_> = session.accepted().iter().map(|taken| taken.id).collect();
-    assert_eq!(left, [before[0].id, before[1].id]);
+    assert_eq!(decision.outcome, Outcome::Removed { view: before[2].number });
+    let left: Vec<_> = session.accepted().iter().map(|taken| taken.number).collect();
+    assert_eq!(left, [before[0].number, before[1].number]);
     let said = text::camera::obstacle(session.camera()).expect("an obstacle");
     assert_eq!(said.0, "Zoom moved from 30 to 45: nothing is taken until it is back");
 }

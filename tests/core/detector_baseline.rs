@@ -1,6 +1,6 @@
 //! What the detector finds in a set of hard pictures, and how well: it may only become better.
 //!
-//! `BORESIGHT_BASELINE=tighten cargo test --test detector_baseline` writes what has become better.
+//! `BORESIGHT_BASELINE=tighten cargo test --test core detector_baseline` writes what has become better.
 
 use std::{collections::BTreeMap, fs};
 

@@ -122,7 +122,7 @@ proptest! {
         let normal = view.cam_from_board.rotation * Vector3::z();
         let towards = normal * normal.dot(&view.cam_from_board.translation.vector).signum();
         let receding = -towards.xy();
-        prop_assert!(between(view.line().slot_rad, receding.y.atan2(receding.x)) < 1e-6);
+        prop_assert!(between(view.line().tilt_azimuth_rad, receding.y.atan2(receding.x)) < 1e-6);
     }
 
     /// How corners are numbered and what the board is measured in makes no difference.
@@ -242,6 +242,20 @@ proptest! {
         prop_assert!(Homography::fit(&board_m[..3], &corners[..3]).is_err());
         prop_assert!(Homography::fit(&board_m, &corners[..53]).is_err());
     }
+}
+
+/// A case that the property above once found: three corners on a line, all others in one place.
+#[test]
+fn three_corners_and_one_place_have_no_homography() {
+    let px = |i: usize| match i {
+        44 => 61.762_645_088_337_585,
+        46 => -774.323_044_075_767_7,
+        53 => 501.042_051_630_612_43,
+        _ => 0.0,
+    };
+    let corners: Vec<Corner> =
+        (0..54).map(|i| Corner::isotropic(Point2::new(px(i), 2.0 * px(i) + 3.0), 0.1)).collect();
+    assert!(Homography::fit(&board().corners_in_board_m(), &corners).is_err());
 }
 
 /// The nearer to frontal, the less certain the direction: sd φ grows as 1/tan(tilt).

@@ -307,6 +307,13 @@ fn our_own_brings_covariance_and_where_the_boards_were() {
         read(&OWN.replace("boresight.calibration/1", "boresight.calibration/9")),
         Err(NotImported::Schema { found: "boresight.calibration/9".into() })
     );
+    // What a later version adds is skipped; what this one wrote may be missing.
+    let later = OWN.replace("\"rms_px\": 0.2", "\"shutter\": { \"rolls\": true }");
+    let later = read(&later).expect("a calibration");
+    assert_eq!((later.camera, later.rms_px), (found.camera, None));
+    // A covariance that is none is not used.
+    let negative = read(&OWN.replace("[[4, ", "[[-4, ")).expect("a calibration");
+    assert_eq!(negative.covariance, None);
     let none =
         r#"{ "schema": "boresight.calibration/1", "image_size": [1280, 720], "result": null }"#;
     assert_eq!(read(none), Err(NotImported::NoResult));
@@ -332,6 +339,14 @@ fn what_no_camera_has_is_refused() {
         (MRCAL, "1761.181055", "1e999", "line 6"),
         (MRCAL, "6016", "0", "size is 0"),
         (OWN, "980.1", "0.5", "fx is 0.5"),
+        (OWN, "980.1", "1e999", "number out of range"),
+        (OWN, "980.1", "null", "result.f_px[0]: invalid type: null"),
+        (OWN, "980.1, 980.1", "980.1", "result.f_px: invalid length 1"),
+        (OWN, "[653.4", "[\"653.4\"", "result.pp_px[0]: invalid type: string"),
+        (OWN, "\"k2\": 0.05, ", "", "result.distortion: missing field `k2`"),
+        (OWN, "1280", "-1280", "image_size[0]: invalid value: integer `-1280`"),
+        (OWN, "1280", "4000000", "size is 4000000"),
+        (OWN, "\"image_size\"", "\"size\"", "missing field `image_size`"),
     ] {
         let words = refused(&text.replacen(from, to, 1));
         assert!(words.contains(word), "{word:?} not in {words:?}");

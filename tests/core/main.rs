@@ -20,9 +20,13 @@ mod guided_session;
 mod imports;
 mod layering;
 mod recording;
+mod recordings;
+mod session;
+mod session_properties;
 mod simulation;
 mod steady_state;
 
+#[cfg(feature = "study")]
 mod study;
 mod target;
 mod varying_focal;

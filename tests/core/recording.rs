@@ -9,7 +9,7 @@ use boresight::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
     recording::{Header, Journal, RecordingError, SessionFolder, replay, stored_frame},
-    session::{Command, Input, Observation, Session},
+    session::{Command, Input, Observation, Session, ViewNumber},
 };
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2};
@@ -56,7 +56,7 @@ fn another_setting_gives_other_decisions_and_says_where() {
     let path = place.path().join("session");
     let live = recorded(&path);
     let mut setup = setup(live.setup().board);
-    setup.guidance.min_fill = 0.65;
+    setup.guidance.min_span_fraction = 0.65;
     let lines = SessionFolder::journal(&path).expect("whole").lines;
     let differences = replay(&mut Session::new(setup), lines, |_, _| ());
     assert!(!differences.is_empty());
@@ -76,7 +76,7 @@ fn a_line_cut_at_any_byte_is_dropped_and_the_session_goes_on() {
         let (mut folder, _, contents) = SessionFolder::open(&path).expect("opens");
         assert_eq!(contents.lines.len(), whole - 1, "cut at {cut_at}");
         assert_eq!(contents.cut, cut_at > last);
-        let mut session = Session::new(setup(world::World::new(3).board));
+        let mut session = Session::new(setup(crate::world::World::new(3).board));
         replay(&mut session, contents.lines, |_, _| ());
         let decision = session.handle(&Input::Resumed);
         folder.journal_mut().append(&Input::Resumed, &decision, None, true).expect("appended");
@@ -257,7 +257,7 @@ fn input() -> impl Strategy<Value = Input> {
         1 => prop::sample::select(vec![
             Input::Command(Command::ForceNext),
             Input::Command(Command::UndoLast),
-            Input::Command(Command::Remove { view: 7 }),
+            Input::Command(Command::Remove { view: ViewNumber(7) }),
             Input::Command(Command::Restore),
             Input::Command(Command::Pause),
             Input::Command(Command::Resume),
@@ -282,7 +282,7 @@ proptest! {
     fn inputs_come_back_bit_for_bit(inputs in prop::collection::vec(input(), 1..8)) {
         let place = TempDir::new().expect("folder");
         let mut folder = SessionFolder::create(&place.path().join("s"), &header()).expect("created");
-        let mut session = Session::new(setup(world::World::new(3).board));
+        let mut session = Session::new(setup(crate::world::World::new(3).board));
         for input in &inputs {
             let decision = session.handle(&Input::Stop);
             folder.journal_mut().append(input, &decision, None, false).expect("appended");

@@ -46,7 +46,7 @@ fn traced(
     let mut sum = 0.0;
     for (i, offset) in spread.iter().enumerate() {
         let board_from_cam = poses[i % poses.len()].inverse();
-        let ray = scene.camera.ideal_from_px(&(px + offset))?;
+        let ray = scene.camera.normalized_from_px(&(px + offset))?;
         let (eye, along) =
             (board_from_cam * Point3::origin(), board_from_cam * Vector3::new(ray.x, ray.y, 1.0));
         let hit = eye - along * (eye.z / along.z);
@@ -220,7 +220,7 @@ fn every_random_scene_shows_its_whole_picture() {
     for seed in 0..200 {
         let scene = Scene::random(seed);
         for (x, y) in [(0.0, 0.0), (1279.0, 0.0), (0.0, 719.0), (1279.0, 719.0)] {
-            assert!(scene.camera.ideal_from_px(&Point2::new(x, y)).is_some(), "seed {seed}");
+            assert!(scene.camera.normalized_from_px(&Point2::new(x, y)).is_some(), "seed {seed}");
         }
         let off = scene.camera.pp_px - scene.image_size.centre_px();
         assert!(off.norm() <= 60.0 && (800.0..1400.0).contains(&scene.camera.f_px.x));

@@ -83,7 +83,9 @@ fn a_png_states_its_resolution() {
     assert_eq!((info.width, info.height), (3508, 2480));
     let dims = info.pixel_dims.expect("pHYs");
     assert_eq!((dims.xppu, dims.yppu, dims.unit), (11_811, 11_811, png::Unit::Meter));
-    assert!(png(&sheet_of(&plan), resolution(1200.0)).is_ok());
+    let fine = png(&sheet_of(&plan), resolution(1200.0)).expect("written");
+    let fine = png::Decoder::new(std::io::Cursor::new(&fine)).read_info().expect("a PNG");
+    assert_eq!((fine.info().width, fine.info().height), (14_031, 9_921));
     let wall = Page::screen(60_000, 60_000, resolution(100.0));
     let wall = plan_of(9, 6, wall);
     assert!(png(&sheet_of(&wall), resolution(100.0)).is_err());
@@ -274,7 +276,8 @@ fn the_largest_square_is_the_largest() {
             else {
                 panic!("{refused:?}")
             };
-            assert!(plan(columns, rows, Square::Exactly { mm }, &pages).is_ok());
+            let named = plan(columns, rows, Square::Exactly { mm }, &pages).expect("fits");
+            assert_eq!(named.square_mm, mm);
             assert!(plan(columns, rows, Square::Exactly { mm: mm + 1.0 }, &pages).is_err());
         }
     }

@@ -69,7 +69,7 @@ fn px(camera: &Camera, lens: &Lens, in_cam: &Point3<f64>) -> Point2<f64> {
 /// fit best, over the grid of the picture.
 fn projection_error_px(camera: &Camera, lens: &Lens, found: &Camera) -> Option<f64> {
     let seen: Vec<(Point2<f64>, Vector3<f64>)> = cell_centres_px(SIZE)
-        .filter_map(|px| found.ideal_from_px(&px).map(|ideal| (px, ideal.to_homogeneous())))
+        .filter_map(|px| found.normalized_from_px(&px).map(|ideal| (px, ideal.to_homogeneous())))
         .collect();
     let mut turn = UnitQuaternion::identity();
     let mut error = f64::INFINITY;

@@ -18,7 +18,7 @@ fn kernel() -> SimKernel {
     SimKernel::new(vec![grey(0)])
 }
 
-fn set(run: &cameras::Run) -> Vec<(Control, Lock, CaptureTime)> {
+fn set(run: &crate::cameras::Run) -> Vec<(Control, Lock, CaptureTime)> {
     let set = |event: &CameraEvent| match event {
         CameraEvent::ControlSet { control, lock, good_from } => Some((*control, *lock, *good_from)),
         _ => None,

@@ -5,7 +5,7 @@
 //! of two frames at the same block. What then is no board that keeps still, or a board whose corners did not
 //! move together, is refused by the session.
 //!
-//! The usual run takes a twentieth. All 100,000: `BORESIGHT_DAMAGE_EVERY=1 cargo test --test damaged_frames`.
+//! The usual run takes a twentieth. All 100,000: `BORESIGHT_DAMAGE_EVERY=1 cargo test --test live damaged_frames`.
 
 use std::collections::BTreeMap;
 

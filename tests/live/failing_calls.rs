@@ -1,7 +1,7 @@
 //! Every system call of a run fails once, in eight ways: no panic, no endless wait, no buffer touched that
 //! is not the program's, no wrong picture, nothing left open.
 //!
-//! The usual run takes every tenth call. All of them: `BORESIGHT_FAIL_EVERY=1 cargo test --test failing_calls`.
+//! The usual run takes every tenth call. All of them: `BORESIGHT_FAIL_EVERY=1 cargo test --test live failing_calls`.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},

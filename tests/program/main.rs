@@ -12,7 +12,7 @@ mod check;
 mod command_line;
 mod crash;
 mod damage;
-
 mod report;
 mod saved_session;
+mod schemas;
 mod target;

@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeSet, fs, path::Path};
 
-use boresight::report::{CalibrationFile, CameraSection, DriftSection, Provenance, Report, page};
+use boresight::{
+    calibration::files::{CalibrationFile, CheckFile},
+    report::{CameraSection, Provenance, Report, page},
+};
 use image::GrayImage;
 use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::{Value, json};
@@ -250,6 +253,16 @@ fn a_file_by_itself_shows_what_it_holds() {
         ("text.json", "no JSON", "not a calibration"),
         ("other.json", "{\"schema\":\"boresight.calibration/2\"}", "boresight.calibration/1"),
         ("half.json", "{\"schema\":\"boresight.calibration/1\"}", "not a whole calibration"),
+        (
+            "text-for-number.json",
+            r#"{"schema":"boresight.calibration/1","image_size":[640,480],"coverage":"all"}"#,
+            "coverage: invalid type: string",
+        ),
+        (
+            "no-size.json",
+            r#"{"schema":"boresight.calibration/1","image_size":[640,-480]}"#,
+            "image_size[1]: invalid value: integer `-480`",
+        ),
     ] {
         fs::write(folder.path().join(name), content).expect("written");
         says(&boresight(folder.path(), &["report", name]), 1, &[word, name]);
@@ -312,7 +325,7 @@ fn names_are_text_whatever_is_in_them() {
 
 #[test]
 fn drift_is_shown_where_it_is_known() {
-    let facts = json!({
+    let calibration = json!({
         "schema": "boresight.calibration/1", "image_size": [640, 480], "verdict": "care",
         "findings": [{ "code": "X", "severity": "care", "message": "<m>", "action": "Do & see" }],
         "result": { "model": "k1", "f_px": [600.0, 600.0], "pp_px": [320.0, 240.0],
@@ -328,19 +341,19 @@ fn drift_is_shown_where_it_is_known() {
     });
     let mut report = Report {
         name: "site".into(),
-        facts: CalibrationFile::read(&facts).expect("whole"),
+        calibration: CalibrationFile::read(&calibration).expect("whole"),
         notes: Vec::new(),
         camera: CameraSection::default(),
         corners: Vec::new(),
         pictures: Vec::new(),
-        drift: None,
+        check: None,
         refused: Vec::new(),
         provenance: Provenance::default(),
     };
     let without = page(&report);
     checked(&without, &PARTS);
     assert!(!without.contains("RECALIBRATE"));
-    report.drift = Some(DriftSection::read(&check).expect("whole"));
+    report.check = Some(CheckFile::read(&check).expect("whole"));
     let html = page(&report);
     let document = checked(&html, &PARTS);
     let section = part(&document, "drift");
@@ -356,10 +369,10 @@ fn drift_is_shown_where_it_is_known() {
     let (first, then) = (verdict.find("RECALIBRATE"), verdict.find("USABLE WITH CARE"));
     assert!(first.is_some() && first < then, "{verdict}");
     // Without a verdict it is said why.
-    let none = json!({ "against": "old.json", "verdict": null, "message": "NO VERDICT: other size",
+    let none = json!({ "schema": "boresight.check/1", "against": "old.json", "verdict": null, "message": "NO VERDICT: other size",
         "action": "Set the mode." });
-    let drift = Some(DriftSection::read(&none).expect("whole"));
-    let html = page(&Report { drift, ..report.clone() });
+    let check = Some(CheckFile::read(&none).expect("whole"));
+    let html = page(&Report { check, ..report.clone() });
     assert!(text(part(&checked(&html, &PARTS), "drift")).contains("NO VERDICT"));
     assert!(text(part(&document, "findings")).contains("<m>. Do & see"));
 }

@@ -44,7 +44,7 @@ fn make_another_build(path: &Path) {
 }
 
 fn views(session: &Session) -> Vec<(u32, u64)> {
-    session.accepted().iter().map(|view| (view.id, view.view.frame_id.0)).collect()
+    session.accepted().iter().map(|view| (view.number.0, view.view.frame_id.0)).collect()
 }
 
 #[test]

@@ -7,12 +7,9 @@ cd "$(dirname "$0")/../.."
 vm=tests/vm/vm.sh
 target=${CARGO_TARGET_DIR:-target}
 cargo build --quiet --example uvcsim --bin boresight || exit 1
-built=$(cargo test --no-run --message-format=json --test camera_driver --test camera_session 2>/dev/null)
-executable() {
-	sed -n 's/.*"executable":"\([^"]*\/'"$1"'-[^"]*\)".*/\1/p' <<<"$built" | tail -1
-}
-tests=$(executable camera_driver) sessions=$(executable camera_session)
-[ -n "$tests" ] && [ -n "$sessions" ] || exit 1
+built=$(cargo test --no-run --message-format=json --test driver 2>/dev/null)
+tests=$(sed -n 's/.*"executable":"\([^"]*\/driver-[^"]*\)".*/\1/p' <<<"$built" | tail -1)
+[ -n "$tests" ] || exit 1
 uvcsim=$(realpath "$target/debug/examples/uvcsim")
 
 said=$(mktemp)
@@ -37,7 +34,7 @@ options=(--ignored --test-threads=1 --nocapture)
 # Time counted by instructions, so that nothing depends on what else this computer does.
 vm="$vm --pace counted --timeout 400"
 part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --with "$target/debug/boresight" \
-	"$tests" "${options[@]}" --skip two_equal --skip the_test_driver --skip nokhwa::
+	"$tests" "${options[@]}" camera:: --skip two_equal --skip the_test_driver --skip nokhwa::
 part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin "$tests" "${options[@]}" two_equal
 part "the kernel's test driver" $vm --camera vivid "$tests" "${options[@]}" the_test_driver
 part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" nokhwa:: --skip freezes
@@ -45,7 +42,7 @@ part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" nokhwa
 part "the backend nokhwa, and a camera that freezes" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" \
 	nokhwa::a_camera_that_freezes
 part "a guided session, and the same pictures from disk" env BORESIGHT_UVCSIM="$uvcsim" \
-	"$sessions" "${options[@]}"
+	"$tests" "${options[@]}" session::
 echo "Times are of the machine's own clock."
 echo "| fault | what the person saw | went on after |"
 echo "|---|---|---|"

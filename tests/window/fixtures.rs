@@ -188,17 +188,18 @@ fn untrustworthy(done: &Snapshot) -> Snapshot {
 fn refusals() -> Vec<Refusal> {
     vec![
         Refusal::NoLine,
+        Refusal::OutsideLens { outside: 7, of: 54 },
         Refusal::TooFlat { tilt_rad: 0.4, wanted_rad: 0.52 },
         Refusal::TooSteep { tilt_rad: 1.1, wanted_rad: 0.96 },
         Refusal::Unclear { sigma_rad: 0.05, wanted_rad: 0.035 },
-        Refusal::TooFar { fill: 0.38, wanted: 0.5 },
+        Refusal::TooFar { span_fraction: 0.38, wanted: 0.5 },
         Refusal::AtTheEdge { margin_px: 2.0, wanted_px: 8.0 },
         Refusal::Blurred { blur_px: 4.2, wanted_px: 3.5 },
         Refusal::AlreadyCovered { nearest_rad: 0.1, wanted_rad: 0.35 },
         Refusal::PartnerOff { offset_px: 61.0, wanted_px: 25.0 },
         Refusal::BetweenSlots { error_rad: 0.35, wanted_rad: 0.26 },
         Refusal::Inconsistent { sigmas: 5.1, wanted: 3.5 },
-        Refusal::Moving { speed_px_per_s: 120.0, wanted_px_per_s: 26.0 },
+        Refusal::Moving { speed_px_per_s: Some(120.0), wanted_px_per_s: 26.0 },
         Refusal::OtherSize { size_px: (640, 480), wanted_px: (1280, 720) },
         Refusal::NotCollecting,
     ]

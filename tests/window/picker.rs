@@ -29,7 +29,6 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
     }];
     let mut page = page(Picker { recordings, ..Picker::default() });
     page.run();
-    page.snapshot("replay_pick");
     page.get_by_label("2026-11-21T08:00:00Z, sim, 1280x720");
     page.get_by_role_and_label(Role::Button, "sessions/one").click();
     page.run();

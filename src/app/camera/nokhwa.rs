@@ -2,7 +2,10 @@
 
 use anyhow::bail;
 
-use super::{Announcer, MissingFeature, several, wanted};
+use super::{
+    super::{Announcer, MissingFeature},
+    wanted::{several, wanted},
+};
 use crate::{
     capture::{
         CaptureError, FrameSource,
@@ -13,8 +16,10 @@ use crate::{
     text,
 };
 
-/// What the name of a live camera begins with.
-pub(super) const NAMES: &[&str] = &["nokhwa:"];
+/// Whether `name` can only mean a live camera.
+pub fn is_name(name: &str) -> bool {
+    ["nokhwa:"].iter().any(|start| name.starts_with(start))
+}
 
 /// A camera that was found but isn't open yet.
 #[derive(Clone, Debug)]

@@ -2,11 +2,13 @@
 
 use anyhow::bail;
 
-use super::{Announcer, MissingFeature};
+use super::super::{Announcer, MissingFeature};
 use crate::{capture::FrameSource, config::Config};
 
-/// What the name of a live camera begins with.
-pub(super) const NAMES: &[&str] = &["/dev/", "usb:", "place:", "nokhwa:"];
+/// Whether `name` can only mean a live camera.
+pub fn is_name(name: &str) -> bool {
+    ["/dev/", "usb:", "place:", "nokhwa:"].iter().any(|start| name.starts_with(start))
+}
 
 /// A live camera, of which this build has none.
 #[derive(Clone, Debug)]

@@ -3,8 +3,11 @@
 use anyhow::bail;
 
 #[cfg(not(feature = "nokhwa"))]
-use super::MissingFeature;
-use super::{Announcer, is_name, several, wanted};
+use super::super::MissingFeature;
+use super::{
+    super::Announcer,
+    wanted::{several, wanted},
+};
 #[cfg(feature = "nokhwa")]
 use crate::capture::nokhwa::NokhwaCamera;
 use crate::{
@@ -18,8 +21,10 @@ use crate::{
     text,
 };
 
-/// What the name of a live camera begins with.
-pub(super) const NAMES: &[&str] = &["/dev/", "usb:", "place:"];
+/// Whether `name` can only mean a live camera.
+pub fn is_name(name: &str) -> bool {
+    ["/dev/", "usb:", "place:"].iter().any(|start| name.starts_with(start))
+}
 
 /// A camera that was found but isn't open yet.
 #[derive(Clone, Debug)]

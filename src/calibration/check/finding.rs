@@ -1,54 +1,54 @@
 use crate::calibration::solve::lens_model::LensModel;
 
-/// Something a person should know about a calibration.
+/// A result of the trust checks: something to know about a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
-    /// What was found, with its numbers.
+    /// What was found, with the measured values and their limits.
     pub code: FindingCode,
-    /// How much it matters.
+    /// How serious it is.
     pub severity: Severity,
 }
 
-/// How much a [`Finding`] matters.
+/// How serious a [`Finding`] is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// Good to know.
+    /// For information.
     Info,
-    /// The result is usable with care.
+    /// Limits the use of the calibration.
     Care,
-    /// The result should not be used.
+    /// The calibration should not be used.
     Bad,
 }
 
 /// Whether a calibration can be used: the worst [`Severity`] found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {
-    /// Nothing speaks against it.
+    /// No limitation was found.
     Good,
-    /// Usable, knowing the findings.
+    /// Usable within the limits that the findings state.
     Care,
     /// Should not be used.
     Untrustworthy,
 }
 
-/// What the honesty checks can find. Limits are stated with what was measured.
+/// The possible findings. Measured values come with the limit they exceed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FindingCode {
     /// Too few views that differ.
     FewViews {
         /// Different views.
         distinct: usize,
-        /// Views needed for this severity to go away.
+        /// Different views wanted.
         wanted: usize,
     },
-    /// Some views repeat others: they add no information.
+    /// Some views repeat others and add no information.
     ViewsAlike {
         /// All views.
         views: usize,
         /// Different views.
         distinct: usize,
     },
-    /// No, or too few, views are tilted enough to tell focal length from distance.
+    /// Too few views are tilted enough to separate focal length from distance.
     TiltLow {
         /// Views tilted by at least `wanted_tilt_rad`.
         tilted_views: usize,
@@ -59,35 +59,35 @@ pub enum FindingCode {
         /// Tilt wanted.
         wanted_tilt_rad: f64,
     },
-    /// The tilted views all recede in about the same direction.
+    /// All tilted views recede in about the same direction.
     DirectionsFew {
         /// Smallest singular value of the stacked principal line normals.
         spread: f64,
         /// Wanted at least.
         wanted: f64,
     },
-    /// The boards covered little of the picture.
+    /// The boards covered too little of the picture.
     CoverageLow {
-        /// Share of the picture covered by any board.
+        /// Fraction of the picture covered by at least one board.
         share: f64,
         /// Wanted at least.
         wanted: f64,
     },
-    /// Weak beliefs about the lens were needed to reach a result.
+    /// Weak priors on the lens were needed to reach a result.
     PriorUsed {
-        /// Whether the focal length needed one, too.
+        /// Whether the focal length needed a prior, too.
         focal_length: bool,
     },
-    /// A richer lens moves the principal point more than chance explains (Hausman test).
+    /// A richer lens model shifts the principal point by more than chance explains (Hausman test).
     LensSimple {
-        /// The lens chosen.
+        /// The lens model chosen.
         model: LensModel,
         /// Test statistic, χ² with 2 degrees of freedom.
         statistic: f64,
-        /// Allowed.
+        /// Limit.
         limit: f64,
     },
-    /// The lens model folds over inside the picture.
+    /// The lens model folds over inside the picture: some pixels have no ray.
     LensFolds {
         /// Grid points without a ray.
         unmapped: usize,
@@ -100,130 +100,130 @@ pub enum FindingCode {
         distance_px: f64,
         /// Distance in standard deviations.
         sigmas: f64,
-        /// Allowed.
+        /// Limit.
         limit: f64,
     },
-    /// There is no independent check: the free homographies could not be fitted.
+    /// The independent check is missing: the free homographies couldn't be fitted.
     CheckMissing,
-    /// Leaving single views out moves the principal point too much.
+    /// Leaving out single views shifts the principal point by more than expected.
     ViewsDisagree {
         /// Observed shift over expected shift.
         ratio: f64,
-        /// Allowed.
+        /// Limit.
         limit: f64,
     },
-    /// One view fits far worse than the others.
+    /// A view fits far worse than the others.
     ViewOdd {
         /// The view.
         view: usize,
-        /// Its residual.
+        /// Root mean square residual of the view per coordinate, in pixels.
         rms_px: f64,
-        /// Median residual of all views.
+        /// Median over all views, in pixels.
         typical_px: f64,
     },
-    /// One view's principal line does not pass where those of the other views meet.
+    /// The principal line of a view misses the intersection of the others.
     PlOutlier {
         /// The view.
         view: usize,
-        /// Distance of its line from that point.
+        /// Distance of the line from the intersection, in pixels.
         distance_px: f64,
-        /// The same in standard deviations.
+        /// Distance in standard deviations.
         sigmas: f64,
     },
-    /// A focal length of its own for every view explains the corners: focus or zoom moved.
+    /// Focus or zoom moved: a separate focal length for every view explains the corners.
     FocusMoved {
         /// Gain in BIC over one focal length.
         gain: f64,
-        /// Observed standard deviation over the mean, relative.
+        /// Standard deviation of the focal lengths over their mean.
         relative_sd: f64,
     },
-    /// Each view has its own focal length, as was asked for.
+    /// Every view has its own focal length, as requested.
     FocalVaries {
-        /// Mean.
+        /// Mean focal length, in pixels.
         f_px: f64,
-        /// Sample standard deviation.
+        /// Sample standard deviation, in pixels.
         scatter_px: f64,
     },
-    /// Some views are of another camera, mode, size or orientation.
+    /// Some views are from another camera, mode, size or orientation.
     ViewsMixed {
-        /// How many are.
+        /// Number of odd views.
         odd_views: usize,
-        /// The first of them.
+        /// The first odd view.
         view: usize,
-        /// Their focal length over the others'.
+        /// Focal length of the odd views over that of the others.
         f_ratio: f64,
-        /// Distance of their principal point from the others'.
+        /// Distance between the principal points of both groups, in pixels.
         shift_px: f64,
         /// Gain in BIC over one camera.
         gain: f64,
     },
-    /// `fy` differs from `fx`: pixels are not square, or the picture was stretched.
+    /// `fy` differs from `fx`: pixels aren't square, or the picture was stretched.
     PixelsNotSquare {
         /// fy/fx.
         aspect: f64,
         /// Gain in BIC over square pixels.
         gain: f64,
     },
-    /// The board's squares are not square.
+    /// The squares of the board aren't square.
     BoardStretched {
         /// Height over width of a square.
         aspect: f64,
         /// Gain in BIC over square squares.
         gain: f64,
     },
-    /// The board is not flat.
+    /// The board isn't flat.
     BoardBent {
-        /// From its lowest to its highest corner.
+        /// Distance between the lowest and the highest corner, in metres.
         depth_m: f64,
         /// Gain in BIC over a flat board.
         gain: f64,
     },
-    /// Each view is sheared its own way, as when board or camera moves while the shutter rolls.
+    /// Every view is sheared differently, as with a rolling shutter and a moving board or camera.
     RollingShutter {
-        /// Root mean square movement from the top to the bottom row.
+        /// Root mean square movement from the top to the bottom row, in pixels.
         shear_px: f64,
         /// Gain in BIC over views at rest.
         gain: f64,
     },
-    /// The lens has a shape that none of the models describes.
+    /// No lens model describes the shape of the lens.
     LensOther {
-        /// Gain in BIC of radial terms of higher order and thin prisms.
+        /// Gain in BIC from radial terms of higher order and thin prisms.
         gain: f64,
     },
-    /// Corners lie outside of the stated picture.
+    /// Corners lie outside the stated picture.
     CornersOutside {
-        /// The first view that has some.
+        /// The first such view.
         view: usize,
-        /// Views that have some.
+        /// Number of such views.
         views: usize,
     },
-    /// One corner lies far from where its view puts it.
+    /// A corner lies far from its predicted position.
     CornerOdd {
         /// The view.
         view: usize,
-        /// The corner, in the board's order.
+        /// Index of the corner in the board's numbering.
         corner: usize,
-        /// Its distance.
+        /// Distance from the predicted position, in pixels.
         off_px: f64,
-        /// The same over the typical distance of a corner.
+        /// Distance over the median distance of a corner.
         times: f64,
-        /// Corners like this in all views.
+        /// Number of such corners in all views.
         count: usize,
     },
-    /// The principal point lies far from the middle of the picture.
+    /// The principal point lies far from the centre of the picture.
     PrincipalPointFar {
         /// Distance.
         distance_px: f64,
-        /// The same as share of the picture's width.
+        /// Distance as a fraction of the picture's width.
         share: f64,
     },
-    /// The lens found without a view does not predict it.
+    /// A view isn't predicted by the lens of the other views.
     HeldOut {
         /// The view.
         view: usize,
-        /// Residual of the view under the lens of the others.
+        /// Root mean square residual per coordinate under the lens of the others, in pixels.
         rms_px: f64,
-        /// Expected.
+        /// Expected residual, in pixels.
         expected_px: f64,
     },
     /// A view is a mirror image of the board.
@@ -233,35 +233,35 @@ pub enum FindingCode {
     },
     /// Residuals are larger than corners should be.
     NoiseHigh {
-        /// Typical error of a corner coordinate.
+        /// Typical standard deviation of a corner coordinate, in pixels.
         noise_px: f64,
-        /// Allowed.
+        /// Limit.
         limit_px: f64,
     },
     /// The principal point is uncertain.
     PrincipalPointUncertain {
-        /// Standard deviation along the worse axis.
+        /// Standard deviation along the worst direction, in pixels.
         sd_px: f64,
-        /// Wanted at most.
+        /// Largest wanted, in pixels.
         wanted_px: f64,
     },
     /// The focal length is uncertain.
     FocalLengthUncertain {
-        /// Standard deviation.
+        /// Standard deviation, in pixels.
         sd_px: f64,
-        /// Wanted at most.
+        /// Largest wanted, in pixels.
         wanted_px: f64,
     },
-    /// Rays' images are uncertain.
+    /// Projection is uncertain.
     ProjectionUncertain {
-        /// Mean standard deviation over the picture.
+        /// Mean standard deviation over the picture, in pixels.
         mean_px: f64,
-        /// Largest.
+        /// Maximum over the picture, in pixels.
         max_px: f64,
-        /// Wanted mean at most.
+        /// Largest mean wanted, in pixels.
         wanted_px: f64,
     },
-    /// The minimum was not reached.
+    /// Bundle adjustment did not converge.
     NotConverged,
 }
 
@@ -325,7 +325,7 @@ impl Verdict {
         }
     }
 
-    /// The verdict that these findings amount to.
+    /// The verdict for `findings`: the worst severity.
     pub fn of(findings: &[Finding]) -> Self {
         match findings.iter().map(|finding| finding.severity).max() {
             None | Some(Severity::Info) => Self::Good,

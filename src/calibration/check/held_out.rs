@@ -1,24 +1,27 @@
-//! Views that the stop rule did not need, predicted from the others.
+//! Predicts the last views from the lens of the others.
 
-use crate::calibration::solve::bundle::{Bundle, Observations};
-use crate::geometry::{Camera, Corner, LENS_PARAMETERS, fit_pose};
+use crate::{
+    calibration::solve::bundle::{Bundle, Observations},
+    geometry::{Camera, Corner, LENS_PARAMETERS, fit_pose},
+};
 
-/// Different views that stay when one is held out.
-pub(crate) const VIEWS_NEEDED: usize = 5;
+/// Different views that must remain when one is held out.
+pub(in crate::calibration) const VIEWS_NEEDED: usize = 5;
 
 /// The view that the others predict worst.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct HeldOutView {
-    pub(crate) view: usize,
-    pub(crate) rms_px: f64,
-    pub(crate) expected_px: f64,
+pub(in crate::calibration) struct HeldOutView {
+    pub(in crate::calibration) view: usize,
+    pub(in crate::calibration) rms_px: f64,
+    pub(super) expected_px: f64,
 }
 
-/// Predicts each of the last views, a fifth of all, from the lens that the other views give.
+/// Predicts each of the last views, a fifth of all, from the lens of the other views. Returns the one with the largest
+/// ratio of observed to expected residual.
 ///
-/// The lens without a view is taken to first order; the view's own pose is fitted anew. Expected is the
-/// view's residual when it takes part, inflated by what leaving it out makes the lens uncertain.
-pub(crate) fn check(
+/// The lens without a view is computed to first order; only the pose of the view is fitted. The expected residual is
+/// that of the noise plus the uncertainty of the lens without the view.
+pub(in crate::calibration) fn check(
     observations: &Observations,
     bundle: &Bundle,
     views: &[Vec<Corner>],
@@ -35,12 +38,12 @@ pub(crate) fn check(
             }
             let camera = Camera::from_lens_parameters(&lens);
             let fit = fit_pose(&camera, observations.board_m(), &views[view]).ok()?;
-            let (own, _) = bundle.view_information().get(view)?;
+            let (information, _) = bundle.view_information().get(view)?;
             let corners = views[view].len() as f64;
             let sigma2 = views[view].iter().map(|c| c.sigma_px().powi(2)).sum::<f64>() / corners;
-            // Whitened squares: noise of 2n coordinates, and the lens's error as this view sees it.
-            let squares =
-                noise_factor * noise_factor * (2.0 * corners - 6.0) + (own * covariance).trace();
+            // Whitened squares: noise of 2n coordinates less 6 of the pose, and the error of the lens.
+            let squares = noise_factor * noise_factor * (2.0 * corners - 6.0)
+                + (information * covariance).trace();
             let expected_px = (squares * sigma2 / (2.0 * corners)).sqrt();
             let rms_px = fit.rms_px / std::f64::consts::SQRT_2;
             Some(HeldOutView { view, rms_px, expected_px })

@@ -1,15 +1,16 @@
-//! Estimating again with some views left out.
+//! Repeats the estimate with some views left out.
 //!
-//! The spread of such estimates says how much the result hangs on single views. It is *not* accuracy:
-//! for evenly spread slots the centroid of the skip-n estimates equals the full estimate for any lines.
+//! The spread of these estimates shows how much the result depends on single views. It is *not* a measure of accuracy: for
+//! evenly spread tilt azimuths, the centroid of the skip-n estimates equals the full estimate for any lines
+//! (`docs/method.md`, section 0).
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use crate::calibration::solve::bundle::Bundle;
 
-/// Index lists of all views but `skipped` consecutive ones, cyclically: one list per view.
+/// Lists the indices of all views except `skipped` consecutive ones, cyclically: one list per first view skipped.
 ///
-/// One list of all views if nothing, or everything, would be skipped.
+/// A single list of all views if `skipped` is 0 or at least `view_count`.
 pub fn consecutive(view_count: usize, skipped: usize) -> Vec<Vec<usize>> {
     if skipped == 0 || skipped >= view_count {
         return vec![(0..view_count).collect()];
@@ -24,17 +25,17 @@ pub fn consecutive(view_count: usize, skipped: usize) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// Scatter of repeated estimates of a point.
+/// Mean and scatter of repeated estimates of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Mean.
+    /// Mean, in pixels.
     pub centroid_px: Point2<f64>,
-    /// Standard deviation along x and y, about the mean (divided by n).
+    /// Standard deviation along x and y in pixels, divided by n rather than n − 1.
     pub sd_px: Vector2<f64>,
 }
 
 impl Spread {
-    /// Of at least one point.
+    /// The spread of `points_px`; `None` without points.
     pub fn of(points_px: &[Point2<f64>]) -> Option<Self> {
         let count = points_px.len() as f64;
         if points_px.is_empty() {
@@ -50,18 +51,18 @@ impl Spread {
     }
 }
 
-/// Principal points with each view left out in turn, against what noise alone would do.
+/// Principal points with each view left out in turn, compared with the shift expected from noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeaveOneOut {
-    /// PP without view i, to first order; `None` if the rest does not determine it.
+    /// Principal point without view i, to first order, in pixels; `None` if the other views don't determine it.
     pub pp_px: Vec<Option<Point2<f64>>>,
     /// `√(mean squared shift / mean expected squared shift)`: near 1 if the views agree.
     pub ratio: f64,
 }
 
-/// Leaves each view out of `bundle`.
+/// Leaves each view out of `bundle` in turn, for corners with `noise_factor` times the stated error.
 ///
-/// Without view i, an efficient estimate moves by a random step of covariance `C₋ᵢ − C`.
+/// Without view i, an efficient estimate moves by a random step of covariance `C₋ᵢ − C` (Hausman 1978).
 /// `None` if fewer than two of the reduced problems can be solved.
 pub fn leave_one_out(bundle: &Bundle, noise_factor: f64) -> Option<LeaveOneOut> {
     let covariance = bundle.covariance(noise_factor)?;

@@ -1,60 +1,67 @@
-//! Which of the things that go wrong explains a misfit best, and what not knowing it costs.
+//! Compares hypotheses for a misfit by BIC, and adds their uncertainty to the covariance.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use crate::calibration::check::misfit_models::{Cause, Explanation, explain};
-use crate::calibration::solve::bundle::{Bundle, Observations};
-use crate::calibration::solve::schur_lm::inverse;
-use crate::frame::ImageSize;
-use crate::geometry::LENS_PARAMETERS;
+use super::{
+    extended_bundle::Cause,
+    misfit_models::{Explanation, explain},
+};
+use crate::{
+    calibration::solve::{
+        bundle::{Bundle, Observations},
+        schur_lm::inverse,
+    },
+    frame::ImageSize,
+    geometry::LENS_PARAMETERS,
+};
 
 type LensMatrix = nalgebra::SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Scatter of the focal length, relative, from which one focal length is no result.
-const FOCUS_BAD: f64 = 0.003;
-/// Gain in BIC from which a cause is told: odds of e¹⁰ to 1. Sound views stay below 3.
-const TOLD: f64 = 20.0;
-/// Views of one camera, of which some were sorted out as another's, differ by no more than this share
-/// of the picture's width: then it is the focal length that moved.
+/// Relative scatter of the focal length above which a common focal length is no result: 3 px at f = 1000.
+const MAX_FOCAL_SCATTER: f64 = 0.003;
+/// Minimum gain in BIC to report a hypothesis: odds of e¹⁰ to 1. Sound views stay below 3.
+const MIN_BIC_GAIN: f64 = 20.0;
+/// Two groups of views whose principal points differ by less than this fraction of the picture's width are one camera,
+/// refocused: 5 px at 1280.
 const SAME_CENTRE: f64 = 0.004;
 
-/// One thing that may have gone wrong, and how much better it explains the corners.
+/// A fitted hypothesis, and how much better it explains the corners than the plain bundle.
 #[derive(Clone, Debug)]
-pub(crate) struct Hypothesis {
-    /// `n ln(cost₀/cost) − k ln n` over the richest plain bundle.
-    pub(crate) gain: f64,
-    pub(crate) explanation: Explanation,
+pub(super) struct Hypothesis {
+    /// Gain in BIC over the richest plain bundle, `n ln(cost₀/cost) − k ln n`.
+    pub(in crate::calibration) gain: f64,
+    pub(super) explanation: Explanation,
 }
 
-/// All suspects, likeliest first.
+/// All fitted hypotheses, most probable first.
 #[derive(Clone, Debug)]
-pub(crate) struct Causes {
-    pub(crate) suspects: Vec<Hypothesis>,
-    /// What the doubt about them adds to the covariance of the lens.
-    pub(crate) doubt: LensMatrix,
+pub(in crate::calibration) struct Causes {
+    pub(super) hypotheses: Vec<Hypothesis>,
+    /// Covariance of the lens from not knowing which hypothesis holds.
+    pub(in crate::calibration) doubt: LensMatrix,
 }
 
 impl Causes {
-    pub(crate) fn none() -> Self {
-        Self { suspects: Vec::new(), doubt: LensMatrix::zeros() }
+    pub(in crate::calibration) fn none() -> Self {
+        Self { hypotheses: Vec::new(), doubt: LensMatrix::zeros() }
     }
 
-    /// The likeliest, if it is far likelier than that nothing is wrong.
-    pub(crate) fn best_hypothesis(&self) -> Option<&Hypothesis> {
-        self.suspects.first().filter(|suspect| suspect.gain > TOLD)
+    /// The most probable hypothesis, if its gain is large enough to report.
+    pub(super) fn best_hypothesis(&self) -> Option<&Hypothesis> {
+        self.hypotheses.first().filter(|hypothesis| hypothesis.gain > MIN_BIC_GAIN)
     }
 
-    /// Scatter of the focal length over its mean, if it is what moved, and by more than one focal length
-    /// can stand for.
-    pub(crate) fn focus_moved(&self) -> Option<f64> {
-        let suspect = self.best_hypothesis().filter(|s| s.explanation.cause == Cause::Focus)?;
-        let relative_sd = suspect.explanation.state.focal_relative_sd();
-        (relative_sd > FOCUS_BAD).then_some(relative_sd)
+    /// Relative scatter of the focal length, if a moving focus is the best hypothesis and the scatter too large for a common
+    /// focal length.
+    pub(in crate::calibration) fn focus_moved(&self) -> Option<f64> {
+        let hypothesis = self.best_hypothesis().filter(|s| s.explanation.cause == Cause::Focus)?;
+        let relative_sd = hypothesis.explanation.state.focal_relative_sd();
+        (relative_sd > MAX_FOCAL_SCATTER).then_some(relative_sd)
     }
 }
 
-/// Fits every cause from the minimum of `bundle`, the richest plain one.
-pub(crate) fn causes(
+/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one.
+pub(in crate::calibration) fn causes(
     observations: &Observations,
     bundle: &Bundle,
     image_size: ImageSize,
@@ -74,10 +81,10 @@ pub(crate) fn causes(
     ];
     all.extend(square_pixels.then_some(Cause::PixelAspect));
     all.extend(likeliest_split(bundle).map(Cause::Mixed));
-    let mut suspects: Vec<Hypothesis> = all
+    let mut hypotheses: Vec<Hypothesis> = all
         .into_iter()
         .filter_map(|cause| {
-            // Not worth fitting unless the first step gains about what its parameters cost.
+            // Fitted only if the first step promises to gain most of what the parameters cost.
             let k = cause.parameters(views) as f64;
             let worth = cost * (-0.8 * k * n.ln() / n).exp();
             let explanation =
@@ -86,15 +93,15 @@ pub(crate) fn causes(
             Some(Hypothesis { gain, explanation })
         })
         .collect();
-    suspects.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    prefer_focus(&mut suspects, image_size);
-    let doubt = doubt(&suspects, bundle, n);
-    Causes { suspects, doubt }
+    hypotheses.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    prefer_focus(&mut hypotheses, image_size);
+    let doubt = doubt(&hypotheses, bundle, n);
+    Causes { hypotheses, doubt }
 }
 
-/// Two groups of views with different focal lengths and the same centre are one camera refocused.
-fn prefer_focus(suspects: &mut [Hypothesis], image_size: ImageSize) {
-    let Some(first) = suspects.first() else { return };
+/// Moves `Focus` to the front if the best hypothesis is two cameras with the same principal point.
+fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
+    let Some(first) = hypotheses.first() else { return };
     if !matches!(first.explanation.cause, Cause::Mixed(_)) {
         return;
     }
@@ -104,24 +111,24 @@ fn prefer_focus(suspects: &mut [Hypothesis], image_size: ImageSize) {
         return;
     }
     let gain = first.gain;
-    let focus = suspects
+    let focus = hypotheses
         .iter()
-        .position(|s| s.explanation.cause == Cause::Focus && s.gain > TOLD.min(0.5 * gain));
+        .position(|s| s.explanation.cause == Cause::Focus && s.gain > MIN_BIC_GAIN.min(0.5 * gain));
     if let Some(focus) = focus {
-        suspects[..=focus].rotate_right(1);
+        hypotheses[..=focus].rotate_right(1);
     }
 }
 
-/// `Σ w (s² C + d dᵀ − s₀² C₀)`, each suspect weighed by its odds `e^(gain/2)` against the plain bundle's
-/// 1: what averaging over what may be wrong adds to the covariance.
-fn doubt(suspects: &[Hypothesis], bundle: &Bundle, n: f64) -> LensMatrix {
+/// Covariance added by averaging over the hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in proportion to the odds
+/// `e^(gain/2)`, and 1 for the plain bundle.
+fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, n: f64) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
-    let most = suspects.iter().map(|s| s.gain).fold(0.0, f64::max);
+    let most = hypotheses.iter().map(|s| s.gain).fold(0.0, f64::max);
     let odds = |gain: f64| (0.5 * (gain - most)).exp();
-    let total = odds(0.0) + suspects.iter().map(|s| odds(s.gain)).sum::<f64>();
+    let total = odds(0.0) + hypotheses.iter().map(|s| odds(s.gain)).sum::<f64>();
     let Some(plain) = bundle.covariance(bundle.noise_factor()) else { return doubt };
     let there = bundle.state.camera.lens_parameters();
-    for Hypothesis { gain, explanation } in suspects {
+    for Hypothesis { gain, explanation } in hypotheses {
         let lens = explanation.state.bundle.camera.lens_parameters();
         let off = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| lens[i] - there[i]);
         let parameters = bundle.freedom.count() + 6 * explanation.state.local.len();
@@ -130,20 +137,20 @@ fn doubt(suspects: &[Hypothesis], bundle: &Bundle, n: f64) -> LensMatrix {
         let mut spread = explanation.unit_covariance * variance + off * off.transpose();
         if explanation.cause == Cause::Focus {
             let f_px = lens[0];
-            let own = explanation.state.local.iter().map(|local| local[0]);
-            let of_f = f_px * f_px * own.clone().map(|x| x * x).sum::<f64>() / own.count() as f64;
+            let logs = explanation.state.local.iter().map(|local| local[0]);
+            let of_f = f_px * f_px * logs.clone().map(|x| x * x).sum::<f64>() / logs.count() as f64;
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 spread[(i, j)] += of_f;
             }
         }
         let more = spread - plain;
-        // Only what widens: an average is never surer than its parts without it.
+        // Only positive parts: a hypothesis must not make the result look more certain.
         doubt += positive_part(&more) * (odds(*gain) / total);
     }
     doubt
 }
 
-/// The part of a symmetric matrix that belongs to its positive eigenvalues, in units of its diagonal.
+/// The part of a symmetric matrix with positive eigenvalues, computed after scaling to a unit diagonal.
 fn positive_part(matrix: &LensMatrix) -> LensMatrix {
     let scale = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| {
         let size = matrix[(i, i)].abs().sqrt();
@@ -156,11 +163,11 @@ fn positive_part(matrix: &LensMatrix) -> LensMatrix {
     LensMatrix::from_fn(|i, j| positive[(i, j)] * scale[i] * scale[j])
 }
 
-/// The two groups of views that pull f and the principal point apart most; the smaller is marked.
+/// Splits the views into the two groups that disagree most about f and the principal point, and marks the smaller.
 ///
-/// With `I` and `g` each view's information and pull, groups A and B gain `gₐᵀ(Iₐ⁻¹ + I_b⁻¹)gₐ`. Tried
-/// are consecutive views, and views sorted by each parameter's own pull; the best is then improved view by
-/// view. `None` with fewer than four.
+/// With `I` and `g` the information and gradient of each view, splitting into A and B gains `gₐᵀ(Iₐ⁻¹ + I_b⁻¹)gₐ`. Tries
+/// consecutive views, and views sorted by the shift of each parameter; then improves the best split view by view. `None`
+/// with fewer than four views.
 fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
     const PP_AND_F: [usize; 3] = [0, 2, 3];
     let views: Vec<(Matrix3<f64>, Vector3<f64>)> = bundle

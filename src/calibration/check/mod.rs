@@ -1,22 +1,24 @@
-//! Should this calibration be trusted? Checks that do not believe the fit's own residual.
+//! Checks whether a calibration can be trusted, without relying on the residual of the fit: an overfitted lens has small
+//! residuals, too.
 //!
 //! | file | does |
 //! |---|---|
-//! | `projection_sd` | what the covariance means for pixels, with a turn of the camera set aside |
-//! | `noise_inflation` | how much more the corners scatter than their covariances state |
-//! | `leave_out` | estimates with views left out |
-//! | `held_out` | views that the others do not predict |
-//! | `odd_corners` | single corners that are wrong |
-//! | `misfit_models`, `misfit_diagnosis` | what a misfit comes from: focus, board, shutter, mixed views |
-//! | `trust_checks` | runs the checks: findings and the verdict |
-//! | `finding` | what can be found, and how severe it is |
+//! | `projection_sd` | projects the covariance to pixels, compensated for rotation of the camera |
+//! | `noise_inflation` | inflates corner covariances to what the residuals show |
+//! | `leave_out` | repeats the estimate with views left out |
+//! | `held_out` | predicts views from the lens of the others |
+//! | `odd_corners` | finds corners in the wrong order, and single corners far off |
+//! | `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed views) and compares them |
+//! | `trust_checks` | turns all evidence into findings |
+//! | `finding` | the possible findings, their severity, and the verdict |
 
-pub(crate) mod finding;
-pub(crate) mod held_out;
+mod extended_bundle;
+pub(super) mod finding;
+pub(super) mod held_out;
 pub mod leave_out;
-pub(crate) mod misfit_diagnosis;
-pub(crate) mod misfit_models;
-pub(crate) mod noise_inflation;
-pub(crate) mod odd_corners;
-pub(crate) mod projection_sd;
-pub(crate) mod trust_checks;
+pub(super) mod misfit_diagnosis;
+pub(super) mod misfit_models;
+pub(super) mod noise_inflation;
+pub(super) mod odd_corners;
+pub(super) mod projection_sd;
+pub(super) mod trust_checks;

@@ -1,18 +1,22 @@
-//! Corners that are wrong: a table in another order, single corners far off.
+//! Finds wrong corners: corners in another order than the board's, and single corners far off.
 
-use crate::board::Checkerboard;
-use crate::calibration::solve::bundle::{BundleState, Observations};
-use crate::geometry::Corner;
+use crate::{
+    board::Checkerboard,
+    calibration::solve::bundle::{BundleState, Observations},
+    geometry::Corner,
+};
 
-/// Second difference over first, along a row: lenses and perspective bend rows far less.
+/// Ratio of second to first difference along a row above which three corners are crooked. Perspective and distortion give
+/// far less: 0.5 would mean that one step is three times as long as the next.
 const CROOKED: f64 = 0.5;
-/// Share of crooked triples from which it is the order of the corners that is wrong.
+/// Fraction of crooked triples above which the order of the corners is wrong. A single wrong corner makes at most six.
 const TOO_MANY: f64 = 0.15;
-/// Distance over the typical one. Of a thousand sound corners the furthest lies at 3.2.
+/// Ratio to the median distance above which a corner is wrong. Of a thousand sound corners, the furthest lies at 3.2
+/// (Rayleigh distribution).
 const ODD: f64 = 8.0;
 
-/// Whether corners run row by row over `board`, but for a few.
-pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
+/// True if nearly all corners follow the row-major order of the board.
+pub(in crate::calibration) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     let (columns, rows) = (board.columns(), board.rows());
     let crooked = |a: usize, b: usize, c: usize| {
         let (a, b, c) = (corners[a].px.coords, corners[b].px.coords, corners[c].px.coords);
@@ -35,20 +39,23 @@ pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     (wrong as f64) <= TOO_MANY * f64::from(all)
 }
 
-/// A corner far from where its view puts it.
+/// A corner far from its predicted position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct OddCorner {
-    pub(crate) view: usize,
-    pub(crate) corner: usize,
-    pub(crate) off_px: f64,
-    /// `off_px` over the typical distance: that of its own view or of all, whichever is larger.
-    pub(crate) times: f64,
+pub(in crate::calibration) struct OddCorner {
+    pub(in crate::calibration) view: usize,
+    pub(in crate::calibration) corner: usize,
+    pub(super) off_px: f64,
+    /// `off_px` over the median distance in its view, or over that in all views if it is larger.
+    pub(in crate::calibration) times: f64,
 }
 
-/// Corners more than eight times as far off as is typical, furthest first.
+/// Corners more than eight times as far off as the median, furthest first.
 ///
-/// Medians are the measure, so that a wrong corner does not hide behind itself.
-pub(crate) fn odd_corners(observations: &Observations, state: &BundleState) -> Vec<OddCorner> {
+/// Medians, so that a wrong corner can't hide by raising the scale.
+pub(in crate::calibration) fn odd_corners(
+    observations: &Observations,
+    state: &BundleState,
+) -> Vec<OddCorner> {
     let views: Vec<Vec<f64>> = (0..observations.view_count())
         .map(|view| {
             let pose = &state.cam_from_board[view];

@@ -1,71 +1,73 @@
-//! How uncertain the image of a ray is, over the picture.
+//! Projects the covariance of the lens to pixels: the standard deviation of the image of a ray, over the picture.
 
 use nalgebra::{Matrix3, Point2, SMatrix};
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::calibration::solve::schur_lm::inverse;
-use crate::frame::ImageSize;
-use crate::geometry::{Camera, LENS_PARAMETERS, cell_centres_px};
+use crate::{
+    calibration::solve::schur_lm::inverse,
+    frame::ImageSize,
+    geometry::{Camera, LENS_PARAMETERS, cell_centres_px},
+};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// How the image moves with the lens, up to a turn of the camera, on a grid of pixels.
+/// Derivatives of the image by the lens parameters, compensated for rotation of the camera, on a grid of pixels.
 ///
-/// `M = (I − R R⁺) J`: `J` = d px / d lens of fixed rays, `R` = d px / d turn of the camera. A turn is
-/// no error of a calibration: which way the camera points is not part of it.
+/// `M = (I − R R⁺) J`, with `J` = d px / d lens of fixed rays and `R` = d px / d rotation of the camera. A rotation is
+/// compensated because the orientation of the camera isn't part of a calibration (as in
+/// mrcal's projection uncertainty).
 #[derive(Clone, Debug)]
 pub struct ProjectionJacobian {
-    /// Grid points that the lens model covers.
+    /// Grid points inside the field of the lens model, in pixels.
     pub px: Vec<Point2<f64>>,
-    /// Two rows of M per grid point; columns in the order of [`LENS_PARAMETERS`].
+    /// Two rows of `M` per grid point; columns in the order of [`LENS_PARAMETERS`].
     pub jac_lens: Vec<SMatrix<f64, 2, LENS_PARAMETERS>>,
-    /// Grid points beyond the fold of the lens model, where no ray ends.
+    /// Number of grid points beyond the fold of the lens model, which have no ray.
     pub unmapped: usize,
 }
 
 /// Standard deviation of projection at one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridSd {
-    /// Where.
+    /// The pixel.
     pub px: Point2<f64>,
-    /// Root mean square over directions.
+    /// Root mean square over directions, in pixels.
     pub sd_px: f64,
 }
 
 /// Rotation-compensated standard deviation of projection over the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProjectionSd {
-    /// Mean over the grid.
+    /// Mean over the grid, in pixels.
     pub mean_px: f64,
-    /// Largest on the grid.
+    /// Maximum over the grid, in pixels.
     pub max_px: f64,
-    /// Root mean square error of projection over the grid that 95 of 100 calibrations like this stay
-    /// below.
+    /// 95 % quantile, over repeated calibrations, of the root mean square error of projection over the grid, in pixels.
     pub bound_px: f64,
-    /// Row by row.
+    /// One value per mapped grid point, row by row.
     pub grid: Vec<GridSd>,
-    /// Grid points beyond the fold of the lens model, not in the figures above.
+    /// Number of grid points beyond the fold of the lens model, excluded from all figures.
     pub unmapped: usize,
 }
 
-/// M at `camera` on all [`cell_centres_px`] of the picture.
+/// `M` of `camera` at all [`cell_centres_px`] of the picture.
 ///
-/// `None` if the lens model covers fewer than three of them.
+/// `None` if too few of them lie inside the field of the lens model to determine a rotation.
 pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<ProjectionJacobian> {
     let mut jacobian = ProjectionJacobian { px: Vec::new(), jac_lens: Vec::new(), unmapped: 0 };
     let mut jac_rotation: Vec<SMatrix<f64, 2, 3>> = Vec::new();
     for px in cell_centres_px(image_size) {
-        let Some(ideal) = camera.ideal_from_px(&px) else {
+        let Some(normalized) = camera.normalized_from_px(&px) else {
             jacobian.unmapped += 1;
             continue;
         };
-        let at = camera.project_ray(&ideal);
+        let at = camera.project_ray(&normalized);
         jac_rotation.push(at.jac_rotation);
         jacobian.px.push(px);
         jacobian.jac_lens.push(at.jac_lens);
     }
-    // Subtract what a turn of the camera explains.
+    // Subtracts what a rotation of the camera explains.
     let mut turn_information = Matrix3::zeros();
     let mut turn_by_lens = SMatrix::<f64, 3, LENS_PARAMETERS>::zeros();
     for (turn, lens) in jac_rotation.iter().zip(&jacobian.jac_lens) {
@@ -80,7 +82,7 @@ pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<Pro
 }
 
 impl ProjectionJacobian {
-    /// Projection uncertainty for a lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid point.
+    /// Standard deviation of projection for the 9×9 lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid point.
     pub fn sd(&self, covariance: &LensMatrix) -> ProjectionSd {
         let grid: Vec<GridSd> = self
             .px
@@ -101,8 +103,8 @@ impl ProjectionJacobian {
         }
     }
 
-    /// The mean square error is `Σ λᵢ χ²₁` with λ the eigenvalues of `W C`, W the mean of `MᵀM/2`; its
-    /// quantile is that of the gamma distribution of the same mean and variance (Satterthwaite 1946).
+    /// The mean square error is distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`. Its
+    /// quantile is that of the gamma distribution with the same mean and variance (Satterthwaite 1946).
     fn bound_px(&self, covariance: &LensMatrix) -> f64 {
         let product = self.weight() * covariance / 2.0;
         let (mean, variance) = (product.trace(), 2.0 * (product * product).trace());
@@ -112,7 +114,7 @@ impl ProjectionJacobian {
         })
     }
 
-    /// `Mᵀ M` per grid point, so that `tr(M C Mᵀ) = tr(MᵀM C)` costs one product.
+    /// Mean of `MᵀM` over the grid points, so that the mean of `tr(M C Mᵀ) = tr(MᵀM C)` takes one product.
     pub fn weight(&self) -> LensMatrix {
         let mut weight = LensMatrix::zeros();
         for jac_lens in &self.jac_lens {
@@ -167,8 +169,8 @@ mod tests {
                 .px
                 .iter()
                 .filter_map(|px| {
-                    let ideal = camera.ideal_from_px(px)?;
-                    let ray = rotation * Point2::new(ideal.x, ideal.y).to_homogeneous();
+                    let normalized = camera.normalized_from_px(px)?;
+                    let ray = rotation * Point2::new(normalized.x, normalized.y).to_homogeneous();
                     Some((moved.project(&ray.into())? - px).norm_squared())
                 })
                 .sum::<f64>()

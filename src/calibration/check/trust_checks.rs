@@ -1,49 +1,63 @@
-//! Should this calibration be trusted? Checks that do not believe the fit's own residual.
+//! Turns all evidence about a calibration into findings.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
-use crate::calibration::check::finding::{Finding, FindingCode, Severity};
-use crate::calibration::check::held_out::HeldOutView;
-use crate::calibration::check::misfit_diagnosis::Causes;
-use crate::calibration::check::misfit_models::Cause;
-use crate::calibration::check::odd_corners::OddCorner;
-use crate::calibration::check::projection_sd::ProjectionSd;
-use crate::calibration::result::ViewResult;
-use crate::calibration::solve::free_homography::FreeHomographies;
-use crate::calibration::solve::model_choice::ModelChoice;
-use crate::frame::ImageSize;
-use crate::geometry::{
-    Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
+use super::{
+    extended_bundle::Cause,
+    finding::{Finding, FindingCode, Severity},
+    held_out::HeldOutView,
+    misfit_diagnosis::Causes,
+    odd_corners::OddCorner,
+    projection_sd::ProjectionSd,
+};
+use crate::{
+    calibration::solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
+    frame::ImageSize,
+    geometry::{
+        Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
+    },
 };
 
-/// χ² with 2 degrees of freedom at 1 %.
+/// Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99 quantile, `docs/method.md`, section 2.
 const HAUSMAN_CARE: f64 = 9.21;
-/// Beyond this, the principal point is wrong by far more than its stated error.
+/// Three times that: the principal point is wrong by far more than its stated error. A convention.
 const HAUSMAN_BAD: f64 = 30.0;
-/// Squared sds within which a shift is part of the stated uncertainty already, and only good to know.
+/// Squared distance, in stated standard deviations, below which a shift is covered by the stated uncertainty: 2 sd.
 const COVERED: f64 = 4.0;
-/// Distance to the free homographies, standard deviations.
+/// Distance between bundle and free homographies in standard deviations: 3.7 has a probability of 0.1 % in two dimensions
+/// (Rayleigh distribution), 6 of 1.5e-8.
 const CHECK_CARE_SIGMAS: f64 = 3.7;
 const CHECK_BAD_SIGMAS: f64 = 6.0;
+/// Observed over expected shift when views are left out; 1 if they agree. 2 is the stop rule's limit, `docs/method.md`,
+/// section 3.5; twice that is bad by convention.
 const SKIP_CARE: f64 = 2.0;
 const SKIP_BAD: f64 = 4.0;
-/// Corners are found a little outside, too; as share of the picture's width.
+/// Fraction of the picture's width by which a corner may lie outside: the edge fit extrapolates by a few pixels.
 const OUTSIDE: f64 = 0.005;
-/// Principal point from the picture's centre, as share of its width.
+/// Distance of the principal point from the centre as a fraction of the picture's width. Centring errors of real cameras
+/// are below a tenth; more indicates a cropped picture.
 const PP_FAR_CARE: f64 = 0.1;
 const PP_FAR_BAD: f64 = 0.2;
-/// Residual of a view held out over what is expected.
+/// Observed over expected residual of a held-out view. Conventions: with some hundred coordinates, chance alone stays within
+/// about 10 % of 1, so 1.6 is a real misfit and 5 a view of something else.
 const HELD_OUT_CARE: f64 = 1.6;
 const HELD_OUT_BAD: f64 = 5.0;
-/// A view's residual over the median.
+/// Ratio of a view's residual to the median above which the view is odd. A convention: chance varies by about 10 %.
 const ODD_VIEW: f64 = 2.5;
+/// Residual in pixels below which the median counts as this large, so that near-exact views aren't compared.
+const LEAST_MEDIAN_PX: f64 = 0.02;
+/// Tilts of 10° and 20°: below 20° the focal length can hardly be separated from the distance, `docs/method.md`, section 0.
 const TILT_NONE_RAD: f64 = 0.17;
 const TILT_USEFUL_RAD: f64 = 0.35;
+/// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`, section 3.2.
 const DIRECTIONS_WANTED: f64 = 0.7;
+/// Fraction of the picture that the boards should cover; outside, the distortion is extrapolated. A convention.
 const COVERAGE_WANTED: f64 = 0.4;
+/// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong board, three no board at all.
 const NOISE_CARE_PX: f64 = 1.0;
 const NOISE_BAD_PX: f64 = 3.0;
-/// Limits of uncertainty, as share of the picture's width or of the focal length.
+/// Limits of standard deviations, relative to the picture's width (PP, projection) or to the focal length. Conventions: at
+/// 1280 px, care is advised from 2.6 px of PP and 1.3 px of projection; ten times as much is unusable.
 const PP_CARE: f64 = 0.002;
 const PP_BAD: f64 = 0.02;
 const F_CARE: f64 = 0.004;
@@ -51,60 +65,72 @@ const F_BAD: f64 = 0.04;
 const PROJECTION_CARE: f64 = 0.001;
 const PROJECTION_BAD: f64 = 0.01;
 
-/// What the checks look at.
-pub(crate) struct Evidence<'a> {
-    pub(crate) image_size: ImageSize,
-    /// The result.
-    pub(crate) camera: &'a Camera,
-    pub(crate) choice: &'a ModelChoice,
-    /// Scatter of the focal length, if it was asked to differ from view to view.
-    pub(crate) varying_px: Option<f64>,
-    pub(crate) free: Option<&'a FreeHomographies>,
-    pub(crate) views: &'a [ViewResult],
-    pub(crate) mirrored: &'a [bool],
-    pub(crate) seen: &'a [Vec<Corner>],
-    pub(crate) causes: &'a Causes,
-    pub(crate) odd_corners: &'a [OddCorner],
-    pub(crate) held_out: Option<HeldOutView>,
-    /// What the doubt about causes adds to the principal point's covariance.
-    pub(crate) pp_doubt_px2: Matrix2<f64>,
-    pub(crate) projection_sd: &'a ProjectionSd,
-    pub(crate) pp_covariance_px2: Matrix2<f64>,
-    pub(crate) f_sd_px: f64,
-    pub(crate) skip_one_ratio: Option<f64>,
-    pub(crate) coverage: f64,
-    pub(crate) distinct: usize,
-    pub(crate) noise_px: f64,
-    pub(crate) noise_floor: f64,
-    pub(crate) prior_used: bool,
-    pub(crate) focal_prior_used: bool,
+/// What the checks need to know about a view.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::calibration) struct ViewEvidence {
+    /// Angle between image plane and board.
+    pub(in crate::calibration) tilt_rad: f64,
+    /// Image direction in which the board recedes.
+    pub(in crate::calibration) tilt_azimuth_rad: f64,
+    /// Root mean square residual per coordinate.
+    pub(in crate::calibration) residual_rms_px: f64,
+    /// Whether the view is a mirror image of the board.
+    pub(in crate::calibration) mirrored: bool,
+}
+
+/// Everything that the checks examine.
+pub(in crate::calibration) struct Evidence<'a> {
+    pub(in crate::calibration) image_size: ImageSize,
+    /// The resulting lens.
+    pub(in crate::calibration) camera: &'a Camera,
+    pub(in crate::calibration) choice: &'a ModelChoice,
+    /// Scatter of the focal length in pixels, if it was allowed to vary.
+    pub(in crate::calibration) varying_px: Option<f64>,
+    pub(in crate::calibration) free: Option<&'a FreeHomographies>,
+    pub(in crate::calibration) views: &'a [ViewEvidence],
+    pub(in crate::calibration) seen: &'a [Vec<Corner>],
+    pub(in crate::calibration) causes: &'a Causes,
+    pub(in crate::calibration) odd_corners: &'a [OddCorner],
+    pub(in crate::calibration) held_out: Option<HeldOutView>,
+    /// Covariance of the principal point from not knowing the cause of a misfit.
+    pub(in crate::calibration) pp_doubt_px2: Matrix2<f64>,
+    pub(in crate::calibration) projection_sd: &'a ProjectionSd,
+    pub(in crate::calibration) pp_covariance_px2: Matrix2<f64>,
+    pub(in crate::calibration) f_sd_px: f64,
+    pub(in crate::calibration) skip_one_ratio: Option<f64>,
+    pub(in crate::calibration) coverage: f64,
+    pub(in crate::calibration) distinct: usize,
+    pub(in crate::calibration) noise_px: f64,
+    pub(in crate::calibration) noise_floor: f64,
+    pub(in crate::calibration) prior_used: bool,
+    pub(in crate::calibration) focal_prior_used: bool,
 }
 
 /// All findings, in a fixed order.
-pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
+pub(in crate::calibration) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let mut say = |severity: Option<Severity>, code: FindingCode| {
+    let mut report = |severity: Option<Severity>, code: FindingCode| {
         findings.extend(severity.map(|severity| Finding { code, severity }));
     };
-    views(evidence, &mut say);
-    corners(evidence, &mut say);
+    views(evidence, &mut report);
+    corners(evidence, &mut report);
     if let Some(scatter_px) = evidence.varying_px {
-        // What follows from one focal length for all views has no say.
+        // Checks that assume a common focal length don't apply.
         let f_px = evidence.camera.f_px.x;
-        say(Some(Severity::Info), FindingCode::FocalVaries { f_px, scatter_px });
-        evidence.free.inspect(|free| outliers(free, &mut say));
-        odd_views(evidence, &mut say);
+        report(Some(Severity::Info), FindingCode::FocalVaries { f_px, scatter_px });
+        evidence.free.inspect(|free| outliers(free, &mut report));
+        odd_views(evidence, &mut report);
     } else {
-        lens(evidence, &mut say);
-        cause(evidence, &mut say);
-        agreement(evidence, &mut say);
-        odd_views(evidence, &mut say);
+        lens(evidence, &mut report);
+        cause(evidence, &mut report);
+        agreement(evidence, &mut report);
+        odd_views(evidence, &mut report);
     }
-    uncertainty(evidence, &mut say);
+    uncertainty(evidence, &mut report);
     findings
 }
 
-/// Severity of a measure that should stay below its limits. What is not a number is bad.
+/// Severity of a measure by its limits, `None` below both. NaN is bad.
 fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
     if measured <= care {
         None
@@ -115,11 +141,11 @@ fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
     }
 }
 
-fn views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let (count, distinct) = (evidence.views.len(), evidence.distinct);
     match distinct {
-        0 | 1 => say(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 2 }),
-        2 | 3 => say(Some(Severity::Care), FindingCode::FewViews { distinct, wanted: 4 }),
+        0 | 1 => report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 2 }),
+        2 | 3 => report(Some(Severity::Care), FindingCode::FewViews { distinct, wanted: 4 }),
         _ => {}
     }
     if distinct < count {
@@ -128,7 +154,7 @@ fn views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
             2 | 3 => Severity::Care,
             _ => Severity::Info,
         };
-        say(Some(severity), FindingCode::ViewsAlike { views: count, distinct });
+        report(Some(severity), FindingCode::ViewsAlike { views: count, distinct });
     }
     let max_tilt_rad = evidence.views.iter().map(|view| view.tilt_rad).fold(0.0, f64::max);
     let tilted = |tilt_rad: f64| evidence.views.iter().filter(|v| v.tilt_rad >= tilt_rad).count();
@@ -140,7 +166,7 @@ fn views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
     } else {
         None
     };
-    say(
+    report(
         severity,
         FindingCode::TiltLow {
             tilted_views: tilted(TILT_USEFUL_RAD),
@@ -149,35 +175,35 @@ fn views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
             wanted_tilt_rad: TILT_USEFUL_RAD,
         },
     );
-    // Slots are the directions of the principal lines, whose normals have the same singular values.
+    // Tilt azimuths are the directions of the principal lines; the normals have the same singular values.
     let mut normals = Matrix2::zeros();
     for view in evidence.views.iter().filter(|view| view.tilt_rad >= TILT_NONE_RAD) {
-        let along = Vector2::new(view.slot_rad.cos(), view.slot_rad.sin());
+        let along = Vector2::new(view.tilt_azimuth_rad.cos(), view.tilt_azimuth_rad.sin());
         normals += along * along.transpose();
     }
     let spread = SymmetricEigen::new(normals).eigenvalues.min().max(0.0).sqrt();
     if distinct >= 2 && spread < DIRECTIONS_WANTED {
         let code = FindingCode::DirectionsFew { spread, wanted: DIRECTIONS_WANTED };
-        say(Some(Severity::Care), code);
+        report(Some(Severity::Care), code);
     }
     if evidence.coverage < COVERAGE_WANTED {
         let code = FindingCode::CoverageLow { share: evidence.coverage, wanted: COVERAGE_WANTED };
-        say(Some(Severity::Care), code);
+        report(Some(Severity::Care), code);
     }
-    if let Some(view) = evidence.mirrored.iter().position(|mirrored| *mirrored) {
-        say(Some(Severity::Care), FindingCode::Mirrored { view });
+    if let Some(view) = evidence.views.iter().position(|view| view.mirrored) {
+        report(Some(Severity::Care), FindingCode::Mirrored { view });
     }
     if evidence.prior_used {
         let focal_length = evidence.focal_prior_used;
         let severity = if focal_length { Severity::Care } else { Severity::Info };
-        say(Some(severity), FindingCode::PriorUsed { focal_length });
+        report(Some(severity), FindingCode::PriorUsed { focal_length });
     }
 }
 
-fn lens(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let choice = evidence.choice;
     if !choice.bundle().converged {
-        say(Some(Severity::Care), FindingCode::NotConverged);
+        report(Some(Severity::Care), FindingCode::NotConverged);
     }
     if let Some((statistic, off)) = hausman(choice, evidence.noise_floor) {
         let code =
@@ -185,20 +211,20 @@ fn lens(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingC
         let stated = &evidence.pp_covariance_px2;
         let is_stated = distance2(&off, stated, stated.trace()) < COVERED;
         let severity = above(statistic, HAUSMAN_CARE, HAUSMAN_BAD);
-        say(severity.map(|severity| if is_stated { Severity::Info } else { severity }), code);
+        report(severity.map(|severity| if is_stated { Severity::Info } else { severity }), code);
     }
     let of = (GRID_COLUMNS * GRID_ROWS) as usize;
     let unmapped = evidence.projection_sd.unmapped;
     if unmapped > 0 {
         let severity = if 4 * unmapped > of { Severity::Bad } else { Severity::Care };
-        say(Some(severity), FindingCode::LensFolds { unmapped, of });
+        report(Some(severity), FindingCode::LensFolds { unmapped, of });
     }
 }
 
-/// Hausman's statistic: how far the richest lens moves the principal point, against chance.
+/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model, and its shift in pixels.
 ///
-/// If the chosen model holds, its estimate is efficient, and the difference to the richer model's has
-/// covariance `C_full − C`. `None` if the richest model is the chosen one.
+/// If the chosen model holds, its estimate is efficient, and the difference from that of the richer model has covariance
+/// `C_full − C`. `None` if the richest model is the chosen one.
 fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)> {
     let full = choice.bundles.len() - 1;
     if full == choice.chosen {
@@ -213,7 +239,7 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
     Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
 }
 
-/// `offᵀ C⁺ off`; directions in which C is below a thousandth of `scale` are left out.
+/// `offᵀ C⁺ off`; directions in which `C` is below a thousandth of `scale` are ignored.
 fn distance2(off: &Vector2<f64>, covariance: &Matrix2<f64>, scale: f64) -> f64 {
     let eigen = SymmetricEigen::new(*covariance);
     (0..2)
@@ -222,7 +248,7 @@ fn distance2(off: &Vector2<f64>, covariance: &Matrix2<f64>, scale: f64) -> f64 {
         .sum()
 }
 
-fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(free) = evidence.free {
         let noise_factor = free.noise_factor().max(evidence.noise_floor);
         let covariance =
@@ -234,37 +260,37 @@ fn agreement(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Fin
             sigmas,
             limit: CHECK_CARE_SIGMAS,
         };
-        say(above(sigmas, CHECK_CARE_SIGMAS, CHECK_BAD_SIGMAS), code);
-        outliers(free, say);
+        report(above(sigmas, CHECK_CARE_SIGMAS, CHECK_BAD_SIGMAS), code);
+        outliers(free, report);
     } else if evidence.distinct >= 3 {
-        say(Some(Severity::Care), FindingCode::CheckMissing);
+        report(Some(Severity::Care), FindingCode::CheckMissing);
     }
     if let Some(ratio) = evidence.skip_one_ratio {
         let code = FindingCode::ViewsDisagree { ratio, limit: SKIP_CARE };
-        say(above(ratio, SKIP_CARE, SKIP_BAD), code);
+        report(above(ratio, SKIP_CARE, SKIP_BAD), code);
     }
     if let Some(HeldOutView { view, rms_px, expected_px }) = evidence.held_out {
         let code = FindingCode::HeldOut { view, rms_px, expected_px };
-        say(above(rms_px / expected_px, HELD_OUT_CARE, HELD_OUT_BAD), code);
+        report(above(rms_px / expected_px, HELD_OUT_CARE, HELD_OUT_BAD), code);
     }
 }
 
 /// Views that fit far worse than the others.
-fn odd_views(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let mut residuals: Vec<f64> = evidence.views.iter().map(|v| v.residual_rms_px).collect();
     residuals.sort_by(f64::total_cmp);
     let typical_px = residuals.get(residuals.len() / 2).copied().unwrap_or(0.0);
-    let limit_px = ODD_VIEW * typical_px.max(0.02);
+    let limit_px = ODD_VIEW * typical_px.max(LEAST_MEDIAN_PX);
     for (view, result) in evidence.views.iter().enumerate() {
         if result.residual_rms_px > limit_px {
             let rms_px = result.residual_rms_px;
-            say(Some(Severity::Care), FindingCode::ViewOdd { view, rms_px, typical_px });
+            report(Some(Severity::Care), FindingCode::ViewOdd { view, rms_px, typical_px });
         }
     }
 }
 
-/// Principal lines that do not pass where the others meet. Silent while there are too few to tell.
-fn outliers(free: &FreeHomographies, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+/// Principal lines that miss the intersection of the others. Reports nothing while there are too few to tell.
+fn outliers(free: &FreeHomographies, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let (views, lines): (Vec<usize>, Vec<PrincipalLine>) = free
         .lines
         .iter()
@@ -274,23 +300,23 @@ fn outliers(free: &FreeHomographies, say: &mut impl FnMut(Option<Severity>, Find
     let Ok(consistent) = consistent_lines(&lines) else { return };
     for OutlierLine { index, distance_px, sigmas } in consistent.outliers {
         let code = FindingCode::PlOutlier { view: views[index], distance_px, sigmas };
-        say(Some(Severity::Care), code);
+        report(Some(Severity::Care), code);
     }
 }
 
-/// The likeliest cause of a misfit, if there is a misfit.
-fn cause(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
-    let Some(suspect) = evidence.causes.best_hypothesis() else { return };
-    let gain = suspect.gain;
-    let state = &suspect.explanation.state;
+/// The most probable cause of a misfit, if there is a misfit.
+fn cause(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let Some(hypothesis) = evidence.causes.best_hypothesis() else { return };
+    let gain = hypothesis.gain;
+    let state = &hypothesis.explanation.state;
     let camera = &state.bundle.camera;
     let [first, second, third, _] = state.shared;
-    match &suspect.explanation.cause {
+    match &hypothesis.explanation.cause {
         Cause::Focus => {
             let relative_sd = state.focal_relative_sd();
             let moved = evidence.causes.focus_moved().is_some();
             let severity = if moved { Severity::Bad } else { Severity::Care };
-            say(Some(severity), FindingCode::FocusMoved { gain, relative_sd });
+            report(Some(severity), FindingCode::FocusMoved { gain, relative_sd });
         }
         Cause::Mixed(odd) => {
             let code = FindingCode::ViewsMixed {
@@ -300,29 +326,29 @@ fn cause(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Finding
                 shift_px: second.hypot(third) * camera.f_px.x,
                 gain,
             };
-            say(Some(Severity::Care), code);
+            report(Some(Severity::Care), code);
         }
         Cause::PixelAspect => {
             let aspect = camera.f_px.y / camera.f_px.x;
-            say(Some(Severity::Care), FindingCode::PixelsNotSquare { aspect, gain });
+            report(Some(Severity::Care), FindingCode::PixelsNotSquare { aspect, gain });
         }
         Cause::BoardStretched => {
-            say(Some(Severity::Care), FindingCode::BoardStretched { aspect: 1.0 + first, gain });
+            report(Some(Severity::Care), FindingCode::BoardStretched { aspect: 1.0 + first, gain });
         }
         Cause::BoardBent => {
-            let depth_m = suspect.explanation.depth_m;
-            say(Some(Severity::Care), FindingCode::BoardBent { depth_m, gain });
+            let depth_m = hypothesis.explanation.depth_m;
+            report(Some(Severity::Care), FindingCode::BoardBent { depth_m, gain });
         }
         Cause::RollingShutter => {
             let shear_px = state.shear_px();
-            say(Some(Severity::Care), FindingCode::RollingShutter { shear_px, gain });
+            report(Some(Severity::Care), FindingCode::RollingShutter { shear_px, gain });
         }
-        Cause::LensShape => say(Some(Severity::Care), FindingCode::LensOther { gain }),
+        Cause::LensShape => report(Some(Severity::Care), FindingCode::LensOther { gain }),
     }
 }
 
-/// Corners that cannot be right.
-fn corners(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+/// Corners that can't be right, and the position of the principal point.
+fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let ImageSize { width_px, height_px } = evidence.image_size;
     let (width_px, height_px) = (f64::from(width_px), f64::from(height_px));
     let margin_px = OUTSIDE * width_px;
@@ -335,33 +361,33 @@ fn corners(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, Findi
     let mut views = evidence.seen.iter().enumerate().filter(|(_, seen)| seen.iter().any(outside));
     if let Some((view, _)) = views.next() {
         let code = FindingCode::CornersOutside { view, views: 1 + views.count() };
-        say(Some(Severity::Bad), code);
+        report(Some(Severity::Bad), code);
     }
     if let Some(OddCorner { view, corner, off_px, times }) = evidence.odd_corners.first().copied() {
         let count = evidence.odd_corners.len();
-        say(Some(Severity::Care), FindingCode::CornerOdd { view, corner, off_px, times, count });
+        report(Some(Severity::Care), FindingCode::CornerOdd { view, corner, off_px, times, count });
     }
     let pp_px = evidence.camera.pp_px;
     let distance_px = (pp_px - evidence.image_size.centre_px()).norm();
     let share = distance_px / width_px;
     let code = FindingCode::PrincipalPointFar { distance_px, share };
-    say(above(share, PP_FAR_CARE, PP_FAR_BAD), code);
+    report(above(share, PP_FAR_CARE, PP_FAR_BAD), code);
 }
 
-fn uncertainty(evidence: &Evidence<'_>, say: &mut impl FnMut(Option<Severity>, FindingCode)) {
+fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let width_px = f64::from(evidence.image_size.width_px);
     let code = FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px: NOISE_CARE_PX };
-    say(above(evidence.noise_px, NOISE_CARE_PX, NOISE_BAD_PX), code);
+    report(above(evidence.noise_px, NOISE_CARE_PX, NOISE_BAD_PX), code);
     let sd_px = SymmetricEigen::new(evidence.pp_covariance_px2).eigenvalues.max().sqrt();
     let wanted_px = PP_CARE * width_px;
     let code = FindingCode::PrincipalPointUncertain { sd_px, wanted_px };
-    say(above(sd_px, wanted_px, PP_BAD * width_px), code);
+    report(above(sd_px, wanted_px, PP_BAD * width_px), code);
     let f_px = evidence.camera.f_px.x;
     let (sd_px, wanted_px) = (evidence.f_sd_px, F_CARE * f_px);
     let code = FindingCode::FocalLengthUncertain { sd_px, wanted_px };
-    say(above(sd_px, wanted_px, F_BAD * f_px), code);
+    report(above(sd_px, wanted_px, F_BAD * f_px), code);
     let ProjectionSd { mean_px, max_px, .. } = *evidence.projection_sd;
     let wanted_px = PROJECTION_CARE * width_px;
     let code = FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px };
-    say(above(mean_px, wanted_px, PROJECTION_BAD * width_px), code);
+    report(above(mean_px, wanted_px, PROJECTION_BAD * width_px), code);
 }

@@ -1,4 +1,32 @@
-//! Calibrations as files: the formats of other programs, read and written.
+//! Calibrations as files.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `calibration_file`, `from_calibration`, `named_covariance` | `boresight.calibration/1`: the type, and how a [`Calibration`](super::Calibration) becomes one |
+//! | `check_file` | `boresight.check/1` |
+//! | `schema` | reading files that name their schema |
+//! | [`corner_table`] | corners of many pictures, as other detectors write them |
+//! | [`import`] | calibrations of this and other programs → [`OldCalibration`](import::OldCalibration) |
+//! | [`export`] | a calibration → the formats of other programs |
+//!
+//! Text comes in, text goes out; nothing here opens a file.
 
+mod calibration_file;
+mod check_file;
+pub mod corner_table;
 pub mod export;
+mod from_calibration;
 pub mod import;
+mod named_covariance;
+mod nullable;
+mod schema;
+
+pub use calibration_file::{
+    BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CameraEntry, CandidateEntry, DistortionEntry,
+    EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry, LineEntry, PoseEntry,
+    PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
+};
+pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow, VisibleEntry};
+pub use from_calibration::{FindingWords, ViewName};
+pub use named_covariance::{LensCovariance, NamedCovariance};
+pub use schema::NotRead;

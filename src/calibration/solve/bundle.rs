@@ -1,40 +1,39 @@
-//! Bundle adjustment: the lens and all board poses that explain the corners best.
+//! Bundle adjustment: fits the lens and all board poses to the corners by least squares.
 //!
-//! Minimises `Σ |L⁻¹ (seen − predicted)|²`, `L Lᵀ` the covariance of each corner, by
-//! Levenberg–Marquardt with a Schur complement over the views. Reaches the Cramér–Rao bound when the
-//! lens model is right.
+//! Minimises `Σ |L⁻¹ (measured − predicted)|²`, with `L Lᵀ` the covariance of each corner, by Levenberg–Marquardt with a
+//! Schur complement over the views. Efficient (reaches the Cramér–Rao bound) if the lens model is right.
 
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector2, Vector3};
 
-use crate::calibration::solve::lens_model::{LensFreedom, LensPrior};
-use crate::calibration::solve::schur_lm::{
-    NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+use super::{
+    lens_model::{LensFreedom, LensPrior},
+    schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise},
 };
 use crate::geometry::{Camera, Corner, LENS_PARAMETERS};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
-/// Corners of all views, ready for adjustment.
+/// The corners of all views with their board points, prepared for adjustment.
 #[derive(Clone, Debug)]
 pub struct Observations {
     board_m: Vec<Point2<f64>>,
     views: Vec<Vec<Whitened>>,
 }
 
-/// A corner ready for least squares.
+/// A corner with the square root of its information matrix.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Whitened {
-    pub(crate) board_m: Point2<f64>,
-    pub(crate) px: Point2<f64>,
-    /// `L⁻¹`.
-    pub(crate) whitener: Matrix2<f64>,
+pub(in crate::calibration) struct Whitened {
+    pub(in crate::calibration) board_m: Point2<f64>,
+    pub(in crate::calibration) px: Point2<f64>,
+    /// `L⁻¹`, 1/px.
+    pub(in crate::calibration) whitener: Matrix2<f64>,
 }
 
-/// Why corners cannot be adjusted.
+/// Why corners can't be adjusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidCorners {
-    /// A view without exactly one corner per board corner.
+    /// A view doesn't have exactly one corner per board corner.
     Count {
         /// The view.
         view: usize,
@@ -43,7 +42,7 @@ pub enum InvalidCorners {
         /// Corners of the board.
         want: usize,
     },
-    /// A corner that is not finite or whose covariance is not positive definite.
+    /// A corner isn't finite, or its covariance isn't positive definite.
     Value {
         /// The view.
         view: usize,
@@ -53,11 +52,11 @@ pub enum InvalidCorners {
 }
 
 impl Observations {
-    /// Checks and prepares the corners of all views, each in the order of `board_m`.
+    /// Checks and prepares the corners (distorted pixels) of all views, each in the order of `board_m` (metres).
     ///
     /// # Errors
     ///
-    /// [`InvalidCorners`] names the first view or corner that cannot be used.
+    /// [`InvalidCorners`] names the first view or corner that can't be used.
     pub fn new(board_m: &[Point2<f64>], views: &[&[Corner]]) -> Result<Self, InvalidCorners> {
         let mut whitened = Vec::with_capacity(views.len());
         for (view, corners) in views.iter().enumerate() {
@@ -75,7 +74,7 @@ impl Observations {
         Ok(Self { board_m: board_m.to_vec(), views: whitened })
     }
 
-    /// Number of coordinates seen.
+    /// Number of measured coordinates: two per corner.
     pub fn coordinate_count(&self) -> usize {
         2 * self.board_m.len() * self.views.len()
     }
@@ -85,17 +84,17 @@ impl Observations {
         self.views.len()
     }
 
-    /// Board points in corner order.
-    pub(crate) fn board_m(&self) -> &[Point2<f64>] {
+    /// Board points in metres, in corner order.
+    pub(in crate::calibration) fn board_m(&self) -> &[Point2<f64>] {
         &self.board_m
     }
 
     /// Corners of one view.
-    pub(crate) fn view(&self, index: usize) -> &[Whitened] {
+    pub(in crate::calibration) fn view(&self, index: usize) -> &[Whitened] {
         &self.views[index]
     }
 
-    /// Root mean square pixel residual of each view, per coordinate.
+    /// Root mean square residual of each view per coordinate, in pixels.
     pub fn residual_rms_px(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Vec<f64> {
         poses
             .iter()
@@ -104,7 +103,7 @@ impl Observations {
             .collect()
     }
 
-    /// Root mean square pixel residual of one view, per coordinate.
+    /// Root mean square residual of one view per coordinate, in pixels. Corners behind the camera are left out.
     pub fn view_residual_rms_px(&self, view: usize, camera: &Camera, pose: &Isometry3<f64>) -> f64 {
         let corners = &self.views[view];
         let sum: f64 = corners
@@ -117,7 +116,7 @@ impl Observations {
         (sum / (2 * corners.len()).max(1) as f64).sqrt()
     }
 
-    /// Whitened cost of one camera and its poses. `None` if a corner is behind the camera.
+    /// Sum of squared whitened residuals. `None` if a corner is behind the camera.
     pub fn cost(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Option<f64> {
         let mut cost = 0.0;
         for (corners, pose) in self.views.iter().zip(poses) {
@@ -147,7 +146,7 @@ fn whiten(corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
 pub struct BundleState {
     /// The lens.
     pub camera: Camera,
-    /// One pose per view.
+    /// Rigid motion from board to camera for each view, in metres.
     pub cam_from_board: Vec<Isometry3<f64>>,
 }
 
@@ -156,19 +155,19 @@ pub struct BundleState {
 pub struct Bundle {
     /// The lens and poses at the minimum.
     pub state: BundleState,
-    /// Which lens parameters were estimated.
+    /// The lens parameters that were estimated.
     pub freedom: LensFreedom,
-    /// Whitened sum of squared residuals, priors excluded.
+    /// Sum of squared whitened residuals, without priors.
     pub cost: f64,
-    /// Coordinates seen less parameters estimated; at least 1.
+    /// Measured coordinates minus estimated parameters; at least 1.
     pub degrees_of_freedom: usize,
-    /// Whether the minimum was reached to 1e-9 standard deviations.
+    /// Whether the next step would be below 1e-9 standard deviations.
     pub converged: bool,
-    /// Information of the corners about the free lens parameters, poses settled.
+    /// Information of the corners about the free lens parameters, poses marginalised out.
     information: LensMatrix,
     /// Information of the prior.
     prior_information: LensVector,
-    /// What each view contributes to `information`, and to the gradient.
+    /// Contribution of each view to `information` and to the gradient.
     view_information: Vec<(LensMatrix, LensVector)>,
 }
 
@@ -176,20 +175,20 @@ struct BundleProblem<'a> {
     observations: &'a Observations,
     freedom: &'a LensFreedom,
     prior: Option<&'a LensPrior>,
-    /// Of the corners, as a multiple of what they claim.
+    /// Variance of the corners as a multiple of the stated covariances.
     noise_variance: f64,
 }
 
-/// Keeps a prior from vanishing beside exact corners.
-pub(crate) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
+/// Least noise variance against which a prior is weighed; keeps a prior effective when corners are exact.
+pub(super) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
 
-/// Minimises the reprojection error from `start`.
+/// Minimises the reprojection error from `start`, one pose per view.
 ///
-/// A prior is weighed against corners as noisy as they turn out to be, not as they claim: with one, a
-/// second pass follows the first.
+/// A prior is weighed against the actual noise of the corners rather than the stated one, so with a prior a second pass
+/// follows the first.
 ///
-/// `None` if the start puts a corner behind the camera, or if the corners and the prior leave a lens
-/// parameter undetermined.
+/// `None` without views, if `start` puts a corner behind the camera, or if corners and prior leave a lens parameter
+/// undetermined.
 pub fn adjust(
     observations: &Observations,
     freedom: &LensFreedom,
@@ -237,10 +236,10 @@ pub fn adjust(
     })
 }
 
-/// Information about all parameters that `freedom` lets vary, poses settled, at `state` as it stands.
+/// Information about all free parameters at `state`, poses marginalised out. Nothing is adjusted.
 ///
-/// `None` if a corner is behind the camera there.
-pub(crate) fn information_at(
+/// `None` if a corner is behind the camera.
+pub(in crate::calibration) fn information_at(
     observations: &Observations,
     freedom: &LensFreedom,
     state: &BundleState,
@@ -250,18 +249,21 @@ pub(crate) fn information_at(
 }
 
 impl Bundle {
-    /// `√(cost / dof)`: the corners' error as a multiple of what their covariances claim.
+    /// The a-posteriori standard deviation of unit weight, σ₀ = `√(cost / dof)`: the actual error of the corners as a
+    /// multiple of the stated one. 1 if the covariances of the corners are right.
+    ///
+    /// Every `noise_factor` in this module has this meaning.
     pub fn noise_factor(&self) -> f64 {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
     }
 
-    /// Covariance of the lens parameters if the corners' error is `noise_factor` times what their
-    /// covariances claim. Zero for fixed parameters; with square pixels `fy` equals `fx`.
+    /// 9×9 covariance of the lens parameters, in the order of [`LENS_PARAMETERS`], for corners with `noise_factor` times
+    /// the stated error. Zero for fixed parameters; with square pixels `fy` equals `fx`. `None` if singular.
     pub fn covariance(&self, noise_factor: f64) -> Option<LensMatrix> {
         self.covariance_of(&self.information, noise_factor)
     }
 
-    /// `(δθ, covariance)` of the estimate with one view left out, to first order.
+    /// Change and covariance of the lens parameters when one view is left out, to first order.
     ///
     /// One Gauss–Newton step from the full minimum: `δ = (I − Iᵢ)⁻¹ (−gᵢ)`.
     pub fn without_view(&self, view: usize, noise_factor: f64) -> Option<(LensVector, LensMatrix)> {
@@ -274,12 +276,12 @@ impl Bundle {
         Some((shift, covariance))
     }
 
-    /// What each view contributes to [`Self::information`], and its pull: the gradient.
-    pub(crate) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
+    /// Contribution of each view to [`Self::information`] and to the gradient.
+    pub(in crate::calibration) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
         &self.view_information
     }
 
-    /// Information of the corners about the free lens parameters per unit of noise, poses settled.
+    /// 9×9 information about the free lens parameters for corners with the stated error, poses marginalised out.
     pub fn information(&self) -> &LensMatrix {
         &self.information
     }
@@ -334,7 +336,7 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
         let parameters = state.camera.lens_parameters();
         for (i, value) in parameters.iter().enumerate() {
             if !self.freedom.free[i] {
-                // Keeps the matrix invertible; the step stays zero.
+                // Keeps the matrix invertible; the step remains zero.
                 normal.shared[(i, i)] = 1.0;
             } else if let Some(prior) = self.prior {
                 let miss = prior.mean[i] - value;
@@ -370,7 +372,7 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
 }
 
 impl BundleProblem<'_> {
-    /// Removes the derivatives of fixed parameters; lets fx carry fy's if pixels are square.
+    /// Zeroes the derivatives of fixed parameters; with square pixels, adds the derivative by fy to that by fx.
     fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
         if self.freedom.square_pixels {
             jac_lens[(1, 0)] = jac_lens[(1, 1)];

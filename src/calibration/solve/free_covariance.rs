@@ -1,9 +1,11 @@
-//! Covariance of the principal point that principal lines of free homographies meet in.
+//! Covariance of the intersection of the principal lines of free homographies.
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, RowVector2, SMatrix, Vector2};
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, RowVector2, SMatrix, SVector, Vector2};
 
-use crate::calibration::solve::free_homography::Local;
-use crate::calibration::solve::schur_lm::ViewBlock;
+use super::schur_lm::ViewBlock;
+
+/// `h11 … h32` of a homography with `h33 = 1`.
+pub(super) type Local = SVector<f64, 8>;
 
 /// Principal line of a view, in units of g: `n·p = c`, and `v` along it.
 struct Line {
@@ -11,7 +13,7 @@ struct Line {
     tangent: Vector2<f64>,
     c: f64,
     v: f64,
-    /// |u| and ρ² of the method's section 1.
+    /// |u| and ρ² of `docs/method.md`, section 1.
     length: f64,
     rho2: f64,
 }
@@ -52,12 +54,12 @@ impl Line {
     }
 }
 
-/// Covariance, px², of the weighted intersection at `pp_in_g`, for noise as claimed.
+/// Covariance, px², of the weighted intersection at `pp_in_g`, for corners with the stated noise.
 ///
-/// Each view's line has its own noise, `V⁻¹`, and all move with the shared lens, whose covariance is
-/// `shared_covariance` over (DC, K1, K2):
-/// `p = DC + S g`, `dP = N⁻¹ Σ w n (dc − (t·P) dφ)`, `N = Σ w n nᵀ`, `w` from each line's own noise.
-pub(crate) fn pp_covariance(
+/// Every line has independent noise from `V⁻¹` of its view, and all lines depend on the shared lens, whose covariance over
+/// (DC, K1, K2) is `shared_covariance`:
+/// `p = DC + S g`, `dP = N⁻¹ Σ w n (dc − (t·P) dφ)`, `N = Σ w n nᵀ`, `w` from the independent noise of each line.
+pub(in crate::calibration) fn pp_covariance(
     views: &[(&Local, &ViewBlock<4, 8>)],
     shared_covariance: &Matrix4<f64>,
     pp_in_g: &Vector2<f64>,
@@ -76,11 +78,11 @@ pub(crate) fn pp_covariance(
     let normal_inverse = normal_matrix.try_inverse()? * scale_px;
     let mut by_shared = Matrix2x4::zeros();
     by_shared.fixed_view_mut::<2, 2>(0, 0).fill_with_identity();
-    let mut own = Matrix2::zeros();
+    let mut independent = Matrix2::zeros();
     for (by_view, covariance, block) in weighted {
         let by_view = normal_inverse * by_view;
-        own += by_view * covariance * by_view.transpose();
+        independent += by_view * covariance * by_view.transpose();
         by_shared -= by_view * covariance * block.cross.transpose();
     }
-    Some(own + by_shared * shared_covariance * by_shared.transpose())
+    Some(independent + by_shared * shared_covariance * by_shared.transpose())
 }

@@ -3,75 +3,77 @@
 //! ```text
 //! p = DC + S g (1 + K1 |g|² + K2 |g|⁴),   g = H_i X,   S = 1000 px
 //! ```
-//! Each view keeps all eight freedoms of its homography; DC, K1, K2 are shared. Neither a common focal
-//! length nor a distortion centre at the principal point is assumed. The undistorted views' principal
-//! lines then meet in the principal point.
+//! Each view has the eight degrees of freedom of a homography; DC, K1, K2 are shared. The model assumes neither a common
+//! focal length nor a distortion centre at the principal point. The principal lines of the undistorted views intersect
+//! in the principal point. See `docs/method.md`, section 2.
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, SVector, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector4};
 
-use crate::calibration::solve::bundle::{LEAST_NOISE_VARIANCE, Observations};
-use crate::calibration::solve::free_covariance::pp_covariance;
-use crate::calibration::solve::schur_lm::{
-    NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+use super::{
+    bundle::{LEAST_NOISE_VARIANCE, Observations},
+    free_covariance::{Local, pp_covariance},
+    schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise},
 };
-use crate::frame::ImageSize;
-use crate::geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px};
+use crate::{
+    frame::ImageSize,
+    geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px},
+};
 
-/// S above: makes g about 1 at the edge of the picture.
+/// `S`, so that g is about 1 at the edge of the picture.
 const SCALE_PX: f64 = 1000.0;
 
-/// What is believed about the distortion centre.
+/// Prior on the distortion centre: a normal distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistortionCentrePrior {
-    /// Most likely place.
+    /// Mean, in pixels.
     pub px: Point2<f64>,
-    /// Standard deviation along each axis.
+    /// Standard deviation along each axis, in pixels.
     pub sd_px: f64,
 }
 
 impl DistortionCentrePrior {
-    /// Image centre ± 5 % of the width.
+    /// Mean at the image centre, standard deviation 5 % of the width.
     pub fn of(image_size: ImageSize) -> Self {
         Self { px: image_size.centre_px(), sd_px: 0.05 * f64::from(image_size.width_px) }
     }
 }
 
-/// The fit, and what follows from its principal lines.
+/// The fitted homographies and distortion, and the intersection of their principal lines.
 #[derive(Clone, Debug)]
 pub struct FreeHomographies {
-    /// DC.
+    /// Distortion centre DC, in pixels.
     pub distortion_centre_px: Point2<f64>,
     /// K1, K2, for g in units of 1000 px.
     pub k: [f64; 2],
-    /// Board (metres) → undistorted pixel, one per view.
+    /// Board (metres) → undistorted pixels, one homography per view.
     pub image_from_board: Vec<Matrix3<f64>>,
-    /// Whitened sum of squared residuals, prior excluded.
+    /// Sum of squared whitened residuals, without the prior.
     pub cost: f64,
-    /// Coordinates seen less parameters.
+    /// Measured coordinates minus parameters; at least 1.
     pub degrees_of_freedom: usize,
-    /// Where the principal lines meet, weighted by their variances.
+    /// Intersection of the principal lines, weighted by their variances, in pixels.
     pub pp_px: Point2<f64>,
-    /// Covariance of `pp_px` for corners as noisy as their covariances claim.
+    /// Covariance of `pp_px`, px², for corners with the stated error.
     pub pp_unit_covariance_px2: Matrix2<f64>,
-    /// Covariance of `(DC, K1, K2)` for corners as noisy as their covariances claim.
+    /// Covariance of `(DC, K1, K2)` for corners with the stated error.
     pub shared_unit_covariance: Matrix4<f64>,
-    /// Principal lines of the undistorted corners, for noise as claimed; `None` for frontal views.
+    /// Principal lines of the undistorted corners, for the stated error; `None` for frontal views.
     pub lines: Vec<Option<PrincipalLine>>,
 }
 
 impl FreeHomographies {
-    /// `√(cost / dof)`.
+    /// σ₀ of this fit, see [`Bundle::noise_factor`](crate::calibration::Bundle::noise_factor).
     pub fn noise_factor(&self) -> f64 {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
     }
 
-    /// The unit of `g`.
+    /// `S`, the unit of `g`, in pixels.
     pub fn unit_px(&self) -> f64 {
         SCALE_PX
     }
 
-    /// Residual, px, and claimed covariance, px², of every corner, view by view.
-    pub(crate) fn residuals_px(
+    /// Residual, px, and stated covariance, px², of every corner, view by view.
+    pub(in crate::calibration) fn residuals_px(
         &self,
         observations: &Observations,
     ) -> Vec<(Vector2<f64>, Matrix2<f64>)> {
@@ -82,8 +84,8 @@ impl FreeHomographies {
             .enumerate()
             .flat_map(|(view, h)| observations.view(view).iter().map(move |corner| (h, corner)))
             .filter_map(|(h, corner)| {
-                let ideal_px = Point2::from_homogeneous(h * corner.board_m.to_homogeneous())?;
-                let g = Point2::from((ideal_px - centre) / SCALE_PX);
+                let undistorted_px = Point2::from_homogeneous(h * corner.board_m.to_homogeneous())?;
+                let g = Point2::from((undistorted_px - centre) / SCALE_PX);
                 let predicted = centre + lens.apply(&g).coords * SCALE_PX;
                 let information = corner.whitener.transpose() * corner.whitener;
                 Some((corner.px - predicted, information.try_inverse()?))
@@ -91,9 +93,6 @@ impl FreeHomographies {
             .collect()
     }
 }
-
-/// `h11 … h32` of a homography with `h33 = 1`.
-pub(crate) type Local = SVector<f64, 8>;
 
 #[derive(Clone)]
 struct FreeState {
@@ -111,9 +110,9 @@ struct FreeProblem<'a> {
     prior: DistortionCentrePrior,
 }
 
-/// Fits the model, starting from homographies of the corners as seen.
+/// Fits the model, starting from the homographies of the distorted corners, one per view.
 ///
-/// `None` with fewer than two views, where the fit fails, or where the lines do not meet.
+/// `None` with fewer than two views, if the fit fails, or if the lines don't intersect.
 pub fn fit(
     observations: &Observations,
     prior: DistortionCentrePrior,
@@ -149,7 +148,7 @@ pub fn fit(
     let mut minimum = minimise(&problem, start)?;
     let parameters = 4 + 8 * observations.view_count();
     let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
-    // The prior weighs against corners as noisy as they turn out to be.
+    // The prior is weighed against the actual noise of the corners.
     let cost = minimum.cost - problem.prior_cost(&minimum.state.shared);
     let noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
     problem.prior.sd_px /= noise_variance.sqrt();
@@ -201,8 +200,8 @@ fn image_from_board(view: &Local, board_scale_m: f64, centre_px: &Point2<f64>) -
 }
 
 impl FreeProblem<'_> {
-    /// Principal line of one view's undistorted corners. `Some(None)` for a view without one, `None`
-    /// if a corner lies beyond the fold of the lens.
+    /// Principal line of the undistorted corners of one view. `Some(None)` for a view without one, `None` if a corner lies
+    /// beyond the fold of the lens model.
     fn line(&self, view: usize, state: &FreeState) -> Option<Option<PrincipalLine>> {
         let centre = Point2::new(state.shared[0], state.shared[1]);
         let lens = lens(state);

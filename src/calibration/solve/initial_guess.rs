@@ -1,45 +1,56 @@
-//! Where bundle adjustment starts: closed forms of the corners as seen.
+//! Initial guess for bundle adjustment: closed forms from the distorted corners.
 
 use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, SymmetricEigen};
 
-use crate::calibration::result::NotCalibrated;
-use crate::calibration::solve::bundle::{BundleState, Observations};
-use crate::calibration::solve::zhang;
-use crate::frame::ImageSize;
-use crate::geometry::{
-    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, intersect_unweighted,
-    intersect_weighted, mean_px, pose_from_homography, principal_line_and_ring,
+use super::{
+    bundle::{BundleState, Observations},
+    zhang,
+};
+use crate::{
+    frame::ImageSize,
+    geometry::{
+        Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate,
+        intersect_unweighted, intersect_weighted, mean_px, pose_from_homography,
+        principal_line_and_ring,
+    },
 };
 
-/// No corner is believed to be found better than this.
+/// Floor of the believed error of a corner, in pixels; far below any detector's, it only bounds exact corners.
 const NOISE_FLOOR_PX: f64 = 1e-3;
-/// Two views whose corners differ by less than this share of the picture's width are the same view.
+/// Two views whose corners differ by less than this fraction of the picture's width (root mean square) count as one:
+/// 13 px at 1280.
 const ALIKE: f64 = 0.01;
-/// A board seen thinner than this is seen from its edge.
+/// Ratio of minor to major extent of the corners below which the board is seen edge-on.
 const THINNEST: f64 = 0.01;
 
-/// Principal lines of the corners as seen, and what they meet in.
-pub(crate) struct AsSeen {
-    pub(crate) image_from_board: Vec<Matrix3<f64>>,
-    pub(crate) lines: Vec<Option<PrincipalLine>>,
-    pub(crate) unweighted: Option<PrincipalPoint>,
-    pub(crate) weighted: Option<PrincipalPoint>,
-    pub(crate) ring: Option<RingEstimate>,
+/// A view whose corners are not the image of a flat board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::calibration) struct NotPlanar {
+    pub(in crate::calibration) view: usize,
 }
 
-/// Homographies and principal lines of the corners as the paper takes them: all with the same weight,
-/// so that where the lens bends the picture no corner pulls harder than another.
-pub(crate) fn as_seen(
+/// Homographies and principal lines of the distorted corners, and the intersections of the lines.
+pub(in crate::calibration) struct AsSeen {
+    pub(in crate::calibration) image_from_board: Vec<Matrix3<f64>>,
+    pub(in crate::calibration) lines: Vec<Option<PrincipalLine>>,
+    pub(in crate::calibration) unweighted: Option<PrincipalPoint>,
+    pub(in crate::calibration) weighted: Option<PrincipalPoint>,
+    pub(in crate::calibration) ring: Option<RingEstimate>,
+}
+
+/// Fits homographies and principal lines to the distorted corners, as in Chuang 2021: with equal weights, so that no
+/// corner dominates where distortion is the largest error.
+pub(in crate::calibration) fn as_seen(
     views: &[Vec<Corner>],
     board_m: &[Point2<f64>],
     image_size: ImageSize,
-) -> Result<AsSeen, NotCalibrated> {
+) -> Result<AsSeen, NotPlanar> {
     let sigma_px = typical_sigma_px(views);
     let homographies: Vec<Homography> = views
         .iter()
         .enumerate()
         .map(|(view, corners)| {
-            let missing = NotCalibrated::NoHomography { view };
+            let missing = NotPlanar { view };
             if thinness(corners).is_nan() || thinness(corners) < THINNEST {
                 return Err(missing);
             }
@@ -65,7 +76,7 @@ pub(crate) fn as_seen(
     })
 }
 
-/// Extent of the corners across their longest direction over the extent along it.
+/// Minor over major extent of the corners.
 fn thinness(corners: &[Corner]) -> f64 {
     let mean = mean_px(corners);
     let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
@@ -76,13 +87,13 @@ fn thinness(corners: &[Corner]) -> f64 {
     (eigenvalues.min().max(0.0) / eigenvalues.max()).sqrt()
 }
 
-/// The least error of the corners that is believed, as a multiple of what they claim.
-pub(crate) fn noise_floor(views: &[Vec<Corner>]) -> f64 {
+/// Floor of the noise factor: [`NOISE_FLOOR_PX`] over the typical stated error.
+pub(in crate::calibration) fn noise_floor(views: &[Vec<Corner>]) -> f64 {
     NOISE_FLOOR_PX / typical_sigma_px(views)
 }
 
-/// Typical claimed error of a corner coordinate: root mean square.
-pub(crate) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
+/// Typical stated error of a corner coordinate in pixels: root mean square.
+pub(in crate::calibration) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     let (sum, count) = views
         .iter()
         .flatten()
@@ -90,11 +101,12 @@ pub(crate) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     (sum / count).sqrt()
 }
 
-/// The best of several starting cameras, with the poses it gives the views.
+/// Returns the best of several initial cameras, with the poses of the views.
 ///
-/// PL + ring, then Zhang's closed form, then single views' focal lengths with the principal point at
-/// the image centre, then a normal lens. `None` if a view has no pose under any of them.
-pub(crate) fn start(
+/// Candidates: principal lines and ring; Zhang's closed form; the median of single-view focal lengths with the principal
+/// point at the image centre; a lens with a focal length of one picture width. The one with the lowest reprojection
+/// cost wins. `None` if every candidate leaves a view without a pose.
+pub(in crate::calibration) fn start(
     observations: &Observations,
     as_seen: &AsSeen,
     image_size: ImageSize,
@@ -140,15 +152,18 @@ pub(crate) fn start(
 }
 
 /// Poses of all views under `camera`.
-pub(crate) fn poses(
+pub(in crate::calibration) fn poses(
     image_from_board: &[Matrix3<f64>],
     camera: &Camera,
 ) -> Option<Vec<Isometry3<f64>>> {
     image_from_board.iter().map(|h| pose_from_homography(h, camera)).collect()
 }
 
-/// Number of views that differ from all before them.
-pub(crate) fn distinct_views(views: &[Vec<Corner>], image_size: ImageSize) -> usize {
+/// Number of views that differ from all earlier ones.
+pub(in crate::calibration) fn distinct_views(
+    views: &[Vec<Corner>],
+    image_size: ImageSize,
+) -> usize {
     let limit_px = ALIKE * f64::from(image_size.width_px);
     let mut kept: Vec<&[Corner]> = Vec::new();
     for view in views {
@@ -159,8 +174,8 @@ pub(crate) fn distinct_views(views: &[Vec<Corner>], image_size: ImageSize) -> us
     kept.len()
 }
 
-/// Root mean square distance of corners of the same number, or of opposite numbers if that is less:
-/// some boards look the same upside down.
+/// Root mean square distance between corresponding corners, or between opposite ones if that is less: some boards look the
+/// same upside down.
 fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
     let mean = |pairs: &mut dyn Iterator<Item = (Point2<f64>, Point2<f64>)>| {
         pairs.map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len().max(1) as f64

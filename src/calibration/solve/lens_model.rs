@@ -1,7 +1,8 @@
-use crate::frame::ImageSize;
-use crate::geometry::LENS_PARAMETERS;
+//! The nested lens models, and priors on their parameters.
 
-/// Which deviations from a pinhole are estimated. Each model contains the ones before it.
+use crate::{frame::ImageSize, geometry::LENS_PARAMETERS};
+
+/// The distortion coefficients that are estimated. The models are nested: each contains the ones before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensModel {
     /// No distortion.
@@ -16,21 +17,21 @@ pub enum LensModel {
     K1K2P1P2K3,
 }
 
-/// Which lens parameters an adjustment may change, in the order of [`LENS_PARAMETERS`].
+/// The lens parameters that an adjustment estimates, in the order of [`LENS_PARAMETERS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LensFreedom {
-    /// Whether each parameter is estimated. With square pixels `fy` is not: it follows `fx`.
+    /// Whether each parameter is estimated. With square pixels, `fy` isn't: it follows `fx`.
     pub free: [bool; LENS_PARAMETERS],
-    /// `fy = fx`, one parameter.
+    /// Whether `fy = fx`, one parameter.
     pub square_pixels: bool,
 }
 
-/// What is believed about a lens before any view: independent normal distributions.
+/// Prior on the lens parameters: independent normal distributions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensPrior {
-    /// Most likely values.
+    /// Means.
     pub mean: [f64; LENS_PARAMETERS],
-    /// 1/sd² of each; zero where nothing is believed.
+    /// Information 1/sd² of each; zero for no prior.
     pub information: [f64; LENS_PARAMETERS],
 }
 
@@ -61,7 +62,7 @@ impl LensModel {
         }
     }
 
-    /// Focal length, principal point and this model's coefficients free.
+    /// Frees focal length, principal point and the coefficients of this model.
     pub fn freedom(self, square_pixels: bool) -> LensFreedom {
         let mut free = [false; LENS_PARAMETERS];
         for (i, free) in free.iter_mut().enumerate() {
@@ -80,8 +81,8 @@ impl LensFreedom {
 }
 
 impl LensPrior {
-    /// The weak lens_estimate that lets few views start: PP within 100 px (scaled from a picture 1920 px wide
-    /// if larger) of the image centre, k1 0 ± 0.4, k2 0 ± 0.6, tangential ± 0.01, k3 ± 0.6.
+    /// A weak prior that makes few views sufficient, `docs/method.md`, section 2: PP at the image centre ± 100 px (in
+    /// proportion for pictures wider than 1920 px), k1 0 ± 0.4, k2 0 ± 0.6, p1 and p2 0 ± 0.01, k3 0 ± 0.6.
     pub fn weak(image_size: ImageSize) -> Self {
         let centre = image_size.centre_px();
         let pp_sd_px = 100.0_f64.max(100.0 * f64::from(image_size.width_px) / 1920.0);
@@ -95,7 +96,7 @@ impl LensPrior {
         prior
     }
 
-    /// The same with the focal length (both axes) believed to be `f_px` ± `sd_px`.
+    /// Adds a prior on the focal length along both axes: `f_px` ± `sd_px`.
     #[must_use]
     pub fn with_focal_length(mut self, f_px: f64, sd_px: f64) -> Self {
         for i in 0..2 {

@@ -1,5 +1,8 @@
-//! Least squares with an normal-shaped information matrix: parameters shared by all views, and
-//! parameters of one view each.
+//! Levenberg–Marquardt for parameters shared by all views and parameters of single views.
+//!
+//! The normal matrix has the shape of an arrow, so the parameters of the views are eliminated by a Schur complement
+//! (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, section 6). The loop and its end test are those of
+//! `geometry::least_squares`, whose problems have no views.
 
 use nalgebra::{SMatrix, SVector, Vector2};
 
@@ -11,40 +14,40 @@ use nalgebra::{SMatrix, SVector, Vector2};
 ///     | W₂ᵀ      V₂   |
 /// ```
 #[derive(Clone, Debug)]
-pub(crate) struct NormalEquations<const S: usize, const L: usize> {
-    /// U, with whatever priors were added.
-    pub(crate) shared: SMatrix<f64, S, S>,
-    /// Shared part of g.
-    pub(crate) gradient: SVector<f64, S>,
+pub(in crate::calibration) struct NormalEquations<const S: usize, const L: usize> {
+    /// `U`, priors included.
+    pub(in crate::calibration) shared: SMatrix<f64, S, S>,
+    /// Shared part of `g`.
+    pub(in crate::calibration) gradient: SVector<f64, S>,
     /// One block per view.
-    pub(crate) views: Vec<ViewBlock<S, L>>,
+    pub(in crate::calibration) views: Vec<ViewBlock<S, L>>,
 }
 
-/// What one view adds to an [`NormalEquations`].
+/// Contribution of one view to [`NormalEquations`].
 #[derive(Clone, Debug)]
-pub(crate) struct ViewBlock<const S: usize, const L: usize> {
-    /// This view's part of U.
-    pub(crate) shared: SMatrix<f64, S, S>,
-    /// This view's part of the shared gradient.
-    pub(crate) shared_gradient: SVector<f64, S>,
-    /// W.
-    pub(crate) cross: SMatrix<f64, S, L>,
-    /// V.
-    pub(crate) local: SMatrix<f64, L, L>,
-    /// Local part of g.
-    pub(crate) gradient: SVector<f64, L>,
+pub(in crate::calibration) struct ViewBlock<const S: usize, const L: usize> {
+    /// Contribution to `U`.
+    pub(in crate::calibration) shared: SMatrix<f64, S, S>,
+    /// Contribution to the shared part of `g`.
+    pub(super) shared_gradient: SVector<f64, S>,
+    /// `W`.
+    pub(in crate::calibration) cross: SMatrix<f64, S, L>,
+    /// `V`.
+    pub(in crate::calibration) local: SMatrix<f64, L, L>,
+    /// Local part of `g`.
+    pub(in crate::calibration) gradient: SVector<f64, L>,
 }
 
-/// Solution of an [`NormalEquations`].
-pub(crate) struct Step<const S: usize, const L: usize> {
-    pub(crate) shared: SVector<f64, S>,
-    pub(crate) views: Vec<SVector<f64, L>>,
+/// Solution `δ` of [`NormalEquations`].
+pub(in crate::calibration) struct Step<const S: usize, const L: usize> {
+    pub(in crate::calibration) shared: SVector<f64, S>,
+    pub(in crate::calibration) views: Vec<SVector<f64, L>>,
     /// `δᵀ g`: squared length of the step in standard deviations.
-    pub(crate) decrement: f64,
+    pub(in crate::calibration) decrement: f64,
 }
 
 impl<const S: usize, const L: usize> ViewBlock<S, L> {
-    pub(crate) fn zeros() -> Self {
+    pub(in crate::calibration) fn zeros() -> Self {
         Self {
             shared: SMatrix::zeros(),
             shared_gradient: SVector::zeros(),
@@ -55,7 +58,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
     }
 
     /// Adds one whitened observation: `residual = observed − predicted` and the prediction's Jacobians.
-    pub(crate) fn add(
+    pub(in crate::calibration) fn add(
         &mut self,
         by_shared: &SMatrix<f64, 2, S>,
         by_local: &SMatrix<f64, 2, L>,
@@ -70,8 +73,8 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
         self.gradient += local_transposed * residual;
     }
 
-    /// `V⁻¹` with its diagonal raised by the factor `1 + damping`.
-    pub(crate) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
+    /// `V⁻¹`, with the diagonal of `V` multiplied by `1 + damping`. `None` if singular.
+    pub(super) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
         let mut local = self.local;
         for i in 0..L {
             local[(i, i)] *= 1.0 + damping;
@@ -79,9 +82,8 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
         inverse(&local)
     }
 
-    /// What this view says about the shared parameters: information and gradient, its own
-    /// parameters settled.
-    pub(crate) fn reduced(&self) -> Option<(SMatrix<f64, S, S>, SVector<f64, S>)> {
+    /// Information and gradient of this view for the shared parameters, its local ones marginalised out.
+    pub(in crate::calibration) fn reduced(&self) -> Option<(SMatrix<f64, S, S>, SVector<f64, S>)> {
         let gain = self.cross * self.local_inverse(0.0)?;
         Some((
             self.shared - gain * self.cross.transpose(),
@@ -91,7 +93,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
 }
 
 impl<const S: usize, const L: usize> NormalEquations<S, L> {
-    pub(crate) fn from_views(views: Vec<ViewBlock<S, L>>) -> Self {
+    pub(in crate::calibration) fn from_views(views: Vec<ViewBlock<S, L>>) -> Self {
         let mut shared = SMatrix::zeros();
         let mut gradient = SVector::zeros();
         for view in &views {
@@ -101,8 +103,8 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
         Self { shared, gradient, views }
     }
 
-    /// The damped step. `None` if the information has no inverse.
-    pub(crate) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
+    /// The damped step. `None` if the damped matrix isn't positive definite.
+    pub(in crate::calibration) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
         let mut reduced = self.shared;
         for i in 0..S {
             reduced[(i, i)] *= 1.0 + damping;
@@ -131,8 +133,8 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
         decrement.is_finite().then_some(Step { shared, views, decrement })
     }
 
-    /// Information about the shared parameters, priors included.
-    pub(crate) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
+    /// Information about the shared parameters, priors included, local ones marginalised out.
+    pub(in crate::calibration) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
         let mut reduced = self.shared;
         for view in &self.views {
             let gain = view.cross * view.local_inverse(0.0)?;
@@ -142,8 +144,11 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
     }
 }
 
-/// Inverse of a symmetric positive definite matrix, scaled to a unit diagonal first.
-pub(crate) fn inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+/// Inverse of a symmetric positive definite matrix, computed after scaling to a unit diagonal. `None` if a pivot shows that
+/// it is singular.
+pub(in crate::calibration) fn inverse<const N: usize>(
+    matrix: &SMatrix<f64, N, N>,
+) -> Option<SMatrix<f64, N, N>> {
     let mut scale = SVector::<f64, N>::zeros();
     for i in 0..N {
         let diagonal = matrix[(i, i)];
@@ -160,7 +165,8 @@ pub(crate) fn inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMa
     inverse.iter().all(|x| x.is_finite()).then_some(inverse)
 }
 
-/// Inverse by Cholesky factors, refused below a pivot that rounding alone could make.
+/// Inverse by Cholesky factors. `None` if a pivot is below what rounding alone produces: `nalgebra`'s decomposition only
+/// refuses pivots that aren't positive.
 fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
     let mut lower = SMatrix::<f64, N, N>::zeros();
     for j in 0..N {
@@ -196,46 +202,47 @@ fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64,
     Some(inverse_lower.transpose() * inverse_lower)
 }
 
-/// A sum of squares over views that can be linearised into an [`NormalEquations`].
-pub(crate) trait Problem<const S: usize, const L: usize> {
+/// A sum of squares over views.
+pub(in crate::calibration) trait Problem<const S: usize, const L: usize> {
     /// Values of all parameters.
     type State: Clone;
-    /// Cost and normal equations. `None` where the model is undefined.
+    /// Cost and normal equations at `state`. `None` where the model is undefined.
     fn linearise(&self, state: &Self::State) -> Option<(f64, NormalEquations<S, L>)>;
     /// `state` moved by `step`.
     fn moved(&self, state: &Self::State, step: &Step<S, L>) -> Self::State;
 }
 
-/// Where [`minimise`] ended.
-pub(crate) struct Minimum<State, const S: usize, const L: usize> {
-    pub(crate) state: State,
-    pub(crate) cost: f64,
-    pub(crate) normal: NormalEquations<S, L>,
-    pub(crate) converged: bool,
+/// Where [`minimise`] ended. `cost` and `normal` always belong to `state`.
+pub(in crate::calibration) struct Minimum<State, const S: usize, const L: usize> {
+    pub(in crate::calibration) state: State,
+    pub(in crate::calibration) cost: f64,
+    pub(in crate::calibration) normal: NormalEquations<S, L>,
+    pub(in crate::calibration) converged: bool,
 }
 
-/// Levenberg–Marquardt. Never ends higher than it started; deterministic; at most 100 steps.
+/// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started; deterministic.
 ///
-/// Converged means that the next step is below 1e-9 standard deviations.
-pub(crate) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
+/// Converged means that the next step is below 1e-9 standard deviations. `None` if the model is undefined at `start`.
+pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
 ) -> Option<Minimum<P::State, S, L>> {
     minimise_to(problem, start, 1e-18)
 }
 
-/// The same; converged means that the next step's squared length, in standard deviations, is `close`.
-pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
+/// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard deviations, is at most
+/// `negligible_step`.
+pub(in crate::calibration) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
-    close: f64,
+    negligible_step: f64,
 ) -> Option<Minimum<P::State, S, L>> {
     let (cost, normal) = problem.linearise(&start)?;
     let mut at = Minimum { state: start, cost, normal, converged: false };
     let mut damping = 1e-4;
     for _ in 0..100 {
         let accepted = at.normal.solve(damping).and_then(|step| {
-            if step.decrement <= close {
+            if step.decrement <= negligible_step {
                 at.converged = true;
                 return None;
             }
@@ -247,7 +254,7 @@ pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
             break;
         }
         if let Some((state, cost, normal, decrement)) = accepted {
-            // Rounding keeps the last steps from shrinking further.
+            // The cost no longer falls measurably, and rounding keeps the steps from shrinking further.
             let stalled = at.cost - cost <= 1e-13 * at.cost && decrement <= 1e-15;
             at = Minimum { state, cost, normal, converged: stalled };
             damping = if damping > 1e-10 { damping * 0.1 } else { 0.0 };

@@ -1,41 +1,43 @@
-//! A focal length that moves from view to view: the principal point without a common one.
+//! The lens when the focal length differs from view to view.
 //!
-//! The lines of the free homographies meet in the principal point whatever each view's focal length is
-//! (Chuang 2021, section 3.4); each line then gives its own view's focal length.
+//! The principal lines of the free homographies intersect in the principal point whatever the focal lengths of the views
+//! (Chuang 2021, section 3.4); each line then gives the focal length of its view.
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
-use crate::calibration::solve::free_homography::FreeHomographies;
-use crate::calibration::solve::lens_model::LensModel;
+use super::{free_homography::FreeHomographies, lens_model::LensModel};
 use crate::geometry::{Camera, Distortion, FocalLength, LENS_PARAMETERS, PrincipalLine};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// The lens of views that share all but their focal length.
+/// The lens of views that share everything except the focal length.
 #[derive(Clone, Debug)]
-pub(crate) struct VaryingFocal {
-    /// With the mean focal length; distortion as the views have it there.
-    pub(crate) camera: Camera,
-    /// For a view whose focal length is measured as well as these are.
-    pub(crate) covariance: LensMatrix,
-    pub(crate) noise_factor: f64,
-    /// Sample standard deviation of the views' focal lengths.
-    pub(crate) scatter_px: f64,
-    /// Of each view; `None` for views that face the camera.
-    pub(crate) focal: Vec<Option<FocalLength>>,
+pub(in crate::calibration) struct VaryingFocal {
+    /// With the mean focal length, and the distortion at that focal length.
+    pub(in crate::calibration) camera: Camera,
+    /// Covariance of the lens parameters; the variance of the focal length is that of one view, on average.
+    pub(in crate::calibration) covariance: LensMatrix,
+    pub(in crate::calibration) noise_factor: f64,
+    /// Sample standard deviation of the focal lengths of the views, in pixels.
+    pub(in crate::calibration) scatter_px: f64,
+    /// Focal length of each view; `None` for views that face the camera.
+    pub(in crate::calibration) focal: Vec<Option<FocalLength>>,
 }
 
-/// The model in which the lens of [`VaryingFocal`] is written.
-pub(crate) const MODEL: LensModel = LensModel::K1K2P1P2;
+/// The lens model of [`VaryingFocal`].
+pub(in crate::calibration) const MODEL: LensModel = LensModel::K1K2P1P2;
 
-/// Reads PP, focal lengths and distortion off `free`.
+/// Derives principal point, focal lengths and distortion from `free`.
 ///
 /// With `g` in units of `S` about the distortion centre DC and `e = (DC − P)/f`, the radial model about DC
 /// is `x + k1 |x−e|² (x−e) + …` with `k1 = K1 (f/S)²`, `k2 = K2 (f/S)⁴`; to first order in `e` that is
 /// OpenCV's model with `(p2, p1) = −k1 e`.
 ///
 /// `None` if fewer than two views have a focal length.
-pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option<VaryingFocal> {
+pub(in crate::calibration) fn varying_focal(
+    free: &FreeHomographies,
+    noise_floor: f64,
+) -> Option<VaryingFocal> {
     let noise_factor = free.noise_factor().max(noise_floor);
     let variance = noise_factor * noise_factor;
     let pp_covariance_px2: Matrix2<f64> = free.pp_unit_covariance_px2 * variance;
@@ -69,7 +71,7 @@ pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option
     for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
         covariance[(4 + i, 4 + j)] = shared[(2 + i, 2 + j)] * to_k[i] * to_k[j];
     }
-    // p1 goes with y, p2 with x.
+    // p1 depends on y, p2 on x.
     for (p, axis) in [(6, 1), (7, 0)] {
         let of_centre = shared[(axis, axis)] + pp_covariance_px2[(axis, axis)];
         covariance[(p, p)] = of_centre * (k1 / mean_px).powi(2);
@@ -86,8 +88,8 @@ pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option
 }
 
 impl VaryingFocal {
-    /// The camera as it was for one view; with the mean focal length where the view has none.
-    pub(crate) fn camera_of(&self, view: usize) -> Camera {
+    /// The camera of one view; with the mean focal length where the view has none.
+    pub(in crate::calibration) fn camera_of(&self, view: usize) -> Camera {
         let f_px = self.focal[view].map_or(self.camera.f_px.x, |focal| focal.f_px);
         Camera { f_px: Vector2::repeat(f_px), ..self.camera }
     }

@@ -1,24 +1,30 @@
-//! The established method, for comparison: Zhang 2000, closed form and refined.
+//! The baseline method: Zhang, "A flexible new technique for camera calibration", IEEE PAMI 2000. Closed form and
+//! refinement.
 
 use nalgebra::{DMatrix, Isometry3, Matrix3, Point2, Vector2};
 
-use crate::calibration::solve::bundle::{Bundle, BundleState, Observations, adjust};
-use crate::calibration::solve::lens_model::LensModel;
-use crate::frame::ImageSize;
-use crate::geometry::{Camera, Distortion};
+use super::{
+    bundle::{Bundle, BundleState, Observations, adjust},
+    lens_model::LensModel,
+};
+use crate::{
+    frame::ImageSize,
+    geometry::{Camera, Distortion},
+};
 
-/// Zhang's closed form with zero skew, from at least two homographies.
+/// Zhang's closed form with zero skew (section 3.1 and appendix B), from at least two homographies, board → pixels.
 ///
 /// Each `image_from_board = [h₁ h₂ h₃]` gives two linear equations `h₁ᵀ B h₂ = 0` and
 /// `h₁ᵀ B h₁ = h₂ᵀ B h₂` in the image of the absolute conic `B ∝ K⁻ᵀ K⁻¹`. Pixels are centred and
-/// scaled first. `None` with fewer than two, or if the solution is no camera (parallel boards, noise).
+/// scaled first. `None` with fewer than two homographies, or if the solution isn't a camera: parallel boards, or too much
+/// noise.
 pub fn closed_form(image_from_board: &[Matrix3<f64>], image_size: ImageSize) -> Option<Camera> {
     if image_from_board.len() < 2 {
         return None;
     }
     let centre = image_size.centre_px();
     let scale_px = f64::from(image_size.width_px.max(image_size.height_px)) / 2.0;
-    let normalised_from_image = Matrix3::new(
+    let normalized_from_image = Matrix3::new(
         1.0 / scale_px,
         0.0,
         -centre.x / scale_px,
@@ -32,7 +38,7 @@ pub fn closed_form(image_from_board: &[Matrix3<f64>], image_size: ImageSize) -> 
     // At least five rows, so that the null vector of two views is among the singular vectors.
     let mut equations = DMatrix::<f64>::zeros((2 * image_from_board.len()).max(5), 5);
     for (view, image_from_board) in image_from_board.iter().enumerate() {
-        let h = normalised_from_image * image_from_board;
+        let h = normalized_from_image * image_from_board;
         let h = h / (h.column(0).norm_squared() + h.column(1).norm_squared()).sqrt();
         let product = |i: usize, j: usize| {
             let (a, b) = (h.column(i), h.column(j));
@@ -72,9 +78,10 @@ pub fn closed_form(image_from_board: &[Matrix3<f64>], image_size: ImageSize) -> 
     })
 }
 
-/// Zhang's method in full: `start` refined by reprojection error, fx and fy free, no priors.
+/// Zhang's complete method: refines `start` by minimising the reprojection error with free fx, fy and no priors (section
+/// 3.2).
 ///
-/// `None` where it does not converge to a camera.
+/// `None` if it doesn't converge to a camera.
 pub fn refined(
     observations: &Observations,
     model: LensModel,

@@ -241,7 +241,7 @@ fn estimate(
 fn projection_error_px(estimate: &Camera, truth: &Camera) -> Option<f64> {
     let mut off: Vec<(Vector2<f64>, SMatrix<f64, 2, 3>)> = Vec::new();
     for px in cell_centres_px(IMAGE_SIZE) {
-        let Some(ray) = truth.ideal_from_px(&px) else { continue };
+        let Some(ray) = truth.normalized_from_px(&px) else { continue };
         let at = estimate.project_ray(&ray);
         off.push((at.px - px, at.jac_rotation));
     }

@@ -35,17 +35,20 @@ pub(super) fn reading(gauge: Gauge, snapshot: &Snapshot) -> Reading {
             (0.0, 75_f64.to_radians()),
         ),
         Gauge::Direction => {
-            let off = measured
-                .zip(target)
-                .map(|(m, target)| direction_difference_rad(m.slot_rad, target.slot_rad));
+            let off = measured.zip(target).map(|(m, target)| {
+                direction_difference_rad(m.tilt_azimuth_rad, target.tilt_azimuth_rad)
+            });
             let limit = guidance.max_slot_error_rad;
             read(off, (-limit, limit), (-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2))
         }
-        Gauge::Size => read(measured.map(|m| m.fill), (guidance.min_fill, 1.0), (0.0, 1.0)),
+        Gauge::Size => {
+            let least = guidance.min_span_fraction;
+            read(measured.map(|m| m.span_fraction), (least, 1.0), (0.0, 1.0))
+        }
         Gauge::Across => {
             let pp = &snapshot.pp_px;
             let wanted = target.map_or(0.0, |target| {
-                lateral_offset_px(target.slot_rad, &middle(&target.ghost_px), pp)
+                lateral_offset_px(target.tilt_azimuth_rad, &middle(&target.ghost_px), pp)
             });
             let limit = guidance.partner_offset_px;
             let off = measured.map(|m| m.lateral_offset_px - wanted);

@@ -53,7 +53,7 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     }
     // Which way it leans: a bar along the edge that is tipped away.
     let middle = placed.pos(&middle(&target.ghost_px));
-    let (sin, cos) = target.slot_rad.sin_cos();
+    let (sin, cos) = target.tilt_azimuth_rad.sin_cos();
     let ahead = placed.pos(&(middle_shifted(&target.ghost_px, cos, sin)));
     arrow(painter, middle, ahead, color);
 }

@@ -13,7 +13,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
         Some(words::focal_length(snapshot)),
         words::precision(snapshot),
         Some(words::views(snapshot)),
-        Some(words::pair_balance(&snapshot.pairs)),
+        Some(words::pair_balance(snapshot)),
         Some(words::coverage(snapshot)),
         Some(words::newest_focal(&snapshot.views)),
     ];

@@ -59,7 +59,7 @@ fn opacity(age_secs: Option<f64>) -> f32 {
 fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     for view in snapshot.views.iter() {
         let line = line_on_screen(placed, snapshot, &view.line);
-        for stroke in theme::strokes(1.5, theme::direction(view.slot_rad), 0.8) {
+        for stroke in theme::strokes(1.5, theme::direction(view.tilt_azimuth_rad), 0.8) {
             painter.add(Shape::line(line.clone(), stroke));
         }
     }

@@ -22,27 +22,26 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let small = Vec2::new(HIGH * aspect as f32, HIGH);
     ScrollArea::horizontal().stick_to_right(true).auto_shrink([false, true]).show(ui, |ui| {
         ui.horizontal(|ui| {
-            for (index, view) in snapshot.views.iter().enumerate() {
-                let number = index + 1;
-                let color = theme::direction(view.slot_rad);
+            for view in snapshot.views.iter() {
+                let color = theme::direction(view.tilt_azimuth_rad);
                 let frame = Frame::new().stroke(Stroke::new(2.0, color)).inner_margin(2.0);
                 frame.show(ui, |ui| {
                     ui.vertical(|ui| {
                         ui.spacing_mut().item_spacing = Vec2::new(4.0, 1.0);
-                        let tip = words::thumbnail_tip(number, view, mirrored);
-                        let picture = match screen.thumbnails.get(&view.id) {
+                        let tip = words::thumbnail_tip(view, mirrored);
+                        let picture = match screen.thumbnails.get(&view.number) {
                             Some(texture) => ui.add(Image::new((texture.id(), small))),
                             None => ui.allocate_response(small, Sense::hover()),
                         };
                         picture.widget_info(|| WidgetInfo::labeled(Role::Image, true, &tip));
                         picture.on_hover_text(tip);
                         ui.horizontal(|ui| {
-                            let caption = words::thumbnail(number, view, mirrored);
+                            let caption = words::thumbnail(view, mirrored);
                             ui.label(RichText::new(caption).small());
                             if screen.is_recorded {
                                 return;
                             }
-                            let remove = words::remove_view(number);
+                            let remove = words::remove_view(view.number);
                             let cross = Button::new(RichText::new("×").color(Color32::WHITE))
                                 .fill(theme::RED.gamma_multiply(0.7))
                                 .small();
@@ -50,7 +49,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
                             response
                                 .widget_info(|| WidgetInfo::labeled(Role::Button, true, &remove));
                             if response.on_hover_text(words::REMOVE_TIP).clicked() {
-                                asks.push(UiAction::Remove(view.id));
+                                asks.push(UiAction::Remove(view.number));
                             }
                         });
                     });

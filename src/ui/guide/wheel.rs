@@ -31,8 +31,8 @@ pub(super) fn slots(snapshot: &Snapshot) -> [Slot; 8] {
         };
         Slot {
             slot_rad,
-            view: snapshot.views.iter().rposition(|view| here(view.slot_rad)),
-            wanted: snapshot.target.as_ref().is_some_and(|target| here(target.slot_rad)),
+            view: snapshot.views.iter().rposition(|view| here(view.tilt_azimuth_rad)),
+            wanted: snapshot.target.as_ref().is_some_and(|target| here(target.tilt_azimuth_rad)),
         }
     })
 }
@@ -57,8 +57,8 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, high: f32) {
     painter.circle_stroke(centre, radius, Stroke::new(1.0, line.gamma_multiply(0.5)));
     for pair in snapshot.pairs.iter() {
         let ends = [pair.first, pair.second]
-            .map(|view| centre + radius * towards(snapshot.views[view].slot_rad));
-        let color = theme::direction(snapshot.views[pair.first].slot_rad);
+            .map(|view| centre + radius * towards(snapshot.views[view].tilt_azimuth_rad));
+        let color = theme::direction(snapshot.views[pair.first].tilt_azimuth_rad);
         painter.line_segment(ends, Stroke::new(3.0, color));
     }
     let slots = slots(snapshot);
@@ -66,8 +66,12 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, high: f32) {
         let at = centre + radius * towards(slot.slot_rad);
         match slot.view {
             Some(view) => {
-                painter.circle_filled(at, 11.0, theme::direction(snapshot.views[view].slot_rad));
-                let number = (view + 1).to_string();
+                painter.circle_filled(
+                    at,
+                    11.0,
+                    theme::direction(snapshot.views[view].tilt_azimuth_rad),
+                );
+                let number = snapshot.views[view].number.to_string();
                 let font = FontId::proportional(12.0);
                 painter.text(at, Align2::CENTER_CENTER, number, font, Color32::BLACK);
             }
@@ -81,10 +85,13 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, high: f32) {
         }
     }
     if let Some(measured) = snapshot.live.as_ref().and_then(|live| live.measured.as_ref()) {
-        let tip = 0.72 * radius * towards(measured.slot_rad);
+        let tip = 0.72 * radius * towards(measured.tilt_azimuth_rad);
         painter.arrow(centre, tip, Stroke::new(3.0, theme::LIVE));
     }
-    let states = slots.map(|slot| slot_state(slot.slot_rad, slot.view, slot.wanted, mirrored));
+    let states = slots.map(|slot| {
+        let taken = slot.view.map(|view| snapshot.views[view].number);
+        slot_state(slot.slot_rad, taken, slot.wanted, mirrored)
+    });
     response.widget_info(|| {
         WidgetInfo::labeled(Role::Image, true, format!("{WHEEL}: {}", states.join("; ")))
     });

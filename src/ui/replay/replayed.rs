@@ -145,11 +145,11 @@ impl Replayed {
             self.screen.picture.captured_at = step.live.as_ref().map(|live| live.captured_at);
         }
         for view in step.views.iter() {
-            if self.screen.thumbnails.contains_key(&view.id) {
+            if self.screen.thumbnails.contains_key(&view.number) {
                 continue;
             }
             if let Some(picture) = (self.load)(view.frame_id.0) {
-                self.screen.add_thumbnail(ui.ctx(), view.id, &picture);
+                self.screen.add_thumbnail(ui.ctx(), view.number, &picture);
             }
         }
     }

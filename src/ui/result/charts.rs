@@ -96,7 +96,7 @@ fn residuals(
     // A typical residual becomes an arrow of a hundredth of the picture's width.
     let times = (0.01 * wide_px / calibration.rms_px.max(1e-6)).clamp(1.0, 1e5);
     for (view, fitted) in snapshot.views.iter().zip(&calibration.views) {
-        let color = theme::direction(view.slot_rad);
+        let color = theme::direction(view.tilt_azimuth_rad);
         for (corner, seen) in corners.iter().zip(view.corners_px.iter()) {
             let in_cam = fitted.cam_from_board * Point3::new(corner.x, corner.y, 0.0);
             let Some(expected) = calibration.camera.project(&in_cam) else { continue };
@@ -158,7 +158,7 @@ fn lines(
         let along = view.line.direction();
         let middle = foot + along * along.dot(&(pp - foot));
         let ends = [middle - along * width_px, middle + along * width_px];
-        let color = theme::direction(view.slot_rad);
+        let color = theme::direction(view.tilt_azimuth_rad);
         painter.line_segment(ends.map(|px| near.pos(&px)), Stroke::new(2.0, color));
     }
     let outline = ellipse_px(&pp, &covariance, 2.0).iter().map(|px| near.pos(px)).collect();
@@ -175,7 +175,7 @@ fn skipped(
     calibration: &Calibration,
 ) -> String {
     let mut by_direction: Vec<&PrincipalLine> = snapshot.views.iter().map(|v| &v.line).collect();
-    by_direction.sort_by(|a, b| a.slot_rad.total_cmp(&b.slot_rad));
+    by_direction.sort_by(|a, b| a.tilt_azimuth_rad.total_cmp(&b.tilt_azimuth_rad));
     let pp = calibration.camera.pp_px;
     let clouds = [1, 2, 3].map(|left_out| -> Vec<Point2<f64>> {
         if by_direction.len() < left_out + 3 {

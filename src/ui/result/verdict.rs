@@ -13,8 +13,9 @@ use crate::{
 
 /// Shows them, and what a comparison found.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
-    let calibration = screen.snapshot.as_ref().and_then(|s| s.calibration.as_ref());
-    let Some(calibration) = calibration else {
+    let snapshot = screen.snapshot.as_ref();
+    let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
+    let Some((snapshot, calibration)) = shown else {
         ui.label(RichText::new(words::NO_RESULT).size(22.0));
         return;
     };
@@ -26,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
     ui.label(RichText::new(text::verdict(calibration.verdict)).size(28.0).strong().color(color));
     ui.add_space(6.0);
     for finding in &calibration.findings {
-        let (what, action) = text::finding(finding);
+        let (what, action) = text::finding_in_session(finding, &snapshot.views);
         let mark = match finding.severity {
             Severity::Info => theme::GREY,
             Severity::Care => theme::AMBER,

@@ -117,7 +117,7 @@ pub(crate) const RULES: Rules = Rules {
             &[
                 "config",
                 "simulation/scene_file",
-                "calibration/files/import",
+                "calibration/files",
                 "target",
                 "text",
                 "report",
@@ -125,7 +125,7 @@ pub(crate) const RULES: Rules = Rules {
                 "cli",
             ],
         ),
-        (Reach::Method("to_degrees"), &["text", "study", "app", "cli"]),
+        (Reach::Method("to_degrees"), &["calibration/files", "text", "study", "app", "cli"]),
     ],
     only_by: &[("recording::replay::replay", &["app/saved_session.rs"])],
     unsafe_in: "capture/v4l2/linux.rs",

@@ -1,33 +1,11 @@
 use std::fmt::Write;
 
 use super::number::number;
+use crate::calibration::files::calibration_file::ViewEntry;
 
-/// What became of one view; `None` where it has no such number.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ViewRow {
-    /// File name of the picture.
-    pub name: String,
-    /// Whether the calibration used it.
-    pub used: bool,
-    /// Why not.
-    pub reason: Option<String>,
-    /// Angle between image plane and board, degrees.
-    pub tilt_deg: Option<f64>,
-    /// Direction in the image in which the board recedes, degrees.
-    pub slot_deg: Option<f64>,
-    /// Root mean square reprojection residual per coordinate.
-    pub rms_px: Option<f64>,
-    /// Distance of the principal line from where the lines meet.
-    pub pl_residual_px: Option<f64>,
-    /// Focal length from this view alone.
-    pub focal_px: Option<f64>,
-    /// Its standard deviation.
-    pub focal_sigma_px: Option<f64>,
-}
-
-/// The views as comma-separated values, RFC 4180: a header, then one line a view; empty where a view has
-/// no such number.
-pub fn views_csv(views: &[ViewRow]) -> String {
+/// The views as comma-separated values, RFC 4180: a header, then one line per view, angles in degrees. A field
+/// is empty where a view has no such number.
+pub fn views_csv(views: &[ViewEntry]) -> String {
     let mut csv = String::from(
         "name,used,reason,tilt_deg,slot_deg,rms_px,pl_residual_px,focal_px,focal_sigma_px\r\n",
     );
@@ -69,14 +47,17 @@ mod tests {
 
     #[test]
     fn names_with_commas_and_quotes_stay_one_field() {
-        let used = ViewRow {
+        let used = ViewEntry {
             name: "a, \"b\".png".into(),
             used: true,
             tilt_deg: Some(42.0),
-            ..ViewRow::default()
+            ..ViewEntry::default()
         };
-        let unused =
-            ViewRow { name: "c.png".into(), reason: Some("blurred".into()), ..ViewRow::default() };
+        let unused = ViewEntry {
+            name: "c.png".into(),
+            reason: Some("blurred".into()),
+            ..ViewEntry::default()
+        };
         let csv = views_csv(&[used, unused]);
         let lines: Vec<&str> = csv.split("\r\n").collect();
         assert_eq!(lines[1], "\"a, \"\"b\"\".png\",true,,4.2000000000000000e+1,,,,,");

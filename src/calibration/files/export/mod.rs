@@ -1,4 +1,4 @@
-//! A calibration as text for other programs.
+//! Writes a calibration as text for other programs.
 //!
 //! | format | read by | holds the lens |
 //! |---|---|---|
@@ -8,50 +8,48 @@
 //! | [`colmap_cameras`] | COLMAP | whole; pixels counted from the picture's corner |
 //! | [`mrcal_cameramodel`] | mrcal | whole, as `LENSMODEL_OPENCV5` |
 //! | [`matlab_script`] | MATLAB, Octave | whole; pixels counted from 1 |
-//! | [`views_csv`] | spreadsheets | what became of each view |
-//! | [`corner_table`] | mrcal, mrgingham, this program | the corners themselves |
+//! | [`views_csv`] | spreadsheets | each view with its numbers |
+//! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, this program | the corners themselves |
 //!
-//! Numbers have 17 significant digits and a decimal point whatever the system's language, so that they
-//! read back bit for bit. What a format cannot hold is refused, never dropped.
+//! Numbers have 17 significant digits and a decimal point in every locale, so that they read back bit for
+//! bit. What a format can't hold is refused, never dropped.
 
 mod colmap;
 mod csv;
 mod kalibr;
 mod matlab;
 mod mrcal;
-mod number;
+pub(super) mod number;
 mod opencv;
 mod ros;
-mod vnl;
 
 pub use colmap::colmap_cameras;
-pub use csv::{ViewRow, csv_field, views_csv};
+pub use csv::{csv_field, views_csv};
 pub use kalibr::kalibr_camchain;
 pub use matlab::matlab_script;
 pub use mrcal::mrcal_cameramodel;
 pub use opencv::opencv_yaml;
 pub use ros::ros_camera_info;
-pub use vnl::corner_table;
 
 use crate::{frame::ImageSize, geometry::Camera};
 
 /// What every format holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExportedCamera<'a> {
-    /// What to call the camera.
+    /// Name of the camera.
     pub name: &'a str,
     /// The lens.
     pub camera: Camera,
-    /// The picture that it holds for.
+    /// Size of the picture that the lens belongs to.
     pub image_size: ImageSize,
     /// Root mean square reprojection residual per coordinate.
     pub rms_px: f64,
 }
 
-/// Why a format cannot hold a calibration.
+/// Why a format can't hold a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotExpressible {
-    /// The format has no place for a coefficient that is not zero.
+    /// The format has no field for a coefficient that isn't zero.
     #[error("the format has no {coefficient}, which this lens model needs")]
     Coefficient {
         /// Name of the coefficient.

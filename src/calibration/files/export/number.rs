@@ -2,7 +2,7 @@
 
 /// 17 significant digits; always with a point, so that no reader takes it for an integer, and with a signed
 /// exponent, without which YAML 1.1 takes it for a text.
-pub(super) fn number(value: f64) -> String {
+pub(in crate::calibration::files) fn number(value: f64) -> String {
     if value == 0.0 {
         return "0.0".into();
     }

@@ -1,8 +1,8 @@
 use serde_json::Value;
 
 use super::{
-    NotImported, OldCalibration, OldFormat,
     numbers::{exactly, lens, list},
+    old_calibration::{NotImported, OldCalibration, OldFormat},
 };
 
 /// Reads the first camera of a Kalibr camchain: `pinhole` with `radtan` (k1 k2 p1 p2) or no distortion.

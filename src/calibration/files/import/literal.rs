@@ -3,7 +3,7 @@
 
 use serde_json::{Map, Number, Value};
 
-use super::NotImported;
+use super::old_calibration::NotImported;
 
 /// Deepest nesting that is read.
 const MAX_DEPTH: usize = 32;

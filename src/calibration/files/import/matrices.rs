@@ -1,8 +1,8 @@
 use serde_json::Value;
 
 use super::{
-    NotImported, OldCalibration, OldFormat,
     numbers::{exactly, first, lens, list},
+    old_calibration::{NotImported, OldCalibration, OldFormat},
 };
 
 /// Reads what OpenCV, its Python users and ROS write: a camera matrix, coefficients and the picture's size.

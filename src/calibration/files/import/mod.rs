@@ -1,6 +1,6 @@
-//! Calibrations that this and other programs wrote, read back.
+//! Reads calibrations that this and other programs wrote.
 //!
-//! | format | told by | brings besides lens and size |
+//! | format | recognised by | holds besides lens and picture size |
 //! |---|---|---|
 //! | `boresight.calibration/1` (`own`) | its schema | covariance, where the boards were, verdict, board, source |
 //! | OpenCV YAML and JSON (`matrices`) | a camera matrix | – |
@@ -12,159 +12,23 @@
 //! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
 //! ```
 //!
-//! All of them count pixels from the centre of the top-left one and bend rays by OpenCV's polynomial, as we
-//! do: numbers are taken over bit for bit. A lens that needs more than k1, k2, p1, p2, k3 is refused, never
-//! cut down to them. Text comes in, numbers go out; nothing here opens a file.
+//! All of them put (0, 0) at the centre of the top-left pixel and use OpenCV's distortion polynomial, as this
+//! program does, so numbers are kept bit for bit. A lens that needs more than k1, k2, p1, p2, k3 is refused,
+//! never truncated. Text comes in, numbers go out; nothing here opens a file.
 
 mod kalibr;
 mod literal;
 mod matrices;
 mod mrcal;
 mod numbers;
+mod old_calibration;
 mod own;
 mod syntax;
 
-pub use own::named_covariance;
+pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat};
 
-use nalgebra::SMatrix;
-
-use crate::calibration::Verdict;
-use crate::{
-    board::Checkerboard,
-    frame::ImageSize,
-    geometry::{BoardOutline, Camera, LENS_PARAMETERS},
-};
-
-/// Longest text that is read. Calibrations have kilobytes; mrcal's with all their observations some megabytes.
+/// Longest text that is read. A calibration has kilobytes; mrcal's, with every observation, has megabytes.
 pub const MAX_BYTES: usize = 16 << 20;
-
-/// A calibration as some program left it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OldCalibration {
-    /// What the text was.
-    pub format: OldFormat,
-    /// The lens.
-    pub camera: Camera,
-    /// The picture that it holds for.
-    pub image_size: ImageSize,
-    /// Covariance of the lens parameters; zero for those held fixed. Only this program's own files say.
-    pub covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
-    /// Where the boards were; empty if the file does not say.
-    pub outlines: Vec<BoardOutline>,
-    /// Root mean square reprojection residual, if the file says.
-    pub rms_px: Option<f64>,
-    /// How far it was to be trusted, if the file says.
-    pub verdict: Option<Verdict>,
-    /// The board it was made with, if the file says.
-    pub board: Option<Checkerboard>,
-    /// What the camera is called, if the file says: this program's `source`, ROS's `camera_name`.
-    pub source: Option<String>,
-    /// Where focus and zoom were locked, in the driver's unit, if the file says.
-    pub locked: LockedLens,
-    /// Whether the focal length is only the mean of views that each have their own.
-    pub focal_varies: bool,
-    /// Cameras in the file, of which this is the first.
-    pub camera_count: usize,
-}
-
-/// Controls that the calibration depends on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LockedLens {
-    /// Distance at which the lens is sharp.
-    pub focus: Option<i64>,
-    /// Focal length.
-    pub zoom: Option<i64>,
-}
-
-/// Formats that can be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OldFormat {
-    /// `boresight.calibration/1`.
-    Own,
-    /// What OpenCV's `FileStorage` writes, YAML or JSON.
-    OpenCv,
-    /// What ROS's `camera_calibration` writes.
-    Ros,
-    /// A Kalibr camchain.
-    Kalibr,
-    /// An mrcal `.cameramodel`.
-    Mrcal,
-}
-
-/// Why a text is no calibration that can be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NotImported {
-    /// More than [`MAX_BYTES`].
-    #[error("it has {bytes} bytes, which no calibration has")]
-    TooLong {
-        /// Its length.
-        bytes: usize,
-    },
-    /// None of the formats.
-    #[error("it is in none of the formats that can be read: {FORMATS}")]
-    UnknownFormat,
-    /// The text breaks the rules of its format.
-    #[error("not well formed: {reason}")]
-    Malformed {
-        /// What is wrong.
-        reason: String,
-    },
-    /// A later version of this program's own schema.
-    #[error("its schema is {found:?}, this version reads \"boresight.calibration/1\"")]
-    Schema {
-        /// The schema named.
-        found: String,
-    },
-    /// The session ended without a calibration.
-    #[error("it holds no result")]
-    NoResult,
-    /// A value is missing, no number, or not as many numbers as it should be.
-    #[error("{name} is missing or not {wanted}")]
-    Missing {
-        /// Name in the file.
-        name: &'static str,
-        /// What it should be.
-        wanted: &'static str,
-    },
-    /// A lens model other than a pinhole with OpenCV's polynomial.
-    #[error("its lens model is {found:?}; {KNOWN_LENS}")]
-    Model {
-        /// The model named.
-        found: String,
-    },
-    /// A coefficient beyond k1, k2, p1, p2, k3 that is not zero.
-    #[error("its lens has {coefficient} = {value}; {KNOWN_LENS}")]
-    Coefficient {
-        /// Name of the coefficient.
-        coefficient: &'static str,
-        /// Its value, as text.
-        value: String,
-    },
-    /// Numbers that no camera has.
-    #[error("{name} is {value}, which no camera has")]
-    Nonsense {
-        /// Name of the number.
-        name: &'static str,
-        /// Its value, as text.
-        value: String,
-    },
-}
-
-const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel";
-const KNOWN_LENS: &str = "only pinholes with k1, k2, p1, p2, k3 can be read";
-
-impl OldFormat {
-    /// Its name as people know it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Own => "boresight",
-            Self::OpenCv => "OpenCV",
-            Self::Ros => "ROS camera_info",
-            Self::Kalibr => "Kalibr camchain",
-            Self::Mrcal => "mrcal cameramodel",
-        }
-    }
-}
 
 /// Reads a calibration in any of the formats, recognised by its content.
 ///
@@ -184,42 +48,5 @@ pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
         kalibr::read(&tree)
     } else {
         matrices::read(&tree)
-    }
-}
-
-impl OldCalibration {
-    /// Checks what every format holds.
-    fn new(
-        format: OldFormat,
-        lens: &[f64; LENS_PARAMETERS],
-        size: [f64; 2],
-    ) -> Result<Self, NotImported> {
-        let nonsense = |name, value: f64| NotImported::Nonsense { name, value: value.to_string() };
-        for (name, value) in
-            ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"].into_iter().zip(lens)
-        {
-            if !value.is_finite() || (name.starts_with('f') && *value <= 1.0) {
-                return Err(nonsense(name, *value));
-            }
-        }
-        let [width_px, height_px] = size.map(|side| {
-            let whole = side.fract() == 0.0 && (1.0..=1e5).contains(&side);
-            // A whole number up to 100 000 fits.
-            if whole { Ok(side as u32) } else { Err(nonsense("the picture's size", side)) }
-        });
-        Ok(Self {
-            format,
-            camera: Camera::from_lens_parameters(lens),
-            image_size: ImageSize { width_px: width_px?, height_px: height_px? },
-            covariance: None,
-            outlines: Vec::new(),
-            rms_px: None,
-            verdict: None,
-            board: None,
-            source: None,
-            locked: LockedLens::default(),
-            focal_varies: false,
-            camera_count: 1,
-        })
     }
 }

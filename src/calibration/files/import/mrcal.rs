@@ -1,8 +1,8 @@
 use serde_json::Value;
 
 use super::{
-    NotImported, OldCalibration, OldFormat,
     numbers::{exactly, lens, list},
+    old_calibration::{NotImported, OldCalibration, OldFormat},
 };
 
 /// Reads an mrcal `.cameramodel`: `LENSMODEL_PINHOLE` and `LENSMODEL_OPENCV…`. Where the camera stood is left.

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::NotImported;
+use super::old_calibration::NotImported;
 use crate::geometry::LENS_PARAMETERS;
 
 /// Coefficients in OpenCV's order, those that we have first.

@@ -1,7 +1,7 @@
 use serde_json::Value;
 use serde_saphyr::options::NonFiniteFloatPolicy;
 
-use super::{NotImported, literal};
+use super::{literal, old_calibration::NotImported};
 
 /// The tree behind `text`: JSON, YAML, or the Python literal of an mrcal `.cameramodel`.
 ///

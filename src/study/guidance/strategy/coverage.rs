@@ -4,7 +4,7 @@ use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
 use super::{sample, situation::Situation};
-use crate::guidance::target::seen_px;
+use crate::guidance::wanted_pose::seen_px;
 
 const COLUMNS: usize = 8;
 const ROWS: usize = 6;

@@ -44,7 +44,7 @@ pub(super) fn best(
 /// Information of the views so far and of the weak beliefs.
 pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
     let Situation { poses, board, lens_estimate, noise_px, .. } = *situation;
-    known_information(poses.iter().copied(), board, &lens_estimate.camera, noise_px)
+    known_information(poses.iter().copied(), board, lens_estimate, noise_px)
 }
 
 /// Covariance of the parameters that are fitted; zero for the others.

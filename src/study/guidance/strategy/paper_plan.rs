@@ -11,7 +11,7 @@ use crate::study::setup::slot_rad;
 
 /// With the board as large as ours.
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
-    slot(situation, situation.params.target_fill)
+    slot(situation, situation.params.target_span_fraction)
 }
 
 /// With a board of 36 % of the picture's width.

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::situation::Situation;
 use crate::{
     geometry::Camera,
-    guidance::{target::tilted, view::bounds_px},
+    guidance::{view::bounds_px, wanted_pose::tilted},
 };
 
 /// A pose in a person's terms.
@@ -32,7 +32,7 @@ pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometr
     let rotation = tilted(wanted.slot_rad, wanted.tilt_rad)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wanted.roll_rad);
     let centre = Point2::new(wanted.centre[0] * width, wanted.centre[1] * height);
-    let ray = camera.ideal_from_px(&centre)?;
+    let ray = camera.normalized_from_px(&centre)?;
     let board = situation.board;
     let span_m = board.columns().max(board.rows()) as f64 * board.square_m();
     let mut depth_m = span_m * camera.f_px.x / (wanted.fill * width);

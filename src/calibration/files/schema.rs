@@ -1,0 +1,36 @@
+//! Reading files that name their schema.
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+/// Why a file of this program cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NotRead {
+    /// It is of another schema, or of another version.
+    #[error("its schema is {found:?}, this version reads {wanted:?}")]
+    Schema {
+        /// The schema in the file; empty if it names none.
+        found: String,
+        /// The one that can be read.
+        wanted: &'static str,
+    },
+    /// A field is missing or of another type.
+    #[error("{reason}")]
+    Field {
+        /// The field, and what is wrong with it.
+        reason: String,
+    },
+}
+
+/// Reads `tree` if it names the schema `wanted`.
+///
+/// # Errors
+///
+/// [`NotRead`].
+pub(super) fn read<T: DeserializeOwned>(tree: &Value, wanted: &'static str) -> Result<T, NotRead> {
+    let found = tree["schema"].as_str().unwrap_or_default();
+    if found != wanted {
+        return Err(NotRead::Schema { found: found.into(), wanted });
+    }
+    serde_path_to_error::deserialize(tree).map_err(|err| NotRead::Field { reason: err.to_string() })
+}

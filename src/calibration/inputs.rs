@@ -1,0 +1,44 @@
+use nalgebra::Point2;
+
+use super::{
+    params::CalibrationParams,
+    solve::{
+        bundle::Observations,
+        free_homography::FreeHomographies,
+        initial_guess::{AsSeen, noise_floor},
+        model_choice::ModelChoice,
+    },
+};
+use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
+
+/// Different views that determine the lens without weak priors.
+pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
+
+/// The arguments of a calibration, and everything derived from the corners before adjustment.
+pub(super) struct Inputs<'a> {
+    pub(super) views: &'a [Vec<Corner>],
+    pub(super) board: &'a Checkerboard,
+    pub(super) board_m: &'a [Point2<f64>],
+    pub(super) image_size: ImageSize,
+    pub(super) params: &'a CalibrationParams,
+    pub(super) observations: Observations,
+    pub(super) as_seen: AsSeen,
+    pub(super) free: Option<FreeHomographies>,
+    pub(super) distinct: usize,
+    /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
+    pub(super) excess_px: f64,
+}
+
+/// The lens models fitted, and which priors that took.
+pub(super) struct Solution {
+    pub(super) choice: ModelChoice,
+    pub(super) prior_used: bool,
+    pub(super) focal_prior_used: bool,
+}
+
+impl Inputs<'_> {
+    /// Smallest [`noise_factor`](crate::calibration::Bundle::noise_factor) that is believed.
+    pub(super) fn noise_floor(&self) -> f64 {
+        noise_floor(self.views)
+    }
+}

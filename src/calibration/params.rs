@@ -1,0 +1,96 @@
+use super::solve::lens_model::LensModel;
+
+/// What to estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibrationParams {
+    /// Use weak priors on the lens while there are fewer than four different views.
+    pub weak_priors: bool,
+    /// Constrain `fy = fx`.
+    pub square_pixels: bool,
+    /// Lens models to choose from.
+    pub models: Vec<LensModel>,
+    /// Let every view have its own focal length, as with a zoom or an autofocus that can't be locked.
+    pub varying_focal: bool,
+}
+
+impl Default for CalibrationParams {
+    fn default() -> Self {
+        Self {
+            weak_priors: true,
+            square_pixels: true,
+            models: LensModel::ALL.to_vec(),
+            varying_focal: false,
+        }
+    }
+}
+
+/// Why the views give no calibration at all.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NotCalibrated {
+    /// No views were given.
+    #[error("no view")]
+    NoViews,
+    /// No lens models were given.
+    #[error("no lens model")]
+    NoModels,
+    /// The picture has no pixels.
+    #[error("picture of {width_px}x{height_px} px")]
+    NoPicture {
+        /// Width.
+        width_px: u32,
+        /// Height.
+        height_px: u32,
+    },
+    /// A view without exactly one corner per board corner.
+    #[error("view {view}: {got} corners, want {want}")]
+    CornerCount {
+        /// The view.
+        view: usize,
+        /// Corners it has.
+        got: usize,
+        /// Corners of the board.
+        want: usize,
+    },
+    /// A corner that is not finite or whose covariance is not positive definite.
+    #[error("view {view}: corner {corner} is not a number")]
+    CornerValue {
+        /// The view.
+        view: usize,
+        /// The corner.
+        corner: usize,
+    },
+    /// A view whose corners are not the image of a flat board.
+    #[error("view {view}: no homography")]
+    NoHomography {
+        /// The view.
+        view: usize,
+    },
+    /// A view whose corners do not run row by row over the board.
+    #[error("view {view}: corners do not run row by row")]
+    NoGrid {
+        /// The view.
+        view: usize,
+    },
+    /// The views leave the lens undetermined, or fit no lens.
+    #[error("{distinct} different views do not determine the lens")]
+    Undetermined {
+        /// Different views.
+        distinct: usize,
+    },
+}
+
+impl NotCalibrated {
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoViews => "NO-VIEWS",
+            Self::NoModels => "NO-MODELS",
+            Self::NoPicture { .. } => "NO-PICTURE",
+            Self::CornerCount { .. } => "CORNER-COUNT",
+            Self::CornerValue { .. } => "CORNER-VALUE",
+            Self::NoHomography { .. } => "NO-HOMOGRAPHY",
+            Self::NoGrid { .. } => "CORNERS-WRONG",
+            Self::Undetermined { .. } => "UNDETERMINED",
+        }
+    }
+}

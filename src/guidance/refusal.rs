@@ -1,0 +1,114 @@
+//! Why a view is not taken.
+
+use serde::Serialize;
+
+/// Why a view is not taken: what was measured, and what is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "why")]
+pub enum Refusal {
+    /// No board was found, or not all of it.
+    NotFound,
+    /// The board faces the camera, so it has no principal line.
+    NoLine,
+    /// Corners lie where the lens model has no ray: beyond the radius at which it folds back.
+    OutsideLens {
+        /// Corners without a ray.
+        outside: usize,
+        /// Corners of the board.
+        of: usize,
+    },
+    /// The board is not tilted enough.
+    TooFlat {
+        /// Tilt of this view.
+        tilt_rad: f64,
+        /// Least tilt.
+        wanted_rad: f64,
+    },
+    /// The board is tilted too far.
+    TooSteep {
+        /// Tilt of this view.
+        tilt_rad: f64,
+        /// Largest tilt.
+        wanted_rad: f64,
+    },
+    /// The principal line's direction is too uncertain.
+    Unclear {
+        /// Standard deviation of the direction.
+        sigma_rad: f64,
+        /// Largest accepted.
+        wanted_rad: f64,
+    },
+    /// The board is too small in the picture.
+    TooFar {
+        /// Share of the picture that the corners span.
+        #[serde(rename = "fill")]
+        span_fraction: f64,
+        /// Least share.
+        wanted: f64,
+    },
+    /// A corner is too close to the picture's edge.
+    AtTheEdge {
+        /// Distance from the edge.
+        margin_px: f64,
+        /// Least distance.
+        wanted_px: f64,
+    },
+    /// The edges are blurred.
+    Blurred {
+        /// Width of the blur.
+        blur_px: f64,
+        /// Widest accepted.
+        wanted_px: f64,
+    },
+    /// An accepted view has almost this principal line, and this view is not its missing partner.
+    AlreadyCovered {
+        /// Angle to the nearest accepted principal line.
+        nearest_rad: f64,
+        /// Least angle.
+        wanted_rad: f64,
+    },
+    /// The view is opposed to one without a partner, but not at the reflected place.
+    PartnerOff {
+        /// Distance of the board's centre from the reflected one.
+        offset_px: f64,
+        /// Largest accepted.
+        wanted_px: f64,
+    },
+    /// The direction lies between two slots while the plan asks for slots.
+    BetweenSlots {
+        /// Angle to the nearest open slot.
+        error_rad: f64,
+        /// Largest accepted.
+        wanted_rad: f64,
+    },
+    /// The principal line contradicts the accepted views.
+    Inconsistent {
+        /// Distance of the line from the principal point, in standard deviations.
+        sigmas: f64,
+        /// Largest accepted.
+        wanted: f64,
+    },
+    /// The board moves.
+    Moving {
+        /// Speed of the fastest corner; `None` without an earlier frame to compare with.
+        speed_px_per_s: Option<f64>,
+        /// Fastest accepted.
+        wanted_px_per_s: f64,
+    },
+    /// The view is good and the hold runs; it is taken when the hold is complete.
+    Holding {
+        /// Share of the hold that has passed, 0 to 1.
+        progress: f64,
+    },
+    /// The picture's size is not the session's.
+    OtherSize {
+        /// Width and height of this picture.
+        size_px: (u32, u32),
+        /// Width and height of the session's pictures.
+        wanted_px: (u32, u32),
+    },
+    /// The camera is lost or frozen, or its focus or zoom has moved.
+    CameraNotReady,
+    /// The session is paused or over.
+    NotCollecting,
+}

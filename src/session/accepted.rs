@@ -1,0 +1,22 @@
+use super::view_number::ViewNumber;
+use crate::guidance::{Role, View};
+
+/// An accepted view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AcceptedView {
+    /// Its number, by which people call it.
+    pub number: ViewNumber,
+    /// File name of the picture, or empty.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+    /// What it measured when it was accepted, through the lens estimate of that time.
+    pub view: View,
+}
+
+impl AcceptedView {
+    /// What to call its picture: its file name, or where the session stores it.
+    pub fn picture_name(&self) -> String {
+        if self.name.is_empty() { self.view.frame_id.stored_name() } else { self.name.clone() }
+    }
+}

@@ -1,0 +1,178 @@
+//! Sessions that earlier versions recorded: every decision and every result comes out again.
+//!
+//! `fixtures/recordings/README.md` says what each recording is.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use boresight::{
+    app::{SavedSession, comparison, doctor, result::calibration_file},
+    calibration::files::{CalibrationFile, CheckFile},
+};
+use serde_json::Value;
+
+/// Difference of two numbers, as a share of those above 1, up to which a result is the recorded one.
+const SAME_RESULT: f64 = 1e-6;
+
+fn recording(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1").join(name)
+}
+
+fn json(path: &Path) -> Value {
+    let text = fs::read_to_string(path).expect("readable");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// The session, replayed: no decision differs from the recorded one but by rounding.
+fn replayed(name: &str) -> SavedSession {
+    let saved = SavedSession::open(&recording(name)).expect("a session");
+    assert!(!saved.cut && !saved.restored, "{name}");
+    assert_eq!(saved.differences, [], "{name}: {} lines", saved.lines.len());
+    println!(
+        "{name}: {} decisions, {} differ by rounding, at most {:.0e}",
+        saved.lines.len(),
+        saved.rounding.count,
+        saved.rounding.largest
+    );
+    saved
+}
+
+/// Names and numbers that differ, with their places: numbers by more than [`SAME_RESULT`], sentences not at all,
+/// for they may be worded better.
+fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>) {
+    match (recorded, now) {
+        (Value::Object(recorded), Value::Object(now)) => {
+            if !recorded.keys().eq(now.keys()) {
+                let names =
+                    |map: &serde_json::Map<String, Value>| map.keys().cloned().collect::<Vec<_>>();
+                found.push(format!("{at}: {:?} {:?}", names(recorded), names(now)));
+            }
+            for (name, value) in recorded {
+                if !["message", "action", "reason"].contains(&name.as_str()) {
+                    differences(value, &now[name], &format!("{at}/{name}"), found);
+                }
+            }
+        }
+        (Value::Array(recorded), Value::Array(now)) => {
+            if recorded.len() != now.len() {
+                found.push(format!("{at}: {} and {} items", recorded.len(), now.len()));
+            }
+            for (i, (recorded, now)) in recorded.iter().zip(now).enumerate() {
+                differences(recorded, now, &format!("{at}/{i}"), found);
+            }
+        }
+        (Value::Number(recorded), Value::Number(now)) => {
+            let [a, b] = [recorded, now].map(|number| number.as_f64().expect("a double"));
+            if (a - b).abs() > SAME_RESULT * a.abs().max(1.0) {
+                found.push(format!("{at}: {recorded} {now}"));
+            }
+        }
+        (recorded, now) if recorded == now => {}
+        (recorded, now) => found.push(format!("{at}: {recorded} {now}")),
+    }
+}
+
+fn assert_same(recorded: &Value, now: &Value) {
+    let mut found = Vec::new();
+    differences(recorded, now, "", &mut found);
+    assert!(found.is_empty(), "\n{}\n", found.join("\n"));
+}
+
+/// The calibration of `saved` is the one that was recorded with it.
+fn assert_same_calibration(saved: &SavedSession) {
+    let recorded = json(&saved.path.join("calibration.json"));
+    let now = calibration_file(&saved.session, &saved.header).to_json().expect("JSON");
+    assert_same(&recorded, &now);
+}
+
+/// Stable names of the outcomes of a recorded journal that are not of a frame.
+fn outcomes(saved: &SavedSession) -> Vec<String> {
+    let outcome = |line: &boresight::recording::Line| {
+        let decision: Value = serde_json::from_str(line.decision.get()).expect("JSON");
+        decision["outcome"]["outcome"].as_str().expect("an outcome").to_owned()
+    };
+    saved.lines.iter().map(outcome).collect()
+}
+
+#[test]
+fn a_good_session_comes_out_again() {
+    let saved = replayed("good");
+    assert_eq!(saved.session.accepted().len(), 8);
+    assert_same_calibration(&saved);
+}
+
+#[test]
+fn a_session_whose_focus_moved_comes_out_again() {
+    let saved = replayed("focus-moved");
+    let outcomes = outcomes(&saved);
+    let count = |wanted: &str| outcomes.iter().filter(|outcome| *outcome == wanted).count();
+    // One view was taken after the focus was last seen in its place.
+    assert_eq!((count("accepted"), count("removed")), (7, 1));
+    let ids: Vec<u32> = saved.session.accepted().iter().map(|view| view.id).collect();
+    assert_eq!(ids, [0, 1, 2, 4, 5, 6]);
+    assert_same_calibration(&saved);
+}
+
+#[test]
+fn pictures_of_two_focal_lengths_are_told_again() {
+    let saved = replayed("focus-moved-unseen");
+    assert_same_calibration(&saved);
+    let recorded =
+        CalibrationFile::read(&json(&saved.path.join("calibration.json"))).expect("whole");
+    assert_eq!(recorded.verdict, "untrustworthy");
+    assert_eq!(recorded.findings[0].code, "FOCUS-MOVED");
+    let lens = recorded.result.expect("a lens");
+    assert!(lens.focal_varies());
+}
+
+#[test]
+fn an_installed_camera_that_changed_is_told_again() {
+    let saved = replayed("installed-camera-changed");
+    let old = comparison::read(&recording("good").join("calibration.json")).expect("a calibration");
+    let found = comparison::compare(&saved.session, &old);
+    let recorded = CheckFile::read(&json(&saved.path.join("check.json"))).expect("whole");
+    let now = comparison::check_file(
+        Path::new(&recorded.against),
+        &saved.header.source,
+        &old,
+        &found,
+        &recorded.action,
+    );
+    assert_eq!(now.verdict.as_deref(), Some("recalibrate"));
+    assert_same(&recorded.to_json().expect("JSON"), &now.to_json().expect("JSON"));
+    assert_eq!(recorded.to_json().expect("JSON"), json(&saved.path.join("check.json")));
+}
+
+#[test]
+fn every_picture_of_a_recording_is_whole() {
+    for entry in fs::read_dir(recording("")).expect("listable") {
+        let path = entry.expect("listable").path();
+        let diagnosis = doctor::verify(&path).expect("a session");
+        assert_eq!(diagnosis.problems, [""; 0], "{path:?}");
+        assert_eq!(diagnosis.different_decisions, 0, "{path:?}");
+        assert!(diagnosis.pictures >= diagnosis.views && diagnosis.views >= 4, "{path:?}");
+    }
+}
+
+/// The type of the file holds what an earlier version wrote, to the last digit and in the same order.
+#[test]
+fn a_recorded_calibration_is_written_as_it_was() {
+    for name in ["good", "focus-moved", "focus-moved-unseen"] {
+        let path = recording(name).join("calibration.json");
+        let text = fs::read_to_string(&path).expect("readable");
+        let tree: Value = serde_json::from_str(&text).expect("JSON");
+        let written = CalibrationFile::read(&tree).expect("whole").to_json().expect("JSON");
+        let mut found = Vec::new();
+        differences(&tree, &written, "", &mut found);
+        assert_eq!(found, [""; 0], "{name}");
+        assert_eq!(tree, written, "{name}");
+    }
+    // As this program wrote it: the same bytes.
+    let path = recording("good").join("calibration.json");
+    let text = fs::read_to_string(&path).expect("readable");
+    let file = CalibrationFile::read(&serde_json::from_str(&text).expect("JSON")).expect("whole");
+    let again = serde_json::to_string_pretty(&file.to_json().expect("JSON")).expect("JSON");
+    assert!(again == text, "another order or other digits");
+}

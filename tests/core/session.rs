@@ -1,0 +1,349 @@
+//! What a session promises a person: views keep their names, no view of another lens comes back, a new run
+//! starts without old wishes, and it works for every board size, picture size and frame rate.
+
+use boresight::{
+    board::Checkerboard,
+    detection::{Detection, Quality},
+    device::{CameraEvent, Control, ControlChange},
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+    geometry::{Camera, Corner},
+    guidance::{
+        Advice, GuidanceParams, LensEstimate, Progress, Refusal, Role, measure, next_target,
+    },
+    session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup},
+    text,
+};
+use nalgebra::{Point2, Vector2};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+
+use crate::world::{SIZE, World, setup};
+
+/// Shows the board until one more view is taken.
+fn take_one(world: &mut World, session: &mut Session) -> Decision {
+    let target = session.target().expect("collecting").clone();
+    for try_number in 0..6 {
+        let care = 0.7_f64.powi(try_number);
+        let Some(pose) = world.pose_for(&target.ghost_px, care) else { continue };
+        for _ in 0..30 {
+            let decision = session.handle(&Input::Observed(world.observe(&pose)));
+            if matches!(decision.outcome, Outcome::Accepted { .. }) {
+                return decision;
+            }
+        }
+    }
+    unreachable!("the person finds no pose for {target:?}");
+}
+
+fn said(session: &Session, decision: Decision) -> String {
+    text::outcome(&decision.outcome, &session.snapshot(decision)).expect("something happened")
+}
+
+#[test]
+fn a_view_is_called_by_one_name_for_ever() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    for number in 1..=3 {
+        let decision = take_one(&mut world, &mut session);
+        let taken = said(&session, decision);
+        assert!(taken.starts_with(&format!("Taken: view {number},")), "{taken}");
+    }
+    let decision = session.handle(&Input::Command(Command::UndoLast));
+    assert_eq!(said(&session, decision), "Removed: view 3");
+    let decision = take_one(&mut world, &mut session);
+    let taken = said(&session, decision);
+    assert!(taken.starts_with("Taken: view 4,"), "{taken}");
+    let snapshot = session.snapshot(decision);
+    let captions: Vec<String> =
+        snapshot.views.iter().map(|view| text::window::thumbnail(view, false)).collect();
+    let starts = ["1 ", "2 ", "4 "];
+    assert!(captions.iter().zip(starts).all(|(caption, start)| caption.starts_with(start)));
+    assert_eq!(text::window::remove_view(snapshot.views[2].number), "Remove view 4");
+    let decision = session.handle(&Input::Command(Command::UndoLast));
+    assert_eq!(said(&session, decision), "Removed: view 4");
+    let decision = session.handle(&Input::Command(Command::Restore));
+    assert_eq!(said(&session, decision), "Brought back: view 4");
+}
+
+#[test]
+fn a_partner_is_called_by_its_name() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    take_one(&mut world, &mut session);
+    session.handle(&Input::Command(Command::UndoLast));
+    take_one(&mut world, &mut session);
+    let decision = take_one(&mut world, &mut session);
+    let Outcome::Accepted { role: Role::Partner { of: 0 }, .. } = decision.outcome else {
+        unreachable!("{:?}", decision.outcome)
+    };
+    let taken = said(&session, decision);
+    assert!(taken.starts_with("Taken: view 3, the opposite of view 2"), "{taken}");
+    let snapshot = session.snapshot(decision);
+    let tip = text::window::thumbnail_tip(&snapshot.views[1], false);
+    assert!(tip.starts_with("View 3: ") && tip.contains("Partner: view 2."), "{tip}");
+    let balance = text::window::pair_balance(&snapshot);
+    assert!(balance.ends_with("px, views 2 and 3"), "{balance}");
+}
+
+#[test]
+fn a_removed_view_of_another_focus_stays_away() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    for _ in 0..3 {
+        take_one(&mut world, &mut session);
+    }
+    let good_until = session.accepted()[1].view.captured_at;
+    session.handle(&Input::Command(Command::UndoLast));
+    let change = ControlChange { control: Control::Focus, from: 30, to: 45, good_until };
+    let decision = session.handle(&Input::Camera(CameraEvent::ControlChanged(change)));
+    assert_eq!(session.snapshot(decision).removed, None, "offered to be brought back");
+    assert_eq!(session.handle(&Input::Command(Command::Restore)).outcome, Outcome::Noted);
+    assert_eq!(session.accepted().len(), 2);
+}
+
+#[test]
+fn a_ghost_is_as_large_for_a_board_of_any_size() {
+    // A usual lens, and one with an angle of view of 90°.
+    for f_px in [1152.0, 640.0] {
+        let camera = Camera::pinhole(f_px, SIZE.centre_px());
+        let lens = LensEstimate { camera, ..LensEstimate::guess(SIZE) };
+        let ghost = |square_m: f64| {
+            let board = Checkerboard::new(9, 6, square_m).expect("valid");
+            next_target(&[], &board, &lens, None, &GuidanceParams::default())
+                .map(|target| target.ghost_px)
+        };
+        let wanted = ghost(0.025).expect("a pose for the usual board");
+        for square_m in [0.0005, 0.001, 0.002, 0.003, 0.004, 0.005, 0.1, 1.0] {
+            let seen = ghost(square_m);
+            let off_px = seen.map(|seen| {
+                wanted.iter().zip(&seen).map(|(wanted, seen)| (wanted - seen).norm()).sum::<f64>()
+            });
+            assert!(off_px.is_some_and(|off| off < 1e-6), "{square_m} m, f {f_px}: {off_px:?}");
+        }
+    }
+}
+
+#[test]
+fn a_session_without_any_possible_pose_says_so_at_once() {
+    let mut setup = setup(Checkerboard::new(9, 6, 0.025).expect("valid"));
+    setup.guidance = GuidanceParams { margin_px: 400.0, ..setup.guidance };
+    let mut session = Session::new(setup);
+    assert!(session.target().is_none(), "no board fits");
+    assert_eq!(session.progress(), Progress::Exhausted);
+    let decision = session.handle(&Input::Command(Command::Resume));
+    assert_eq!((decision.progress, decision.advice), (Progress::Exhausted, Advice::Finished));
+    assert_eq!(session.snapshot(decision).views_to_go, None);
+}
+
+#[test]
+fn a_new_run_is_neither_paused_nor_takes_the_first_board() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    let target = session.target().expect("collecting").clone();
+    let pose = world.pose_for(&target.ghost_px, 0.1).expect("a pose");
+    session.handle(&Input::Command(Command::ForceNext));
+    session.handle(&Input::Resumed);
+    let decision = session.handle(&Input::Observed(world.observe(&pose)));
+    assert!(matches!(decision.outcome, Outcome::Refused { .. }), "{:?}", decision.outcome);
+    session.handle(&Input::Command(Command::Pause));
+    session.handle(&Input::Resumed);
+    let decision = session.handle(&Input::Observed(world.observe(&pose)));
+    assert_ne!(decision.outcome, Outcome::Refused { refusal: Refusal::NotCollecting });
+    assert!(!session.snapshot(decision).paused);
+}
+
+fn seen(number: u64, secs: f64, image_size: ImageSize, corners: Vec<Corner>) -> Input {
+    let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
+    Input::Observed(Observation {
+        frame_id: FrameId(number),
+        captured_at: CaptureTime { nanos: (secs * 1e9) as u64 },
+        kind: FrameKind::Video,
+        name: String::new(),
+        image_size,
+        seen: Ok(Detection { corners, quality }),
+    })
+}
+
+/// How long a board that stands still on the ghost is shown before its view is taken.
+fn secs_until_taken(rate_hz: f64, width_px: u32, sigma_px: f64) -> Option<f64> {
+    let image_size = ImageSize { width_px, height_px: width_px * 9 / 16 };
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let mut session = Session::new(SessionSetup { image_size, ..setup(board) });
+    let ghost_px = session.target().expect("collecting").ghost_px.clone();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let noise = Normal::new(0.0, sigma_px).expect("valid");
+    (0..(5.0 * rate_hz) as u64).find_map(|number| {
+        let secs = number as f64 / rate_hz;
+        let mut corner = |px: &Point2<f64>| {
+            let error = Vector2::new(noise.sample(&mut rng), noise.sample(&mut rng));
+            Corner::isotropic(px + error, sigma_px)
+        };
+        let corners = ghost_px.iter().map(&mut corner).collect();
+        let decision = session.handle(&seen(number, secs, image_size, corners));
+        matches!(decision.outcome, Outcome::Accepted { .. }).then_some(secs)
+    })
+}
+
+#[test]
+fn a_board_that_stands_still_is_taken_at_any_frame_rate() {
+    let mut late = Vec::new();
+    for rate_hz in [1.5, 2.0, 5.0, 15.0, 30.0, 60.0, 120.0, 240.0] {
+        for (width_px, sigma_px) in [(640, 0.05), (640, 0.1), (1280, 0.05), (1920, 0.1)] {
+            let taken = secs_until_taken(rate_hz, width_px, sigma_px);
+            // The hold, a tenth of a second to see that it began, and some frames for their noise.
+            if taken.is_none_or(|secs| secs > 0.6 + 0.1 + 3.0 / rate_hz) {
+                late.push((rate_hz, width_px, sigma_px, taken));
+            }
+        }
+    }
+    assert_eq!(late, [], "(frames per second, width, sd of a corner, seconds until taken)");
+}
+
+#[test]
+fn motion_is_seen_at_any_frame_rate() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let noise = Normal::new(0.0, 0.05).expect("valid");
+    for rate_hz in [2.0, 5.0, 30.0, 60.0, 120.0, 240.0] {
+        let mut session = Session::new(setup(board));
+        let ghost_px = session.target().expect("collecting").ghost_px.clone();
+        for number in 0..(2.0 * rate_hz) as u64 {
+            let secs = number as f64 / rate_hz;
+            // Half as fast again as the fastest motion that counts as still.
+            let shift = Vector2::new(1.5 * 0.02 * 1280.0 * (secs - 1.0), 0.0);
+            let corners = ghost_px.iter().map(|px| {
+                let error = Vector2::new(noise.sample(&mut rng), noise.sample(&mut rng));
+                Corner::isotropic(px + shift + error, 0.05)
+            });
+            let outcome =
+                session.handle(&seen(number, secs, crate::world::SIZE, corners.collect())).outcome;
+            let Outcome::Refused { refusal } = outcome else {
+                unreachable!("{rate_hz} Hz, frame {number}: {outcome:?}")
+            };
+            assert!(
+                !matches!(refusal, Refusal::Holding { .. }),
+                "{rate_hz} Hz, frame {number}: {refusal:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_first_frame_has_no_speed() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let mut session = Session::new(setup(board));
+    let ghost_px = session.target().expect("collecting").ghost_px.clone();
+    let corners = ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
+    let decision = session.handle(&seen(0, 0.0, crate::world::SIZE, corners));
+    let wanted_px_per_s = 0.02 * 1280.0;
+    let refusal = Refusal::Moving { speed_px_per_s: None, wanted_px_per_s };
+    assert_eq!(decision.outcome, Outcome::Refused { refusal });
+    assert_eq!(decision.advice, Advice::HoldStill { speed_px_per_s: None, wanted_px_per_s });
+    let written = serde_json::to_string(&decision.outcome).expect("plain data");
+    assert!(written.contains(r#""speed_px_per_s":null"#), "{written}");
+    assert_eq!(text::refusal(&refusal), "Hold still");
+}
+
+#[test]
+fn a_view_is_named_after_the_frame_that_was_taken() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let mut session = Session::new(setup(board));
+    let ghost_px = session.target().expect("collecting").ghost_px.clone();
+    let corners: Vec<Corner> = ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
+    let taken = (0..40).find_map(|number| {
+        let Input::Observed(mut frame) = seen(number, number as f64 / 30.0, SIZE, corners.clone())
+        else {
+            unreachable!("a frame")
+        };
+        frame.name = format!("frame {number}");
+        let detection = frame.seen.as_mut().expect("a board");
+        detection.quality.blur_px = if number == 9 { 0.6 } else { 0.8 };
+        match session.handle(&Input::Observed(frame)).outcome {
+            Outcome::Accepted { frame, .. } => Some(frame),
+            _ => None,
+        }
+    });
+    assert_eq!(taken, Some(9), "the sharpest frame of the hold");
+    assert_eq!(session.accepted()[0].name, "frame 9");
+}
+
+#[test]
+fn a_frame_costs_no_more_with_many_views_than_with_few() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    let mut bytes = Vec::new();
+    while session.target().is_some() {
+        let target = session.target().expect("collecting").clone();
+        // Exactly on the ghost but moving: judged against every view, never taken.
+        let ghost = |shift_px: f64| {
+            let corner =
+                |px: &Point2<f64>| Corner::isotropic(px + Vector2::new(shift_px, 0.0), 0.05);
+            target.ghost_px.iter().map(corner).collect::<Vec<_>>()
+        };
+        let frame = |number: u64| {
+            seen(number, number as f64 / 30.0, crate::world::SIZE, ghost(number as f64))
+        };
+        for number in 0..8 {
+            session.handle(&frame(number));
+        }
+        let input = frame(8);
+        let mut outcome = None;
+        let count = allocation_counter::measure(|| outcome = Some(session.handle(&input).outcome));
+        let moving = matches!(outcome, Some(Outcome::Refused { refusal: Refusal::Moving { .. } }));
+        assert!(moving, "{outcome:?}");
+        bytes.push(count.bytes_total);
+        take_one(&mut world, &mut session);
+    }
+    assert!(bytes.len() >= 4, "{} views", bytes.len());
+    assert!(bytes.iter().all(|bytes_at| *bytes_at <= bytes[0]), "{bytes:?}");
+}
+
+#[test]
+fn beyond_the_fold_of_the_lens_nothing_is_measured() {
+    let mut camera = Camera::pinhole(900.0, SIZE.centre_px());
+    camera.distortion.k1 = -0.6;
+    let lens = LensEstimate { camera, ..LensEstimate::guess(SIZE) };
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    // A tipped board in a corner of the picture, where the radial model has turned back on itself.
+    let corner = |point: &Point2<f64>| {
+        let away = 1.0 + 2.0 * point.x;
+        let px = Point2::new(900.0 + 3000.0 * point.x / away, 500.0 + 2500.0 * point.y / away);
+        Corner::isotropic(px, 0.05)
+    };
+    let corners: Vec<Corner> = board.corners_in_board_m().iter().map(corner).collect();
+    let outside =
+        corners.iter().filter(|corner| lens.camera.undistort_px(&corner.px).is_none()).count();
+    assert!(outside > 5 && outside < 54, "{outside} corners beyond the fold");
+    let frame = (FrameId(1), CaptureTime { nanos: 0 });
+    let refusal = Refusal::OutsideLens { outside, of: 54 };
+    let measured = measure(frame, &corners, 0.8, &board, &lens);
+    assert_eq!(measured.map(|view| view.line), Err(refusal));
+    let written = serde_json::to_string(&refusal).expect("plain data");
+    assert_eq!(written, format!(r#"{{"why":"outside_lens","outside":{outside},"of":54}}"#));
+    assert_eq!(
+        text::refusal(&refusal),
+        format!(
+            "{outside} of 54 corners are where the lens isn't known yet: move the board to the middle"
+        )
+    );
+}
+
+#[test]
+fn twice_the_pixels_ask_for_the_same_poses() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let target = |width_px: u32| {
+        let image_size = ImageSize { width_px, height_px: width_px * 9 / 16 };
+        let lens = LensEstimate::guess(image_size);
+        let guidance = GuidanceParams::default().for_image(image_size);
+        let sd_share = lens.pp_covariance_px2()[(0, 0)].sqrt() / f64::from(width_px);
+        (next_target(&[], &board, &lens, None, &guidance).expect("a pose"), sd_share)
+    };
+    let ((small, small_sd), (large, large_sd)) = (target(1280), target(2560));
+    assert_eq!(small_sd, large_sd);
+    for (small, large) in small.ghost_px.iter().zip(&large.ghost_px) {
+        // Pixel (0, 0) is the centre of a pixel, so that edges lie half a pixel farther out.
+        let doubled = Point2::new(2.0 * small.x + 0.5, 2.0 * small.y + 0.5);
+        assert!((doubled - large).norm() < 1.0, "{doubled} {large}");
+    }
+}
