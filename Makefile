@@ -39,23 +39,23 @@ test-vm: PACKAGES += $(VM_PACKAGES)
 test-vm: setup
 	tests/vm/run.sh
 
-lint:
+lint: setup
 	cargo fmt --check
 	cargo clippy --all-targets --quiet -- -D warnings
 
 # Every combination of features compiles without a warning, and brings no more crates than it may.
-features:
+features: setup
 	tests/features.sh
 
 # Compiles for Windows; nothing of it is tested there. Needs: rustup target add x86_64-pc-windows-gnu
 windows:
 	cargo check --quiet --target x86_64-pc-windows-gnu
 
-doc:
+doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --quiet
 
 # The oldest toolchain that Cargo.toml promises compiles everything.
-msrv:
+msrv: setup
 	@oldest=$$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml); \
 	case "$$(rustc --version)" in \
 		"rustc $$oldest."*) echo "This toolchain is the oldest that is promised: $$oldest";; \

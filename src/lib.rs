@@ -98,6 +98,10 @@ pub mod board;
 pub mod calibration;
 pub mod capture;
 #[cfg(any(feature = "report", feature = "study"))]
+#[cfg_attr(
+    not(all(feature = "report", feature = "study")),
+    allow(dead_code, unused_imports, reason = "reports draw on a canvas, the study plots series")
+)]
 mod chart;
 pub mod cli;
 pub mod config;

@@ -9,11 +9,10 @@
 
 use std::{
     collections::VecDeque,
-    fs::File,
-    io::{Read, Seek},
-    process::{Child, ChildStdout, Command, Stdio},
+    io::Read,
+    process::{Child, ChildStderr, ChildStdout, Command, Stdio},
     sync::Arc,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use image::GrayImage;
@@ -33,12 +32,14 @@ const START_PATIENCE: Duration = Duration::from_secs(15);
 const STEADY_PATIENCE: Duration = Duration::from_secs(5);
 /// Largest side of a picture.
 const LARGEST_SIDE_PX: u32 = 8192;
-/// What is kept of the program's words.
-const MOST_WORDS: u64 = 4096;
+/// Bytes kept of the program's messages: the last ones.
+const MESSAGES_KEPT: usize = 4096;
 /// Bytes taken from the pipe at once.
 const CHUNK: usize = 1 << 18;
-/// Pictures per second that files and streams are read as; more brings work and no views.
-const RATE_HZ: u64 = 30;
+/// Leaves out pictures that come sooner than 1/31 s after the one before (they cost work and add no views),
+/// unless the stream's time starts again; then writes one line with the stream's own time for every picture that passes.
+const FILTERS: &str = "select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t),\
+metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1";
 
 /// Pauses before a lost stream is asked for again.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
@@ -53,10 +54,16 @@ pub struct Ffmpeg {
     /// `None` while a lost stream is not asked for.
     run: Option<Run>,
     /// A picture that came and was not yet handed over.
-    in_hand: Option<GrayImage>,
+    in_hand: Option<Timed>,
     /// Pictures of the runs before this one.
     count_before: u64,
-    /// Time for which there was no stream.
+    /// Time of the first picture of this run.
+    run_began_nanos: u64,
+    /// Time of the newest picture.
+    last_nanos: u64,
+    /// Checksum of the newest picture.
+    last_checksum: Option<u32>,
+    /// Time since the stream was lost.
     away: Duration,
     /// Silence, or pause, so far.
     waited: Duration,
@@ -98,10 +105,13 @@ impl Ffmpeg {
             program: program.into(),
             name: name.into(),
             is_live,
-            size: ImageSize::of(&first),
+            size: ImageSize::of(&first.image),
             run: Some(run),
             in_hand: Some(first),
             count_before: 0,
+            run_began_nanos: 1,
+            last_nanos: 0,
+            last_checksum: None,
             away: Duration::ZERO,
             waited: Duration::ZERO,
             pause: SHORTEST_PAUSE,
@@ -114,7 +124,7 @@ impl Ffmpeg {
         Ok(source)
     }
 
-    /// How fast the stream is, nobody says.
+    /// ffmpeg doesn't report the frame rate of a live stream.
     fn mode(&self) -> Mode {
         Mode { size: self.size, layout: PixelLayout::Decoded, interval_secs: None }
     }
@@ -125,17 +135,17 @@ impl Ffmpeg {
         FrameId((self.count_before + count).saturating_sub(1))
     }
 
-    /// The program delivers an even rate; its own clock is the stream's.
-    fn time(&self) -> CaptureTime {
-        let playing_nanos = (self.id().0 + 1) * 1_000_000_000 / RATE_HZ;
-        CaptureTime { nanos: playing_nanos + self.away.as_nanos() as u64 }
+    /// Time of a picture: the stream's own, counted from the first picture; later than that of the one before.
+    fn time(&mut self, since_first: Duration) -> CaptureTime {
+        let nanos = self.run_began_nanos.saturating_add(since_first.as_nanos() as u64);
+        self.last_nanos = nanos.max(self.last_nanos + 1);
+        CaptureTime { nanos: self.last_nanos }
     }
 
     /// Ends the program and says that the stream is lost, once for each reason.
     fn lose(&mut self, (fault, detail): Loss) {
         self.count_before += self.run.take().map_or(0, |run| run.pictures.count);
-        self.away += self.waited;
-        self.waited = Duration::ZERO;
+        self.away += std::mem::take(&mut self.waited);
         if self.lost != Some(fault) {
             self.lost = Some(fault);
             self.events.push_back(CameraEvent::Lost { fault, detail });
@@ -153,8 +163,7 @@ impl Ffmpeg {
         if self.waited < self.pause {
             return;
         }
-        self.away += self.waited;
-        self.waited = Duration::ZERO;
+        self.away += std::mem::take(&mut self.waited);
         match Run::start(&self.program, &self.name, self.is_live) {
             Ok(run) => self.run = Some(run),
             Err(loss) => self.lose(loss),
@@ -172,7 +181,7 @@ impl Ffmpeg {
     }
 }
 
-/// Why there are no pictures, and what is known besides.
+/// Why there are no pictures, and details.
 type Loss = (Fault, String);
 
 /// The program at work; dropping it ends it.
@@ -187,16 +196,20 @@ impl Run {
             let missing = err.kind() == std::io::ErrorKind::NotFound;
             (if missing { Fault::NoReader } else { Fault::ReaderFailed }, err.to_string())
         };
-        // A file takes any number of words; a pipe that nobody empties would stop the program.
-        let words = tempfile::tempfile().map_err(broken)?;
-        let mut command = command(program, name, is_live);
-        command.stderr(words.try_clone().map_err(broken)?);
-        let mut child = command.spawn().map_err(broken)?;
-        let Some(out) = child.stdout.take() else {
+        let mut child = command(program, name, is_live).spawn().map_err(broken)?;
+        let (Some(out), Some(err)) = (child.stdout.take(), child.stderr.take()) else {
             end(&mut child);
             return Err((Fault::ReaderFailed, "it has no output".into()));
         };
-        let pictures = Pictures { out, words, bytes: Vec::new(), ended: false, count: 0 };
+        let pictures = Pictures {
+            out,
+            bytes: Vec::new(),
+            ended: false,
+            count: 0,
+            messages: Messages { err, line: Vec::new(), kept: Vec::new(), ended: false },
+            times: VecDeque::new(),
+            first: None,
+        };
         Ok(Self { child, pictures })
     }
 }
@@ -225,27 +238,40 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     if is_live {
         command.args(["-fflags", "nobuffer", "-flags", "low_delay"]);
     }
-    // A damaged picture is left out instead of mended.
+    // A damaged picture is left out, not repaired.
     command.args(["-err_detect", "explode", "-fflags", "+discardcorrupt", "-i", name]);
-    command.args(["-an", "-sn", "-dn", "-map", "0:v:0", "-r"]).arg(RATE_HZ.to_string());
+    command.args(["-an", "-sn", "-dn", "-map", "0:v:0"]);
+    // Neither repeats pictures nor drops any, whatever the stream's rate.
+    command.args(["-fps_mode", "passthrough", "-vf", FILTERS]);
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
-    command.stdin(Stdio::null()).stdout(Stdio::piped());
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
-/// What the program has sent.
+/// A picture, and its time since the first one of its run.
+#[derive(Debug)]
+struct Timed {
+    image: GrayImage,
+    since_first: Duration,
+}
+
+/// The program's output.
 struct Pictures {
     out: ChildStdout,
-    words: File,
     /// Bytes that are not yet a whole picture.
     bytes: Vec<u8>,
     ended: bool,
     /// Pictures so far, also those that newer ones replaced.
     count: u64,
+    messages: Messages,
+    /// Times in the stream of pictures that have not come yet.
+    times: VecDeque<Option<f64>>,
+    /// Time in the stream and arrival of the first picture.
+    first: Option<(Option<f64>, Instant)>,
 }
 
 enum Next {
-    Picture(GrayImage),
+    Picture(Timed),
     Nothing,
     End,
 }
@@ -279,17 +305,36 @@ impl Pictures {
         }
     }
 
-    fn is_readable(&self, patience: Duration) -> std::io::Result<bool> {
-        match poll(&mut [PollFd::new(&self.out, PollFlags::IN)], Some(&timespec(patience))) {
-            Ok(ready) => Ok(ready > 0),
-            // A signal came between; the caller asks again.
-            Err(rustix::io::Errno::INTR) => Ok(false),
-            Err(err) => Err(err.into()),
+    /// Waits at most `patience` for bytes of pictures. Messages are read meanwhile: a full pipe would stop the
+    /// program.
+    fn is_readable(&mut self, patience: Duration) -> std::io::Result<bool> {
+        let until = Instant::now() + patience;
+        loop {
+            let wait = timespec(until.saturating_duration_since(Instant::now()));
+            let mut sources = [
+                PollFd::new(&self.out, PollFlags::IN),
+                PollFd::new(&self.messages.err, PollFlags::IN),
+            ];
+            let watched = if self.messages.ended { 1 } else { 2 };
+            match poll(&mut sources[..watched], Some(&wait)) {
+                Ok(0) => return Ok(false),
+                Ok(_) => {}
+                // A signal came between; the caller asks again.
+                Err(rustix::io::Errno::INTR) => return Ok(false),
+                Err(err) => return Err(err.into()),
+            }
+            let [pictures, messages] = sources.map(|source| !source.revents().is_empty());
+            if messages {
+                self.times.extend(self.messages.read());
+            }
+            if pictures {
+                return Ok(true);
+            }
         }
     }
 
     /// Takes a whole picture from the bytes; `None` while there is none.
-    fn cut_off(&mut self) -> std::io::Result<Option<GrayImage>> {
+    fn cut_off(&mut self) -> std::io::Result<Option<Timed>> {
         let bad = |what: &str| std::io::Error::new(std::io::ErrorKind::InvalidData, what);
         let Some((numbers, header)) = header(&self.bytes).map_err(bad)? else { return Ok(None) };
         let [width, height, largest] = numbers;
@@ -304,16 +349,88 @@ impl Pictures {
         let pixels = self.bytes[header..end].to_vec();
         self.bytes.drain(..end);
         self.count += 1;
-        Ok(GrayImage::from_raw(width, height, pixels))
+        let since_first = self.since_first();
+        Ok(GrayImage::from_raw(width, height, pixels).map(|image| Timed { image, since_first }))
     }
 
-    /// What the program said of itself.
-    fn words(&mut self) -> String {
-        let mut said = Vec::new();
-        self.words.rewind().ok();
-        (&mut self.words).take(MOST_WORDS).read_to_end(&mut said).ok();
-        String::from_utf8_lossy(&said).trim().replace('\n', "; ")
+    /// Time of the next picture since the first one: in the stream, or by arrival if the stream states none.
+    fn since_first(&mut self) -> Duration {
+        // The filter writes a picture's time before the encoder writes the picture.
+        while self.times.is_empty() && self.messages.is_readable() {
+            self.times.extend(self.messages.read());
+        }
+        let time = self.times.pop_front().flatten();
+        let (first, came) = *self.first.get_or_insert((time, Instant::now()));
+        match time.zip(first) {
+            Some((time, first)) => Duration::try_from_secs_f64(time - first).unwrap_or_default(),
+            None => came.elapsed(),
+        }
     }
+
+    /// The program's last messages, in one line.
+    fn words(&mut self) -> String {
+        while self.messages.is_readable() {
+            self.times.extend(self.messages.read());
+        }
+        let text = [&self.messages.kept[..], &self.messages.line[..]].concat();
+        String::from_utf8_lossy(&text).trim().replace('\n', "; ")
+    }
+}
+
+/// The program's standard error: the time of each picture, and messages.
+struct Messages {
+    err: ChildStderr,
+    /// The line that is not complete yet.
+    line: Vec<u8>,
+    /// The last complete lines that are no times.
+    kept: Vec<u8>,
+    ended: bool,
+}
+
+impl Messages {
+    /// Whether reading doesn't wait and brings something.
+    fn is_readable(&self) -> bool {
+        let zero = timespec(Duration::ZERO);
+        !self.ended
+            && poll(&mut [PollFd::new(&self.err, PollFlags::IN)], Some(&zero)).is_ok_and(|n| n > 0)
+    }
+
+    /// Reads what is there, and returns the times in it.
+    fn read(&mut self) -> Vec<Option<f64>> {
+        let mut chunk = [0; 4096];
+        let got = self.err.read(&mut chunk).unwrap_or(0);
+        self.ended = got == 0;
+        let mut times = Vec::new();
+        for byte in &chunk[..got] {
+            // A line without an end must not grow without bound.
+            if *byte != b'\n' && self.line.len() < MESSAGES_KEPT {
+                self.line.push(*byte);
+                continue;
+            }
+            let line = std::mem::take(&mut self.line);
+            match picture_time(&String::from_utf8_lossy(&line)) {
+                Some(time) => times.push(time),
+                None if line.starts_with(METADATA.as_bytes()) => {}
+                None => {
+                    self.kept.extend(line);
+                    self.kept.push(b'\n');
+                    let surplus = self.kept.len().saturating_sub(MESSAGES_KEPT);
+                    self.kept.drain(..surplus);
+                }
+            }
+        }
+        times
+    }
+}
+
+/// The line that follows a picture's time.
+const METADATA: &str = "boresight=";
+
+/// The time in a line such as `frame:3 pts:1200 pts_time:1.2`; `Some(None)` if the stream states none.
+fn picture_time(line: &str) -> Option<Option<f64>> {
+    let (_, rest) = line.split_once("frame:")?;
+    let (_, time) = rest.split_once("pts_time:")?;
+    Some(time.trim().parse().ok().filter(|secs: &f64| secs.is_finite()))
 }
 
 /// Width, height and largest value of a binary PGM picture, and where its pixels begin; `None` while the
@@ -368,8 +485,8 @@ impl FrameSource for Ffmpeg {
             Some(picture) => Ok(Next::Picture(picture)),
             None => run.pictures.next(patience, self.is_live),
         };
-        let image = match next {
-            Ok(Next::Picture(image)) => image,
+        let picture = match next {
+            Ok(Next::Picture(picture)) => picture,
             Ok(Next::Nothing) => {
                 self.waited += patience;
                 let limit = if run.pictures.count == 0 { START_PATIENCE } else { STEADY_PATIENCE };
@@ -397,17 +514,26 @@ impl FrameSource for Ffmpeg {
         if self.lost.is_some() {
             self.away += waited;
         }
-        if ImageSize::of(&image) != self.size {
-            let detail = format!("the pictures are now {:?}", image.dimensions());
+        if ImageSize::of(&picture.image) != self.size {
+            let detail = format!("the pictures are now {:?}", picture.image.dimensions());
             return self.broken((Fault::OtherMode, detail));
         }
-        let (id, captured_at) = (self.id(), self.time());
         if self.lost.take().is_some() {
             self.pause = SHORTEST_PAUSE;
-            self.in_hand = Some(image);
+            let away = std::mem::take(&mut self.away);
+            self.run_began_nanos = self.last_nanos + (away.as_nanos() as u64).max(1);
+            let good_from = CaptureTime { nanos: self.run_began_nanos };
+            self.in_hand = Some(picture);
             let mode = self.mode();
-            return Ok(Arrival::Event(CameraEvent::Returned { mode, good_from: captured_at }));
+            return Ok(Arrival::Event(CameraEvent::Returned { mode, good_from }));
         }
+        let Timed { image, since_first } = picture;
+        // A sensor has noise: the same bytes are the same picture, sent again.
+        let checksum = crc32fast::hash(image.as_raw());
+        if self.last_checksum.replace(checksum) == Some(checksum) {
+            return Ok(Arrival::NothingYet);
+        }
+        let (id, captured_at) = (self.id(), self.time(since_first));
         let (kind, name) = (FrameKind::Video, String::new());
         Ok(Arrival::Frame(Arc::new(Frame { id, captured_at, kind, name, image })))
     }

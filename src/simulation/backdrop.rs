@@ -4,7 +4,7 @@ use nalgebra::{Point2, Vector2};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::scene::{RngStream, Scene};
+use super::{rng_stream::RngStream, scene::Scene};
 
 /// A picture in floating-point grey levels.
 pub(super) struct Canvas {

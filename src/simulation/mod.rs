@@ -9,10 +9,12 @@ mod blur;
 pub mod kernel;
 mod print;
 mod renderer;
+mod rng_stream;
 mod scene;
 mod scene_file;
 mod source;
 pub mod technician;
+mod technician_params;
 
 use image::GrayImage;
 use nalgebra::Isometry3;

@@ -13,7 +13,8 @@ use super::{
     backdrop,
     blur::{Kernel, Region},
     print::{Patch, PixelRay, Print, Share, SheetView},
-    scene::{RngStream, Scene},
+    rng_stream::RngStream,
+    scene::Scene,
 };
 use crate::geometry::Camera;
 

@@ -3,14 +3,14 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector2};
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::{rng_stream::RngStream, technician_params::TechnicianParams};
 use crate::{
     board::Checkerboard,
     frame::ImageSize,
     geometry::{Camera, Distortion},
-    simulation::technician::TechnicianParams,
 };
 
 /// A simulated room, person and camera. The same scene gives the same pictures.
@@ -55,29 +55,6 @@ pub struct Light {
     pub gradient_direction_rad: f64,
     /// Relative loss of brightness in the corners.
     pub vignette: f64,
-}
-
-/// One independent stream of random numbers of a scene, per purpose.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum RngStream {
-    Lens,
-    Backdrop,
-    Noise,
-    Technician,
-}
-
-impl RngStream {
-    /// The stream's generator.
-    pub(super) fn rng(self, seed: u64) -> ChaCha8Rng {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(match self {
-            Self::Lens => 1,
-            Self::Backdrop => 2,
-            Self::Noise => 3,
-            Self::Technician => 4,
-        });
-        rng
-    }
 }
 
 impl Light {

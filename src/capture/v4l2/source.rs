@@ -13,13 +13,14 @@
 
 mod locking;
 mod loss;
+mod recognition;
 mod setting;
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 #[cfg(feature = "nokhwa")]
-pub(in crate::capture) use loss::found_again;
-use loss::other_than_asked;
+pub(in crate::capture) use recognition::found_again;
+use recognition::other_than_asked;
 
 use super::{
     controls::{ControlLock, ControlState, control_states},

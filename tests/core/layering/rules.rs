@@ -89,7 +89,11 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("std::io::stdin"), &["cli"]),
         (Reach::Path("std::io::stdout"), &["cli"]),
         (Reach::Path("std::io::stderr"), &["cli"]),
-        (Reach::Path("std::time::Instant"), &["pipeline", "app", "cli", "capture/nokhwa"]),
+        // A stream read through another program or library has no clock of a driver.
+        (
+            Reach::Path("std::time::Instant"),
+            &["pipeline", "app", "cli", "capture/nokhwa", "capture/ffmpeg"],
+        ),
         (Reach::Path("std::time::SystemTime"), &[]),
         (Reach::Path("std::time::UNIX_EPOCH"), &[]),
         (Reach::Path("jiff"), &["recording", "app", "cli"]),

@@ -1,0 +1,27 @@
+//! Independent streams of random numbers.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// One independent stream of random numbers of a scene, per purpose.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum RngStream {
+    Lens,
+    Backdrop,
+    Noise,
+    Technician,
+}
+
+impl RngStream {
+    /// The stream's generator.
+    pub(super) fn rng(self, seed: u64) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(match self {
+            Self::Lens => 1,
+            Self::Backdrop => 2,
+            Self::Noise => 3,
+            Self::Technician => 4,
+        });
+        rng
+    }
+}
