@@ -13,6 +13,7 @@ mod scene;
 mod scene_file;
 mod source;
 pub mod technician;
+mod technician_params;
 
 use image::GrayImage;
 use nalgebra::Isometry3;

@@ -10,7 +10,7 @@ use crate::{
     board::Checkerboard,
     frame::ImageSize,
     geometry::{Camera, Distortion},
-    simulation::technician::TechnicianParams,
+    simulation::technician_params::TechnicianParams,
 };
 
 /// A simulated room, person and camera. The same scene gives the same pictures.

@@ -27,6 +27,20 @@ pub struct Granted {
     pub bytes_per_line: u32,
 }
 
+/// In what the granted mode is another than the one asked for.
+pub(super) fn other_than_asked(offer: &CameraMode, mode: &Mode) -> Option<String> {
+    let asked =
+        Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };
+    let rates = asked.rate_hz().zip(mode.rate_hz());
+    let other_rate = rates.is_some_and(|(a, b)| (a - b).abs() > 0.02 * a);
+    let named = |mode: &Mode| {
+        let rate = mode.rate_hz().map_or(String::new(), |hz| format!(" at {hz:.0} fps"));
+        format!("{}x{} {}{rate}", mode.size.width_px, mode.size.height_px, mode.layout.name())
+    };
+    ((asked.size, asked.layout) != (mode.size, mode.layout) || other_rate)
+        .then(|| format!("asked for {}, granted {}", named(&asked), named(mode)))
+}
+
 /// Everything that a camera offers. A list that fails ends there.
 pub fn offers(kernel: &mut dyn Kernel, device: Handle) -> Result<Vec<CameraMode>, Errno> {
     let mut found = Vec::new();

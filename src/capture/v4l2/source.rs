@@ -19,12 +19,12 @@ use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 #[cfg(feature = "nokhwa")]
 pub(in crate::capture) use loss::found_again;
-use loss::other_than_asked;
 
 use super::{
     controls::{ControlLock, ControlState, control_states},
     discovery::{Camera, Identity},
     kernel::{Errno, Kernel},
+    mode::other_than_asked,
     stream::{Loss, Picture, Stream},
 };
 use crate::{

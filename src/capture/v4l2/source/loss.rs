@@ -4,15 +4,13 @@ use super::{
     super::{
         discovery::{Camera, Found, Identity, discover_those},
         kernel::Kernel,
+        mode::other_than_asked,
         stream::{Loss, Stream},
     },
     LOCKING_NANOS, LONGEST_PAUSE_NANOS, LiveCamera, Phase, Running, SHORTEST_PAUSE_NANOS, State,
     settling,
 };
-use crate::{
-    capture::{CameraMode, layout},
-    device::{CameraEvent, Fault, Mode},
-};
+use crate::device::{CameraEvent, Fault};
 
 impl<K: Kernel> LiveCamera<K> {
     /// Ends the stream and says why.
@@ -117,18 +115,4 @@ fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
             }
         }
     }
-}
-
-/// In what the granted mode is another than the one asked for.
-pub(super) fn other_than_asked(offer: &CameraMode, mode: &Mode) -> Option<String> {
-    let asked =
-        Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };
-    let rates = asked.rate_hz().zip(mode.rate_hz());
-    let other_rate = rates.is_some_and(|(a, b)| (a - b).abs() > 0.02 * a);
-    let named = |mode: &Mode| {
-        let rate = mode.rate_hz().map_or(String::new(), |hz| format!(" at {hz:.0} fps"));
-        format!("{}x{} {}{rate}", mode.size.width_px, mode.size.height_px, mode.layout.name())
-    };
-    ((asked.size, asked.layout) != (mode.size, mode.layout) || other_rate)
-        .then(|| format!("asked for {}, granted {}", named(&asked), named(mode)))
 }
