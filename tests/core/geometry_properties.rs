@@ -83,7 +83,7 @@ fn same(a: &PrincipalLine, b: &PrincipalLine) {
     let off = (a.vanishing_point_px - b.vanishing_point_px).norm();
     assert!(off < 1e-7 * scale, "vanishing points {off} px apart");
     assert!((a.d_px - b.d_px).abs() < 1e-7 * scale);
-    assert!(between(a.slot_rad, b.slot_rad) < 1e-8);
+    assert!(between(a.tilt_azimuth_rad, b.tilt_azimuth_rad) < 1e-8);
     for i in [0, 3] {
         let (ours, theirs) = (a.covariance[(i, i)], b.covariance[(i, i)]);
         assert!((ours / theirs - 1.0).abs() < 1e-5, "variance {i}: {ours} {theirs}");
@@ -156,7 +156,7 @@ proptest! {
             ),
         };
         let (first, second) = (view.line(), opposed.line());
-        prop_assert!(between(first.slot_rad + PI, second.slot_rad) < 1e-6);
+        prop_assert!(between(first.tilt_azimuth_rad + PI, second.tilt_azimuth_rad) < 1e-6);
         prop_assert!(first.angle_to(&second) < 1e-7);
         let board_m = board().corners_in_board_m();
         let reflected = view.corners(&board_m).into_iter().rev().map(|corner| {
