@@ -15,9 +15,7 @@ use crate::{
     calibration::{
         NotCalibrated,
         check::finding::{Finding, Severity, Verdict},
-        result::{
-            Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult,
-        },
+        result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
         solve::model_choice::ModelFit,
     },
     frame::ImageSize,
