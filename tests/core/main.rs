@@ -1,3 +1,5 @@
+//! Everything that decides: numbers, boards in pictures, sessions and files; no camera, window or other process.
+
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod reference;
@@ -25,7 +27,6 @@ mod session;
 mod session_properties;
 mod simulation;
 mod steady_state;
-
 #[cfg(feature = "study")]
 mod study;
 mod target;

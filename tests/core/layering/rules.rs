@@ -115,7 +115,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("anyhow"), &["app", "cli"]),
         (Reach::Path("egui"), &["ui"]),
         (Reach::Path("eframe"), &["ui"]),
-        // People's units stop at the edge.
+        // People's units stop at the edge: settings, files, sentences.
         (
             Reach::Ending("_mm"),
             &[
