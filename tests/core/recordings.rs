@@ -110,7 +110,7 @@ fn a_session_whose_focus_moved_comes_out_again() {
     let count = |wanted: &str| outcomes.iter().filter(|outcome| *outcome == wanted).count();
     // One view was taken after the focus was last seen in its place.
     assert_eq!((count("accepted"), count("removed")), (7, 1));
-    let ids: Vec<u32> = saved.session.accepted().iter().map(|view| view.id).collect();
+    let ids: Vec<u32> = saved.session.accepted().iter().map(|view| view.number.0).collect();
     assert_eq!(ids, [0, 1, 2, 4, 5, 6]);
     assert_same_calibration(&saved);
 }
