@@ -29,7 +29,7 @@ fn truth_px(scene: &Scene, pose: &Isometry3<f64>) -> Vec<Point2<f64>> {
     scene.board.corners_in_board_m().iter().map(|m| project(m).expect("in front")).collect()
 }
 
-fn look(picture: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
+fn find(picture: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
     detect(picture, board, DetectorParams::default())
 }
 
