@@ -20,20 +20,20 @@ use crate::{
 const START_NANOS: u64 = 5_000_000_000;
 /// Longest wait for the next picture, unless the mode is slower than 5 a second.
 const STEADY_NANOS: u64 = 1_000_000_000;
-/// Nothing but damaged frames for so long: the stream is started anew.
+/// Restart the stream after this long without a whole frame.
 const DAMAGED_NANOS: u64 = 4_000_000_000;
 /// Time slept that ends a stream.
 const SLEPT_NANOS: u64 = 1_000_000_000;
 /// A driver's time stamp further from now than this is a mistake.
 const BELIEVABLE_NANOS: u64 = 5_000_000_000;
-/// How often a device that another program has is tried again.
+/// Retries while the device is busy.
 const BUSY_TRIES: u32 = 10;
 const BUSY_PAUSE: Duration = Duration::from_millis(100);
 /// Waits that end without a frame or a reason, in a row, before the device counts as broken.
 const MOST_EMPTY_ERRORS: u32 = 20;
 const EMPTY_PAUSE: Duration = Duration::from_millis(10);
 
-/// Why a camera cannot be used, and what is known besides.
+/// Why a camera can't be used, and details.
 pub(super) type Loss = (Fault, String);
 
 /// A camera that streams.
@@ -161,8 +161,8 @@ impl Stream {
         self.dropped += round.dropped;
         self.rejected += round.bad;
         if round.came == 0 {
-            self.empty_errors += 1;
-            if ready.error && self.empty_errors > MOST_EMPTY_ERRORS {
+            self.empty_errors += u32::from(ready.error);
+            if self.empty_errors > MOST_EMPTY_ERRORS {
                 return Err((Fault::Transfer, self.path.display().to_string()));
             }
             // A device that is ready for nothing must not keep a processor busy.
