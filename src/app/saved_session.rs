@@ -1,4 +1,17 @@
 //! A session folder, read back.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use boresight::app::SavedSession;
+//!
+//! let saved = SavedSession::open(Path::new("fixtures/recordings/v1/good"))?;
+//! // This build decides as the one that recorded it, and the lens comes out again.
+//! assert!(saved.differences.is_empty() && !saved.restored);
+//! let calibration = saved.session.calibration().ok_or("no calibration")?;
+//! assert!(calibration.camera.f_px.x > 100.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::path::{Path, PathBuf};
 

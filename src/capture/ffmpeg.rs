@@ -61,7 +61,7 @@ pub struct Ffmpeg {
     run_began_nanos: u64,
     /// Time of the newest picture.
     last_nanos: u64,
-    /// Checksum of the newest picture.
+    /// Checksum of the newest picture of this run.
     last_checksum: Option<u32>,
     /// Time since the stream was lost.
     away: Duration,
@@ -145,6 +145,8 @@ impl Ffmpeg {
     /// Ends the program and says that the stream is lost, once for each reason.
     fn lose(&mut self, (fault, detail): Loss) {
         self.count_before += self.run.take().map_or(0, |run| run.pictures.count);
+        // A stream that returns may begin with the picture that it ended with; that's a new frame.
+        self.last_checksum = None;
         self.away += std::mem::take(&mut self.waited);
         if self.lost != Some(fault) {
             self.lost = Some(fault);

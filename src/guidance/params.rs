@@ -120,17 +120,16 @@ impl Default for GuidanceParams {
 }
 
 impl GuidanceParams {
-    /// These limits for pictures of `image_size`: lengths in pixels grow with the width.
+    /// These limits for pictures of `image_size`: lengths in pixels grow with the width, as [`width_scale`] says.
     ///
-    /// The blur limit grows but never shrinks, because a pixel's own width blurs an edge by about as much in a
-    /// small picture as in a large one. The precision at which to stop is what the person asked for and stays.
+    /// The precision at which to stop is what the person asked for and stays.
     #[must_use]
     pub fn for_image(self, image_size: ImageSize) -> Self {
         let scale = width_scale(image_size);
         Self {
             margin_px: scale * self.margin_px,
             partner_offset_px: scale * self.partner_offset_px,
-            max_blur_px: scale.max(1.0) * self.max_blur_px,
+            max_blur_px: scale * self.max_blur_px,
             ..self
         }
     }
@@ -139,9 +138,12 @@ impl GuidanceParams {
 /// Width of the pictures for which lengths in pixels were tuned.
 const TUNED_WIDTH_PX: f64 = 1280.0;
 
-/// Pixels of a picture of `image_size` for each pixel of one that is 1280 wide.
+/// By how much lengths in pixels grow in a picture of `image_size`: 1 up to a width of 1280, then with the width.
+///
+/// They don't shrink in smaller pictures: a pixel's own width blurs an edge by as much there, and a hand that
+/// follows the screen errs by whole pixels of what it sees.
 pub fn width_scale(image_size: ImageSize) -> f64 {
-    f64::from(image_size.width_px) / TUNED_WIDTH_PX
+    (f64::from(image_size.width_px) / TUNED_WIDTH_PX).max(1.0)
 }
 
 #[cfg(test)]
@@ -149,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_grow_with_the_picture_and_its_blur_limit_never_shrinks() {
+    fn lengths_grow_with_the_picture_and_never_shrink() {
         let sized = |width_px| {
             let image_size = ImageSize { width_px, height_px: width_px * 9 / 16 };
             let params = GuidanceParams::default().for_image(image_size);
@@ -157,6 +159,6 @@ mod tests {
         };
         assert_eq!(sized(1280), [8.0, 25.0, 3.5]);
         assert_eq!(sized(3840), [24.0, 75.0, 10.5]);
-        assert_eq!(sized(320), [2.0, 6.25, 3.5]);
+        assert_eq!(sized(320), [8.0, 25.0, 3.5]);
     }
 }

@@ -11,6 +11,26 @@
 //! Invariant: a view is shown as accepted only after its picture and then its journal line are synced
 //! to disk. So a crash at any instant loses at most what nobody was told of. A last line that was cut is
 //! dropped when the session is opened again; a damaged line anywhere else is named and refused.
+//!
+//! ```
+//! use boresight::{
+//!     config::Config,
+//!     frame::ImageSize,
+//!     recording::{Header, SessionFolder},
+//!     session::{Input, Session},
+//! };
+//!
+//! let place = tempfile::tempdir()?;
+//! let path = place.path().join("session");
+//! let (config, image_size) = (Config::load(None, &[])?, ImageSize { width_px: 1280, height_px: 720 });
+//! let mut session = Session::new(config.session(image_size)?);
+//! let mut folder = SessionFolder::create(&path, &Header::new("an example", image_size, config))?;
+//! // Each input is decided, then written with its decision; `true` syncs it to disk.
+//! let decision = session.handle(&Input::Stop);
+//! folder.journal_mut().append(&Input::Stop, &decision, None, true)?;
+//! assert_eq!(SessionFolder::journal(&path)?.lines.len(), 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod camera_line;
 mod camera_table;

@@ -2,6 +2,26 @@
 //!
 //! Everything follows from the [`Scene`], its seed, and the cues the person in front of the camera
 //! reads. No clocks: frame times are counted.
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use boresight::{
+//!     capture::{Arrival, FrameSource},
+//!     simulation::{NoCues, Scene, SyntheticSource},
+//! };
+//!
+//! // Three frames of the everyday webcam; no technician follows any guidance.
+//! let mut camera = SyntheticSource::new(Scene::default_720p(1), Box::new(NoCues), Some(3), 2);
+//! let mut sizes_px = Vec::new();
+//! while let Arrival::Frame(frame) = camera.next_frame(Duration::from_secs(1))? {
+//!     sizes_px.push(frame.image.dimensions());
+//! }
+//! assert_eq!(sizes_px, [(1280, 720); 3]);
+//! // The simulation knows the lens that a calibration should find.
+//! assert!(camera.truth().snapshot().camera.f_px.x > 0.0);
+//! # Ok::<(), boresight::capture::CaptureError>(())
+//! ```
 
 mod backdrop;
 mod blur;

@@ -32,7 +32,7 @@ pub trait Cues: Send {
     fn next_cue(&mut self) -> Option<Cue>;
 }
 
-/// Nobody judges and nobody says anything.
+/// No feedback: the technician receives no cues.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoCues;
 

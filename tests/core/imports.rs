@@ -339,7 +339,7 @@ fn what_no_camera_has_is_refused() {
         (MRCAL, "1761.181055", "1e999", "line 6"),
         (MRCAL, "6016", "0", "size is 0"),
         (OWN, "980.1", "0.5", "fx is 0.5"),
-        (OWN, "980.1", "1e999", "number out of range"),
+        (OWN, "980.1", "1e999", "result.f_px[0]: invalid type: null"),
         (OWN, "980.1", "null", "result.f_px[0]: invalid type: null"),
         (OWN, "980.1, 980.1", "980.1", "result.f_px: invalid length 1"),
         (OWN, "[653.4", "[\"653.4\"", "result.pp_px[0]: invalid type: string"),

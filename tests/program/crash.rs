@@ -145,7 +145,10 @@ fn a_session_that_is_killed_keeps_every_view_and_goes_on() {
         let told = lines(&mut child);
         child.wait().expect("ended");
         let after = held(&path).expect("a session");
-        let going_on = format!("Resuming with {} views.", before.views);
+        let going_on = match before.views {
+            1 => "Resuming with 1 view.".to_owned(),
+            views => format!("Resuming with {views} views."),
+        };
         assert!(told.contains(&going_on), "{told:?}");
         assert_eq!(after.frames[..before.views], before.frames, "nothing lost, nothing doubled");
         assert_eq!(after.views, before.views + taken(&told));
