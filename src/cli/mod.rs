@@ -107,7 +107,7 @@ pub fn main() -> ExitCode {
             let hint = explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
             // If stderr is closed there is nobody left to tell.
             let _ = writeln!(std::io::stderr(), "boresight: {err:#}{hint}");
-            if err.chain().any(|cause| cause.is::<MissingFeature>()) {
+            if err.chain().any(<dyn std::error::Error>::is::<MissingFeature>) {
                 return ExitCode::from(WRONG_USAGE);
             }
             Exit::Failed.into()

@@ -1,6 +1,6 @@
 //! Everything that decides: numbers, boards in pictures, sessions and files; no camera, window or other process.
 
-#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod reference;
 mod trust;

@@ -146,7 +146,7 @@ pub fn write<'a>(views: impl IntoIterator<Item = (&'a str, Option<&'a [Corner]>)
     table
 }
 
-/// The lines of one picture, each with its line break; names as in [`write`].
+/// The lines of one picture, each with its line break; names as in [`write()`].
 pub fn lines(name: &str, corners: Option<&[Corner]>, digits: Digits) -> String {
     let name = name.replace(|c: char| c.is_whitespace() || c == '#', "_");
     let Some(corners) = corners else {

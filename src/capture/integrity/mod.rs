@@ -3,9 +3,9 @@
 //! | stage | question |
 //! |---|---|
 //! | [`raw`] | has an uncompressed frame as many bytes as its mode needs? |
-//! | [`jpeg`] | start, headers, picture size, end within the frame's bytes? Missing Huffman tables are put in |
-//! | [`scan`] | does the compressed data hold every block of the picture, and nothing else? |
-//! | [`seam`] | does the picture go on as it began, or do the blocks after some point jump in brightness? |
+//! | `jpeg` | start, headers, picture size, end within the frame's bytes? Missing Huffman tables are put in |
+//! | `scan` | does the compressed data hold every block of the picture, and nothing else? |
+//! | `seam` | does the picture go on as it began, or do the blocks after some point jump in brightness? |
 //!
 //! Limits: JPEG has no checksum. A changed bit within a coefficient's value that keeps every code's length
 //! gives another picture of the same structure: some blocks that are wrong, and nothing in the frame tells. So

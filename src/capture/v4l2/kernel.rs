@@ -1,6 +1,6 @@
 //! What this program asks of the operating system about cameras, by meaning.
 //!
-//! Two implementations: [`super::linux`] makes the system calls; [`super::simulated`] is a model with
+//! Two implementations: [`super::linux`] makes the system calls; `simulation::kernel` is a model with
 //! strict rules of buffer ownership and faults on demand. Whatever a driver answers is untrusted.
 
 use std::{

@@ -200,7 +200,7 @@ impl Scan<'_> {
                     let is_path = !is_variant
                         && !tokens.is_member(at - 1)
                         && !tokens.is_within_a_type(at - 1)
-                        && !(at >= 2 && tokens.is(at - 2, '\''))
+                        && (at < 2 || !tokens.is(at - 2, '\''))
                         && !tokens.follows(at - 1, &defined);
                     // A small name by itself is a variable or a field, unless it is called.
                     let alone = path.len() == 1
