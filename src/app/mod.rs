@@ -12,6 +12,7 @@
 //! | `opening` | a new session, or one that is resumed: source, folder and state |
 //! | `run` | a session from its first frame to its stored result |
 //! | `result`, `verdict` | what a session found: the file, the sentences and the exit status |
+//! | `calibration_views` | the views of a calibration without a session, from pictures or a corner table |
 //! | `comparison` | new views against an older calibration |
 //! | `report`, `session_report` | the HTML report of a calibration file or of a session folder |
 //! | `export` | a result in the formats of other programs |
@@ -27,6 +28,7 @@
 //! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain`] turns one into the next action.
 
 mod announcer;
+pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
 pub mod comparison;

@@ -1,15 +1,12 @@
 //! `boresight calibrate`.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::available_parallelism,
-};
+#[cfg(feature = "report")]
+use std::path::Path;
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
 
-#[cfg(not(feature = "report"))]
-use super::left_out::report::{Thumbnail, picture_beside};
 #[cfg(feature = "report")]
 use super::report::this_command;
 use super::{
@@ -18,21 +15,16 @@ use super::{
 };
 #[cfg(feature = "report")]
 use crate::{
-    app::report::{picture_beside, versions},
-    report::{CameraSection, Provenance, Report, Thumbnail, page},
+    app::report::versions,
+    report::{CameraSection, Provenance, Report, page},
     text::report as words,
 };
 use crate::{
-    app::{Exit, announce_result},
-    board::Checkerboard,
-    calibration::{
-        calibrate,
-        files::{CalibrationFile, ViewName, corner_table},
+    app::{
+        Exit, announce_result,
+        calibration_views::{from_pictures, from_table},
     },
-    capture::{CaptureError, read_picture},
-    frame::ImageSize,
-    geometry::Corner,
-    pipeline::detect_many,
+    calibration::{calibrate, files::CalibrationFile},
     recording::save::{Overwrite, save},
     text,
 };
@@ -70,14 +62,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-struct Views {
-    image_size: ImageSize,
-    corners: Vec<Vec<Corner>>,
-    names: Vec<ViewName>,
-    /// In small, of the used views, for the report.
-    pictures: Vec<Option<Thumbnail>>,
-}
-
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         #[cfg(not(feature = "report"))]
@@ -99,7 +83,15 @@ impl Arguments {
             inputs if inputs.iter().any(is_table) => {
                 bail!("give pictures, or one corner table, not both")
             }
-            inputs => from_pictures(inputs, &board, self.report.is_some())?,
+            inputs => {
+                let bar = indicatif::ProgressBar::new(inputs.len() as u64)
+                    .with_message("finding the board");
+                let progress = || bar.inc(1);
+                let views =
+                    from_pictures(inputs, &board, self.report.is_some(), &announcer(), progress)?;
+                bar.finish_and_clear();
+                views
+            }
         };
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
         let exit = announce_result(result.as_ref(), "", &announcer());
@@ -145,80 +137,4 @@ fn folder_name(inputs: &[PathBuf]) -> String {
     let first = inputs.first().map(|path| std::path::absolute(path).unwrap_or(path.clone()));
     let folder = first.as_deref().and_then(Path::parent).and_then(Path::file_name);
     folder.unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn from_table(
-    path: &Path,
-    image_size: ImageSize,
-    board: &Checkerboard,
-    with_pictures: bool,
-) -> anyhow::Result<Views> {
-    let mut views =
-        Views { image_size, corners: Vec::new(), names: Vec::new(), pictures: Vec::new() };
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
-    let table = corner_table::read(&text, board.corner_count())
-        .with_context(|| format!("could not use {path:?}"))?;
-    for view in table {
-        let reason = view.corners.is_none().then(|| "no corners in the table".to_owned());
-        if with_pictures && reason.is_none() {
-            views.pictures.push(picture_beside(folder, &view.name, image_size));
-        }
-        views.names.push(ViewName { name: view.name, reason });
-        views.corners.extend(view.corners);
-    }
-    Ok(views)
-}
-
-fn from_pictures(
-    inputs: &[PathBuf],
-    board: &Checkerboard,
-    with_thumbnails: bool,
-) -> anyhow::Result<Views> {
-    let read = std::sync::Mutex::new(vec![None; inputs.len()]);
-    let bar = indicatif::ProgressBar::new(inputs.len() as u64).with_message("finding the board");
-    let threads = available_parallelism().map_or(1, usize::from);
-    let load = |index: usize| -> Result<_, CaptureError> {
-        let image = read_picture(&inputs[index])?;
-        let thumbnail = if with_thumbnails { Thumbnail::of(&image) } else { None };
-        if let Ok(mut read) = read.lock() {
-            read[index] = Some((ImageSize::of(&image), thumbnail));
-        }
-        Ok(image)
-    };
-    let found = detect_many(inputs.len(), threads, board, load, |_| None, |_| bar.inc(1))?;
-    bar.finish_and_clear();
-    let read = read.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let mut views: Option<Views> = None;
-    for ((path, seen), read) in inputs.iter().zip(found).zip(read) {
-        let seen = seen?;
-        let (size, thumbnail) = read.context("a picture was not read")?;
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let views = views.get_or_insert_with(|| Views {
-            image_size: size,
-            corners: Vec::new(),
-            names: Vec::new(),
-            pictures: Vec::new(),
-        });
-        if size != views.image_size {
-            let first = views.names.first().map_or("the first", |view| view.name.as_str());
-            bail!(
-                "{name} is {}x{}, {first} is {}x{}: pictures of one calibration have one size",
-                size.width_px,
-                size.height_px,
-                views.image_size.width_px,
-                views.image_size.height_px
-            );
-        }
-        let reason = seen.as_ref().err().map(text::miss);
-        if let Some(reason) = &reason {
-            say(&format!("{name}: not used. {reason}"));
-        }
-        if reason.is_none() {
-            views.pictures.push(thumbnail);
-        }
-        views.names.push(ViewName { name, reason });
-        views.corners.extend(seen.map(|detection| detection.corners));
-    }
-    views.context("no pictures")
 }

@@ -28,34 +28,10 @@ pub(super) mod devices {
 
 #[cfg(not(feature = "report"))]
 pub(super) mod report {
-    use std::path::Path;
-
-    use image::GrayImage;
-
-    use crate::frame::ImageSize;
-
     left_out!(
         crate::app::MissingFeature::REPORT,
         "Write the report of a calibration (not in this build)."
     );
-
-    /// A small picture in a report; there is none.
-    #[derive(Clone, Debug)]
-    pub(in crate::cli) enum Thumbnail {}
-
-    impl Thumbnail {
-        pub(in crate::cli) fn of(_image: &GrayImage) -> Option<Self> {
-            None
-        }
-    }
-
-    pub(in crate::cli) fn picture_beside(
-        _folder: &Path,
-        _name: &str,
-        _size: ImageSize,
-    ) -> Option<Thumbnail> {
-        None
-    }
 }
 
 #[cfg(not(feature = "study"))]

@@ -25,9 +25,9 @@ use crate::geometry::{
 /// On the thinned patch: to a third of a standard deviation of its own, which is enough for a start.
 const ROUGH: Limits =
     Limits { rounds: 15, first_damping: 1e-3, negligible_step: 0.1, cost_rounding: 1e-6 };
-/// On the pixels near the edges: to a hundredth of a standard deviation. Sums are of single precision.
+/// On the pixels near the edges: to a thirtieth of a standard deviation. Sums are of single precision.
 const FINE: Limits =
-    Limits { rounds: 8, first_damping: 1e-3, negligible_step: 1e-4, cost_rounding: 1e-6 };
+    Limits { rounds: 8, first_damping: 1e-3, negligible_step: 1e-3, cost_rounding: 1e-6 };
 /// Limits of `ln s`: a blur of a quarter of a pixel is a step to a camera, one of eight no longer a corner.
 const LOG_BLUR: (f64, f64) = (-1.05, 2.08);
 /// Gauss–Newton steps that separate the blur of the two edges.
