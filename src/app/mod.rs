@@ -17,7 +17,7 @@
 //! | `report`, `session_report` | the HTML report of a calibration file or of a session folder |
 //! | `export` | a result in the formats of other programs |
 //! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
-//! | `devices_file` | the cameras of a computer as a file |
+//! | `device_entry`, `devices_file` | the cameras of a computer as a file |
 //! | `schemas` | JSON Schema of the files, with the feature of that name |
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
@@ -33,6 +33,8 @@ pub mod camera;
 mod camera_announcer;
 pub mod comparison;
 mod cue_link;
+#[cfg(all(target_os = "linux", feature = "live"))]
+pub mod device_entry;
 pub mod devices_file;
 pub mod doctor;
 mod explain;

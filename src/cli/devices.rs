@@ -5,7 +5,7 @@ use clap::Args;
 use super::terminal::{print, say};
 #[cfg(all(target_os = "linux", feature = "live"))]
 use crate::{
-    app::devices_file::{ControlEntry, ModeEntry, V4l2Entry},
+    app::device_entry::{entry, fourcc, mode_name, rate},
     capture::{
         CameraMode, choose, layout,
         v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},
@@ -219,62 +219,4 @@ fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
         last = Some(key);
     }
     formats
-}
-
-#[cfg(all(target_os = "linux", feature = "live"))]
-fn fourcc(offer: &CameraMode) -> String {
-    printable(&String::from_utf8_lossy(&offer.fourcc))
-}
-
-/// Pictures per second, to a tenth.
-#[cfg(all(target_os = "linux", feature = "live"))]
-fn rate(offer: &CameraMode) -> Option<f64> {
-    offer.interval.map(|(n, d)| (f64::from(d) / f64::from(n) * 10.0).round() / 10.0)
-}
-
-#[cfg(all(target_os = "linux", feature = "live"))]
-fn mode_name(offer: &CameraMode) -> String {
-    let rate = rate(offer).map_or(String::new(), |rate| format!("@{rate}"));
-    format!("{}x{}{rate}:{}", offer.size.width_px, offer.size.height_px, fourcc(offer))
-}
-
-#[cfg(all(target_os = "linux", feature = "live"))]
-fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
-    let modes = camera
-        .offers
-        .iter()
-        .map(|offer| ModeEntry {
-            format: fourcc(offer),
-            size: [offer.size.width_px, offer.size.height_px],
-            fps: rate(offer),
-            readable: layout(offer.fourcc).is_some(),
-        })
-        .collect();
-    let controls = controls
-        .iter()
-        .map(|ControlState { control, range, value, automatic }| ControlEntry {
-            control: words::control(*control).into(),
-            value: *value,
-            min: range.min,
-            max: range.max,
-            step: range.step,
-            default: range.default,
-            automatic: *automatic,
-        })
-        .collect();
-    let v4l2 = V4l2Entry {
-        node: camera.node.path.display().to_string(),
-        links: camera.node.links.iter().map(|link| link.display().to_string()).collect(),
-        driver: printable(&camera.driver),
-        usb: camera.node.usb_id.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}")),
-        serial: printable(&camera.node.serial),
-        place: camera.node.place.clone(),
-        is_virtual: camera.is_virtual,
-        infrared: camera.is_infrared,
-        twin: camera.has_twin,
-        auto_mode: choose(&camera.offers, &Wanted::default()).map(|offer| mode_name(&offer)),
-        modes,
-        controls,
-    };
-    DeviceEntry { source: camera.stable_name(), name: printable(&camera.name), v4l2: Some(v4l2) }
 }
