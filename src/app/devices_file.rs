@@ -28,7 +28,7 @@ pub struct DeviceEntry {
     pub source: String,
     /// The driver's name for the camera.
     pub name: String,
-    /// What Linux knows besides.
+    /// Details that only Linux knows.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub v4l2: Option<V4l2Entry>,
 }

@@ -24,7 +24,7 @@ pub trait AppHost {
     /// What the first session is about.
     fn first_wish(&self) -> SessionRequest;
 
-    /// Starts or goes on with a session.
+    /// Starts or resumes a session.
     ///
     /// # Errors
     ///
@@ -94,7 +94,7 @@ pub struct SessionRequest {
     pub square_m: f64,
     /// How many views.
     pub plan: Plan,
-    /// Folder of the session to go on with.
+    /// Folder of the session to resume.
     pub go_on_with: Option<PathBuf>,
     /// What to do first.
     pub first: Option<Command>,

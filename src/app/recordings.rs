@@ -36,7 +36,7 @@ pub struct DecidedRecording {
     pub steps: Vec<Snapshot>,
     /// The steps at which this build decides differently, from 0.
     pub different: Vec<usize>,
-    /// The folder, as it was named.
+    /// The folder, as the person named it.
     pub name: String,
     /// Loads stored pictures.
     pub load: LoadPicture,

@@ -185,7 +185,7 @@ fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     rows
 }
 
-/// Settings that are not the default ones, as `--set` takes them; the board is told elsewhere.
+/// Settings that are not the default ones, as `--set` takes them; the board is listed elsewhere.
 fn changed_settings(config: &Config) -> Vec<String> {
     let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();
     let default = Config::load(None, &[]).map(|config| table(&config)).unwrap_or_default();

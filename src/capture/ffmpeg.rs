@@ -68,7 +68,7 @@ pub struct Ffmpeg {
     /// Silence, or pause, so far.
     waited: Duration,
     pause: Duration,
-    /// Why the stream is lost, as it was told.
+    /// Why the stream is lost, as last reported.
     lost: Option<Fault>,
     events: VecDeque<CameraEvent>,
 }

@@ -39,7 +39,7 @@ pub trait FrameSource: Send {
     /// What a person and a recording call this source, and the size of its pictures.
     fn identity(&self) -> SourceIdentity;
 
-    /// Whether it waits until its frames have been judged, as files and the simulated camera do. A live
+    /// True if the source may be paced by the consumer, as files and the simulated camera do. A live
     /// camera does not: its newest frame is worth more than an old one.
     fn waits(&self) -> bool {
         true
@@ -115,7 +115,7 @@ pub enum CaptureError {
     Camera {
         /// What is wrong with it.
         fault: Fault,
-        /// What is known besides; may be empty.
+        /// Details; may be empty.
         detail: String,
     },
     /// A folder without a picture.

@@ -1,6 +1,6 @@
 //! Drawings as SVG text, for pages that need no network and no script.
 //!
-//! Everything is told apart without colour, too: by dashes, marks and labels.
+//! Everything can be distinguished without colour, too: by dashes, marks and labels.
 
 mod canvas;
 mod plot;

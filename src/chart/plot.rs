@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::escaped;
 
-/// Colours that are told apart in print and by most eyes (Okabe & Ito 2008).
+/// Colours that can be distinguished in print and by most eyes (Okabe & Ito 2008).
 pub(crate) const COLOURS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
 
@@ -163,7 +163,7 @@ impl Plot {
     }
 }
 
-/// Curves are told apart without colour, too.
+/// Curves can be distinguished without colour, too.
 pub(crate) const DASHES: [&str; 4] =
     ["", " stroke-dasharray=\"6 3\"", " stroke-dasharray=\"2 2\"", " stroke-dasharray=\"8 3 2 3\""];
 

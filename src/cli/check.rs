@@ -120,7 +120,7 @@ impl Arguments {
         Ok(exit)
     }
 
-    /// The name in the file, if it is another than `source`'s and nobody says that this is right.
+    /// The name in the file, if it differs from `source`'s and the person hasn't confirmed that this is right.
     fn other_camera(
         &self,
         old: &OldCalibration,
@@ -167,7 +167,7 @@ impl Arguments {
         Ok(exit)
     }
 
-    /// Whether to calibrate anew right away.
+    /// Whether to calibrate again right away.
     fn goes_on(&self, config: &Config) -> anyhow::Result<bool> {
         if self.recalibrate || agreed("Go on to a full calibration now?")? {
             return Ok(true);

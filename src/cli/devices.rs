@@ -32,7 +32,7 @@ use crate::{
 ///
 /// A camera is named by what it says of itself, so that the name stays right whatever its node is called
 /// after the next start; two equal cameras are told apart by their USB port. Virtual and infrared cameras
-/// are listed and never chosen by themselves. Exit code 1 says that there is no camera.
+/// are listed but never chosen automatically. Exit code 1 says that there is no camera.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Print one JSON object on stdout.

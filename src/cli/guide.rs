@@ -39,7 +39,7 @@ pub(super) struct Arguments {
     headless: bool,
     #[command(flatten)]
     board: BoardArguments,
-    /// Go on with this session, with the settings that it began with.
+    /// Resume this session, with the settings that it began with.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config"])]
     session: Option<PathBuf>,
     /// An older calibration to compare with: the result says what has changed since. It is named in the new

@@ -28,14 +28,14 @@ use crate::{
 ///
 /// Example: boresight replay sessions/2026-11-21T08-00-00Z --set guidance.min_tilt_deg=35
 ///
-/// Without --set and --redetect every decision must come out as it was recorded; exit code 1 says that
+/// Without --set and --redetect every decision must come out as recorded; exit code 1 says that
 /// one did not. Nothing in the session is changed.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Session folders.
     #[arg(required = true, value_name = "SESSION")]
     sessions: Vec<PathBuf>,
-    /// Find the board anew in the stored pictures; frames without one keep their recorded corners.
+    /// Find the board again in the stored pictures; frames without one keep their recorded corners.
     #[arg(long)]
     redetect: bool,
     /// Threads that look at pictures; by default one a core. Decisions do not depend on it.

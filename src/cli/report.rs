@@ -21,7 +21,7 @@ use crate::{
 ///
 /// Example: boresight report sessions/2026-11-21T08-00-00Z
 ///
-/// A session's report stands in its folder and is made anew each time. A calibration.json from `calibrate`
+/// A session's report is in its folder and is rewritten each time. A calibration.json from `calibrate`
 /// gives a page beside it, with the pictures if they lie beside it, too.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {

@@ -9,11 +9,11 @@ pub enum CameraEvent {
         /// What the driver granted.
         mode: Mode,
     },
-    /// It streams no more; it is being looked for.
+    /// Streaming stopped; reconnecting.
     Lost {
         /// Why.
         fault: Fault,
-        /// What is known besides, such as the kernel's words or who holds the device; may be empty.
+        /// Details: kernel error text, or the process holding the device; may be empty.
         detail: String,
     },
     /// The same camera streams again: identity, mode and controls were verified.
@@ -27,7 +27,7 @@ pub enum CameraEvent {
     Doubtful {
         /// What.
         fault: Fault,
-        /// What is known besides; may be empty.
+        /// Details; may be empty.
         detail: String,
     },
     /// What was doubtful is no longer.

@@ -33,7 +33,7 @@ pub enum Fault {
     Stalled,
     /// It was unplugged.
     Unplugged,
-    /// The computer slept.
+    /// The host was suspended.
     Suspended,
     /// The driver does what no driver may do.
     DriverBroken,

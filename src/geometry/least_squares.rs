@@ -84,7 +84,7 @@ pub(crate) struct Minimum<State, const N: usize, Extra = ()> {
 
 /// Follows the cost downhill from `start`.
 ///
-/// Never ends higher than it started, but for [`Limits::cost_rounding`]; deterministic. `None` if the model is
+/// Never ends higher than it started, apart from [`Limits::cost_rounding`]; deterministic. `None` if the model is
 /// undefined at `start`.
 pub(crate) fn minimise<P: Problem<N>, const N: usize>(
     problem: &P,

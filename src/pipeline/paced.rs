@@ -1,4 +1,4 @@
-//! A source that plays at the speed of its own time stamps.
+//! Plays a source at the speed of its time stamps.
 
 use std::{
     sync::Arc,

@@ -21,7 +21,7 @@ pub enum CameraLine {
     Lost {
         /// Its stable code.
         fault: FaultLine,
-        /// What is known besides.
+        /// Details.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         detail: String,
     },
@@ -36,7 +36,7 @@ pub enum CameraLine {
     Doubtful {
         /// Its stable code.
         fault: FaultLine,
-        /// What is known besides.
+        /// Details.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         detail: String,
     },

@@ -1,6 +1,6 @@
 //! Why a session folder couldn't be read or written.
 
-/// A journal line that isn't as it was written.
+/// A journal line that differs from what was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
     /// Its number, from 1.
@@ -28,7 +28,7 @@ pub enum RecordingError {
         /// The file.
         path: std::path::PathBuf,
     },
-    /// The file is there already and must not be overwritten.
+    /// The file exists and must not be overwritten.
     #[error("there is already a file {path:?}")]
     Exists {
         /// The file.

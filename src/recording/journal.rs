@@ -53,7 +53,7 @@ impl Journal {
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Write`]; the line may then be cut, which the next opening mends.
+    /// [`RecordingError::Write`]; the line may then be cut; the next opening drops it.
     pub fn append(
         &mut self,
         input: &Input,

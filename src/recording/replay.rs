@@ -55,7 +55,7 @@ impl Line {
     }
 }
 
-/// Share of a number, or amount of one near zero, up to which two numbers are the same but for rounding.
+/// Relative tolerance (absolute near zero) up to which two numbers differ by rounding only.
 /// Processors round differently (some multiply and add in one step): 3e-11 was seen.
 const ROUNDING: f64 = 1e-7;
 

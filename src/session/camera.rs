@@ -63,7 +63,7 @@ impl CameraState {
         self.may_take() && self.good_from.is_none_or(|from| time >= from)
     }
 
-    /// Applies a camera event; `has_views` is true if the session holds views of the camera as it was.
+    /// Applies a camera event; `has_views` is true if the session holds views taken before the event.
     pub(super) fn apply(&mut self, event: &CameraEvent, has_views: bool) {
         match event {
             CameraEvent::Started { mode } => {

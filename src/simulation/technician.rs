@@ -14,7 +14,7 @@ pub use super::technician_params::TechnicianParams;
 use super::{rng_stream::RngStream, scene::Scene};
 use crate::{frame::CaptureTime, geometry::Camera};
 
-/// Something the person is told.
+/// A cue for the person.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cue {
     /// Capture time of the frame that caused it.

@@ -153,7 +153,7 @@ fn set(change: &ControlChange) -> String {
     format!("{name} was set from {} to {}", change.from, change.to)
 }
 
-/// A fault with what is known besides: what happened, and what to do.
+/// A fault with its details: what happened, and what to do.
 pub fn with_detail(what: Fault, detail: &str) -> (String, String) {
     let (cause, action) = fault(what);
     let detail = printable(detail);

@@ -199,7 +199,7 @@ impl App {
 
     /// Paints the page and does what is asked for.
     pub fn paint(&mut self, ui: &mut Ui) {
-        // A recording has keys of its own.
+        // A recording has its own keys.
         let replaying = self.page == Page::Replay;
         let mut asks: Vec<UiAction> = keys::pressed(ui.ctx())
             .into_iter()

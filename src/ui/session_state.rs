@@ -30,7 +30,7 @@ pub(super) struct Running {
     opened: Opened,
     /// What the session's inbox had no room for yet.
     unsent: VecDeque<Command>,
-    /// Whether views were wanted at some time: a session that is gone on with may be complete already, and
+    /// Whether views were wanted at some time: a resumed session may be complete already, and
     /// is then ended by hand, or by what is done to it.
     has_collected: bool,
 }

@@ -108,7 +108,7 @@ pub(super) fn walk(
     }
 }
 
-/// Whether one of the components jumps in the middle of a row and stays. Restart markers begin anew in
+/// Whether one of the components jumps in the middle of a row and stays. Restart markers start over in
 /// every row or so, and leave no such mark.
 fn jumps(expected: &Expected<'_>, edges: &[Vec<Edges>]) -> bool {
     let surely = |(part, edges): (&Part<'_>, &Vec<Edges>)| {

@@ -20,7 +20,7 @@ use crate::{
     panic_message,
 };
 
-/// Why a camera cannot be used, and what is known besides.
+/// Why a camera can't be used, with details.
 pub(super) type Loss = (Fault, String);
 
 /// Formats that hold brightness.
@@ -54,7 +54,7 @@ pub struct Listed {
 ///
 /// # Errors
 ///
-/// The fault, and what is known besides.
+/// The fault and its details.
 pub fn list() -> Result<Vec<Listed>, Loss> {
     let cameras = caught(|| query(ApiBackend::Auto).map_err(|err| loss_of(&err)))?;
     let mut listed: Vec<Listed> = cameras
@@ -73,7 +73,7 @@ pub fn list() -> Result<Vec<Listed>, Loss> {
 ///
 /// # Errors
 ///
-/// The fault, and what is known besides.
+/// The fault and its details.
 pub fn find(listed: &[Listed], source: &str) -> Result<Listed, Loss> {
     let known_by = source.strip_prefix("nokhwa:").unwrap_or(source);
     let fits = |camera: &&Listed| {

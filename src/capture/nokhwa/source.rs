@@ -33,7 +33,7 @@ const STEADY_PATIENCE: Duration = Duration::from_secs(2);
 /// Pauses between looks for a lost camera.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(4);
-/// How often counts are told.
+/// How often counts are reported.
 const COUNTING: Duration = Duration::from_secs(1);
 /// Frames among which an old one may come again: as many as the driver has memory for.
 const BUFFERS: usize = 4;
@@ -275,7 +275,7 @@ impl NokhwaCamera {
         Some(Arc::new(Frame { id, captured_at, kind, name, image: image? }))
     }
 
-    /// Damage is told with the next good frame, for the person may do something about it.
+    /// Damage is reported with the next good frame, because the person may be able to act on it.
     fn tell_counts(&mut self, is_frame: bool) {
         let now = Instant::now();
         let counts = (self.dropped, self.rejected);

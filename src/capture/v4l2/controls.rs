@@ -75,7 +75,7 @@ pub(super) struct ControlLock {
     kept: BTreeMap<Control, i64>,
 }
 
-/// A control that is not as it was locked.
+/// A control that no longer has its locked value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Deviation {
     pub(super) control: Control,
@@ -243,7 +243,7 @@ impl ControlLock {
         }
     }
 
-    /// Puts everything back as it was before the session.
+    /// Restores every control to its value before the session.
     pub(super) fn restore(&self, kernel: &mut dyn Kernel, device: Handle) {
         for (id, value) in &self.before {
             if let Err(errno) = again(|| kernel.set_control(device, *id, *value))

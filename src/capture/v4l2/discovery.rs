@@ -217,7 +217,7 @@ fn port_and_interface(place: &str) -> (&str, &str) {
 ///
 /// # Errors
 ///
-/// The fault, and what is known besides.
+/// The fault and its details.
 pub fn find(found: &Found, name: &str) -> Result<Camera, (Fault, String)> {
     let path = Path::new(name);
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());

@@ -16,7 +16,7 @@ use super::kernel::{Errno, FLAG_ERROR, Filled, Handle, Kernel};
 const BUFFERS: u32 = 4;
 /// Signals in a row after which a call is given up.
 const MOST_INTERRUPTIONS: u32 = 64;
-/// Errors of single transfers in a row that are borne.
+/// Consecutive EIO results tolerated before the stream is given up.
 const MOST_TRANSFER_ERRORS: u32 = 3;
 
 /// A running stream.
@@ -156,7 +156,7 @@ impl Queue {
         Ok(round)
     }
 
-    /// Frames lost before the one of this number. Numbers wrap, and some drivers start anew.
+    /// Frames lost before the one of this number. Numbers wrap, and some drivers restart them.
     fn missing_before(&mut self, sequence: u32) -> u64 {
         /// A larger gap is a new count, not a loss.
         const LARGEST_GAP: u32 = 1000;
@@ -185,7 +185,7 @@ pub(super) fn again<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, 
     result
 }
 
-/// Whether the device is there no more.
+/// Whether the errno means that the device was unplugged.
 pub(super) fn gone(errno: Errno) -> bool {
     matches!(errno.0, libc::ENODEV | libc::ENXIO | libc::ENOENT | libc::EBADF | libc::ESHUTDOWN)
 }

@@ -46,7 +46,7 @@ const MOST_SETTLING_NANOS: u64 = 3_000_000_000;
 /// Largest change of brightness between the last frames of a settled picture, as a share.
 const SETTLED_CHANGE: f64 = 0.02;
 const SETTLED_FRAMES: usize = 5;
-/// A camera takes this long to obey.
+/// Time for a control change to take effect.
 const LOCKING_NANOS: u64 = 500_000_000;
 /// How often controls are read back.
 const READ_BACK_NANOS: u64 = 1_000_000_000;
@@ -167,7 +167,7 @@ impl<K: Kernel> LiveCamera<K> {
         })
     }
 
-    /// The camera as it was found.
+    /// The camera as discovered.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
@@ -309,7 +309,7 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
             match &self.state {
                 State::Running(_) => match self.step(left) {
                     Ok(Some(Picture { image, captured_at })) => {
-                        // Damage is told with the next good frame, for the person may do something about it.
+                        // Damage is reported with the next good frame, because the person may be able to act on it.
                         if self.counts().1 != self.told.1 {
                             self.tell_counts();
                         }

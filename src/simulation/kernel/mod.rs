@@ -1,4 +1,4 @@
-//! A model of the kernel with a clock of its own, strict rules of buffer ownership, and faults on demand.
+//! A model of the kernel with its own clock, strict rules of buffer ownership, and faults on demand.
 //!
 //! Time passes only in calls, so that a test of five seconds takes none. Whoever breaks a rule is written
 //! down in [`World::violations`]; the program must never break one, whatever the cameras do.

@@ -35,7 +35,7 @@ pub fn parts() -> Vec<(usize, usize)> {
         .collect()
 }
 
-/// Runs one part; `done` is told of each finished run, from any thread.
+/// Runs one part; `done` is called after each finished run, from any thread.
 pub fn runs(params: &Params, part: (usize, usize), done: &(dyn Fn() + Sync)) -> Option<Runs> {
     let strategy = STRATEGIES.get(part.0)?;
     let code = Course::code_of(part.1);

@@ -5,7 +5,7 @@ use egui::{Align2, Color32, FontId, Response, Sense, Ui, Vec2, WidgetInfo, acces
 use super::super::{screen::Screen, theme};
 use crate::{guidance::Advice, guidance::Progress, session::Snapshot, text};
 
-/// Sizes of the letters. A few, so that few letters are drawn anew when a number changes.
+/// Sizes of the letters. A few sizes only, so that few letters are redrawn when a number changes.
 const SIZES: [f32; 8] = [84.0, 72.0, 62.0, 54.0, 46.0, 40.0, 34.0, 28.0];
 /// How long "Taken" stands.
 const TAKEN_SECS: f64 = 1.2;

@@ -37,7 +37,7 @@ impl Replayed {
             .iter()
             .map(|step| {
                 if let (Some(first), Some(live)) = (first, &step.live) {
-                    // Clocks may start anew when a session goes on.
+                    // Clocks may restart when a session is resumed.
                     now = live.captured_at.secs_since(first).max(now);
                 }
                 now

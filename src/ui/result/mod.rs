@@ -34,7 +34,7 @@ pub enum State<'a> {
     Ended(&'a Ended),
 }
 
-/// What the page is shown with besides the screen.
+/// What the page shows in addition to the screen.
 #[derive(Clone, Copy, Debug)]
 pub struct Context<'a> {
     /// Where the session is.

@@ -1,6 +1,6 @@
 //! Reads calibrations that this and other programs wrote.
 //!
-//! | format | recognised by | holds besides lens and picture size |
+//! | format | recognised by | holds in addition to lens and picture size |
 //! |---|---|---|
 //! | `boresight.calibration/1` (`own`) | its schema | covariance, where the boards were, verdict, board, source |
 //! | OpenCV YAML and JSON (`matrices`) | a camera matrix | – |

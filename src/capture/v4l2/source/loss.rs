@@ -17,7 +17,7 @@ impl<K: Kernel> LiveCamera<K> {
         let now = self.now_nanos();
         (self.dropped_before, self.rejected_before) = self.counts();
         if let State::Running(running) = &mut self.state {
-            // What was asked for and not granted is not held on to: it returns as it was known.
+            // A request that was not granted is dropped: the camera returns with its last known values.
             if let Phase::Setting { controls, .. } = &running.phase {
                 for control in controls {
                     let known = self.locks.and_then(|locks| locks.of(*control).value());
