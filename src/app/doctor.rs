@@ -98,14 +98,16 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
             problems.push(err.to_string());
         }
     }
-    let saved = reading.session()?;
+    let (lines, cut) = (reading.lines.len(), reading.cut);
+    let saved = reading.session().map_err(|err| problems.push(format!("{err:#}"))).ok();
+    let differences = saved.as_ref().map_or(&[][..], |saved| &saved.differences);
     Ok(Diagnosis {
-        lines: saved.lines.len(),
-        cut: saved.cut,
+        lines,
+        cut,
         pictures: stored.len(),
-        views: saved.session.accepted().len(),
-        different_decisions: saved.differences.len(),
-        first_difference: saved.differences.first().map(|difference| difference.line),
+        views: saved.as_ref().map_or(0, |saved| saved.session.accepted().len()),
+        different_decisions: differences.len(),
+        first_difference: differences.first().map(|difference| difference.line),
         problems,
     })
 }

@@ -105,7 +105,7 @@ impl Opening {
             open,
             record_stream: self.record_stream,
             first_frame: 0,
-            pictures: Vec::new(),
+            stored: Vec::new(),
             resumed: false,
             note: None,
         })
@@ -127,7 +127,7 @@ impl Opening {
         }
         saved.announce(announcer);
         announcer.say(&text::resuming(saved.session.accepted().len()));
-        let pictures = saved.pictures()?;
+        let stored = saved.lines.into_iter().filter_map(|line| line.stored).collect();
         Ok(Run {
             folder,
             session: saved.session,
@@ -135,7 +135,7 @@ impl Opening {
             open,
             record_stream: self.record_stream,
             first_frame: saved.first_frame,
-            pictures,
+            stored,
             resumed: true,
         })
     }

@@ -5,6 +5,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
+use anyhow::Context;
 use image::GrayImage;
 
 use super::{
@@ -22,8 +23,9 @@ use crate::{
     guidance::{Progress, Refusal},
     pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
     recording::{
-        SessionFolder,
+        SessionFolder, Stored,
         save::{Overwrite, save},
+        stored_frame,
     },
     session::{Input, Outcome, Session, Snapshot, ViewNumber},
     simulation::TruthLog,
@@ -42,8 +44,8 @@ pub struct Run {
     pub record_stream: bool,
     /// The first frame number that the journal has not used.
     pub first_frame: u64,
-    /// Pictures of the views accepted so far, by view number.
-    pub pictures: Vec<(ViewNumber, GrayImage)>,
+    /// The pictures that a resumed session has stored.
+    pub stored: Vec<Stored>,
     /// Whether the session was resumed.
     pub resumed: bool,
     /// Something to know at the start, such as that the camera is simulated.
@@ -80,6 +82,26 @@ pub struct Concluded {
 }
 
 impl Run {
+    /// The pictures of the views accepted so far, by view number.
+    ///
+    /// # Errors
+    ///
+    /// If a picture is missing or damaged.
+    pub fn pictures(&self) -> anyhow::Result<Vec<(ViewNumber, GrayImage)>> {
+        let mut pictures = Vec::new();
+        for view in self.session.accepted() {
+            let frame = view.view.frame_id.0;
+            let Some(stored) = self.stored.iter().find(|stored| stored.frame == frame) else {
+                continue;
+            };
+            let picture = stored_frame(self.folder.path(), stored).with_context(|| {
+                format!("the picture of {} is missing", text::view_name(view.number))
+            })?;
+            pictures.push((view.number, picture));
+        }
+        Ok(pictures)
+    }
+
     /// Runs until the plan is complete, the source ends, or `stop` is set.
     ///
     /// # Errors

@@ -16,16 +16,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use image::GrayImage;
 
 use super::Announcer;
 use crate::{
     config::Config,
     recording::{
         Difference, Header, JournalContents, Line, RecordedOutcome, Rounding, SessionFolder,
-        Stored, replay, stored_frame, take_rounding,
+        Stored, replay, take_rounding,
     },
-    session::{Command, Decision, Input, Observation, Session, ViewNumber},
+    session::{Command, Decision, Input, Observation, Session},
     text,
 };
 
@@ -211,29 +210,5 @@ impl SavedSession {
         if self.restored {
             announcer.say(&text::replay::restored(self.session.accepted().len()));
         }
-    }
-
-    /// The stored pictures of the accepted views, by view number.
-    ///
-    /// # Errors
-    ///
-    /// If a picture is missing or damaged.
-    pub fn pictures(&self) -> anyhow::Result<Vec<(ViewNumber, GrayImage)>> {
-        let stored: Vec<&Stored> =
-            self.lines.iter().filter_map(|line| line.stored.as_ref()).collect();
-        let accepted = self.session.accepted().iter();
-        accepted
-            .filter_map(|view| {
-                let frame = view.view.frame_id.0;
-                let stored = stored.iter().find(|stored| stored.frame == frame)?;
-                Some((view.number, *stored))
-            })
-            .map(|(number, stored)| {
-                let picture = stored_frame(&self.path, stored).with_context(|| {
-                    format!("the picture of {} is missing", text::view_name(number))
-                })?;
-                Ok((number, picture))
-            })
-            .collect()
     }
 }

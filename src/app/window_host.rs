@@ -188,7 +188,7 @@ impl WindowHost {
         let mut run = opening.open(&self.announcer).inspect_err(|_| {
             self.opening.out.clone_from(&opening.out);
         })?;
-        let (pictures, note) = (std::mem::take(&mut run.pictures), run.note.take());
+        let (pictures, note) = (run.pictures()?, run.note.take());
         let source = run.open.source.identity().name;
         let (mut setup, context) = run.setup(&self.announcer)?;
         let adjustables = setup.source.adjustables();
