@@ -151,7 +151,7 @@ fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, n: f64) -> LensMatrix {
 }
 
 /// The part of a symmetric matrix with positive eigenvalues, computed after scaling to a unit diagonal.
-fn positive_part(matrix: &LensMatrix) -> LensMatrix {
+pub(super) fn positive_part(matrix: &LensMatrix) -> LensMatrix {
     let scale = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| {
         let size = matrix[(i, i)].abs().sqrt();
         if size > 0.0 { size } else { 1.0 }
