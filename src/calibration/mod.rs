@@ -29,6 +29,7 @@ pub use calibrate::calibrate;
 pub use check::{
     finding::{Finding, FindingCode, Severity, Verdict},
     leave_out,
+    noise_findings::noise_finding,
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};

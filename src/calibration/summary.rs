@@ -47,9 +47,13 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
     let choice = &solution.choice;
     let bundle = choice.bundle();
     let noise_floor = inputs.noise_floor();
-    let plain = choice.averaged_covariance(noise_floor)?;
-    let causes = inputs.causes(choice);
     let correlation = inputs.noise_correlation(choice);
+    let overcount = correlation
+        .as_ref()
+        .zip(choice.bundles.last())
+        .map_or(1.0, |(correlation, richest)| correlation.overcount(richest, noise_floor));
+    let plain = choice.averaged_covariance(noise_floor, overcount)?;
+    let causes = inputs.causes(choice, correlation.as_ref().map_or(0.0, |c| c.gain));
     let correlated =
         correlation.as_ref().map_or_else(LensMatrix::zeros, |c| c.doubt(choice, noise_floor));
     let doubt = causes.doubt + correlated;
@@ -112,6 +116,8 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         coverage,
         distinct: inputs.distinct,
         noise_px,
+        noise_correlation: correlation.as_ref(),
+        noise_floor_px: inputs.params.noise_floor_px,
         noise_floor,
         prior_used: solution.prior_used,
         focal_prior_used: solution.focal_prior_used,
@@ -172,11 +178,11 @@ impl Inputs<'_> {
     }
 
     /// Hypotheses about a misfit, compared with the richest lens model.
-    fn causes(&self, choice: &ModelChoice) -> Causes {
+    fn causes(&self, choice: &ModelChoice, noise_gain: f64) -> Causes {
         let richest = choice.bundles.last();
         match richest {
             Some(richest) if self.distinct >= VIEWS_WITHOUT_PRIOR => {
-                causes(&self.observations, richest, self.image_size, self.noise_floor())
+                causes(&self.observations, richest, self.image_size, self.noise_floor(), noise_gain)
             }
             _ => Causes::none(),
         }

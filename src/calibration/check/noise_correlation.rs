@@ -35,6 +35,9 @@ const LENGTHS: [f64; 5] = [0.5, 0.8, 1.3, 2.2, 4.0];
 /// Prior probability of independent noise.
 const INDEPENDENT: f64 = 0.8;
 
+/// Parameters of the correlation: `a` and `ℓ`.
+const PARAMETERS: f64 = 2.0;
+
 /// Columns of a view's table: lens, pose, residual.
 const POSE: usize = LENS_PARAMETERS;
 const RESIDUAL: usize = LENS_PARAMETERS + 6;
@@ -45,13 +48,13 @@ type Gram = SMatrix<f64, COLUMNS, COLUMNS>;
 /// Noise of the corners, averaged over the models.
 #[derive(Clone, Debug)]
 pub(in crate::calibration) struct NoiseCorrelation {
-    /// Probability that neighbouring corners err alike.
-    pub(in crate::calibration) probability: f64,
-    /// Of the most probable model with correlation: the share of the variance, the correlation length in pixels, and the
+    /// Gain in BIC of the likeliest model over independent noise.
+    pub(in crate::calibration) gain: f64,
+    /// Of the likeliest model with correlation: the share of the variance, the correlation length in pixels, and the
     /// standard deviation as a multiple of the stated one.
-    pub(in crate::calibration) share: f64,
-    pub(in crate::calibration) length_px: f64,
-    pub(in crate::calibration) noise_factor: f64,
+    pub(super) share: f64,
+    pub(super) length_px: f64,
+    pub(super) noise_factor: f64,
     /// `Σ Aᵀ K A`, and `Σ Aᵀ A` for comparison.
     information: LensMatrix,
     independent: LensMatrix,
@@ -84,8 +87,8 @@ pub(in crate::calibration) fn noise_correlation(
     };
     let white: Vec<DMatrix<f64>> =
         views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
-    let (cost, variance) = fit(0.0, &white)?;
-    models.push((0.0, 0, cost - 2.0 * INDEPENDENT.ln(), variance));
+    let (independent_cost, variance) = fit(0.0, &white)?;
+    models.push((0.0, 0, independent_cost - 2.0 * INDEPENDENT.ln(), variance));
     let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;
     let mut by_length = Vec::with_capacity(LENGTHS.len());
     for (length, times) in LENGTHS.into_iter().enumerate() {
@@ -108,10 +111,10 @@ pub(in crate::calibration) fn noise_correlation(
         let of_model = independent * (1.0 - share) + smooth * share;
         information += of_model * (variance * odds(cost) / total);
     }
-    let (share, length, _, variance) =
+    let (share, length, cost, variance) =
         models.iter().skip(1).copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
     Some(NoiseCorrelation {
-        probability: 1.0 - odds(models[0].2) / total,
+        gain: independent_cost - cost - 2.0 * prior.ln() - PARAMETERS * count.ln(),
         share,
         length_px: LENGTHS[length] * spacing_px,
         noise_factor: variance.sqrt(),
@@ -121,6 +124,18 @@ pub(in crate::calibration) fn noise_correlation(
 }
 
 impl NoiseCorrelation {
+    /// By how much the corners claim to tell more about the lens than they do: the mean over the free parameters of
+    /// `bundle`, the richest one; at least 1.
+    pub(in crate::calibration) fn overcount(&self, bundle: &Bundle, noise_floor: f64) -> f64 {
+        let variance = bundle.noise_factor().max(noise_floor).powi(2);
+        let free = (0..LENS_PARAMETERS).filter(|i| bundle.freedom.free[*i]);
+        let ratios: Vec<f64> = free
+            .map(|i| self.information[(i, i)] / (variance * self.independent[(i, i)]))
+            .filter(|ratio| ratio.is_finite())
+            .collect();
+        (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
+    }
+
     /// Covariance to add to that of the chosen lens, averaged over the models as
     /// [`ModelChoice::averaged_covariance`] does. Never negative: correlation doesn't make a result more certain.
     pub(in crate::calibration) fn doubt(
