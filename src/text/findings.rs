@@ -1,12 +1,14 @@
 //! What speaks for or against a result: what was seen, and what to do.
 
+use super::acceptance;
 use crate::{
     calibration::{Finding, FindingCode, NotCalibrated, Verdict, files::FindingWords},
     session::ViewSummary,
 };
 
 /// The sentences of a calibration file.
-pub const FINDING_WORDS: FindingWords = FindingWords { finding, not_calibrated };
+pub const FINDING_WORDS: FindingWords =
+    FindingWords { finding, not_calibrated, acceptance: acceptance::acceptance };
 
 /// What the verdict means.
 pub fn verdict(verdict: Verdict) -> &'static str {

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix2, Point2, RowSVector, SMatrix, Vector2};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::goal::AcceptanceGoal;
+use super::goal::{AcceptanceGoal, TWO_SIDED_95};
 use crate::{
     calibration::check::projection_sd::projection_jacobian,
     frame::ImageSize,
@@ -16,8 +16,6 @@ use crate::{
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// The 0.975 quantile of the normal distribution: 95 % lie within this many standard deviations on either side.
-const TWO_SIDED_95: f64 = 1.959_964;
 /// Share of the picture's area in which a projection goal must hold.
 const AREA: f64 = 0.95;
 /// Places tried for one end of a length, across and down, the picture's edges included.
@@ -88,7 +86,7 @@ pub fn acceptance(
             let lens = worst_length(camera, covariance, image_size, length_m / at_m);
             lens.map(|(sd, place_px)| {
                 let lens = TWO_SIDED_95 * at_m * sd;
-                let scale = TWO_SIDED_95 * length_m * scale_sd;
+                let scale = goal.scale_part(scale_sd);
                 ErrorBound { total: lens.hypot(scale), lens, scale, place_px }
             })
         }

@@ -2,6 +2,9 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
+/// The 0.975 quantile of the normal distribution: 95 % lie within this many standard deviations on either side.
+pub(super) const TWO_SIDED_95: f64 = 1.959_964;
+
 /// The largest error that a person accepts, 95 % of the time.
 ///
 /// # Examples
@@ -48,6 +51,15 @@ pub struct NotAGoal {
 }
 
 impl AcceptanceGoal {
+    /// The 95 % bound of the error from the board's square size alone, in the unit of [`Self::limit`]; `scale_sd` is the
+    /// relative standard deviation of that size. Zero for projection: directions have no scale.
+    pub fn scale_part(&self, scale_sd: f64) -> f64 {
+        match *self {
+            Self::Projection { .. } => 0.0,
+            Self::Length { length_m, .. } => TWO_SIDED_95 * length_m * scale_sd,
+        }
+    }
+
     /// The largest error accepted: in pixels for projection, in metres for a length.
     pub fn limit(&self) -> f64 {
         match *self {
