@@ -9,6 +9,7 @@ use boresight::{
         acceptance::acceptance, calibrate,
     },
     geometry::{Camera, Corner, Distortion},
+    guidance::Progress,
 };
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix2, Point2, Point3, Translation3, UnitQuaternion, Vector2,
@@ -19,6 +20,7 @@ use rand::RngExt;
 use crate::{
     trust::{Pose, SIZE, Scene, board},
     verdict_monte_carlo::{Lens, POLYNOMIAL, best_turn, px},
+    world::guided_with,
 };
 
 /// Lenses that the models contain, and one that they don't.
@@ -156,7 +158,7 @@ fn true_length_error_m(
     judged: &Acceptance,
     scale: f64,
 ) -> f64 {
-    let AcceptanceGoal::Length { length_m, at_m, .. } = judged.goal else { panic!("a length") };
+    let AcceptanceGoal::Length { length_m, at_m, .. } = judged.goal else { return f64::NAN };
     let [from_px, to_px] = judged.bound.expect("fits").place_px;
     let (from, towards) = (true_ray(camera, lens, &from_px), true_ray(camera, lens, &to_px));
     let to = from + (towards - from).normalize() * (length_m / at_m);
@@ -190,7 +192,8 @@ fn trial(noise: Noise, index: u64) -> Trial {
     let camera = scene.camera;
     let (noise_px, f_px) = (scene.noise_px, camera.f_px.x);
     // A board that is wrong by as much as a ruler leaves open, and one whose size is known well.
-    let scale_sd = if index / 8 % 2 == 0 { BOARD_SCALE_SD } else { 0.05 * BOARD_SCALE_SD };
+    let scale_sd =
+        if (index / 8).is_multiple_of(2) { BOARD_SCALE_SD } else { 0.05 * BOARD_SCALE_SD };
     let scale = scene.normal(scale_sd);
     let at_m = scene.rng.random_range(0.5..4.0);
     let length_m = scene.rng.random_range(0.1..0.7) * f64::from(SIZE.width_px) / f_px * at_m;
@@ -245,6 +248,9 @@ fn trials(noise: Noise, count: u64) -> Vec<Trial> {
     })
 }
 
+/// Whether a session is of a group.
+type Belongs<'a> = &'a dyn Fn(&Trial) -> bool;
+
 #[test]
 fn printed_intervals_cover_the_true_error() {
     let count: u64 =
@@ -254,7 +260,7 @@ fn printed_intervals_cover_the_true_error() {
     let slack = |count: usize| 3.0 * (0.05 * 0.95 / count as f64).sqrt();
     for noise in NOISES {
         let all = trials(noise, count);
-        let groups: [(&str, &dyn Fn(&Trial) -> bool); 7] = [
+        let groups: [(&str, Belongs<'_>); 7] = [
             ("all", &|_| true),
             ("board off by 0.1 %", &|trial| trial.scale_matters),
             ("board known", &|trial| !trial.scale_matters),
@@ -313,4 +319,42 @@ fn correlated_noise_is_told_for_what_it_is() {
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
+}
+
+#[test]
+fn a_session_ends_when_its_goal_is_met() {
+    let run = |goal: &str| {
+        let params = CalibrationParams {
+            accept: Some(goal.parse().expect("a goal")),
+            board_scale_sd: 1e-4,
+            ..CalibrationParams::default()
+        };
+        let (_, session, _) = guided_with(7, params, |_, _| ());
+        let views = session.accepted().len();
+        let judged = session.calibration().and_then(|c| c.acceptance).expect("judged");
+        (session.progress(), views, judged)
+    };
+    let (progress, easy, judged) = run("length 200mm at 1m <= 2mm");
+    assert_eq!((progress, judged.is_met()), (Progress::Complete, true));
+    // A harder goal takes more views.
+    let tight = judged.bound.expect("fits").lens * 0.75;
+    let (progress, hard, judged) = run(&format!("length 200mm at 1m <= {}mm", 1e3 * tight));
+    assert_eq!((progress, judged.is_met()), (Progress::Complete, true));
+    assert!(hard > easy, "{easy} {hard}");
+    // One that can't be judged doesn't end a session as complete.
+    let (progress, _, judged) = run("length 20m at 1m <= 1mm");
+    assert_eq!((progress, judged.is_met(), judged.bound), (Progress::Exhausted, false, None));
+}
+
+#[test]
+fn a_board_of_uncertain_size_is_told_apart_from_the_lens() {
+    let goal = "length 800mm at 2m <= 0.5mm".parse().expect("a goal");
+    let params = CalibrationParams { accept: Some(goal), ..CalibrationParams::default() };
+    let (_, session, _) = guided_with(7, params, |_, _| ());
+    let judged = session.calibration().and_then(|c| c.acceptance).expect("judged");
+    // A ruler's error of 0.1 % is 1.6 mm of 800 mm: no view helps, so the session ends when the lens is good enough.
+    assert_eq!(session.progress(), Progress::Complete);
+    assert!(!judged.is_met() && judged.is_out_of_reach());
+    let bound = judged.bound.expect("fits");
+    assert!((bound.scale - 1.96e-3 * 0.8).abs() < 1e-6 && bound.lens <= 0.5e-3, "{bound:?}");
 }

@@ -29,7 +29,7 @@ use super::misfit_diagnosis::positive_part;
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// Shares `a` of the variance that vary smoothly.
-const SHARES: [f64; 6] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999];
+const SHARES: [f64; 7] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999, 0.999_99];
 /// Correlation lengths `ℓ`, as multiples of the mean distance between neighbouring corners in the picture.
 const LENGTHS: [f64; 5] = [0.5, 0.8, 1.3, 2.2, 4.0];
 /// Prior probability of independent noise.
