@@ -16,7 +16,8 @@ use crate::{
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Share of the picture's area in which a projection goal must hold.
+/// Share of the picture, or of the places where a length fits into it, in which a goal must hold. The rest are the
+/// outermost corners, where the lens model extrapolates.
 const AREA: f64 = 0.95;
 /// Places tried for one end of a length, across and down, the picture's edges included.
 const PLACES: [u32; 2] = [17, 11];
@@ -40,8 +41,8 @@ pub struct ErrorBound {
     pub lens: f64,
     /// From the board's square size alone; zero for projection.
     pub scale: f64,
-    /// Where in the picture it holds, in pixels: both ends of the length that the lens measures worst, or the same point
-    /// twice. Elsewhere the error is smaller (a projection goal leaves out 5 % of the picture).
+    /// Where in the picture it holds, in pixels: both ends of a length, or the same point twice. In 95 % of the picture the
+    /// error is smaller.
     pub place_px: [Point2<f64>; 2],
 }
 
@@ -83,7 +84,7 @@ pub fn acceptance(
     let bound = match goal {
         AcceptanceGoal::Projection { .. } => projection_bound(camera, covariance, image_size),
         AcceptanceGoal::Length { length_m, at_m, .. } => {
-            let lens = worst_length(camera, covariance, image_size, length_m / at_m);
+            let lens = length_sd(camera, covariance, image_size, length_m / at_m);
             lens.map(|(sd, place_px)| {
                 let lens = TWO_SIDED_95 * at_m * sd;
                 let scale = goal.scale_part(scale_sd);
@@ -101,16 +102,22 @@ fn projection_bound(
     image_size: ImageSize,
 ) -> Option<ErrorBound> {
     let jacobian = projection_jacobian(camera, image_size)?;
-    let mut bounds: Vec<(f64, Point2<f64>)> = jacobian
+    let bounds: Vec<(f64, Point2<f64>)> = jacobian
         .px
         .iter()
         .zip(&jacobian.jac_lens)
         .map(|(px, jac_lens)| (radius_95(&(jac_lens * covariance * jac_lens.transpose())), *px))
         .collect();
-    bounds.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let all = bounds.len() + jacobian.unmapped;
-    let (total, px) = *bounds.get((AREA * all as f64).ceil() as usize - 1)?;
+    let count = bounds.len() + jacobian.unmapped;
+    let (total, px) = quantile(bounds, count)?;
     Some(ErrorBound { total, lens: total, scale: 0.0, place_px: [px, px] })
+}
+
+/// The [`AREA`] quantile of `errors`, each with its place; `None` if that many of `count` places have no error.
+fn quantile<Place: Copy>(mut errors: Vec<(f64, Place)>, count: usize) -> Option<(f64, Place)> {
+    errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let rank = (AREA * count as f64).ceil() as usize;
+    errors.get(rank.checked_sub(1)?).copied()
 }
 
 /// Radius of the circle that holds 95 % of a 2D normal distribution about zero: its square is distributed as a
@@ -128,9 +135,9 @@ fn radius_95(covariance_px2: &Matrix2<f64>) -> f64 {
         .sqrt()
 }
 
-/// Largest standard deviation of `|ray₂ − ray₁|` for two points `span` apart in normalised coordinates, over all places
-/// and eight directions in which they fit into the picture, with the place in pixels.
-fn worst_length(
+/// Standard deviation of `|ray₂ − ray₁|` for two points `span` apart in normalised coordinates: what it stays below at
+/// 95 % of the places and in all of eight directions in which they fit into the picture, with that place in pixels.
+fn length_sd(
     camera: &Camera,
     covariance: &LensMatrix,
     image_size: ImageSize,
@@ -150,7 +157,7 @@ fn worst_length(
         let (sin, cos) = (i as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
         Vector2::new(cos, sin)
     });
-    let mut worst: Option<(f64, [Point2<f64>; 2])> = None;
+    let mut all: Vec<(f64, [Point2<f64>; 2])> = Vec::new();
     for (start_px, start) in starts {
         let Some(start_moves) = ray_by_lens(camera, &start) else { continue };
         for direction in &directions {
@@ -165,12 +172,11 @@ fn worst_length(
             let slope: RowSVector<f64, LENS_PARAMETERS> =
                 direction.transpose() * (end_moves - start_moves);
             let sd = (slope * covariance * slope.transpose()).x.max(0.0).sqrt();
-            if worst.is_none_or(|(most, _)| sd > most) {
-                worst = Some((sd, [start_px, end_px]));
-            }
+            all.push((sd, [start_px, end_px]));
         }
     }
-    worst
+    let count = all.len();
+    quantile(all, count)
 }
 
 /// Derivative of the ray of a fixed pixel by the lens parameters: `−(∂px/∂ray)⁻¹ ∂px/∂lens`.

@@ -29,7 +29,7 @@ pub enum AcceptanceGoal {
         px: f64,
     },
     /// A length across the optical axis, measured between two points in the picture as `Z |ray₂ − ray₁|`, is
-    /// right to within an error, wherever it fits into the picture and whichever way it lies.
+    /// right to within an error, at 95 % of the places where it fits into the picture, whichever way it lies.
     Length {
         /// The length in metres.
         length_m: f64,

@@ -32,6 +32,8 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 const SHARES: [f64; 7] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999, 0.999_99];
 /// Correlation lengths `ℓ`, as multiples of the mean distance between neighbouring corners in the picture.
 const LENGTHS: [f64; 5] = [0.5, 0.8, 1.3, 2.2, 4.0];
+/// Corners of a view that are enough, about: the cost grows with the cube of their number. Larger boards are thinned.
+const CORNERS: usize = 80;
 /// Prior probability of independent noise.
 const INDEPENDENT: f64 = 0.8;
 
@@ -71,11 +73,14 @@ pub(in crate::calibration) fn noise_correlation(
     observations: &Observations,
     bundle: &Bundle,
 ) -> Option<NoiseCorrelation> {
-    let views: Vec<View> = (0..observations.view_count())
+    let step = (observations.board_m().len() / CORNERS).max(1);
+    let all: Vec<View> = (0..observations.view_count())
         .map(|view| View::of(observations, bundle, view))
         .collect::<Option<_>>()?;
-    let spacing_px = views.iter().map(View::spacing_px).sum::<f64>() / views.len() as f64;
-    let count = observations.coordinate_count() as f64;
+    let spacing_px = all.iter().map(View::spacing_px).sum::<f64>() / all.len() as f64;
+    let views: Vec<View> =
+        all.iter().enumerate().map(|(index, view)| view.thinned(step, index % step)).collect();
+    let count: f64 = views.iter().map(|view| 2.0 * view.count() as f64).sum();
     let left = count - (bundle.freedom.count() + 6 * views.len()) as f64;
     if left < 1.0 || spacing_px.is_nan() || spacing_px <= 0.0 {
         return None;
@@ -89,6 +94,9 @@ pub(in crate::calibration) fn noise_correlation(
         views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
     let (independent_cost, variance) = fit(0.0, &white)?;
     models.push((0.0, 0, independent_cost - 2.0 * INDEPENDENT.ln(), variance));
+    // Thinned corners stand for `step` times as many, and their pairs for the square of that.
+    let step = step as f64;
+    let independent = between(&views, &white)? * step;
     let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;
     let mut by_length = Vec::with_capacity(LENGTHS.len());
     for (length, times) in LENGTHS.into_iter().enumerate() {
@@ -99,9 +107,9 @@ pub(in crate::calibration) fn noise_correlation(
                 models.push((share, length, cost - 2.0 * prior.ln(), variance));
             }
         }
-        by_length.push(between(&views, &smooth)?);
+        let pairs = between(&views, &smooth)? - independent / step;
+        by_length.push(pairs * (step * step) + independent);
     }
-    let independent = between(&views, &white)?;
     let least = models.iter().map(|model| model.2).fold(f64::INFINITY, f64::min);
     let odds = |cost: f64| (-0.5 * (cost - least)).exp();
     let total: f64 = models.iter().map(|model| odds(model.2)).sum();
@@ -114,7 +122,8 @@ pub(in crate::calibration) fn noise_correlation(
     let (share, length, cost, variance) =
         models.iter().skip(1).copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
     Some(NoiseCorrelation {
-        gain: independent_cost - cost - 2.0 * prior.ln() - PARAMETERS * count.ln(),
+        gain: (independent_cost - (cost + 2.0 * prior.ln())) * step
+            - PARAMETERS * (observations.coordinate_count() as f64).ln(),
         share,
         length_px: LENGTHS[length] * spacing_px,
         noise_factor: variance.sqrt(),
@@ -181,6 +190,15 @@ impl View {
         let distance_px =
             DMatrix::from_fn(count, count, |i, j| (corners[i].px - corners[j].px).norm());
         Some(Self { rows, distance_px })
+    }
+
+    /// Every `step`-th corner from `first` on.
+    fn thinned(&self, step: usize, first: usize) -> Self {
+        let kept: Vec<usize> = (first..self.count()).step_by(step).collect();
+        Self {
+            rows: self.rows.each_ref().map(|rows| rows.select_rows(&kept)),
+            distance_px: self.distance_px.select_rows(&kept).select_columns(&kept),
+        }
     }
 
     fn count(&self) -> usize {
