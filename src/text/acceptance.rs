@@ -1,6 +1,5 @@
 //! Sentences about the goal of a calibration, in the goal's unit.
 
-use super::result::small;
 use crate::calibration::{Acceptance, AcceptanceGoal, ErrorBound};
 
 /// The verdict on a goal and what to do, empty if it's met.
@@ -109,6 +108,16 @@ fn error(goal: AcceptanceGoal, value: f64) -> String {
 /// The largest error accepted, with all of its digits.
 fn limit(goal: AcceptanceGoal) -> String {
     format!("{} {}", rounded(in_unit(goal, goal.limit())), unit(goal))
+}
+
+/// A positive number to two significant digits: 1.6, 0.32, 0.5, 12.
+fn small(value: f64) -> String {
+    if !(value.is_finite() && value > 0.0) {
+        return format!("{value}");
+    }
+    let places = (1.0 - value.log10().floor()).clamp(0.0, 6.0);
+    let text = format!("{value:.0$}", places as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
 #[cfg(test)]

@@ -51,16 +51,6 @@ pub fn stored_in(folder: &Path) -> String {
     format!("Session: {}", folder.display())
 }
 
-/// A positive number to two significant digits: 1.6, 0.32, 0.5, 12.
-pub(super) fn small(value: f64) -> String {
-    if !(value.is_finite() && value > 0.0) {
-        return format!("{value}");
-    }
-    let places = (1.0 - value.log10().floor()).clamp(0.0, 6.0);
-    let text = format!("{value:.0$}", places as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
-}
-
 /// The result: names and values.
 pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
