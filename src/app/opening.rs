@@ -68,7 +68,16 @@ impl Opening {
         }
         match &self.session {
             Some(path) => self.resume(path, announcer),
-            None => self.begin(announcer),
+            None => {
+                let params = self.config.calibration();
+                let far = params
+                    .accept
+                    .and_then(|goal| text::acceptance::out_of_reach(goal, params.board_scale_sd));
+                if let Some(line) = far {
+                    announcer.say(&line);
+                }
+                self.begin(announcer)
+            }
         }
     }
 

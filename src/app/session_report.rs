@@ -148,7 +148,7 @@ fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
 
 /// A comparison is had again by making it again: its journal alone does not hold the old calibration.
 fn check_command(header: &Header, against: &str) -> String {
-    let BoardConfig { columns, rows, square_mm } = header.config.board;
+    let BoardConfig { columns, rows, square_mm, .. } = header.config.board;
     let command = match header.config.guidance.plan {
         PlanName::Quick => "check",
         PlanName::Full | PlanName::Adaptive => "guide",

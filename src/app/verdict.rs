@@ -21,7 +21,7 @@ pub enum Exit {
 }
 
 /// Announces a result: the verdict first, then what speaks against it, then the numbers. Returns the exit
-/// status that it deserves. The verdict is marked if `source` is the simulated camera.
+/// status that it deserves: good only if a goal is met, too. The verdict is marked if `source` is the simulated camera.
 pub fn announce_result(
     result: Result<&Calibration, &NotCalibrated>,
     source: &str,
@@ -39,6 +39,11 @@ pub fn announce_result(
     let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
     let [sd_fx, sd_fy, sd_cx, sd_cy, ..] = calibration.sd();
     say(&text::of_source(source, text::verdict(calibration.verdict)));
+    let is_met = calibration.acceptance.is_none_or(|judged| judged.is_met());
+    if let Some(judged) = &calibration.acceptance {
+        let (what, action) = text::acceptance::acceptance(judged);
+        say(text::of_source(source, &format!("{what}. {action}")).trim_end());
+    }
     for finding in &calibration.findings {
         let (what, action) = text::finding(finding);
         say(&format!("  {}: {what}. {action}", finding.code.code()));
@@ -73,8 +78,14 @@ pub fn announce_result(
         calibration.views.len(),
         calibration.rms_px
     ));
+    if let Some(measured_px) = calibration.noise_floor_px {
+        say(&format!(
+            "  corner noise     {}",
+            text::result::noise(calibration.noise_px, measured_px)
+        ));
+    }
     match calibration.verdict {
-        Verdict::Good | Verdict::Care => Exit::Good,
-        Verdict::Untrustworthy => Exit::NotTrustworthy,
+        Verdict::Good | Verdict::Care if is_met => Exit::Good,
+        Verdict::Good | Verdict::Care | Verdict::Untrustworthy => Exit::NotTrustworthy,
     }
 }

@@ -7,11 +7,13 @@
 //! | [`files`] | calibrations as files: the formats of other programs, read and written |
 //! | `params`, `inputs` | what to estimate; the corners and everything derived from them before adjustment |
 //! | `calibrate`, `summary`, `result` | runs the stages; turns the minimum into a [`Calibration`] |
+//! | [`acceptance`](mod@acceptance) | whether the result is good enough for a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
 //!
 //! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top level uses both.
 //! Everything is deterministic. Findings and errors are values with numbers; `text` turns them into sentences.
 
+pub mod acceptance;
 mod calibrate;
 pub mod check;
 mod drift;
@@ -22,15 +24,17 @@ mod result;
 pub mod solve;
 mod summary;
 
+pub use acceptance::{Acceptance, AcceptanceGoal, ErrorBound, NotAGoal};
 pub use calibrate::calibrate;
 pub use check::{
     finding::{Finding, FindingCode, Severity, Verdict},
     leave_out,
+    noise_findings::noise_finding,
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
 pub use files::{export, import};
-pub use params::{CalibrationParams, NotCalibrated};
+pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},

@@ -1,4 +1,4 @@
-use super::solve::lens_model::LensModel;
+use super::{acceptance::AcceptanceGoal, solve::lens_model::LensModel};
 
 /// What to estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,7 +11,17 @@ pub struct CalibrationParams {
     pub models: Vec<LensModel>,
     /// Let every view have its own focal length, as with a zoom or an autofocus that can't be locked.
     pub varying_focal: bool,
+    /// What the calibration must be good for; it's judged, and nothing else depends on it.
+    pub accept: Option<AcceptanceGoal>,
+    /// Relative standard deviation of the board's square size. It only enters the error of lengths: see
+    /// [`ErrorBound::scale`](super::ErrorBound::scale).
+    pub board_scale_sd: f64,
+    /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still.
+    pub noise_floor_px: Option<f64>,
 }
+
+/// Default of [`CalibrationParams::board_scale_sd`]: what a ruler that is read to 0.2 mm leaves open on a board of 200 mm.
+pub const BOARD_SCALE_SD: f64 = 1e-3;
 
 impl Default for CalibrationParams {
     fn default() -> Self {
@@ -20,6 +30,9 @@ impl Default for CalibrationParams {
             square_pixels: true,
             models: LensModel::ALL.to_vec(),
             varying_focal: false,
+            accept: None,
+            board_scale_sd: BOARD_SCALE_SD,
+            noise_floor_px: None,
         }
     }
 }

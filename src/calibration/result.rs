@@ -1,6 +1,7 @@
 use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2};
 
 use super::{
+    acceptance::Acceptance,
     check::{
         finding::{Finding, Verdict},
         projection_sd::ProjectionSd,
@@ -116,6 +117,11 @@ pub struct Calibration {
     /// Observed over expected shift of the principal point when each view is left out in turn; near 1 if the views agree.
     /// `None` below four different views.
     pub skip_one_ratio: Option<f64>,
+    /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still; `None` if it
+    /// wasn't measured.
+    pub noise_floor_px: Option<f64>,
+    /// Whether the goal is met; `None` without a goal.
+    pub acceptance: Option<Acceptance>,
     /// Fraction of the picture covered by at least one board, 0 to 1.
     pub coverage: f64,
     /// Results of the trust checks.

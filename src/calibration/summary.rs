@@ -3,10 +3,12 @@
 use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2, Vector3};
 
 use super::{
+    acceptance::acceptance,
     check::{
         finding::Verdict,
         held_out, leave_out,
         misfit_diagnosis::{Causes, causes},
+        noise_correlation::{NoiseCorrelation, noise_correlation},
         odd_corners::odd_corners,
         projection_sd::projection_jacobian,
         trust_checks::{self, Evidence, ViewEvidence},
@@ -45,15 +47,23 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
     let choice = &solution.choice;
     let bundle = choice.bundle();
     let noise_floor = inputs.noise_floor();
-    let plain = choice.averaged_covariance(noise_floor)?;
-    let causes = inputs.causes(choice);
+    let correlation = inputs.noise_correlation(choice);
+    let overcount = correlation
+        .as_ref()
+        .zip(choice.bundles.last())
+        .map_or(1.0, |(correlation, richest)| correlation.overcount(richest, noise_floor));
+    let plain = choice.averaged_covariance(noise_floor, overcount)?;
+    let causes = inputs.causes(choice, correlation.as_ref().map_or(0.0, |c| c.gain));
+    let correlated =
+        correlation.as_ref().map_or_else(LensMatrix::zeros, |c| c.doubt(choice, noise_floor));
+    let doubt = causes.doubt + correlated;
     let free = inputs.free.as_ref();
     let varying = free
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
         .and_then(|free| varying_focal(free, noise_floor));
     let lens = match &varying {
         Some(varying) => Lens::varying(varying),
-        None => inputs.common_lens(choice, plain + causes.doubt),
+        None => inputs.common_lens(choice, plain + doubt),
     };
     let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;
     let noise_px = noise_factor * typical_sigma_px(inputs.views);
@@ -63,7 +73,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         Some(varying) => inputs.views_of_varying(varying, &bundle.state),
         None => inputs.views_of_bundle(&bundle.state, &pp_covariance_px2, noise_factor),
     };
-    let of_bundle: Matrix2<f64> = (plain + causes.doubt).fixed_view::<2, 2>(2, 2).into();
+    let of_bundle: Matrix2<f64> = (plain + doubt).fixed_view::<2, 2>(2, 2).into();
     let inflation = of_bundle.trace() / plain.fixed_view::<2, 2>(2, 2).trace();
     let skip_one_ratio = (inputs.distinct >= 4)
         .then(|| leave_out::leave_one_out(bundle, bundle.noise_factor().max(noise_floor)))
@@ -98,7 +108,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         causes: &causes,
         odd_corners: &odd_corners,
         held_out,
-        pp_doubt_px2: causes.doubt.fixed_view::<2, 2>(2, 2).into(),
+        pp_doubt_px2: doubt.fixed_view::<2, 2>(2, 2).into(),
         projection_sd: &projection_sd,
         pp_covariance_px2,
         f_sd_px: covariance[(0, 0)].sqrt(),
@@ -106,9 +116,15 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         coverage,
         distinct: inputs.distinct,
         noise_px,
+        noise_correlation: correlation.as_ref(),
+        noise_floor_px: inputs.params.noise_floor_px,
         noise_floor,
         prior_used: solution.prior_used,
         focal_prior_used: solution.focal_prior_used,
+    });
+    let goal = inputs.params.accept.map(|goal| {
+        let scale_sd = inputs.params.board_scale_sd;
+        acceptance(goal, &camera, &covariance_all, inputs.image_size, scale_sd)
     });
     let squares: f64 = views.iter().map(|view| view.residual_rms_px.powi(2)).sum();
     Some(Calibration {
@@ -127,6 +143,8 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         views,
         projection_sd,
         skip_one_ratio,
+        noise_floor_px: inputs.params.noise_floor_px,
+        acceptance: goal,
         coverage,
         verdict: Verdict::of(&findings),
         findings,
@@ -160,14 +178,20 @@ impl Inputs<'_> {
     }
 
     /// Hypotheses about a misfit, compared with the richest lens model.
-    fn causes(&self, choice: &ModelChoice) -> Causes {
+    fn causes(&self, choice: &ModelChoice, noise_gain: f64) -> Causes {
         let richest = choice.bundles.last();
         match richest {
             Some(richest) if self.distinct >= VIEWS_WITHOUT_PRIOR => {
-                causes(&self.observations, richest, self.image_size, self.noise_floor())
+                causes(&self.observations, richest, self.image_size, self.noise_floor(), noise_gain)
             }
             _ => Causes::none(),
         }
+    }
+
+    /// Whether neighbouring corners err alike, under the richest lens model.
+    fn noise_correlation(&self, choice: &ModelChoice) -> Option<NoiseCorrelation> {
+        let richest = choice.bundles.last().filter(|_| self.distinct >= VIEWS_WITHOUT_PRIOR)?;
+        noise_correlation(&self.observations, richest)
     }
 
     fn outlines(&self) -> Vec<BoardOutline> {

@@ -10,6 +10,7 @@ use clap::Args;
 #[cfg(feature = "report")]
 use super::report::this_command;
 use super::{
+    accept_args::AcceptArguments,
     board_args::{BoardArguments, Size},
     terminal::{announcer, print, say},
 };
@@ -41,6 +42,8 @@ pub(super) struct Arguments {
     inputs: Vec<PathBuf>,
     #[command(flatten)]
     board: BoardArguments,
+    #[command(flatten)]
+    goal: AcceptArguments,
     /// Width and height of the pictures behind a corner table.
     #[arg(long, value_name = "WxH")]
     image_size: Option<Size>,
@@ -69,6 +72,7 @@ impl Arguments {
             return Err(crate::app::MissingFeature::REPORT.into());
         }
         let mut config = self.board.config()?;
+        self.goal.apply(&mut config);
         config.calibration.varying_focal |= self.varying_focal;
         let board = config.board()?;
         let is_table =

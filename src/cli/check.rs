@@ -172,7 +172,7 @@ impl Arguments {
         if self.recalibrate || agreed("Go on to a full calibration now?")? {
             return Ok(true);
         }
-        let BoardConfig { columns, rows, square_mm } = config.board;
+        let BoardConfig { columns, rows, square_mm, .. } = config.board;
         say(&format!(
             "To calibrate anew: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --against {}",
             self.source,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
+    accept_args::AcceptArguments,
     backend::BackendName,
     board_args::BoardArguments,
     terminal::{announcer, print, say, stop_flag},
@@ -20,6 +21,7 @@ use {super::window, crate::app::AppHost};
 ///
 /// Example: boresight guide --board 9x6 --square 25mm
 /// Example: boresight guide --headless --source sim
+/// Example: boresight guide --accept "length 800mm at 2m <= 2mm"
 ///
 /// Opens a window; in it F12 shows all keys, and none is needed.
 /// A session ends by itself when the plan is complete, and at Ctrl-C; nothing that was shown as taken is
@@ -39,8 +41,10 @@ pub(super) struct Arguments {
     headless: bool,
     #[command(flatten)]
     board: BoardArguments,
+    #[command(flatten)]
+    goal: AcceptArguments,
     /// Resume this session, with the settings that it began with.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config", "accept", "board_scale_error"])]
     session: Option<PathBuf>,
     /// An older calibration to compare with: the result says what has changed since. It is named in the new
     /// one, and left as it is.
@@ -80,10 +84,12 @@ impl Arguments {
     }
 
     fn opening(&self) -> anyhow::Result<Opening> {
+        let mut config = self.board.config()?;
+        self.goal.apply(&mut config);
         Ok(Opening {
             source: self.source.clone(),
             backend: self.backend.map(Into::into),
-            config: self.board.config()?,
+            config,
             session: self.session.clone(),
             against: self.against.clone(),
             out: self.out.clone(),

@@ -1,5 +1,6 @@
 //! The command line: one subcommand a file. Machines read stdout, people read stderr.
 
+mod accept_args;
 mod backend;
 mod board_args;
 mod calibrate;

@@ -2,18 +2,26 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use clap::Args;
 
-use super::terminal::{print, say};
+use super::{
+    accept_args::AcceptArguments,
+    terminal::{print, say},
+};
 use crate::{
     app::{
         Exit, RESULT_FILE,
         report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
         session_report,
     },
+    calibration::{
+        BOARD_SCALE_SD,
+        files::{AcceptanceEntry, CalibrationFile},
+    },
     recording::save::{Overwrite, save},
     report::page,
-    text::report as words,
+    text::{acceptance::acceptance, report as words},
 };
 
 /// Write the report of a calibration: one HTML file with everything in it, for any screen and for two
@@ -28,6 +36,8 @@ pub(super) struct Arguments {
     /// A session folder, or a calibration.json.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
+    #[command(flatten)]
+    goal: AcceptArguments,
     /// Where to write it; by default report.html in the session, or the file's name with .html beside it.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -42,10 +52,11 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let session = self.session();
-        let report = match &session {
+        let mut report = match &session {
             Some(path) => session_report::of_folder(path)?,
             None => of_file(&self.input, this_command())?,
         };
+        self.judge(&mut report.calibration)?;
         let own = session.map(|path| session_report::page_path(&path));
         let (path, overwrite) = match (&self.out, own) {
             // The session's own page follows from its journal.
@@ -60,6 +71,10 @@ impl Arguments {
             say(note);
         }
         say(words::verdict(&report.calibration.verdict));
+        let judged = report.calibration.acceptance.as_ref();
+        if let Some(judged) = judged {
+            say(format!("{}. {}", judged.message, judged.action).trim_end());
+        }
         say(&format!("Report: {}", path.display()));
         if self.json {
             let written = ReportFile {
@@ -70,9 +85,23 @@ impl Arguments {
             print(&serde_json::to_value(&written)?.to_string())?;
         }
         Ok(match report.calibration.verdict.as_str() {
-            "good" | "care" => Exit::Good,
+            "good" | "care" if judged.is_none_or(|judged| judged.met) => Exit::Good,
             _ => Exit::NotTrustworthy,
         })
+    }
+
+    /// Judges the calibration by the goal given here; without one, the verdict on its own goal stays.
+    fn judge(&self, calibration: &mut CalibrationFile) -> anyhow::Result<()> {
+        let own = calibration.acceptance.as_ref().and_then(|judged| judged.goal.parse().ok());
+        let Some(goal) = self.goal.accept.or_else(|| own.filter(|_| self.goal.says_scale())) else {
+            return Ok(());
+        };
+        let scale_sd = self.goal.scale_sd(BOARD_SCALE_SD);
+        let judged = calibration
+            .judged(goal, scale_sd)
+            .context("the goal can't be judged: the file has no calibration with its covariance")?;
+        calibration.acceptance = Some(AcceptanceEntry::of(&judged, acceptance(&judged)));
+        Ok(())
     }
 
     /// The session, if the input is one, or the result of one.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     board::{Checkerboard, InvalidBoard},
-    calibration::CalibrationParams,
+    calibration::{AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams},
     frame::ImageSize,
     guidance::{BoardRoll, GuidanceParams, Plan},
     session::SessionSetup,
@@ -42,6 +42,13 @@ pub struct BoardConfig {
     pub columns: u16,
     pub rows: u16,
     pub square_mm: f64,
+    #[serde(default = "scale_error_percent")]
+    pub scale_error_percent: f64,
+}
+
+/// Of recordings made before the setting.
+fn scale_error_percent() -> f64 {
+    100.0 * BOARD_SCALE_SD
 }
 
 /// The planner.
@@ -70,6 +77,8 @@ pub struct GuidanceConfig {
     pub stop_projection_sigma_px: f64,
     pub min_views: usize,
     pub max_views: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept: Option<AcceptanceGoal>,
 }
 
 /// Mirror of [`Plan`].
@@ -197,6 +206,7 @@ impl Config {
         let rest = g.margin_px >= 0.0 && (0.0..=60.0).contains(&g.hold_secs);
         let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
         let camera = self.camera.wanted().is_some();
+        let scale = (0.0..=10.0).contains(&self.board.scale_error_percent);
         for (good, message) in [
             (
                 camera,
@@ -207,6 +217,7 @@ impl Config {
                 "guidance: tilts need 0 < min_tilt_deg <= target_tilt_deg <= max_tilt_deg < 90",
             ),
             (shares, "guidance: fills need 0.05 <= min_fill <= target_fill <= 1"),
+            (scale, "board.scale_error_percent must be 0 to 10"),
             (positive, "guidance: limits must be positive numbers"),
             (rest, "guidance: margin_px must not be negative, hold_secs must be 0 to 60"),
             (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
@@ -225,7 +236,7 @@ impl Config {
     ///
     /// [`ConfigError::Board`].
     pub fn board(&self) -> Result<Checkerboard, ConfigError> {
-        let BoardConfig { columns, rows, square_mm } = self.board;
+        let BoardConfig { columns, rows, square_mm, .. } = self.board;
         Ok(Checkerboard::new(columns, rows, square_mm * 1e-3)?)
     }
 
@@ -270,6 +281,8 @@ impl Config {
         CalibrationParams {
             square_pixels: self.calibration.square_pixels,
             varying_focal: self.calibration.varying_focal,
+            accept: self.guidance.accept,
+            board_scale_sd: self.board.scale_error_percent / 100.0,
             ..CalibrationParams::default()
         }
     }
@@ -355,6 +368,18 @@ mod tests {
     }
 
     #[test]
+    fn a_goal_may_be_set_and_is_kept() {
+        let text = "guidance.accept=length 800mm at 2m <= 0.5mm".to_owned();
+        let config = Config::load(None, &[text, "board.scale_error_percent=0.02".into()]);
+        let config = config.expect("valid");
+        let params = config.with(&[]).expect("reads itself").calibration();
+        let goal = AcceptanceGoal::Length { length_m: 0.8, at_m: 2.0, within_m: 0.0005 };
+        assert_eq!((params.accept, params.board_scale_sd), (Some(goal), 0.0002));
+        let before = Config::load(None, &[]).expect("valid").calibration();
+        assert_eq!((before.accept, before.board_scale_sd), (None, BOARD_SCALE_SD));
+    }
+
+    #[test]
     fn one_setting_changes_one_thing() {
         let set = |text: &str| Config::load(None, &[text.to_owned()]);
         assert_eq!(set("guidance.min_tilt_deg=25").expect("valid").guidance.min_tilt_deg, 25.0);
@@ -366,6 +391,8 @@ mod tests {
             "nonsense",
             "guidance.min_tilt_deg=70",
             "guidance.hold_secs=nan",
+            "guidance.accept=soon",
+            "board.scale_error_percent=-1",
         ] {
             assert!(set(wrong).is_err(), "{wrong}");
         }

@@ -13,6 +13,9 @@ pub struct Precision {
     pub pp_sigma_px: f64,
     /// Mean standard deviation of projection over the picture.
     pub projection_sigma_px: f64,
+    /// With a goal in the person's own unit: the error over what the goal leaves to the lens; met at 1. It replaces the
+    /// limits of both standard deviations.
+    pub goal_excess: Option<f64>,
     /// Whether every trust check passed, coverage of the picture aside.
     pub trusted: bool,
     /// Whether the boards covered enough of the picture.
@@ -20,10 +23,17 @@ pub struct Precision {
 }
 
 impl Precision {
-    /// Whether both standard deviations are small enough to stop.
+    /// Whether the goal is met; without one, whether both standard deviations are small enough to stop.
     pub fn is_reached(&self, params: &GuidanceParams) -> bool {
-        self.pp_sigma_px <= params.stop_pp_sigma_px
-            && self.projection_sigma_px <= params.stop_projection_sigma_px
+        self.excess(params) <= 1.0
+    }
+
+    /// By how much the uncertainty must shrink before the session may stop; at most 1 if it may.
+    pub fn excess(&self, params: &GuidanceParams) -> f64 {
+        self.goal_excess.unwrap_or_else(|| {
+            (self.pp_sigma_px / params.stop_pp_sigma_px)
+                .max(self.projection_sigma_px / params.stop_projection_sigma_px)
+        })
     }
 }
 
@@ -98,8 +108,7 @@ pub fn forecast(
     let wanted = match (params.plan, precision) {
         // While partners are missing, noise doesn't fall with the square root of the number of views.
         (Plan::Adaptive, Some(precision)) if views >= params.min_views => {
-            let excess = (precision.pp_sigma_px / params.stop_pp_sigma_px)
-                .max(precision.projection_sigma_px / params.stop_projection_sigma_px);
+            let excess = precision.excess(params);
             let by_noise = (views as f64 * excess * excess).min(params.max_views as f64).ceil();
             // At least one more pair while a trust check fails or coverage is low.
             let doubts = usize::from(!(precision.trusted && precision.covered)) * 2;
@@ -113,6 +122,24 @@ pub fn forecast(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_goal_replaces_both_standard_deviations() {
+        let params = GuidanceParams::default();
+        let precise = Precision {
+            pp_sigma_px: 0.1,
+            projection_sigma_px: 0.01,
+            goal_excess: None,
+            trusted: true,
+            covered: true,
+        };
+        assert!(precise.is_reached(&params));
+        assert!(!Precision { goal_excess: Some(1.01), ..precise }.is_reached(&params));
+        let coarse = Precision { pp_sigma_px: 5.0, goal_excess: Some(0.9), ..precise };
+        assert!(coarse.is_reached(&params));
+        // A length that doesn't fit into the picture.
+        assert!(!Precision { goal_excess: Some(f64::INFINITY), ..precise }.is_reached(&params));
+    }
 
     #[test]
     fn an_empty_session_is_as_far_away_as_its_plan() {

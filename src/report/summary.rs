@@ -28,6 +28,17 @@ pub(super) fn verdict(report: &Report) -> String {
         words::NEXT,
         escaped(&next)
     );
+    if let Some(judged) = &calibration.acceptance {
+        push(
+            &mut body,
+            format_args!(
+                "<p><b>{}</b> {}. {}</p>\n",
+                words::GOAL,
+                escaped(&judged.message),
+                escaped(&judged.action)
+            ),
+        );
+    }
     if report.check.is_some() {
         push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code)));
     }
@@ -37,13 +48,16 @@ pub(super) fn verdict(report: &Report) -> String {
     section_with(Section::Verdict, "box", &body)
 }
 
-/// The action of the worst finding.
+/// The action of the worst finding, or of a goal that isn't met.
 fn next_action(calibration: &CalibrationFile) -> String {
     let of =
         |severity: &str| calibration.findings.iter().find(|finding| finding.severity == severity);
     match of("bad").or_else(|| of("care")) {
         Some(finding) if calibration.verdict != "good" => finding.action.clone(),
-        _ => words::USE_IT.into(),
+        _ => match &calibration.acceptance {
+            Some(judged) if !judged.met => judged.action.clone(),
+            _ => words::USE_IT.into(),
+        },
     }
 }
 
@@ -87,6 +101,9 @@ pub(super) fn numbers(calibration: &CalibrationFile) -> String {
     }
     if let Some(noise_px) = lens.noise_px {
         rows += &row(name::NOISE, &[format!("{} px", brief_data(noise_px, 2))]);
+    }
+    if let Some(measured_px) = lens.noise_floor_px {
+        rows += &row(name::NOISE_FLOOR, &[format!("{} px", brief_data(measured_px, 2))]);
     }
     if let Some(coverage) = calibration.coverage {
         rows += &row(name::COVERAGE, &[format!("{} %", plain(100.0 * coverage, 0))]);

@@ -141,6 +141,7 @@ fn precision(calibration: &Calibration) -> Precision {
     Precision {
         pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
         projection_sigma_px: calibration.projection_sd.mean_px,
+        goal_excess: calibration.acceptance.map(|judged| judged.excess()),
         trusted: Verdict::of(&others) == Verdict::Good,
         covered: others.len() == calibration.findings.len(),
     }

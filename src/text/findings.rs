@@ -1,12 +1,14 @@
 //! What speaks for or against a result: what was seen, and what to do.
 
+use super::acceptance;
 use crate::{
     calibration::{Finding, FindingCode, NotCalibrated, Verdict, files::FindingWords},
     session::ViewSummary,
 };
 
 /// The sentences of a calibration file.
-pub const FINDING_WORDS: FindingWords = FindingWords { finding, not_calibrated };
+pub const FINDING_WORDS: FindingWords =
+    FindingWords { finding, not_calibrated, acceptance: acceptance::acceptance };
 
 /// What the verdict means.
 pub fn verdict(verdict: Verdict) -> &'static str {
@@ -199,6 +201,25 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
         FindingCode::NoiseHigh { noise_px, limit_px } => (
             format!("Corners err by {noise_px:.2} px, want at most {limit_px:.2} px"),
             "Focus the lens, hold still, use more light, and a flat board of the stated size.",
+        ),
+        FindingCode::NoiseCorrelated { share, length_px, noise_px, residual_px } => (
+            format!(
+                "Neighbouring corners err alike: {:.0} % of their error, over some {length_px:.0} px. They err by {noise_px:.2} px, though the residuals show only {residual_px:.2} px; the uncertainty allows for it",
+                100.0 * share
+            ),
+            "Focus the lens, light the board evenly, and mount it flat.",
+        ),
+        FindingCode::NoiseUnderstated { noise_px, measured_px } => (
+            format!(
+                "The fit leaves residuals of {noise_px:.2} px, but the corners of a board held still scatter by {measured_px:.2} px: the uncertainty is understated"
+            ),
+            "Hold the board still until a view is taken; take more views.",
+        ),
+        FindingCode::NoiseExceeded { noise_px, measured_px } => (
+            format!(
+                "Residuals are {noise_px:.2} px, but the corners of a board held still scatter by only {measured_px:.2} px: the rest is the same in every picture"
+            ),
+            "Check that the board is flat and its squares are equal; the uncertainty allows for it.",
         ),
         FindingCode::PrincipalPointUncertain { sd_px, wanted_px } => (
             format!("The principal point is known to {sd_px:.1} px, want {wanted_px:.1} px"),

@@ -2,6 +2,7 @@
 //!
 //! Directions are as seen in the picture. Each refusal names what was measured and what is wanted.
 
+pub mod acceptance;
 pub mod adjust;
 pub mod backend;
 pub mod camera;

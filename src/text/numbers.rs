@@ -1,6 +1,6 @@
 //! Sentences of the numbers beside the picture.
 
-use super::percent;
+use super::{acceptance, percent};
 use crate::{
     guidance::Plan,
     session::{Snapshot, ViewSummary},
@@ -46,6 +46,9 @@ pub fn views(snapshot: &Snapshot) -> String {
 /// Precision reached and wanted; `None` without a calibration.
 pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
+    if let Some(judged) = &calibration.acceptance {
+        return Some(acceptance::progress(judged));
+    }
     let sd = calibration.sd();
     let guidance = &snapshot.setup.guidance;
     let reached = sd[2].max(sd[3]);
@@ -90,7 +93,7 @@ pub const NUMBERS: [(&str, &str); 7] = [
     ("f", "Focal length with one standard deviation, from all views together."),
     (
         "sd",
-        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture; and what is wanted.",
+        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture; and what is wanted. With a goal (--accept), the 95 % bound of its error instead.",
     ),
     ("Views", "Taken so far, and the forecast of how many it will take."),
     (

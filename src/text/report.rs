@@ -117,6 +117,9 @@ pub const USE_IT: &str = "Use it. Keep focus, zoom and picture size as they are,
 /// Before the next action.
 pub const NEXT: &str = "Next:";
 
+/// Before the verdict on a goal.
+pub const GOAL: &str = "Goal:";
+
 /// Where there is no calibration.
 pub const NO_CALIBRATION: &str = "There is no calibration to show.";
 
@@ -276,6 +279,7 @@ pub mod name {
     pub const LENS_MODEL: &str = "Lens model";
     pub const PROJECTION: &str = "Projection sd, mean and max";
     pub const NOISE: &str = "Error of a corner";
+    pub const NOISE_FLOOR: &str = "The same, measured on a board held still";
     pub const COVERAGE: &str = "Coverage";
     pub const VIEWS: &str = "Views used";
     pub const RMS: &str = "Reprojection RMS (no measure of quality)";

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::percent;
+use super::{acceptance, percent};
 use crate::calibration::{Calibration, PrincipalPoints};
 
 /// Before the buttons that export.
@@ -75,6 +75,9 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
             lines.push((name, format!("{value:.5} ± {sd:.5}")));
         }
     }
+    if let Some(judged) = &calibration.acceptance {
+        lines.push(("Goal", acceptance::acceptance(judged).0));
+    }
     let sd = &calibration.projection_sd;
     lines.push((
         "Projection",
@@ -84,8 +87,16 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
         "Corners",
         format!("{:.3} px RMS in {} views", calibration.rms_px, calibration.views.len()),
     ));
+    if let Some(measured_px) = calibration.noise_floor_px {
+        lines.push(("Corner noise", noise(calibration.noise_px, measured_px)));
+    }
     lines.push(("Covered", percent(calibration.coverage)));
     lines
+}
+
+/// Noise of a corner by the fit, beside the measured one.
+pub fn noise(fit_px: f64, measured_px: f64) -> String {
+    format!("{fit_px:.3} px by the fit, {measured_px:.3} px measured on a board held still")
 }
 
 /// The principal point by every method: name, value, what it is.

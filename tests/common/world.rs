@@ -111,12 +111,18 @@ pub(crate) fn setup(board: Checkerboard) -> SessionSetup {
 }
 
 /// Runs a session to its end and tells `seen` of every input. Also the number of attempts at a pose.
-pub(crate) fn guided(
+pub(crate) fn guided(seed: u64, seen: impl FnMut(&Input, &Decision)) -> (World, Session, usize) {
+    guided_with(seed, CalibrationParams::default(), seen)
+}
+
+/// The same with other settings of the solver.
+pub(crate) fn guided_with(
     seed: u64,
+    calibration: CalibrationParams,
     mut seen: impl FnMut(&Input, &Decision),
 ) -> (World, Session, usize) {
     let mut world = World::new(seed);
-    let mut session = Session::new(setup(world.board));
+    let mut session = Session::new(SessionSetup { calibration, ..setup(world.board) });
     let mut attempts = 0;
     while session.progress() == Progress::Collecting && attempts < 120 {
         let target = session.target().expect("collecting").clone();

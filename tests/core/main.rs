@@ -7,6 +7,7 @@ mod trust;
 #[path = "../common/world.rs"]
 mod world;
 
+mod acceptance;
 mod bad_calibrations;
 mod calibration_anywhere;
 mod calibration_monte_carlo;

@@ -101,7 +101,7 @@ impl Scene {
         unreachable!("a board far away in the middle is whole")
     }
 
-    fn is_whole(&self, pose: &Isometry3<f64>) -> bool {
+    pub(crate) fn is_whole(&self, pose: &Isometry3<f64>) -> bool {
         const MARGIN_PX: f64 = 8.0;
         board().corners_in_board_m().iter().all(|point| {
             self.camera.project_board_point(pose, point).is_some_and(|seen| {

@@ -14,7 +14,7 @@ use crate::trust::{SIZE, Scene, board};
 
 /// A lens that a camera may have, of the models or not.
 #[derive(Clone, Copy, Debug)]
-enum Lens {
+pub(crate) enum Lens {
     /// Of OpenCV's model.
     Polynomial(Distortion),
     /// Radial with k1 and k2, about a centre beside the principal point.
@@ -25,7 +25,8 @@ enum Lens {
     Mustache([f64; 4]),
 }
 
-const POLYNOMIAL: Distortion = Distortion { k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0 };
+pub(crate) const POLYNOMIAL: Distortion =
+    Distortion { k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0 };
 
 const LENSES: [(&str, Lens); 9] = [
     ("none", Lens::Polynomial(POLYNOMIAL)),
@@ -42,7 +43,7 @@ const LENSES: [(&str, Lens); 9] = [
     ("mustache", Lens::Mustache([-0.15, 0.25, -0.05, -0.08])),
 ];
 
-fn px(camera: &Camera, lens: &Lens, in_cam: &Point3<f64>) -> Point2<f64> {
+pub(crate) fn px(camera: &Camera, lens: &Lens, in_cam: &Point3<f64>) -> Point2<f64> {
     let ideal = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
     let f_px = camera.f_px.x;
     match *lens {
@@ -65,9 +66,13 @@ fn px(camera: &Camera, lens: &Lens, in_cam: &Point3<f64>) -> Point2<f64> {
     }
 }
 
-/// Root mean square and largest distance per axis between what both cameras see, the found one turned to
-/// fit best, over the grid of the picture.
-fn projection_error_px(camera: &Camera, lens: &Lens, found: &Camera) -> Option<f64> {
+/// The turn of the found camera that fits best over the grid of the picture, and the root mean square distance per axis
+/// that then remains between what both cameras see.
+pub(crate) fn best_turn(
+    camera: &Camera,
+    lens: &Lens,
+    found: &Camera,
+) -> Option<(UnitQuaternion<f64>, f64)> {
     let seen: Vec<(Point2<f64>, Vector3<f64>)> = cell_centres_px(SIZE)
         .filter_map(|px| found.normalized_from_px(&px).map(|ideal| (px, ideal.to_homogeneous())))
         .collect();
@@ -91,7 +96,7 @@ fn projection_error_px(camera: &Camera, lens: &Lens, found: &Camera) -> Option<f
         error = (squares / (2.0 * seen.len() as f64)).sqrt();
         turn = UnitQuaternion::from_scaled_axis(normal.try_inverse()? * pull) * turn;
     }
-    Some(error)
+    Some((turn, error))
 }
 
 struct Trial {
@@ -126,7 +131,7 @@ fn trial(index: u64) -> Option<Trial> {
     let covariance = found.pp_covariance_px2();
     let pp_sigmas =
         (off.x / covariance[(0, 0)].sqrt()).abs().max((off.y / covariance[(1, 1)].sqrt()).abs());
-    let error_px = projection_error_px(&camera, &lens, &found.camera)?;
+    let (_, error_px) = best_turn(&camera, &lens, &found.camera)?;
     Some(Trial { lens: which, views, noise_px: scene.noise_px, found, error_px, pp_sigmas })
 }
 

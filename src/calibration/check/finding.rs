@@ -238,6 +238,31 @@ pub enum FindingCode {
         /// Limit.
         limit_px: f64,
     },
+    /// Neighbouring corners err alike; the stated uncertainty allows for it.
+    NoiseCorrelated {
+        /// Share of the variance that neighbours have in common.
+        share: f64,
+        /// Distance in pixels over which they err alike.
+        length_px: f64,
+        /// Standard deviation of a corner coordinate with that, in pixels.
+        noise_px: f64,
+        /// What the residuals show of it, in pixels.
+        residual_px: f64,
+    },
+    /// The fit leaves smaller residuals than a board held still scatters by.
+    NoiseUnderstated {
+        /// Standard deviation of a corner coordinate by the fit, in pixels.
+        noise_px: f64,
+        /// The same as measured, in pixels.
+        measured_px: f64,
+    },
+    /// The fit leaves larger residuals than a board held still scatters by.
+    NoiseExceeded {
+        /// Standard deviation of a corner coordinate by the fit, in pixels.
+        noise_px: f64,
+        /// The same as measured, in pixels.
+        measured_px: f64,
+    },
     /// The principal point is uncertain.
     PrincipalPointUncertain {
         /// Standard deviation along the worst direction, in pixels.
@@ -296,6 +321,9 @@ impl FindingCode {
             Self::HeldOut { .. } => "HELD-OUT",
             Self::Mirrored { .. } => "VIEW-MIRRORED",
             Self::NoiseHigh { .. } => "NOISE-HIGH",
+            Self::NoiseCorrelated { .. } => "NOISE-CORRELATED",
+            Self::NoiseUnderstated { .. } => "NOISE-UNDERSTATED",
+            Self::NoiseExceeded { .. } => "NOISE-EXCEEDED",
             Self::PrincipalPointUncertain { .. } => "PP-UNCERTAIN",
             Self::FocalLengthUncertain { .. } => "F-UNCERTAIN",
             Self::ProjectionUncertain { .. } => "PROJECTION-UNCERTAIN",

@@ -20,7 +20,7 @@ type LensMatrix = nalgebra::SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 /// Relative scatter of the focal length above which a common focal length is no result: 3 px at f = 1000.
 const MAX_FOCAL_SCATTER: f64 = 0.003;
 /// Minimum gain in BIC to report a hypothesis: odds of e¹⁰ to 1. Sound views stay below 3.
-const MIN_BIC_GAIN: f64 = 20.0;
+pub(super) const MIN_BIC_GAIN: f64 = 20.0;
 /// Two groups of views whose principal points differ by less than this fraction of the picture's width are one camera,
 /// refocused: 5 px at 1280.
 const SAME_CENTRE: f64 = 0.004;
@@ -37,18 +37,21 @@ pub(super) struct Hypothesis {
 #[derive(Clone, Debug)]
 pub(in crate::calibration) struct Causes {
     pub(super) hypotheses: Vec<Hypothesis>,
+    /// Gain in BIC from correlated noise, if any: it competes with the hypotheses, for it explains residuals, too.
+    noise_gain: f64,
     /// Covariance of the lens from not knowing which hypothesis holds.
     pub(in crate::calibration) doubt: LensMatrix,
 }
 
 impl Causes {
     pub(in crate::calibration) fn none() -> Self {
-        Self { hypotheses: Vec::new(), doubt: LensMatrix::zeros() }
+        Self { hypotheses: Vec::new(), noise_gain: 0.0, doubt: LensMatrix::zeros() }
     }
 
-    /// The most probable hypothesis, if its gain is large enough to report.
+    /// The most probable hypothesis, if its gain is large enough to report and correlated noise doesn't explain as much.
     pub(super) fn best_hypothesis(&self) -> Option<&Hypothesis> {
-        self.hypotheses.first().filter(|hypothesis| hypothesis.gain > MIN_BIC_GAIN)
+        let least = MIN_BIC_GAIN.max(self.noise_gain);
+        self.hypotheses.first().filter(|hypothesis| hypothesis.gain > least)
     }
 
     /// Relative scatter of the focal length, if a moving focus is the best hypothesis and the scatter too large for a common
@@ -60,12 +63,14 @@ impl Causes {
     }
 }
 
-/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one.
+/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one. `noise_gain` is what correlated
+/// noise gains in BIC.
 pub(in crate::calibration) fn causes(
     observations: &Observations,
     bundle: &Bundle,
     image_size: ImageSize,
     noise_floor: f64,
+    noise_gain: f64,
 ) -> Causes {
     let n = observations.coordinate_count() as f64;
     let views = observations.view_count();
@@ -95,8 +100,9 @@ pub(in crate::calibration) fn causes(
         .collect();
     hypotheses.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     prefer_focus(&mut hypotheses, image_size);
-    let doubt = doubt(&hypotheses, bundle, n);
-    Causes { hypotheses, doubt }
+    let noise_gain = noise_gain.max(0.0);
+    let doubt = doubt(&hypotheses, bundle, n, noise_gain);
+    Causes { hypotheses, noise_gain, doubt }
 }
 
 /// Moves `Focus` to the front if the best hypothesis is two cameras with the same principal point.
@@ -120,12 +126,12 @@ fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
 }
 
 /// Covariance added by averaging over the hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in proportion to the odds
-/// `e^(gain/2)`, and 1 for the plain bundle.
-fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, n: f64) -> LensMatrix {
+/// `e^(gain/2)`; the plain bundle counts with the gain of its noise.
+fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, n: f64, noise_gain: f64) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
-    let most = hypotheses.iter().map(|s| s.gain).fold(0.0, f64::max);
+    let most = hypotheses.iter().map(|s| s.gain).fold(noise_gain, f64::max);
     let odds = |gain: f64| (0.5 * (gain - most)).exp();
-    let total = odds(0.0) + hypotheses.iter().map(|s| odds(s.gain)).sum::<f64>();
+    let total = odds(noise_gain) + hypotheses.iter().map(|s| odds(s.gain)).sum::<f64>();
     let Some(plain) = bundle.covariance(bundle.noise_factor()) else { return doubt };
     let there = bundle.state.camera.lens_parameters();
     for Hypothesis { gain, explanation } in hypotheses {
@@ -151,7 +157,7 @@ fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, n: f64) -> LensMatrix {
 }
 
 /// The part of a symmetric matrix with positive eigenvalues, computed after scaling to a unit diagonal.
-fn positive_part(matrix: &LensMatrix) -> LensMatrix {
+pub(super) fn positive_part(matrix: &LensMatrix) -> LensMatrix {
     let scale = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| {
         let size = matrix[(i, i)].abs().sqrt();
         if size > 0.0 { size } else { 1.0 }

@@ -5,6 +5,8 @@
 //! |---|---|
 //! | `projection_sd` | projects the covariance to pixels, compensated for rotation of the camera |
 //! | `noise_inflation` | inflates corner covariances to what the residuals show |
+//! | `noise_correlation` | widens the covariance of the lens if neighbouring corners err alike |
+//! | `noise_findings` | compares the noise of the fit with that of a board held still |
 //! | `leave_out` | repeats the estimate with views left out |
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
@@ -18,6 +20,8 @@ pub(super) mod held_out;
 pub mod leave_out;
 pub(super) mod misfit_diagnosis;
 pub(super) mod misfit_models;
+pub(super) mod noise_correlation;
+pub mod noise_findings;
 pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
 pub(super) mod projection_sd;

@@ -6,7 +6,9 @@ use super::{
     extended_bundle::Cause,
     finding::{Finding, FindingCode, Severity},
     held_out::HeldOutView,
-    misfit_diagnosis::Causes,
+    misfit_diagnosis::{Causes, MIN_BIC_GAIN},
+    noise_correlation::NoiseCorrelation,
+    noise_findings::noise_finding,
     odd_corners::OddCorner,
     projection_sd::ProjectionSd,
 };
@@ -101,6 +103,8 @@ pub(in crate::calibration) struct Evidence<'a> {
     pub(in crate::calibration) coverage: f64,
     pub(in crate::calibration) distinct: usize,
     pub(in crate::calibration) noise_px: f64,
+    pub(in crate::calibration) noise_correlation: Option<&'a NoiseCorrelation>,
+    pub(in crate::calibration) noise_floor_px: Option<f64>,
     pub(in crate::calibration) noise_floor: f64,
     pub(in crate::calibration) prior_used: bool,
     pub(in crate::calibration) focal_prior_used: bool,
@@ -378,6 +382,7 @@ fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>
     let width_px = f64::from(evidence.image_size.width_px);
     let code = FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px: NOISE_CARE_PX };
     report(above(evidence.noise_px, NOISE_CARE_PX, NOISE_BAD_PX), code);
+    noise(evidence, report);
     let sd_px = SymmetricEigen::new(evidence.pp_covariance_px2).eigenvalues.max().sqrt();
     let wanted_px = PP_CARE * width_px;
     let code = FindingCode::PrincipalPointUncertain { sd_px, wanted_px };
@@ -390,4 +395,30 @@ fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>
     let wanted_px = PROJECTION_CARE * width_px;
     let code = FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px };
     report(above(mean_px, wanted_px, PROJECTION_BAD * width_px), code);
+}
+
+/// Noise that the residuals understate.
+fn noise(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    if let Some(correlation) = evidence.noise_correlation
+        && correlation.gain > MIN_BIC_GAIN
+        && evidence.causes.best_hypothesis().is_none()
+    {
+        // Of the typical corner, as `noise_px` is.
+        let noise_px = evidence.noise_px * correlation.noise_factor
+            / evidence.choice.bundle().noise_factor().max(f64::MIN_POSITIVE);
+        let code = FindingCode::NoiseCorrelated {
+            share: correlation.share,
+            length_px: correlation.length_px,
+            noise_px,
+            residual_px: evidence.noise_px,
+        };
+        // The covariance allows for it.
+        report(Some(Severity::Info), code);
+    }
+    let measured = evidence.noise_floor_px;
+    if let Some(Finding { code, severity }) =
+        measured.and_then(|measured_px| noise_finding(evidence.noise_px, measured_px))
+    {
+        report(Some(severity), code);
+    }
 }

@@ -50,6 +50,9 @@ pub struct CalibrationFile {
     /// Uncertainty of projection over the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub projection_sd_px: Option<ProjectionEntry>,
+    /// Whether the calibration meets the goal that was set for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceptance: Option<AcceptanceEntry>,
     /// Share of the picture covered by any board, 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coverage: Option<f64>,
@@ -94,6 +97,31 @@ pub struct FindingEntry {
     pub action: String,
 }
 
+/// Whether a goal is met. Errors are 95 % bounds in the unit named.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct AcceptanceEntry {
+    /// The goal, as `--accept` takes it.
+    pub goal: String,
+    /// Whether the bound is within the goal.
+    pub met: bool,
+    /// `px` or `mm`.
+    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["px", "mm"])))]
+    pub unit: String,
+    /// Largest error accepted.
+    pub limit: f64,
+    /// Bound of the error; null if it can't be told.
+    pub bound: Option<f64>,
+    /// The lens's part of it.
+    pub lens: Option<f64>,
+    /// The part of the board's square size.
+    pub scale: Option<f64>,
+    /// The result in words.
+    pub message: String,
+    /// What to do; empty if the goal is met.
+    pub action: String,
+}
+
 /// The lens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -127,6 +155,9 @@ pub struct LensEntry {
     pub excess_px: Option<f64>,
     /// Error of the corners as a multiple of what the detector claims.
     pub noise_factor: Option<f64>,
+    /// Error of a corner coordinate as measured on a board held still.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_floor_px: Option<f64>,
 }
 
 /// Whether the views share one focal length.

@@ -4,9 +4,9 @@ use nalgebra::Point2;
 
 use super::{
     calibration_file::{
-        BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CandidateEntry, DistortionEntry,
-        EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry, LineEntry, PoseEntry,
-        PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
+        AcceptanceEntry, BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CandidateEntry,
+        DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry,
+        LineEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
     },
     named_covariance::NamedCovariance,
 };
@@ -14,6 +14,7 @@ use crate::{
     board::Checkerboard,
     calibration::{
         NotCalibrated,
+        acceptance::{Acceptance, AcceptanceGoal, acceptance},
         check::finding::{Finding, Severity, Verdict},
         result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
         solve::model_choice::ModelFit,
@@ -38,6 +39,8 @@ pub struct FindingWords {
     pub finding: fn(&Finding) -> (String, &'static str),
     /// Of the reason why there is no calibration.
     pub not_calibrated: fn(&NotCalibrated) -> (String, &'static str),
+    /// Of the verdict on a goal: what was found, and what to do, empty if nothing.
+    pub acceptance: fn(&Acceptance) -> (String, &'static str),
 }
 
 impl CalibrationFile {
@@ -67,6 +70,10 @@ impl CalibrationFile {
                 candidates: Some(calibration.candidates.iter().map(CandidateEntry::of).collect()),
                 principal_point: Some(PrincipalPointEntry::of(&calibration.principal_point)),
                 projection_sd_px: Some(projection(calibration)),
+                acceptance: calibration
+                    .acceptance
+                    .as_ref()
+                    .map(|judged| AcceptanceEntry::of(judged, (words.acceptance)(judged))),
                 coverage: Some(calibration.coverage),
                 views: view_entries(calibration, board, views),
                 ..file
@@ -93,11 +100,46 @@ impl CalibrationFile {
             candidates: None,
             principal_point: None,
             projection_sd_px: None,
+            acceptance: None,
             coverage: None,
             views: views.iter().map(unused).collect(),
             source: None,
             replaces: None,
             camera: None,
+        }
+    }
+}
+
+impl CalibrationFile {
+    /// Judges the calibration by `goal`, with `scale_sd` the relative standard deviation of the board's square size.
+    /// `None` if the file has no lens, or doesn't state its covariance.
+    pub fn judged(&self, goal: AcceptanceGoal, scale_sd: f64) -> Option<Acceptance> {
+        let lens = self.result.as_ref()?;
+        let covariance = lens.full_covariance()?;
+        let [width_px, height_px] = self.image_size;
+        let image_size = ImageSize { width_px, height_px };
+        Some(acceptance(goal, &lens.camera(), &covariance, image_size, scale_sd))
+    }
+}
+
+impl AcceptanceEntry {
+    /// The entry of a verdict, with its words: what was found, and what to do.
+    pub fn of(judged: &Acceptance, (message, action): (String, &str)) -> Self {
+        let (unit, per_unit) = match judged.goal {
+            AcceptanceGoal::Projection { .. } => ("px", 1.0),
+            AcceptanceGoal::Length { .. } => ("mm", 1000.0),
+        };
+        let bound = judged.bound;
+        Self {
+            goal: judged.goal.to_string(),
+            met: judged.is_met(),
+            unit: unit.into(),
+            limit: per_unit * judged.goal.limit(),
+            bound: bound.map(|bound| per_unit * bound.total),
+            lens: bound.map(|bound| per_unit * bound.lens),
+            scale: bound.map(|bound| per_unit * bound.scale),
+            message,
+            action: action.into(),
         }
     }
 }
@@ -159,6 +201,7 @@ impl LensEntry {
             noise_px: Some(calibration.noise_px),
             excess_px: Some(calibration.excess_px),
             noise_factor: Some(calibration.noise_factor),
+            noise_floor_px: calibration.noise_floor_px,
         }
     }
 }

@@ -22,9 +22,9 @@ mod nullable;
 mod schema;
 
 pub use calibration_file::{
-    BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CameraEntry, CandidateEntry, DistortionEntry,
-    EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry, LineEntry, PoseEntry,
-    PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
+    AcceptanceEntry, BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CameraEntry, CandidateEntry,
+    DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry, LineEntry,
+    PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
 };
 pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow, VisibleEntry};
 pub use from_calibration::{FindingWords, ViewName};

@@ -323,7 +323,7 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
                 let residual: Vector2<f64> = corner.whitener * (corner.px - predicted.px);
                 cost += residual.norm_squared();
                 let mut jac_lens = predicted.jac_lens;
-                self.restrict(&mut jac_lens);
+                self.freedom.restrict(&mut jac_lens);
                 block.add(
                     &(corner.whitener * jac_lens),
                     &(corner.whitener * predicted.jac_pose),
@@ -371,13 +371,13 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
     }
 }
 
-impl BundleProblem<'_> {
+impl LensFreedom {
     /// Zeroes the derivatives of fixed parameters; with square pixels, adds the derivative by fy to that by fx.
-    fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
-        if self.freedom.square_pixels {
+    pub(in crate::calibration) fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
+        if self.square_pixels {
             jac_lens[(1, 0)] = jac_lens[(1, 1)];
         }
-        for i in (0..LENS_PARAMETERS).filter(|i| !self.freedom.free[*i]) {
+        for i in (0..LENS_PARAMETERS).filter(|i| !self.free[*i]) {
             jac_lens.column_mut(i).fill(0.0);
         }
     }

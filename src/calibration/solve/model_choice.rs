@@ -137,10 +137,12 @@ impl ModelChoice {
     /// `Σ w_m (C_m + (θ_m − θ̂)(θ_m − θ̂)ᵀ)` over all models at least as rich as the chosen one.
     ///
     /// Simpler models are left out because they would lower it. Errors that all views share are added, see
-    /// [`SHARED_PP_SD_PX`]. `None` if the result isn't finite.
+    /// [`SHARED_PP_SD_PX`]. Corners that err alike tell less about the coefficients that the chosen model fixes at zero:
+    /// their information is divided by `overcount`, 1 for independent corners. `None` if the result isn't finite.
     pub(in crate::calibration) fn averaged_covariance(
         &self,
         noise_floor: f64,
+        overcount: f64,
     ) -> Option<LensMatrix> {
         let centre = self.fit().camera.lens_parameters();
         let mut sum = LensMatrix::zeros();
@@ -155,7 +157,7 @@ impl ModelChoice {
             total += fit.weight;
         }
         let mut averaged = sum / total + shared_error(self.fit().camera.f_px.x);
-        if let Some(doubt) = self.model_truncation_covariance(noise_floor) {
+        if let Some(doubt) = self.model_truncation_covariance(noise_floor, overcount) {
             averaged += doubt;
         }
         averaged.iter().all(|x| x.is_finite()).then_some(averaged)
@@ -166,7 +168,7 @@ impl ModelChoice {
     /// With the prior `q ~ N(0, T²)`, the information of the richest model gives the posterior `N(m, V)`, and the chosen
     /// lens moves by `B q`. Returns `B (V + m mᵀ) Bᵀ` times the weight of the chosen model. `None` if no richer model may
     /// be chosen.
-    fn model_truncation_covariance(&self, noise_floor: f64) -> Option<LensMatrix> {
+    fn model_truncation_covariance(&self, noise_floor: f64, overcount: f64) -> Option<LensMatrix> {
         let (fit, bundle) = (self.fit(), self.bundle());
         let (richest, full) = (self.fits.last()?, self.bundles.last()?);
         let allowed = self.richest_allowed.freedom(bundle.freedom.square_pixels);
@@ -179,7 +181,7 @@ impl ModelChoice {
         }
         let weight =
             fit.weight / self.fits[self.chosen..].iter().map(|fit| fit.weight).sum::<f64>();
-        let noise_factor = richest.noise_factor.max(noise_floor);
+        let noise_factor = richest.noise_factor.max(noise_floor) * overcount.sqrt();
         let information = full.information() / (noise_factor * noise_factor);
         // Covariance of the other parameters, those of the chosen model.
         let others = bundle.covariance(noise_factor)?;
