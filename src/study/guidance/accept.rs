@@ -4,9 +4,10 @@ use nalgebra::{Isometry3, Point2};
 
 use super::{hand::Wish, situation::Situation};
 use crate::{
+    board::Checkerboard,
     frame::{CaptureTime, FrameId},
-    geometry::{Corner, fit_pose},
-    guidance::{Role, View, gate, measure, role_of, wanted_pose::seen_px},
+    geometry::{Camera, Corner, fit_pose},
+    guidance::{Role, View, gate, measure, role_of},
 };
 
 /// When a view whose corners were all found counts. Beside it, every strategy waits for the same hold.
@@ -35,10 +36,17 @@ pub(super) enum Judged {
 }
 
 impl Accept {
-    /// Judges the `corners` seen at `secs` when `wish` was asked for.
+    /// Whether the first ghost is drawn again with the focal length of the live picture, as the sources of these rules
+    /// do.
+    pub(super) fn follows_the_live_picture(self) -> bool {
+        matches!(self, Self::Overlap(_) | Self::WithinASquare)
+    }
+
+    /// Judges the `corners` seen at `secs` when one of `wishes` was asked for: more than one if the ghost was drawn
+    /// again on the way.
     pub(super) fn judge(
         self,
-        wish: &Wish,
+        wishes: &[Wish],
         corners: &[Corner],
         secs: f64,
         situation: &Situation<'_>,
@@ -64,11 +72,16 @@ impl Accept {
                     Err(_) => Judged::Refused,
                 };
             }
-            Self::Overlap(wanted) => overlap(wish, corners, situation) > wanted,
+            Self::Overlap(wanted) => {
+                wishes.iter().any(|wish| overlap(wish, corners, situation) > wanted)
+            }
             Self::WithinASquare => {
-                let off: f64 =
-                    corners.iter().zip(&wish.ghost_px).map(|(c, px)| (c.px - px).norm()).sum();
-                off / (corners.len().max(1) as f64) < widest_square_px(corners, board.columns())
+                let within_px = widest_square_px(corners, board.columns());
+                wishes.iter().any(|wish| {
+                    let ghost = corners.iter().zip(&wish.ghost_px);
+                    let off_px: f64 = ghost.map(|(corner, px)| (corner.px - px).norm()).sum();
+                    off_px < within_px * corners.len() as f64
+                })
             }
             Self::Novel(least) => {
                 let bars = Bars::of(situation, corners);
@@ -128,11 +141,9 @@ fn widest_square_px(corners: &[Corner], columns: usize) -> f64 {
 
 /// Intersection over union of the asked board and the seen one, both with their outer squares.
 fn overlap(wish: &Wish, corners: &[Corner], situation: &Situation<'_>) -> f64 {
-    let camera = &situation.lens_estimate.camera;
-    let points_m = situation.board.corners_in_board_m();
-    let Ok(seen) = fit_pose(camera, &points_m, corners) else { return 0.0 };
-    let outline = |pose: &Isometry3<f64>| board_outline_px(situation, pose);
-    match (outline(&wish.cam_from_board), outline(&seen.cam_from_board)) {
+    let ghost: Vec<Corner> =
+        wish.ghost_px.iter().map(|px| Corner::isotropic(*px, situation.noise_px)).collect();
+    match (board_outline_px(&ghost, situation), board_outline_px(corners, situation)) {
         (Some(asked), Some(seen)) => {
             let shared = area_px2(&clipped(&asked, &seen));
             shared / (area_px2(&asked) + area_px2(&seen) - shared)
@@ -141,19 +152,16 @@ fn overlap(wish: &Wish, corners: &[Corner], situation: &Situation<'_>) -> f64 {
     }
 }
 
-/// The four outer corners of the board's outer squares.
-fn board_outline_px(
-    situation: &Situation<'_>,
-    cam_from_board: &Isometry3<f64>,
-) -> Option<Vec<Point2<f64>>> {
-    let board = situation.board;
+/// The four outer corners of the board's outer squares, from its inner corners as seen.
+fn board_outline_px(corners: &[Corner], situation: &Situation<'_>) -> Option<Vec<Point2<f64>>> {
+    let Situation { board, lens_estimate, .. } = *situation;
+    let camera = &lens_estimate.camera;
+    let pose = fit_pose(camera, &board.corners_in_board_m(), corners).ok()?.cam_from_board;
     let half = |count: usize| 0.5 * (count as f64 + 1.0) * board.square_m();
     let (x, y) = (half(board.columns()), half(board.rows()));
     [(-x, -y), (x, -y), (x, y), (-x, y)]
         .into_iter()
-        .map(|(x, y)| {
-            situation.lens_estimate.camera.px_from_board(cam_from_board, &Point2::new(x, y))
-        })
+        .map(|(x, y)| camera.px_from_board(&pose, &Point2::new(x, y)))
         .collect()
 }
 
@@ -189,11 +197,18 @@ fn area_px2(polygon: &[Point2<f64>]) -> f64 {
     signed_area_px2(polygon).abs()
 }
 
-/// What the believed camera shows of a board at `cam_from_board`. `None` if a corner is behind it.
-pub(super) fn wish_at(cam_from_board: Isometry3<f64>, situation: &Situation<'_>) -> Option<Wish> {
-    let ghost_px = seen_px(&cam_from_board, situation.board, situation.lens_estimate);
-    let whole = ghost_px.len() == situation.board.corner_count();
-    whole.then_some(Wish { cam_from_board, ghost_px })
+/// What `camera` shows of a board at `cam_from_board`. `None` if a corner is behind it.
+pub(super) fn wish_at(
+    cam_from_board: Isometry3<f64>,
+    board: &Checkerboard,
+    camera: &Camera,
+) -> Option<Wish> {
+    let ghost_px: Option<Vec<Point2<f64>>> = board
+        .corners_in_board_m()
+        .iter()
+        .map(|m| camera.px_from_board(&cam_from_board, m))
+        .collect();
+    Some(Wish { cam_from_board, ghost_px: ghost_px? })
 }
 
 #[cfg(test)]

@@ -17,6 +17,9 @@ const NEAR_LIMIT: f64 = 1.3;
 /// Beyond this ratio to the best, a claim fails even in part.
 const NEARLY: f64 = 1.25;
 
+/// Said where most of our runs end before the comparison.
+const TOO_FEW: &str = "Fewer than half of our runs come so far.";
+
 /// A quantity by which strategies are ranked; less is better. `None` where a strategy has no value.
 struct Quantity {
     what: String,
@@ -35,7 +38,7 @@ pub(super) fn claims(rows: &[Row], limits: &[Limit]) -> Vec<Claim> {
     let Some(hand) = rows.first().map(|row| row.hand) else { return Vec::new() };
     let mut claims: Vec<Claim> =
         quantities().iter().filter_map(|quantity| least(quantity, rows, hand)).collect();
-    claims.extend(near_the_limit(rows, limits, hand));
+    claims.push(near_the_limit(rows, limits, hand));
     claims.extend(session(rows, hand));
     claims
 }
@@ -80,9 +83,12 @@ fn least(quantity: &Quantity, rows: &[Row], hand: Hand) -> Option<Claim> {
             .filter_map(|row| Some((row, (quantity.value)(row)?)))
             .min_by(|a, b| a.1.value.total_cmp(&b.1.value))
     };
-    let (own, mine) = ranked(true)?;
     let (other, theirs) = ranked(false)?;
     let claim = format!("Least {} ({} hand).", quantity.what, hand.code());
+    let Some((own, mine)) = ranked(true) else {
+        let measured = TOO_FEW.into();
+        return Some(Claim { claim, measured, verdict: Verdict::Fails });
+    };
     let said = |value: f64| {
         if value.is_finite() { format!("{value:.2}") } else { "never".into() }
     };
@@ -135,25 +141,29 @@ pub(super) fn times_the_limit(row: &Row, after: usize, limits: &[Limit]) -> Opti
     Some(row.after[after].pp_sd_px? / limit.pp_sd_px)
 }
 
-fn near_the_limit(rows: &[Row], limits: &[Limit], hand: Hand) -> Option<Claim> {
+fn near_the_limit(rows: &[Row], limits: &[Limit], hand: Hand) -> Claim {
     let mut said = Vec::new();
     let mut worst: f64 = 0.0;
     for (after, views) in COMPARED_AFTER.into_iter().enumerate() {
-        let own = rows.iter().filter(|row| row.strategy.is_ours());
-        let (row, times) = own
-            .filter_map(|row| Some((row, times_the_limit(row, after, limits)?)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))?;
-        worst = worst.max(times);
-        said.push(format!("{times:.2} × after {views} views ({})", row.strategy.code));
+        let nearest = rows
+            .iter()
+            .filter(|row| row.strategy.is_ours())
+            .filter_map(|row| Some((row.strategy.code, times_the_limit(row, after, limits)?)))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        worst = worst.max(nearest.map_or(f64::INFINITY, |(_, times)| times));
+        if let Some((code, times)) = nearest {
+            said.push(format!("{times:.2} × after {views} views ({code})"));
+        }
     }
-    Some(Claim {
+    let measured = if said.is_empty() { TOO_FEW.into() } else { format!("{}.", said.join(", ")) };
+    Claim {
         claim: format!(
             "Ours states at most {NEAR_LIMIT} × the limit's PP sd ({} hand).",
             hand.code()
         ),
-        measured: format!("{}.", said.join(", ")),
+        measured,
         verdict: graded(worst, NEAR_LIMIT),
-    })
+    }
 }
 
 fn session(rows: &[Row], hand: Hand) -> Option<Claim> {

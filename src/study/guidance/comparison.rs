@@ -48,7 +48,7 @@ pub fn outcome(params: &Params, parts: &[Runs]) -> Outcome {
 fn method(params: &Params) -> String {
     let words: Vec<String> = params.guidance_hands.iter().map(|hand| words(*hand)).collect();
     format!(
-        "{} runs per strategy, lens and hand, at most {} views each: {}×{}, f = {F_PX} px, principal point up to 60 px off centre, 9×6 corners, corner noise {} px. For every strategy alike, a board is found if all its corners lie {:.0} px inside the picture; all plan on {:.0} px, hold a view for {:.1} s, and pay for reacting, moving (0.5 m/s), tilting (60°/s), turning in the plane (45°/s) and aligning. A refused view costs as much as one that counts. {} Lenses: {}. After four and eight views the lens is also calibrated as the program does it, its model chosen by BIC. Stated deviations are those of the right model, fitted with it; doubt about the model, which the program adds, makes them larger. Peers take a view by the rules of their sources; where those search fewer or smaller poses, they get the better of the two.",
+        "{} runs per strategy, lens and hand, at most {} views each: {}×{}, f = {F_PX} px, principal point up to 60 px off centre, 9×6 corners, corner noise {} px. For every strategy alike, a board is found if all its corners lie {:.0} px inside the picture; all plan on {:.0} px, hold a view for {:.1} s, and pay for reacting, moving (0.5 m/s), tilting (60°/s), turning in the plane (45°/s) and aligning. A refused view costs as much as one that counts. {} Lenses: {}. After four and eight views the lens is also calibrated as the program does it, its model chosen by BIC. Stated deviations are those of the right model, fitted with it; doubt about the model, which the program adds, makes them larger. Errors of the principal point are root mean squares; one beyond 100 px counts as 100 px. Peers take a view by the rules of their sources; where those search fewer or smaller poses, they get the better of the two.",
         params.guidance_runs,
         params.guidance_views,
         IMAGE_SIZE.width_px,
@@ -132,8 +132,8 @@ fn effort_table<'a>(rows: impl Iterator<Item = &'a Row>, limits: &[Limit]) -> Ta
             &number(times_the_limit(row, 1, limits)),
             &stops(0, 0),
             &stops(1, 1),
-            &format!("{:.2}", row.secs_per_view),
-            &format!("{:.2}", row.tries_per_view),
+            &number(Some(row.secs_per_view).filter(|secs| secs.is_finite())),
+            &number(Some(row.tries_per_view).filter(|tries| tries.is_finite())),
         ]);
     }
     table

@@ -9,7 +9,7 @@ use super::{
     accept::{Judged, wish_at},
     course::{Course, IMAGE_SIZE, seen_margin_px},
     estimate::{Errors, calibrated, fitted},
-    hand::Person,
+    hand::{Person, Wish},
     situation::Situation,
     strategy::Strategy,
 };
@@ -88,8 +88,10 @@ pub fn run(
         views.extend(view);
         shown.push(corners);
         let Some((bundle, errors)) = fitted(course, &shown, state.as_ref()) else { continue };
-        // Ours believes its guess as long as the program does.
-        if !strategy.is_ours() || shown.len() >= VIEWS_OF_A_LENS {
+        // Ours believes its guess as long as the program does. A hand that measures metres can't: with a wrong focal
+        // length it would make every board smaller than the one before.
+        let guesses = strategy.is_ours() && hand != Hand::Metric && shown.len() < VIEWS_OF_A_LENS;
+        if !guesses {
             lens_estimate.camera = bundle.state.camera;
             lens_estimate.covariance = bundle.covariance(1.0);
             remeasure(&mut views, course, &lens_estimate);
@@ -127,22 +129,33 @@ fn show(
     person: &mut Person,
     rng: &mut ChaCha8Rng,
 ) -> Option<(Vec<Corner>, Option<View>)> {
-    let wish = wish_at(pose, situation)?;
+    let believed = &situation.lens_estimate.camera;
+    let wish = wish_at(pose, &course.board, believed)?;
     let mut goal = person.goal(&wish, &course.board, &course.lens);
     for attempt in 0..TRIES {
         let care = 0.6_f64.powi(attempt);
-        person.bring(&goal, &course.lens, &situation.lens_estimate.camera, care, rng);
+        person.bring(&goal, &course.lens, believed, care, rng);
         let Some(corners) = seen(course, &person.at, situation.noise_px, rng) else {
             person.step_back(&mut goal);
             continue;
         };
-        match strategy.accept.judge(&wish, &corners, person.secs, situation) {
+        let mut wishes = vec![wish.clone()];
+        if situation.shown.is_empty() && strategy.accept.follows_the_live_picture() {
+            wishes.extend(redrawn(course, pose, &corners));
+        }
+        match strategy.accept.judge(&wishes, &corners, person.secs, situation) {
             Judged::Taken(view) => return Some((corners, view.map(|view| *view))),
             Judged::Refused => {}
             Judged::Unwanted => return None,
         }
     }
     None
+}
+
+/// The ghost of `pose` through the lens that the live picture alone gives.
+fn redrawn(course: &Course, pose: Isometry3<f64>, corners: &[Corner]) -> Option<Wish> {
+    let (bundle, _) = fitted(course, &[corners.to_vec()], None)?;
+    wish_at(pose, &course.board, &bundle.state.camera)
 }
 
 /// Corners with noise; `None` if one lies too near the picture's edge to be found.

@@ -173,13 +173,18 @@ pub(super) fn median_after(
     median(&values_after(runs, views, value)?)
 }
 
+/// An error beyond this counts as this: the lens is useless either way, and one such run must not hide the others.
+const USELESS_PX: f64 = 100.0;
+
 /// Root mean square of the PP error after `views` views, and its 95 % interval for two coordinates a run.
 fn pp_error(
     runs: &[Vec<Mark>],
     views: usize,
     errors: impl Fn(&Mark) -> Option<Errors>,
 ) -> Option<Spread> {
-    let values = values_after(runs, views, |mark| errors(mark).map(|e| e.pp_error_px))?;
+    let values = values_after(runs, views, |mark| {
+        errors(mark).map(|errors| errors.pp_error_px.min(USELESS_PX))
+    })?;
     let rms = rms(&values)?;
     Some(Spread { rms, interval: 1.96 * rms / (4.0 * values.len() as f64).sqrt() })
 }
