@@ -20,11 +20,14 @@ const NEARLY: f64 = 1.25;
 /// Said where most of our runs end before the comparison.
 const TOO_FEW: &str = "Fewer than half of our runs come so far.";
 
-/// A quantity by which strategies are ranked; less is better. `None` where a strategy has no value.
+/// A quantity by which strategies are ranked; less is better.
 struct Quantity {
     what: String,
-    value: Box<dyn Fn(&Row) -> Option<Value>>,
+    value: ValueOf,
 }
+
+/// `None` where a strategy has no value.
+type ValueOf = Box<dyn Fn(&Row) -> Option<Value>>;
 
 /// With half the width of the 95 % interval where the median's or the rms's own scatter matters.
 #[derive(Clone, Copy)]
