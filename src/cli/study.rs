@@ -91,7 +91,7 @@ impl Arguments {
             say(&summary(&outcome));
             outcomes.push(outcome);
         }
-        let raced = || guidance::parts().into_iter().all(|part| folder.is_done(&part_name(part)));
+        let raced = || guidance::parts(&params).iter().all(|part| folder.is_done(&part.name()));
         if wanted("guidance") || raced() {
             let outcome = guidance_outcome(&folder, &params)?;
             say(&summary(&outcome));
@@ -142,7 +142,7 @@ impl Arguments {
 }
 
 fn guidance_outcome(folder: &StudyFolder, params: &Params) -> anyhow::Result<Outcome> {
-    let parts = guidance::parts();
+    let parts = guidance::parts(params);
     let bar = ProgressBar::new((parts.len() * params.guidance_runs) as u64);
     let style = ProgressStyle::with_template("guidance {bar:30} {pos}/{len} runs, {eta} left");
     if let Ok(style) = style {
@@ -152,16 +152,12 @@ fn guidance_outcome(folder: &StudyFolder, params: &Params) -> anyhow::Result<Out
     let mut runs = Vec::with_capacity(parts.len());
     for part in parts {
         let done: guidance::Runs =
-            folder.part(&part_name(part), || guidance::runs(params, part, &|| bar.inc(1)))?;
+            folder.part(&part.name(), || guidance::runs(params, part, &|| bar.inc(1)))?;
         runs.push(done);
         bar.set_position((runs.len() * params.guidance_runs) as u64);
     }
     bar.finish_and_clear();
     Ok(guidance::outcome(params, &runs))
-}
-
-fn part_name((strategy, course): (usize, usize)) -> String {
-    format!("guidance-{strategy}-{course}")
 }
 
 fn summary(outcome: &Outcome) -> String {

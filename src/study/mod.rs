@@ -33,7 +33,7 @@ pub mod tilt;
 pub mod varying_focal;
 
 pub use outcome::Outcome;
-pub use params::Params;
+pub use params::{Hand, Params};
 
 /// An experiment of one piece: name and function.
 pub type Experiment = (&'static str, fn(&Params) -> Outcome);

@@ -31,10 +31,12 @@ pub struct Params {
     pub tilt_trials: usize,
     /// Draws per share of change of the focal length.
     pub focal_trials: usize,
-    /// Runs per strategy and lens in the comparison of strategies.
+    /// Runs per strategy, lens and hand in the comparison of strategies.
     pub guidance_runs: usize,
     /// Most views of a run.
     pub guidance_views: usize,
+    /// Hands that follow the strategies.
+    pub guidance_hands: Vec<Hand>,
     /// Corner error in the experiments on tilt, focal length, Table 1 and guidance.
     pub noise_px: f64,
 }
@@ -61,6 +63,30 @@ pub struct SetupParams {
     pub tilt_rad: f64,
 }
 
+/// How the simulated person brings the board to the pose that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hand {
+    /// Matches the ghost on the screen, so that the board looks as asked whatever lens is believed, and steps
+    /// back when a corner leaves the picture. Errs by up to 4°, 20 px and 4 % of the distance.
+    Screen,
+    /// Goes to the pose in metres that the believed lens computes, with the same errors.
+    Metric,
+    /// As [`Self::Screen`], but errs by up to 10°, 10 % of the picture's width and 15 % of the distance.
+    Clumsy,
+}
+
+impl Hand {
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Screen => "screen",
+            Self::Metric => "metric",
+            Self::Clumsy => "clumsy",
+        }
+    }
+}
+
 impl Default for Params {
     fn default() -> Self {
         Self {
@@ -76,7 +102,8 @@ impl Default for Params {
             tilt_trials: 200,
             focal_trials: 200,
             guidance_runs: 200,
-            guidance_views: 20,
+            guidance_views: 10,
+            guidance_hands: vec![Hand::Screen, Hand::Metric],
             noise_px: 0.3,
         }
     }
@@ -129,6 +156,11 @@ impl Params {
         }
         if self.directions < 4 || !(4..=200).contains(&self.guidance_views) {
             return Some("directions must be at least 4, guidance_views between 4 and 200");
+        }
+        let hands = &self.guidance_hands;
+        let repeated = hands.iter().enumerate().any(|(i, hand)| hands[..i].contains(hand));
+        if hands.is_empty() || repeated {
+            return Some("guidance_hands must name each hand once: screen, metric, clumsy");
         }
         None
     }

@@ -3,8 +3,8 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::{sample, situation::Situation};
-use crate::guidance::wanted_pose::seen_px;
+use super::sample;
+use crate::{guidance::wanted_pose::seen_px, study::guidance::situation::Situation};
 
 const COLUMNS: usize = 8;
 const ROWS: usize = 6;

@@ -3,7 +3,8 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::{sample, situation::Situation};
+use super::sample;
+use crate::study::guidance::situation::Situation;
 
 /// Tilt 0 to 35°, a third to six tenths of the picture.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {

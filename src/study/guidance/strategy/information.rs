@@ -1,15 +1,17 @@
 //! The next best pose by information: the least trace of the intrinsics' covariance.
 //!
 //! Source: Peng & Sturm, "Calibration Wizard: A Guidance System for Camera Calibration Based on Modelling
-//! Geometric and Corner Uncertainty", ICCV 2019; the search here is over random poses.
+//! Geometric and Corner Uncertainty", ICCV 2019. The first three views are free, as its first step asks; the search
+//! here is over random poses.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::{sample, situation::Situation};
+use super::{hand_held, sample};
 use crate::{
     geometry::LENS_PARAMETERS,
     guidance::information::{LensMatrix, PARAMETERS, known_information, view_information},
+    study::guidance::situation::Situation,
 };
 
 /// Poses that are looked at for each view.
@@ -17,8 +19,14 @@ pub(super) const CANDIDATES: usize = 120;
 /// Tilt and fill that a person can be asked for.
 pub(super) const LIMITS: ([f64; 2], [f64; 2]) = ([0.02, 0.9], [0.4, 0.9]);
 
-/// Of the candidates the one that leaves the least trace.
+/// Views before the first suggestion.
+pub(super) const FREE_VIEWS: usize = 3;
+
+/// After three free views, of the candidates the one that leaves the least trace.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
+    if situation.shown.len() < FREE_VIEWS {
+        return hand_held::wish(situation, rng);
+    }
     best(situation, rng, nalgebra::Matrix::trace)
 }
 

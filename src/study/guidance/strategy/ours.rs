@@ -3,10 +3,10 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::situation::Situation;
 use crate::{
     geometry::{Corner, fit_pose},
     guidance::next_target,
+    study::guidance::situation::Situation,
 };
 
 /// The pose whose ghost our planner draws.

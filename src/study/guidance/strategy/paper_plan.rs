@@ -3,15 +3,12 @@
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 
-use super::{
-    sample::{Wanted, pose},
-    situation::Situation,
-};
-use crate::study::setup::slot_rad;
+use super::sample::{Wanted, pose};
+use crate::study::{guidance::situation::Situation, setup::slot_rad};
 
-/// With the board as large as ours.
+/// With the board as large as fits.
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
-    slot(situation, situation.params.target_span_fraction)
+    slot(situation, 1.0)
 }
 
 /// With a board of 36 % of the picture's width.

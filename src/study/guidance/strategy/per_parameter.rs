@@ -11,8 +11,8 @@ use rand_chacha::ChaCha8Rng;
 use super::{
     information::{covariance, known},
     sample::{Wanted, pose},
-    situation::Situation,
 };
+use crate::study::guidance::situation::Situation;
 
 /// Tilts that are asked for in turn, coarse first.
 const TILTS_RAD: [f64; 6] = [0.78, 0.39, 0.6, 0.2, 0.7, 0.5];

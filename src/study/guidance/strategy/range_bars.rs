@@ -1,24 +1,25 @@
 //! Bars for X, Y, size and skew, each filled by its range so far, as in ROS's camera_calibration: the
 //! person is led to the extreme of the bar that is least full.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::{
-    sample::{Wanted, pose},
-    situation::Situation,
-};
+use super::sample::{Wanted, pose};
+use crate::study::guidance::{accept::Bars, situation::Situation};
 
-/// Ranges that fill a bar: X, Y, size, skew.
+/// Ranges that fill a bar: X, Y, size, skew. Source: `param_ranges`.
 const FULL: [f64; 4] = [0.7, 0.7, 0.4, 0.5];
 
-/// The other end of the least full bar.
+/// The other end of the least full bar; small boards and little skew fill none.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
-    let seen: Vec<[f64; 4]> = situation.poses.iter().filter_map(|at| bars(situation, at)).collect();
+    let seen: Vec<[f64; 4]> =
+        situation.shown.iter().map(|corners| Bars::of(situation, corners).0).collect();
     let range = |k: usize| {
-        seen.iter()
-            .fold((f64::MAX, f64::MIN), |(low, high), bar| (low.min(bar[k]), high.max(bar[k])))
+        let (low, high) = seen
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(low, high), bar| (low.min(bar[k]), high.max(bar[k])));
+        if k < 2 { (low, high) } else { (0.0, high) }
     };
     let share = |k: usize| {
         let (low, high) = range(k);
@@ -27,7 +28,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
     let least = (0..4).min_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(0);
     let middle = if seen.is_empty() { 0.5 } else { 0.5 * (range(least).0 + range(least).1) };
     // The end that is farther away; noise, because nobody stands still in the other bars.
-    let high = middle < 0.5 || (seen.is_empty() && rng.random());
+    let high = least >= 2 || middle < 0.5 || (seen.is_empty() && rng.random());
     let mut near = |centre: f64, spread: f64| centre + rng.random_range(-spread..spread);
     let end = |low: f64, top: f64| if high { top } else { low };
     let mut wanted = Wanted {
@@ -40,25 +41,8 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
     match least {
         0 => wanted.centre[0] = end(0.2, 0.8),
         1 => wanted.centre[1] = end(0.22, 0.78),
-        2 => wanted.fill = end(0.25, 0.8),
-        _ => wanted.tilt_rad = end(0.05, 0.75),
+        2 => wanted.fill = 0.8,
+        _ => wanted.tilt_rad = 0.75,
     }
     pose(situation, &wanted)
-}
-
-/// X, Y, size and skew of a view, 0 to 1.
-fn bars(situation: &Situation<'_>, at: &Isometry3<f64>) -> Option<[f64; 4]> {
-    let size = situation.lens_estimate.image_size;
-    let centre = situation.lens_estimate.camera.project(&Point3::from(at.translation.vector))?;
-    let board = situation.board;
-    let span_m = board.columns().max(board.rows()) as f64 * board.square_m();
-    let fill = span_m * situation.lens_estimate.camera.f_px.x
-        / (at.translation.z * f64::from(size.width_px));
-    let normal = at.rotation * nalgebra::Vector3::z();
-    Some([
-        centre.x / f64::from(size.width_px),
-        centre.y / f64::from(size.height_px),
-        fill,
-        normal.z.abs().min(1.0).acos() / 0.8,
-    ])
 }

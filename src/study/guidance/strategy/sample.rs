@@ -4,61 +4,80 @@ use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::situation::Situation;
 use crate::{
+    board::Checkerboard,
+    frame::ImageSize,
     geometry::Camera,
     guidance::{view::bounds_px, wanted_pose::tilted},
+    study::guidance::{course::planned_margin_px, situation::Situation},
 };
 
 /// A pose in a person's terms.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::study::guidance) struct Wanted {
     /// Direction in which the board recedes.
-    pub(super) slot_rad: f64,
-    pub(super) tilt_rad: f64,
+    pub(in crate::study::guidance) slot_rad: f64,
+    pub(in crate::study::guidance) tilt_rad: f64,
     /// Turn of the board in its own plane.
-    pub(super) roll_rad: f64,
+    pub(in crate::study::guidance) roll_rad: f64,
     /// Where its centre is seen, as a share of the picture's width and height.
-    pub(super) centre: [f64; 2],
+    pub(in crate::study::guidance) centre: [f64; 2],
     /// Share of the picture's width or height that the corners span.
-    pub(super) fill: f64,
+    pub(in crate::study::guidance) fill: f64,
 }
 
-/// The pose; the board comes no nearer than the picture allows. `None` if it cannot be seen whole.
-pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometry3<f64>> {
-    let camera = &situation.lens_estimate.camera;
-    let size = situation.lens_estimate.image_size;
+/// Steps of the bisection for the distance: it ends within half a per cent.
+const STEPS: usize = 9;
+
+/// The pose; the board comes no nearer than keeps all corners `margin_px` inside the picture. `None` if it can't be
+/// seen whole at three times the asked distance.
+pub(in crate::study::guidance) fn place(
+    (camera, size): (&Camera, ImageSize),
+    board: &Checkerboard,
+    wanted: &Wanted,
+    margin_px: f64,
+) -> Option<Isometry3<f64>> {
     let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
     let rotation = tilted(wanted.slot_rad, wanted.tilt_rad)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wanted.roll_rad);
     let centre = Point2::new(wanted.centre[0] * width, wanted.centre[1] * height);
     let ray = camera.normalized_from_px(&centre)?;
-    let board = situation.board;
+    let corners_m = board.corners_in_board_m();
+    let at = |depth_m: f64| {
+        let shift = Vector3::new(ray.x * depth_m, ray.y * depth_m, depth_m);
+        Isometry3::from_parts(Translation3::from(shift), rotation)
+    };
+    let fits = |pose: &Isometry3<f64>| {
+        let seen: Option<Vec<Point2<f64>>> =
+            corners_m.iter().map(|m| camera.px_from_board(pose, m)).collect();
+        seen.is_some_and(|seen| {
+            let (low, high) = bounds_px(seen.into_iter());
+            let least = low.x.min(low.y).min(width - 1.0 - high.x).min(height - 1.0 - high.y);
+            let fill = ((high.x - low.x) / width).max((high.y - low.y) / height);
+            least >= margin_px && fill <= wanted.fill
+        })
+    };
     let span_m = board.columns().max(board.rows()) as f64 * board.square_m();
-    let mut depth_m = span_m * camera.f_px.x / (wanted.fill * width);
-    for _ in 0..12 {
-        let at = Vector3::new(ray.x * depth_m, ray.y * depth_m, depth_m);
-        let pose = Isometry3::from_parts(Translation3::from(at), rotation);
-        match spans(situation, camera, &pose) {
-            Some((inside, fill)) if inside && fill <= 1.02 * wanted.fill => return Some(pose),
-            _ => depth_m *= 1.08,
+    let frontal_m = span_m * camera.f_px.x / (wanted.fill * width);
+    let (mut near_m, mut far_m) = (0.5 * frontal_m, 3.0 * frontal_m);
+    if !fits(&at(far_m)) {
+        return None;
+    }
+    for _ in 0..STEPS {
+        let middle_m = 0.5 * (near_m + far_m);
+        if fits(&at(middle_m)) {
+            far_m = middle_m;
+        } else {
+            near_m = middle_m;
         }
     }
-    None
+    Some(at(far_m))
 }
 
-/// Whether all corners lie in the picture with room for a hand's errors, and the larger share they span.
-fn spans(situation: &Situation<'_>, camera: &Camera, pose: &Isometry3<f64>) -> Option<(bool, f64)> {
-    let size = situation.lens_estimate.image_size;
-    let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
-    let corners_m = situation.board.corners_in_board_m();
-    let seen_px: Option<Vec<Point2<f64>>> =
-        corners_m.iter().map(|m| camera.px_from_board(pose, m)).collect();
-    let (low, high) = bounds_px(seen_px?.into_iter());
-    let margin = 12.0;
-    let inside =
-        low.x >= margin && low.y >= margin && high.x <= width - margin && high.y <= height - margin;
-    Some((inside, ((high.x - low.x) / width).max((high.y - low.y) / height)))
+/// [`place`] in the believed camera, with the room for a hand's errors that all strategies leave.
+pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometry3<f64>> {
+    let lens = situation.lens_estimate;
+    place((&lens.camera, lens.image_size), situation.board, wanted, planned_margin_px())
 }
 
 /// Random poses within these limits, all visible.
