@@ -7,7 +7,7 @@ use boresight::{
     frame::{CaptureTime, Frame, FrameId},
     simulation::{
         Cues, Light, NoCues, Renderer, Scene, SyntheticSource, render_view,
-        technician::{Cue, CueKind, Technician, TechnicianParams},
+        technician::{Cue, CueKind, Instruction, Person, Technician, TechnicianParams},
     },
 };
 use image::GrayImage;

@@ -1,0 +1,116 @@
+//! Several people.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Support, TechnicianParams};
+
+/// A person by name.
+///
+/// `Usual` sways by 1.5 mm and 0.5° rms and trembles by 0.14 mm and 0.03° rms, per axis, on a board of A4
+/// size; see [`Sway`](super::sway) for where the spectrum comes from. In windows of 0.3, 0.6, 1 and 2 s
+/// that is 0.5, 0.7, 0.9 and 1.2 mm rms. The quietest twentieth of such windows of public videos of hand-held boards and
+/// cameras shows 0.6, 1.1, 1.3 and 2.0 mm (`live-pose` calibration2.mp4, board in hand), 0.3, 0.7, 1.7 and 5.5 mm
+/// (`Visual_Impact_Gauge` chessboard.avi, camera in hand), 0.2, 0.5 and 0.7 mm (`Camera_Calibration`
+/// chessboard.mp4 of SJ-1011, camera in hand), and 0.1, 0.2 and 0.3 mm (`CameraCalibration` chessboard.avi of soulgpark, camera
+/// almost at rest). None of these people was asked to hold still.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Person {
+    /// Sways half as much as `Usual` and misses by half as much.
+    Steady,
+    /// An untrained adult with both hands on an A4 board.
+    Usual,
+    /// Sways almost twice as much as `Usual` and trembles as a nervous or old person does.
+    Shaky,
+    /// Slow, sways more and more, lets the board sink, and rests now and then.
+    Tired,
+    /// Has the board on a tripod, hardly errs, and looks at nothing but the ghost.
+    #[default]
+    Tripod,
+}
+
+impl Person {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Steady, Self::Usual, Self::Shaky, Self::Tired, Self::Tripod];
+
+    /// What the person is like.
+    pub fn params(self) -> TechnicianParams {
+        let mm = 1e-3;
+        let degree = 1_f64.to_radians();
+        let usual = TechnicianParams {
+            reaction_secs: 0.4,
+            reaction_spread: 0.25,
+            reading_secs_per_word: 0.25,
+            look_away_every_secs: 20.0,
+            rotation_error_rad: 10.0 * degree,
+            lateral_error_px: 40.0,
+            distance_error: 0.15,
+            overshoot: 0.1,
+            max_speed_m_per_s: 0.5,
+            max_turn_rad_per_s: 60.0 * degree,
+            support: Support::Hands,
+            sway_m: 1.5 * mm,
+            sway_rad: 0.5 * degree,
+            tremor_m: 0.14 * mm,
+            tremor_rad: 0.03 * degree,
+            sink_m: 2.0 * mm,
+            tiring_per_sec: 0.0,
+            rest_after_secs: 0.0,
+            patience_secs: 2.0,
+            correction: 0.6,
+            start_width: 0.4,
+        };
+        match self {
+            Self::Usual => usual,
+            Self::Steady => TechnicianParams {
+                rotation_error_rad: 5.0 * degree,
+                lateral_error_px: 20.0,
+                distance_error: 0.08,
+                overshoot: 0.05,
+                sway_m: 0.75 * mm,
+                sway_rad: 0.25 * degree,
+                tremor_m: 0.07 * mm,
+                tremor_rad: 0.015 * degree,
+                sink_m: 1.0 * mm,
+                ..usual
+            },
+            Self::Shaky => TechnicianParams {
+                overshoot: 0.15,
+                sway_m: 2.5 * mm,
+                sway_rad: 1.0 * degree,
+                tremor_m: 0.25 * mm,
+                tremor_rad: 0.06 * degree,
+                sink_m: 4.0 * mm,
+                ..usual
+            },
+            Self::Tired => TechnicianParams {
+                reaction_secs: 0.6,
+                reading_secs_per_word: 0.35,
+                look_away_every_secs: 12.0,
+                max_speed_m_per_s: 0.3,
+                max_turn_rad_per_s: 40.0 * degree,
+                sink_m: 6.0 * mm,
+                tiring_per_sec: 0.02,
+                rest_after_secs: 45.0,
+                ..usual
+            },
+            Self::Tripod => TechnicianParams {
+                reaction_spread: 0.0,
+                reading_secs_per_word: 0.0,
+                look_away_every_secs: 0.0,
+                rotation_error_rad: 4.0 * degree,
+                lateral_error_px: 20.0,
+                distance_error: 0.04,
+                overshoot: 0.0,
+                support: Support::Tripod,
+                sway_m: 0.0,
+                sway_rad: 0.0,
+                tremor_m: 0.000_15,
+                tremor_rad: 0.000_4,
+                sink_m: 0.0,
+                ..usual
+            },
+        }
+    }
+}
