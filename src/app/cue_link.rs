@@ -150,3 +150,40 @@ impl Cues for CueReceiver {
         self.unread.pop_front()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_asks_the_person_for_what_it_says() {
+        let asks = |advice: Advice| instruction(&advice, None);
+        let closer = asks(Advice::Distance { span_fraction: 0.3, wanted: 0.6 });
+        assert_eq!(closer, Some(Instruction::Distance { ratio: 0.5 }));
+        let hold = Advice::HoldStill { speed_px_per_s: None, wanted_px_per_s: 20.0 };
+        assert_eq!(asks(hold), asks(Advice::Holding { progress: 0.4 }));
+        assert_eq!(asks(hold), Some(Instruction::HoldStill));
+        let cut = Refusal::AtTheEdge { margin_px: 3.0, wanted_px: 8.0 };
+        let Some(Instruction::Distance { ratio }) = asks(Advice::Mend { refusal: cut }) else {
+            unreachable!("it asks for another distance");
+        };
+        assert!(ratio > 1.0);
+        assert_eq!(asks(Advice::Finished), None);
+        assert_eq!(asks(Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad: 1.0 }), None);
+    }
+
+    #[test]
+    fn a_few_pixels_more_or_less_are_no_news() {
+        let closer = |ratio| Instruction::Distance { ratio };
+        assert!(is_same_gist(&closer(0.7), &closer(0.8)));
+        assert!(!is_same_gist(&closer(0.7), &closer(1.1)));
+        assert!(!is_same_gist(&closer(0.4), &closer(0.8)));
+        let shift = |right_px| Instruction::Shift { right_px, down_px: 10.0 };
+        assert!(is_same_gist(&shift(50.0), &shift(45.0)));
+        assert!(!is_same_gist(&shift(50.0), &shift(-50.0)));
+        let tip = |azimuth_rad| Instruction::Tip { azimuth_rad, tilt_rad: 0.7 };
+        assert!(is_same_gist(&tip(0.1), &tip(std::f64::consts::TAU - 0.1)));
+        assert!(!is_same_gist(&tip(0.0), &tip(1.0)));
+        assert!(!is_same_gist(&Instruction::HoldStill, &Instruction::MatchGhost));
+    }
+}

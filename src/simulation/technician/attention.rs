@@ -4,7 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1};
 
-use super::{TechnicianParams, after};
+use super::{TechnicianParams, time::after};
 use crate::frame::CaptureTime;
 
 /// How long a glance away takes.
@@ -87,8 +87,7 @@ impl Stamina {
 
     /// Whether the last rest was more than `times` the person's limit ago.
     pub(super) fn needs_rest(&self, now: CaptureTime, times: f64) -> bool {
-        self.rest_after_secs > 0.0
-            && now.secs_since(self.rested) > times * self.rest_after_secs
+        self.rest_after_secs > 0.0 && now.secs_since(self.rested) > times * self.rest_after_secs
     }
 
     /// Rests from now on, at least until the board is down at `lowered`. Returns the end.

@@ -15,8 +15,7 @@ pub(super) fn matching_pose(
     ghost_px: &[Point2<f64>],
 ) -> Option<Isometry3<f64>> {
     let (right, bottom) = (f64::from(image_size.width_px), f64::from(image_size.height_px));
-    let within =
-        |px: &Point2<f64>| (0.0..right).contains(&px.x) && (0.0..bottom).contains(&px.y);
+    let within = |px: &Point2<f64>| (0.0..right).contains(&px.x) && (0.0..bottom).contains(&px.y);
     let (seen_m, seen_px): (Vec<_>, Vec<_>) = corners_in_board_m
         .iter()
         .zip(ghost_px)

@@ -9,6 +9,8 @@
 //! | `ghost` | wants to see on the screen |
 //! | `reach` | does to get there |
 //! | `sway` | can't help doing |
+//!
+//! `time` adds seconds to a capture time.
 
 mod attention;
 mod cue;
@@ -17,6 +19,7 @@ mod params;
 mod people;
 mod reach;
 mod sway;
+mod time;
 
 use std::collections::VecDeque;
 
@@ -29,6 +32,7 @@ use attention::{Attention, Stamina};
 use ghost::matching_pose;
 use reach::{Reach, tipped};
 use sway::Sway;
+use time::after;
 
 pub use cue::{Cue, CueKind, Instruction};
 pub use params::{Support, TechnicianParams};
@@ -270,8 +274,7 @@ impl Technician {
         let moved = match sentence.instruction {
             Instruction::HoldStill => {
                 let patience_secs = PATIENCE_WHEN_HOLDING * self.params.patience_secs;
-                self.next =
-                    self.wanted.map(|_| (after(self.now, patience_secs), Next::Correct));
+                self.next = self.wanted.map(|_| (after(self.now, patience_secs), Next::Correct));
                 return;
             }
             Instruction::MatchGhost => return self.correct(),
@@ -355,8 +358,4 @@ impl Technician {
         let from = self.reach.pose_at(self.now);
         self.reach = Reach::new(from, to, self.now, &self.params, overshoot, sink_m);
     }
-}
-
-fn after(time: CaptureTime, secs: f64) -> CaptureTime {
-    CaptureTime { nanos: time.nanos.saturating_add((secs.max(0.0) * 1e9).round() as u64) }
 }

@@ -1,8 +1,6 @@
 //! Parameters of the simulated person.
 
-use super::Person;
-
-/// How quick, exact and steady the person is. [`Person`] has several.
+/// How quick, exact and steady the person is. [`Person`](super::Person) has several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TechnicianParams {
     /// From seeing a new cue to acting on it, on average.
@@ -57,10 +55,4 @@ pub enum Support {
     Hands,
     /// A tripod: it shakes a little and slowly.
     Tripod,
-}
-
-impl Default for TechnicianParams {
-    fn default() -> Self {
-        Person::default().params()
-    }
 }

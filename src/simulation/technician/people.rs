@@ -6,13 +6,21 @@ use super::{Support, TechnicianParams};
 
 /// A person by name.
 ///
-/// `Usual` sways by 1.5 mm and 0.5° rms and trembles by 0.14 mm and 0.03° rms, per axis, on a board of A4
-/// size; see [`Sway`](super::sway) for where the spectrum comes from. In windows of 0.3, 0.6, 1 and 2 s
-/// that is 0.5, 0.7, 0.9 and 1.2 mm rms. The quietest twentieth of such windows of public videos of hand-held boards and
-/// cameras shows 0.6, 1.1, 1.3 and 2.0 mm (`live-pose` calibration2.mp4, board in hand), 0.3, 0.7, 1.7 and 5.5 mm
-/// (`Visual_Impact_Gauge` chessboard.avi, camera in hand), 0.2, 0.5 and 0.7 mm (`Camera_Calibration`
-/// chessboard.mp4 of SJ-1011, camera in hand), and 0.1, 0.2 and 0.3 mm (`CameraCalibration` chessboard.avi of soulgpark, camera
-/// almost at rest). None of these people was asked to hold still.
+/// `Usual` sways by 1.5 mm and 0.5° rms and trembles by 0.14 mm and 0.03° rms, per axis, on an A4 board. In
+/// windows of 0.3, 0.6, 1 and 2 s that is 0.5, 0.7, 0.9 and 1.2 mm rms. Public videos show in the quietest
+/// twentieth of such windows (larger of the two axes across the line of sight, taking the board to be 200 mm
+/// wide):
+///
+/// | video | in the hand | 0.3 s | 0.6 s | 1 s | 2 s |
+/// |---|---|---|---|---|---|
+/// | live-pose, calibration2.mp4 | board | 0.6 mm | 1.1 mm | 1.3 mm | 2.0 mm |
+/// | SimpleAR, chessboard.mp4 | camera | 0.6 mm | 1.4 mm | 2.4 mm | 8.1 mm |
+/// | Visual_Impact_Gauge, chessboard.avi | camera | 0.3 mm | 0.7 mm | 1.7 mm | 5.5 mm |
+/// | SJ-1011/Camera_Calibration, chessboard.mp4 | camera | 0.2 mm | 0.5 mm | 0.7 mm | 1.8 mm |
+/// | soulgpark/CameraCalibration, chessboard.avi | camera, almost at rest | 0.1 mm | 0.2 mm | 0.3 mm | 6.1 mm |
+///
+/// None of these people was asked to hold still, so the longer windows contain intended movements. Errors,
+/// overshoot, reaction and glances are estimates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Person {
@@ -31,8 +39,7 @@ pub enum Person {
 
 impl Person {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Steady, Self::Usual, Self::Shaky, Self::Tired, Self::Tripod];
+    pub const ALL: [Self; 5] = [Self::Steady, Self::Usual, Self::Shaky, Self::Tired, Self::Tripod];
 
     /// What the person is like.
     pub fn params(self) -> TechnicianParams {
@@ -112,5 +119,12 @@ impl Person {
                 ..usual
             },
         }
+    }
+}
+
+/// The default [`Person`].
+impl Default for TechnicianParams {
+    fn default() -> Self {
+        Person::default().params()
     }
 }

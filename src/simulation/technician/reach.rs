@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::{TechnicianParams, after};
+use super::{TechnicianParams, time::after};
 use crate::frame::CaptureTime;
 
 /// Top speed of a minimum-jerk movement relative to its mean speed.
@@ -119,9 +119,9 @@ pub(super) fn tipped(
 ) -> Isometry3<f64> {
     let normal = pose.rotation * Vector3::z();
     let across = Vector3::z().cross(&normal);
-    let now = across.try_normalize(1e-12).map_or_else(Vector3::zeros, |axis| {
-        axis * across.norm().atan2(normal.z)
-    });
+    let now = across
+        .try_normalize(1e-12)
+        .map_or_else(Vector3::zeros, |axis| axis * across.norm().atan2(normal.z));
     let wanted = Vector3::new(azimuth_rad.sin(), -azimuth_rad.cos(), 0.0) * tilt_rad;
     let next = now + gain * (wanted - now);
     Isometry3::from_parts(

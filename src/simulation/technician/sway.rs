@@ -90,11 +90,8 @@ impl Shake {
     fn of_tripod(rng: &mut ChaCha8Rng, amplitude: Vector6<f64>) -> Self {
         let rad_per_s = [draw(rng, 0.3, 0.9), draw(rng, 1.2, 3.0)];
         let phase_rad = [draw(rng, 0.0, 1.0), draw(rng, 0.0, 1.0)];
-        let sine = |i: usize, weight| Sine {
-            weight,
-            rad_per_s: rad_per_s[i],
-            phase_rad: phase_rad[i],
-        };
+        let sine =
+            |i: usize, weight| Sine { weight, rad_per_s: rad_per_s[i], phase_rad: phase_rad[i] };
         Self { amplitude, sines: vec![sine(0, 0.7), sine(1, 0.3)] }
     }
 
@@ -136,9 +133,8 @@ impl Shake {
 
     fn at(&self, secs: f64) -> Vector6<f64> {
         Vector6::from_fn(|i, _| {
-            let swing = |sine: &Sine| {
-                sine.weight * (sine.rad_per_s[i] * secs + sine.phase_rad[i]).sin()
-            };
+            let swing =
+                |sine: &Sine| sine.weight * (sine.rad_per_s[i] * secs + sine.phase_rad[i]).sin();
             self.amplitude[i] * self.sines.iter().map(swing).sum::<f64>()
         })
     }
