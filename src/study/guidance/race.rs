@@ -15,7 +15,7 @@ use crate::{
     frame::{CaptureTime, FrameId, ImageSize},
     geometry::{Camera, Corner, Distortion, cell_centres_px, fit_pose},
     guidance::{GuidanceParams, LensEstimate, Role, View, gate, measure, role_of},
-    simulation::technician::TechnicianParams,
+    simulation::technician::Person,
     study::{
         params::Params,
         setup::{board, chance},
@@ -149,7 +149,7 @@ impl Hand {
     /// Moves the board to where it looks like `wish` through the camera that is believed; errors shrink
     /// with `care`.
     fn bring(&mut self, wish: &Isometry3<f64>, believed: &Camera, care: f64, rng: &mut ChaCha8Rng) {
-        let person = TechnicianParams::default();
+        let person = Person::Tripod.params();
         let axis: [f64; 3] = UnitSphere.sample(rng);
         let mut even = |size: f64| rng.random_range(-1.0..1.0) * size * care;
         let turn = Vector3::from(axis) * even(person.rotation_error_rad);
