@@ -35,7 +35,7 @@ pub struct SceneFile {
 }
 
 /// The person with the board.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TechnicianFile {
     /// Who it is; the other keys change this person.
@@ -186,9 +186,7 @@ impl SceneFile {
         scene.psf_sigma_px = self.blur_px.unwrap_or(scene.psf_sigma_px);
         scene.exposure_secs = self.exposure_ms.map_or(scene.exposure_secs, |ms| ms * 1e-3);
         scene.clutter = self.clutter.unwrap_or(scene.clutter);
-        if let Some(file) = self.technician {
-            scene.technician = file.params(scale);
-        }
+        scene.technician = self.technician.unwrap_or_default().params(scale);
         scene
     }
 }

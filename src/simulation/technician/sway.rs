@@ -4,16 +4,16 @@
 //! pose at a time follows from that time alone.
 //!
 //! **Sway.** The spectral density is flat up to 0.4 Hz and falls with the third power of the frequency, up to
-//! 6 Hz. Measured on public videos of a hand-held board or camera (poses of the board in every picture,
-//! windows of 1 s without their linear trend, the quieter half of them), the slope of the log density between 1.5 and
-//! 6 Hz is, over the six axes: −1.7 to −3.8 (`live-pose`, board in hand), −1.7 to −3.7
-//! (BoofCV `movie.mjpeg`, board in hand), −1.5 to −6.9 (`Camera_Calibration` of SJ-1011, camera in hand),
-//! −4.4 to −5.6 (`Visual_Impact_Gauge`, camera in hand).
+//! 6 Hz. Measured on public videos of a hand-held board or camera with `tests/bench/hand_motion.py` (pose of the
+//! board in every picture; windows of 1 or 2 s without their linear trend, the quieter half of them), the slope of
+//! the log density between 1.5 and 6 Hz is, over the six axes: −1.2 to −3.7 (live-pose, calibration2.mp4, board in
+//! hand, up to 4 Hz), −1.7 to −3.7 (BoofCV, movie.mjpeg, board in hand), −1.5 to −6.9 (SJ-1011/Camera_Calibration,
+//! camera in hand), −4.4 to −5.6 (Visual_Impact_Gauge, camera in hand).
 //!
-//! **Tremor.** Physiological tremor lies at 8–12 Hz (Elble and Koller, *Tremor*, 1990). A rise of the
-//! spectrum at 7–13 Hz can be made out in `Camera_Calibration` and `Visual_Impact_Gauge` (camera in
-//! hand): 0.03–0.07 mm rms in that band, at the board. In BoofCV's video the band holds 0.2–0.4 mm and 0.04–0.05°,
-//! without a rise: that is an upper limit for a moving hand.
+//! **Tremor.** Physiological tremor lies at 8–12 Hz (Elble and Koller, *Tremor*, 1990). The spectrum rises or stays
+//! level within 7–13 Hz in SJ-1011/Camera_Calibration and Visual_Impact_Gauge, where the band holds 0.03–0.07 mm rms
+//! along the axes across the line of sight. In BoofCV's video the band holds 0.2–0.4 mm and 0.04–0.05°
+//! without a rise: an upper limit, for a moving hand.
 
 use std::f64::consts::TAU;
 
@@ -140,7 +140,7 @@ impl Shake {
     }
 }
 
-/// Turns of a circle in radians.
+/// Six random numbers of turns, in radians.
 fn draw(rng: &mut ChaCha8Rng, low: f64, high: f64) -> Vector6<f64> {
     Vector6::from_fn(|_, _| TAU * rng.random_range(low..high))
 }
