@@ -8,7 +8,7 @@
 //! board in every picture; windows of 1 or 2 s without their linear trend, the quieter half of them), the slope of
 //! the log density between 1.5 and 6 Hz is, over the six axes: −1.2 to −3.7 (live-pose, calibration2.mp4, board in
 //! hand, up to 4 Hz), −1.7 to −3.7 (BoofCV, movie.mjpeg, board in hand), −1.5 to −6.9 (SJ-1011/Camera_Calibration,
-//! camera in hand), −4.4 to −5.6 (Visual_Impact_Gauge, camera in hand).
+//! camera in hand), −3.7 to −5.6 (Visual_Impact_Gauge, camera in hand).
 //!
 //! **Tremor.** Physiological tremor lies at 8–12 Hz (Elble and Koller, *Tremor*, 1990). The spectrum rises or stays
 //! level within 7–13 Hz in SJ-1011/Camera_Calibration and Visual_Impact_Gauge, where the band holds 0.03–0.07 mm rms
