@@ -34,7 +34,6 @@ mod scene;
 mod scene_file;
 mod source;
 pub mod technician;
-mod technician_params;
 
 use image::GrayImage;
 use nalgebra::Isometry3;

@@ -10,6 +10,8 @@ pub(super) enum RngStream {
     Backdrop,
     Noise,
     Technician,
+    Attention,
+    Manner,
 }
 
 impl RngStream {
@@ -21,6 +23,8 @@ impl RngStream {
             Self::Backdrop => 2,
             Self::Noise => 3,
             Self::Technician => 4,
+            Self::Attention => 5,
+            Self::Manner => 6,
         });
         rng
     }

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Vector2};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::{rng_stream::RngStream, technician_params::TechnicianParams};
+use super::{rng_stream::RngStream, technician::TechnicianParams};
 use crate::{
     board::Checkerboard,
     frame::ImageSize,

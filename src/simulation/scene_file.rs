@@ -9,7 +9,10 @@ use crate::config::ConfigError;
 use crate::{
     frame::ImageSize,
     geometry::{Camera, Distortion},
-    simulation::Scene,
+    simulation::{
+        Scene,
+        technician::{Person, TechnicianParams},
+    },
 };
 
 /// A scene as a file. What is left out is as in the default scene.
@@ -32,17 +35,85 @@ pub struct SceneFile {
 }
 
 /// The person with the board.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TechnicianFile {
+    /// Who it is; the other keys change this person.
+    person: Option<Person>,
     reaction_secs: Option<f64>,
+    reading_secs_per_word: Option<f64>,
+    look_away_every_secs: Option<f64>,
     rotation_error_deg: Option<f64>,
     lateral_error_px: Option<f64>,
     distance_error: Option<f64>,
+    overshoot: Option<f64>,
     max_speed_mm_per_s: Option<f64>,
     max_turn_deg_per_s: Option<f64>,
+    sway_mm: Option<f64>,
+    sway_deg: Option<f64>,
     tremor_mm: Option<f64>,
     tremor_deg: Option<f64>,
+    sink_mm: Option<f64>,
+    tiring_per_sec: Option<f64>,
+    rest_after_secs: Option<f64>,
+}
+
+impl TechnicianFile {
+    /// The person in front of a camera whose pictures are `scale` times as wide as the default scene's.
+    fn params(self, scale: f64) -> TechnicianParams {
+        let person = self.person.unwrap_or_default();
+        let mut params = person.params();
+        if person != Person::Tripod {
+            // A person judges by the screen, not by the camera's pixels.
+            params.lateral_error_px *= scale;
+        }
+        let degree = 1_f64.to_radians();
+        for (value, unit, into) in [
+            (self.reaction_secs, 1.0, &mut params.reaction_secs),
+            (self.reading_secs_per_word, 1.0, &mut params.reading_secs_per_word),
+            (self.look_away_every_secs, 1.0, &mut params.look_away_every_secs),
+            (self.rotation_error_deg, degree, &mut params.rotation_error_rad),
+            (self.lateral_error_px, 1.0, &mut params.lateral_error_px),
+            (self.distance_error, 1.0, &mut params.distance_error),
+            (self.overshoot, 1.0, &mut params.overshoot),
+            (self.max_speed_mm_per_s, 1e-3, &mut params.max_speed_m_per_s),
+            (self.max_turn_deg_per_s, degree, &mut params.max_turn_rad_per_s),
+            (self.sway_mm, 1e-3, &mut params.sway_m),
+            (self.sway_deg, degree, &mut params.sway_rad),
+            (self.tremor_mm, 1e-3, &mut params.tremor_m),
+            (self.tremor_deg, degree, &mut params.tremor_rad),
+            (self.sink_mm, 1e-3, &mut params.sink_m),
+            (self.tiring_per_sec, 1.0, &mut params.tiring_per_sec),
+            (self.rest_after_secs, 1.0, &mut params.rest_after_secs),
+        ] {
+            if let Some(value) = value {
+                *into = value * unit;
+            }
+        }
+        params
+    }
+}
+
+/// Whether a person can be like this.
+fn is_sensible(person: &TechnicianParams) -> bool {
+    let within = |value: f64, largest: f64| (0.0..=largest).contains(&value);
+    let time = |secs: f64| within(secs, 3600.0);
+    time(person.reaction_secs)
+        && time(person.reading_secs_per_word)
+        && time(person.look_away_every_secs)
+        && time(person.rest_after_secs)
+        && within(person.rotation_error_rad, 1.6)
+        && within(person.lateral_error_px, 1e4)
+        && within(person.distance_error, 0.9)
+        && within(person.overshoot, 0.5)
+        && (0.001..=1e3).contains(&person.max_speed_m_per_s)
+        && (0.001..=1e3).contains(&person.max_turn_rad_per_s)
+        && within(person.sway_m, 1.0)
+        && within(person.sway_rad, 1.6)
+        && within(person.tremor_m, 1.0)
+        && within(person.tremor_rad, 1.6)
+        && within(person.sink_m, 1.0)
+        && within(person.tiring_per_sec, 1.0)
 }
 
 impl SceneFile {
@@ -76,6 +147,10 @@ impl SceneFile {
             (sized, "image_size_px needs 160x120 to 8192x8192"),
             (finite, "f_px, pp_px and distortion must be numbers, f_px above 1"),
             (rest, "noise_levels, blur_px, exposure_ms and fps must be sensible positive numbers"),
+            (
+                is_sensible(&scene.technician),
+                "[technician]: numbers must be positive and of a person's size, overshoot up to 0.5",
+            ),
             (finite && unfolded, "this distortion folds the picture over within its corners"),
         ] {
             if !good {
@@ -86,8 +161,9 @@ impl SceneFile {
     }
 
     fn over(self, mut scene: Scene) -> Scene {
+        let mut scale = 1.0;
         if let Some([width_px, height_px]) = self.image_size_px {
-            let scale = f64::from(width_px) / f64::from(scene.image_size.width_px);
+            scale = f64::from(width_px) / f64::from(scene.image_size.width_px);
             scene.image_size = ImageSize { width_px, height_px };
             scene.camera.pp_px = scene.image_size.centre_px();
             scene.camera.f_px *= scale;
@@ -110,23 +186,7 @@ impl SceneFile {
         scene.psf_sigma_px = self.blur_px.unwrap_or(scene.psf_sigma_px);
         scene.exposure_secs = self.exposure_ms.map_or(scene.exposure_secs, |ms| ms * 1e-3);
         scene.clutter = self.clutter.unwrap_or(scene.clutter);
-        if let Some(file) = self.technician {
-            let person = &mut scene.technician;
-            let set = |value: Option<f64>, factor: f64, into: &mut f64| {
-                if let Some(value) = value {
-                    *into = value * factor;
-                }
-            };
-            let degree = 1_f64.to_radians();
-            set(file.reaction_secs, 1.0, &mut person.reaction_secs);
-            set(file.rotation_error_deg, degree, &mut person.rotation_error_rad);
-            set(file.lateral_error_px, 1.0, &mut person.lateral_error_px);
-            set(file.distance_error, 1.0, &mut person.distance_error);
-            set(file.max_speed_mm_per_s, 1e-3, &mut person.max_speed_m_per_s);
-            set(file.max_turn_deg_per_s, degree, &mut person.max_turn_rad_per_s);
-            set(file.tremor_mm, 1e-3, &mut person.tremor_m);
-            set(file.tremor_deg, degree, &mut person.tremor_rad);
-        }
+        scene.technician = self.technician.unwrap_or_default().params(scale);
         scene
     }
 }

@@ -31,5 +31,6 @@ mod steady_state;
 #[cfg(feature = "study")]
 mod study;
 mod target;
+mod technician;
 mod varying_focal;
 mod verdict_monte_carlo;

@@ -19,8 +19,14 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// What the technician stands before: a plain wall, which is quick to search.
-const SCENE: &str =
-    "image_size_px = [640, 480]\nfps = 2.5\npp_px = [328.0, 231.0]\nclutter = 0.0\n";
+const SCENE: &str = r#"
+image_size_px = [640, 480]
+fps = 2.5
+pp_px = [328.0, 231.0]
+clutter = 0.0
+[technician]
+person = "tripod"
+"#;
 const TRUE_PP_PX: [f64; 2] = [328.0, 231.0];
 const MODE: &str = "640x480@2.5:YUYV";
 /// Pictures of a wall that the camera shows first: the program settles and locks it meanwhile.

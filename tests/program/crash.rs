@@ -24,6 +24,7 @@ image_size_px = [320, 240]
 clutter = 0.0
 noise_levels = 2.0
 [technician]
+person = "tripod"
 reaction_secs = 0.05
 max_speed_mm_per_s = 3000.0
 max_turn_deg_per_s = 900.0

@@ -69,7 +69,16 @@ pub(crate) fn settle(window: &mut Window) {
 }
 
 /// A small camera, quick to render.
-const SCENE: &str = "name = \"small\"\nseed = 3\nimage_size_px = [640, 480]\nf_px = 520\npp_px = [322, 238]\ndistortion = [-0.1, 0.02, 0, 0, 0]\n";
+const SCENE: &str = r#"
+name = "small"
+seed = 3
+image_size_px = [640, 480]
+f_px = 520
+pp_px = [322, 238]
+distortion = [-0.1, 0.02, 0, 0, 0]
+[technician]
+person = "tripod"
+"#;
 
 /// Something that a person drags onto the window.
 #[derive(Debug)]

@@ -1,0 +1,58 @@
+//! Parameters of the simulated person.
+
+/// How quick, exact and steady the person is. [`Person`](super::Person) has several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TechnicianParams {
+    /// From seeing a new cue to acting on it, on average.
+    pub reaction_secs: f64,
+    /// Largest relative change of the reaction time from one cue to the next.
+    pub reaction_spread: f64,
+    /// How long a word of the advice takes to read; 0 for a person who only looks at the ghost.
+    pub reading_secs_per_word: f64,
+    /// Average time between two glances away from the screen; 0 for a person who never looks away.
+    pub look_away_every_secs: f64,
+    /// Largest angle by which a pose is missed at first.
+    pub rotation_error_rad: f64,
+    /// Largest distance in the picture by which a pose is missed at first.
+    pub lateral_error_px: f64,
+    /// Largest relative error of the distance at first.
+    pub distance_error: f64,
+    /// How far the board overshoots on arrival, on average, relative to the way.
+    pub overshoot: f64,
+    /// Top speed of the board's centre.
+    pub max_speed_m_per_s: f64,
+    /// Top speed of turning.
+    pub max_turn_rad_per_s: f64,
+    /// What holds the board; decides what `tremor_m` and `tremor_rad` are.
+    pub support: Support,
+    /// Rms sway along each axis.
+    pub sway_m: f64,
+    /// Rms sway about each axis.
+    pub sway_rad: f64,
+    /// Hands: rms tremor along each axis at 8–12 Hz. Tripod: amplitude of its shaking at 0.3–3 Hz.
+    pub tremor_m: f64,
+    /// The same about each axis.
+    pub tremor_rad: f64,
+    /// How far the board sinks while it is held in place.
+    pub sink_m: f64,
+    /// Growth of sway, tremor and sinking per second since the last rest, relative to a rested person's.
+    pub tiring_per_sec: f64,
+    /// The person lowers the board and rests if a view is taken this long after the last rest, and at
+    /// twice this time without one; 0 for a person who never rests.
+    pub rest_after_secs: f64,
+    /// How long to hold a pose that is not taken before correcting it.
+    pub patience_secs: f64,
+    /// The next attempt's error relative to the last one's.
+    pub correction: f64,
+    /// Width of the squares' grid in the picture at the start, relative to the picture's.
+    pub start_width: f64,
+}
+
+/// What holds the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Support {
+    /// Two hands: they sway and tremble.
+    Hands,
+    /// A tripod: it shakes a little and slowly.
+    Tripod,
+}
