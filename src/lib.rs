@@ -66,7 +66,7 @@
 //! | principal line | image of the plane that contains the optical axis and the board's normal; the board's axis of symmetry in the picture. Without distortion it passes through the principal point. See [`geometry::PrincipalLine`] |
 //! | tilt | angle between the board and the image plane |
 //! | tilt azimuth | direction in the image, modulo 2π, in which the board recedes |
-//! | slot | one of the plan's eight tilt azimuths, 45° apart |
+//! | slot | one of the plan's eight tilt azimuths, 45° apart: 22.5°, 67.5°, … |
 //! | opposed pair | two views whose tilt azimuths differ by 180° and whose boards are point reflections of each other about the principal point. Their distortion errors cancel; their principal lines are parallel by design, so the pair counts as one unit |
 //! | partner | the other view of an opposed pair |
 //! | independent | two principal lines that cross at a large enough angle, also in terms of their uncertainty |
@@ -76,7 +76,10 @@
 //! | photograph | a picture by itself, such as a file in a folder: it needs no hold |
 //! | gate | the conditions that a view must meet whatever the other views are |
 //! | role | what a view is for: a new direction, a partner, or forced by the person |
-//! | hold | a run of frames in which a good view is kept still; its sharpest frame is accepted |
+//! | worth | what a view tells about the lens, as a share of what the pose asked for would tell |
+//! | smear | how far the corners move while the shutter is open |
+//! | far board | a board that stays small in the picture, as in front of an installed camera |
+//! | hold | a good view kept still: it grows with every good frame and fades with every other; its sharpest frame is accepted |
 //! | refusal | why a view isn't accepted, with what was measured and what is wanted |
 //! | miss | why no board was found in a picture |
 //! | target | the pose to show next; its outline on the screen is the *ghost* |

@@ -98,6 +98,7 @@ fn instruction(advice: &Advice, target: Option<&Target>) -> Option<Instruction> 
         }
         Advice::Shift { right_px, down_px } => Instruction::Shift { right_px, down_px },
         Advice::HoldStill { .. }
+        | Advice::SteadyTheBoard
         | Advice::Holding { .. }
         | Advice::Mend { refusal: Refusal::Blurred { .. } } => Instruction::HoldStill,
         Advice::Mend { refusal: Refusal::AtTheEdge { .. } } => {

@@ -45,7 +45,7 @@ pub fn redetect(
     Ok((stored.len(), observed))
 }
 
-/// Where the board was looked for first in each frame, as it was when the session was recorded: a function
+/// Where the board was looked for first in each frame, as when the session was recorded: a function
 /// of what had been seen before it.
 fn predictions(lines: &[Line]) -> BTreeMap<u64, Prediction> {
     let mut track = Track::default();

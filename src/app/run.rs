@@ -220,10 +220,23 @@ impl FinishedRun {
 /// Announces each change of advice and every view taken, then passes the frame on.
 fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = String::new();
+    let mut far = None;
     move |report| {
         let snapshot = report.snapshot;
         if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
             announcer.say(&outcome);
+        }
+        if snapshot.far != far {
+            far = snapshot.far;
+            if let Some(board) = &far {
+                announcer.say(&text::session_news::far_board(board));
+            }
+        }
+        if matches!(snapshot.decision.outcome, Outcome::Accepted { .. })
+            && let Some(pair) = &snapshot.held_out
+            && let Some(sentence) = text::session_news::held_out(pair, snapshot)
+        {
+            announcer.say(&sentence);
         }
         // Nothing that the person does with the board would change this.
         if let Outcome::Refused { refusal: refusal @ Refusal::OtherSize { .. } } =

@@ -20,6 +20,7 @@ use anyhow::{Context, bail};
 use super::Announcer;
 use crate::{
     config::Config,
+    guidance::RULES,
     recording::{
         Difference, Header, JournalContents, Line, RecordedOutcome, Rounding, SessionFolder,
         Stored, replay, take_rounding,
@@ -206,6 +207,9 @@ impl SavedSession {
     pub fn announce(&self, announcer: &Announcer) {
         if self.cut {
             announcer.say(text::replay::CUT);
+        }
+        if self.header.guidance_rules < RULES && !self.differences.is_empty() {
+            announcer.say(text::replay::EARLIER_RULES);
         }
         if self.restored {
             announcer.say(&text::replay::restored(self.session.accepted().len()));

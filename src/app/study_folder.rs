@@ -50,7 +50,7 @@ impl StudyFolder {
         self.path.join(format!("{PARTS}/{name}.json")).exists()
     }
 
-    /// The part called `name`: as it was finished before, or finished now by `work` and stored.
+    /// The part called `name`: finished before, or finished now by `work` and stored.
     ///
     /// # Errors
     ///

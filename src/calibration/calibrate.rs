@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 
-/// Relative standard deviation of the focal length above which it needs a prior of its own. Loose on
+/// Relative standard deviation of the focal length above which it needs its own prior. Loose on
 /// purpose: it only separates views that leave the focal length open from those that don't.
 const F_UNDETERMINED: f64 = 0.2;
 

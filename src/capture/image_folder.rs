@@ -109,7 +109,7 @@ fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> ImageResult<Dynam
 
 /// Whether a JPEG goes on to its end-of-image marker; decoders fill what is missing with grey.
 ///
-/// Segments are stepped over by their lengths: the thumbnail in one of them has an end of its own. Some
+/// Segments are stepped over by their lengths: the thumbnail in one of them has its own end. Some
 /// cameras append data after the marker.
 fn is_whole_jpeg(bytes: &[u8]) -> bool {
     const START_OF_SCAN: u8 = 0xDA;

@@ -65,6 +65,8 @@ pub struct GuidanceConfig {
     pub min_fill: f64,
     pub target_fill: f64,
     pub margin_px: f64,
+    #[serde(default = "default_target_margin")]
+    pub target_margin: f64,
     pub max_slot_error_deg: f64,
     pub independent_deg: f64,
     pub independent_sigmas: f64,
@@ -72,6 +74,8 @@ pub struct GuidanceConfig {
     pub partner_offset_px: f64,
     pub max_blur_px: f64,
     pub hold_secs: f64,
+    #[serde(default = "default_max_smear_px")]
+    pub max_smear_px: f64,
     pub still_widths_per_sec: f64,
     pub stop_pp_sigma_px: f64,
     pub stop_projection_sigma_px: f64,
@@ -79,6 +83,16 @@ pub struct GuidanceConfig {
     pub max_views: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept: Option<AcceptanceGoal>,
+}
+
+// A session's settings may be older than a setting.
+
+fn default_target_margin() -> f64 {
+    GuidanceParams::default().target_margin_fraction
+}
+
+fn default_max_smear_px() -> f64 {
+    GuidanceParams::default().max_smear_px
 }
 
 /// Mirror of [`Plan`].
@@ -197,13 +211,16 @@ impl Config {
             g.partner_slot_deg,
             g.partner_offset_px,
             g.max_blur_px,
+            g.max_smear_px,
             g.still_widths_per_sec,
             g.stop_pp_sigma_px,
             g.stop_projection_sigma_px,
         ]
         .iter()
         .all(|value| value.is_finite() && *value > 0.0);
-        let rest = g.margin_px >= 0.0 && (0.0..=60.0).contains(&g.hold_secs);
+        let rest = g.margin_px >= 0.0
+            && (0.0..0.4).contains(&g.target_margin)
+            && (0.0..=60.0).contains(&g.hold_secs);
         let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
         let camera = self.camera.wanted().is_some();
         let scale = (0.0..=10.0).contains(&self.board.scale_error_percent);
@@ -219,7 +236,10 @@ impl Config {
             (shares, "guidance: fills need 0.05 <= min_fill <= target_fill <= 1"),
             (scale, "board.scale_error_percent must be 0 to 10"),
             (positive, "guidance: limits must be positive numbers"),
-            (rest, "guidance: margin_px must not be negative, hold_secs must be 0 to 60"),
+            (
+                rest,
+                "guidance: margin_px must not be negative, target_margin must be 0 to 0.4, hold_secs 0 to 60",
+            ),
             (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
         ] {
             if !good {
@@ -261,6 +281,7 @@ impl Config {
             min_span_fraction: g.min_fill,
             target_span_fraction: g.target_fill,
             margin_px: g.margin_px,
+            target_margin_fraction: g.target_margin,
             max_slot_error_rad: g.max_slot_error_deg.to_radians(),
             independent_rad: g.independent_deg.to_radians(),
             independent_sigmas: g.independent_sigmas,
@@ -268,6 +289,7 @@ impl Config {
             partner_offset_px: g.partner_offset_px,
             max_blur_px: g.max_blur_px,
             hold_secs: g.hold_secs,
+            max_smear_px: g.max_smear_px,
             still_widths_per_sec: g.still_widths_per_sec,
             stop_pp_sigma_px: g.stop_pp_sigma_px,
             stop_projection_sigma_px: g.stop_projection_sigma_px,
@@ -364,7 +386,7 @@ mod tests {
         let margin_px = |width_px, height_px| {
             config.session(ImageSize { width_px, height_px }).expect("valid").guidance.margin_px
         };
-        assert_eq!([margin_px(1280, 720), margin_px(2560, 1440)], [8.0, 16.0]);
+        assert_eq!([margin_px(1280, 720), margin_px(2560, 1440)], [13.0, 26.0]);
     }
 
     #[test]

@@ -22,7 +22,7 @@ use crate::geometry::{
     least_squares::{Limits, Linearised, Minimum, Problem, minimise},
 };
 
-/// On the thinned patch: to a third of a standard deviation of its own, which is enough for a start.
+/// On the thinned patch: to a third of its standard deviation, which is enough for a start.
 const ROUGH: Limits =
     Limits { rounds: 15, first_damping: 1e-3, negligible_step: 0.1, cost_rounding: 1e-6 };
 /// On the pixels near the edges: to a thirtieth of a standard deviation. Sums are of single precision.

@@ -48,11 +48,13 @@ pub enum Advice {
     },
     /// Stop moving.
     HoldStill {
-        /// Speed of the fastest corner; `None` without an earlier frame to compare with.
+        /// Root mean square speed of the corners; `None` without an earlier frame to compare with.
         speed_px_per_s: Option<f64>,
         /// Fastest accepted.
         wanted_px_per_s: f64,
     },
+    /// Rest the arms or lean the board on something: holding it freely hasn't been steady enough for a while.
+    SteadyTheBoard,
     /// Keep still until the view is taken.
     Holding {
         /// Share of the hold that has passed.
@@ -68,18 +70,21 @@ pub enum Advice {
 }
 
 /// What to do about a frame that was refused for `refusal`, on the way to `target`. `view` is what the frame
-/// measures, if anything. [`Advice::Finished`] without a target.
+/// measures, if anything; `needs_support` after a long time in a good pose without holding it steadily.
+/// [`Advice::Finished`] without a target.
 pub fn advise(
     view: Option<&View>,
     refusal: &Refusal,
     target: Option<&Target>,
+    needs_support: bool,
     params: &GuidanceParams,
 ) -> Advice {
     let Some(target) = target else { return Advice::Finished };
     match *refusal {
         Refusal::NotFound => return Advice::ShowBoard,
         Refusal::Holding { progress } => return Advice::Holding { progress },
-        Refusal::Moving { speed_px_per_s, wanted_px_per_s } => {
+        Refusal::Moving { .. } if needs_support => return Advice::SteadyTheBoard,
+        Refusal::Moving { speed_px_per_s, wanted_px_per_s, .. } => {
             return Advice::HoldStill { speed_px_per_s, wanted_px_per_s };
         }
         refusal @ (Refusal::Blurred { .. }

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use super::{
-    params::{GuidanceParams, Plan, width_scale},
+    params::{GuidanceParams, width_scale},
     refusal::Refusal,
-    slots::{SLOTS_DEG, direction_difference_rad},
+    slots::direction_difference_rad,
     view::{LensEstimate, View},
 };
 
@@ -30,14 +30,18 @@ const CONSISTENCY_FROM_VIEWS: usize = 5;
 const CONSISTENCY_SIGMAS: f64 = 3.5;
 /// A line that passes the principal point at less than this, in a picture 1280 pixels wide, contradicts
 /// nothing, however small its standard deviation. Chosen for what a lens model that is too simple leaves: 2.2 px
-/// with eight views in reflected pairs. Source: `docs/method.md`, section 3, last paragraph.
+/// with eight views in reflected pairs. Source: `docs/method.md`, section 3.9.
 const LENS_MODEL_FLOOR_PX: f64 = 2.0;
+/// Ratio of standard deviations below which a line counts as much better known than another.
+const MUCH_BETTER: f64 = 0.5;
 
 /// The role of `view` among the `accepted` ones. Source: `docs/method.md`, sections 3.2, 3.3 and 3.6.
 ///
 /// Two principal lines are independent if and only if their angle ψ satisfies `ψ ≥ independent_rad` and
 /// `ψ > independent_sigmas · √(sd φ₁² + sd φ₂²)`. A view is useful if and only if its line is independent of
-/// every accepted one, or it is the opposed partner of an accepted view that has none.
+/// every accepted one, or it is the opposed partner of an accepted view that has none. A line that is known
+/// much better than an accepted one doesn't count as covered by it: a small or hardly tilted board must not
+/// block its direction for good.
 ///
 /// # Errors
 ///
@@ -62,8 +66,9 @@ pub fn role_of(
         }
         let sigma_rad = view.line.sigma_phi_rad().hypot(other.line.sigma_phi_rad());
         let angle_rad = view.line.angle_to(&other.line);
-        if angle_rad < params.independent_rad || angle_rad <= params.independent_sigmas * sigma_rad
-        {
+        let is_parallel = angle_rad < params.independent_rad
+            || angle_rad <= params.independent_sigmas * sigma_rad;
+        if is_parallel && !is_much_better(view, other, lens_estimate) {
             nearest_rad = nearest_rad.min(angle_rad);
         }
     }
@@ -73,7 +78,6 @@ pub fn role_of(
     if nearest_rad.is_finite() {
         return Err(Refusal::AlreadyCovered { nearest_rad, wanted_rad: params.independent_rad });
     }
-    on_a_slot(view, accepted.len(), params)?;
     Ok(Role::NewDirection)
 }
 
@@ -113,23 +117,12 @@ fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f6
     params.partner_offset_px.max(1.0 / lens_estimate.line_bias_per_px()).max(2.0 * known_px)
 }
 
-/// While the plan has open slots, a new direction must be near one of them.
-fn on_a_slot(view: &View, accepted: usize, params: &GuidanceParams) -> Result<(), Refusal> {
-    let slots = match params.plan {
-        Plan::Quick => 4,
-        Plan::Full => 8,
-        Plan::Adaptive if accepted < 4 => 8,
-        Plan::Adaptive => return Ok(()),
-    };
-    let error_rad = SLOTS_DEG[..slots.min(SLOTS_DEG.len())]
-        .iter()
-        .map(|slot| direction_difference_rad(view.tilt_azimuth_rad(), slot.to_radians()).abs())
-        .fold(f64::INFINITY, f64::min);
-    if error_rad <= params.max_slot_error_rad {
-        Ok(())
-    } else {
-        Err(Refusal::BetweenSlots { error_rad, wanted_rad: params.max_slot_error_rad })
-    }
+/// Whether the line of `view` passes the principal point with less than half the uncertainty of the line of
+/// `other`: then it tells at least four times as much.
+pub(super) fn is_much_better(view: &View, other: &View, lens_estimate: &LensEstimate) -> bool {
+    let pp = lens_estimate.camera.pp_px;
+    view.line.variance_of_distance(&pp)
+        < MUCH_BETTER * MUCH_BETTER * other.line.variance_of_distance(&pp)
 }
 
 /// Refuses a line with `|z| > 3.5` once there are five views, where

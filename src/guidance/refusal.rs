@@ -74,12 +74,13 @@ pub enum Refusal {
         /// Largest accepted.
         wanted_px: f64,
     },
-    /// The direction lies between two slots while the plan asks for slots.
-    BetweenSlots {
-        /// Angle to the nearest open slot.
-        error_rad: f64,
-        /// Largest accepted.
-        wanted_rad: f64,
+    /// The view would tell little about the lens beside what the pose asked for would. It is taken only if
+    /// nothing better comes for a while.
+    TellsLittle {
+        /// What it would tell, as a share of what the pose asked for would.
+        worth: f64,
+        /// Least share accepted now.
+        wanted: f64,
     },
     /// The principal line contradicts the accepted views.
     Inconsistent {
@@ -90,10 +91,14 @@ pub enum Refusal {
     },
     /// The board moves.
     Moving {
-        /// Speed of the fastest corner; `None` without an earlier frame to compare with.
+        /// Root mean square speed of the corners; `None` without an earlier frame to compare with.
         speed_px_per_s: Option<f64>,
-        /// Fastest accepted.
+        /// Fastest accepted, however short the exposure.
         wanted_px_per_s: f64,
+        /// How far they move while the shutter is open; `None` without an earlier frame.
+        smear_px: Option<f64>,
+        /// Farthest accepted.
+        wanted_smear_px: Option<f64>,
     },
     /// The view is good and the hold runs; it is taken when the hold is complete.
     Holding {

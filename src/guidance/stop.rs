@@ -6,6 +6,9 @@ use super::{
     view::View,
 };
 
+/// Fewest views of a board that stays small in the picture.
+const FAR_VIEWS: usize = 8;
+
 /// How precise the calibration is so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
@@ -13,6 +16,8 @@ pub struct Precision {
     pub pp_sigma_px: f64,
     /// Mean standard deviation of projection over the picture.
     pub projection_sigma_px: f64,
+    /// Focal length in picture widths.
+    pub f_to_width: f64,
     /// With a goal in the person's own unit: the error over what the goal leaves to the lens; met at 1. It replaces the
     /// limits of both standard deviations.
     pub goal_excess: Option<f64>,
@@ -20,19 +25,24 @@ pub struct Precision {
     pub trusted: bool,
     /// Whether the boards covered enough of the picture.
     pub covered: bool,
+    /// Whether every trust check passed that a board passes which stays small in the picture.
+    pub trusted_far: bool,
 }
 
 impl Precision {
-    /// Whether the goal is met; without one, whether both standard deviations are small enough to stop.
+    /// Whether the goal is met; without one, whether both standard deviations are small enough to stop. See
+    /// [`Self::excess`].
     pub fn is_reached(&self, params: &GuidanceParams) -> bool {
         self.excess(params) <= 1.0
     }
 
-    /// By how much the uncertainty must shrink before the session may stop; at most 1 if it may.
+    /// By how much the uncertainty must shrink before the session may stop; at most 1 if it may. Of a board that
+    /// stays small in the picture, only the standard deviation of projection counts.
     pub fn excess(&self, params: &GuidanceParams) -> f64 {
         self.goal_excess.unwrap_or_else(|| {
-            (self.pp_sigma_px / params.stop_pp_sigma_px)
-                .max(self.projection_sigma_px / params.stop_projection_sigma_px)
+            let projection = self.projection_sigma_px / params.stop_projection_sigma_px;
+            let pp = self.pp_sigma_px / params.pp_goal_px(self.f_to_width);
+            if params.is_far() { projection } else { projection.max(pp) }
         })
     }
 }
@@ -52,7 +62,8 @@ pub enum Progress {
 /// How a session ends when no further pose is possible. Coverage that no pose can improve stays a finding of
 /// the calibration; it doesn't fail the session.
 pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
-    if precision.is_some_and(|precision| precision.trusted && precision.is_reached(params)) {
+    let is_trusted = |p: &Precision| if params.is_far() { p.trusted_far } else { p.trusted };
+    if precision.is_some_and(|precision| is_trusted(precision) && precision.is_reached(params)) {
         Progress::Complete
     } else {
         Progress::Exhausted
@@ -68,22 +79,40 @@ pub fn progress(
 ) -> Progress {
     let views = accepted.len();
     let paired = (0..views).all(|i| partner_of(i, accepted).is_some());
-    let wanted = match params.plan {
-        Plan::Quick => 4,
-        Plan::Full => 8,
-        Plan::Adaptive => params.min_views,
-    };
+    let wanted = planned_views(params);
     let precise = match params.plan {
         Plan::Quick | Plan::Full => true,
-        Plan::Adaptive => precision.is_some_and(|p| p.trusted && p.covered && p.is_reached(params)),
+        Plan::Adaptive => precision.is_some_and(|p| {
+            let trusted = if params.is_far() { p.trusted_far } else { p.trusted && p.covered };
+            trusted && p.is_reached(params)
+        }),
     };
+    // More views of a board that stays small help so little that a person would wait in vain.
+    let hopeless = params.is_far()
+        && precision.is_some_and(|p| views_by_noise(views, p, params) > params.max_views);
     if views >= wanted && paired && precise {
         Progress::Complete
-    } else if views >= params.max_views {
+    } else if views >= params.max_views || (views >= wanted && paired && hopeless) {
         Progress::Exhausted
     } else {
         Progress::Collecting
     }
+}
+
+/// Views of the plan before precision counts.
+fn planned_views(params: &GuidanceParams) -> usize {
+    match params.plan {
+        Plan::Quick => 4,
+        Plan::Full => 8,
+        Plan::Adaptive if params.is_far() => params.min_views.max(FAR_VIEWS),
+        Plan::Adaptive => params.min_views,
+    }
+}
+
+/// Views that bring the standard deviations down to the goals, with the square root of their number.
+fn views_by_noise(views: usize, precision: &Precision, params: &GuidanceParams) -> usize {
+    let excess = precision.excess(params);
+    (views as f64 * excess * excess).min(10_000.0).ceil() as usize
 }
 
 /// Forecast of the views still to take: the missing partners, then as many as bring the standard deviations
@@ -99,20 +128,15 @@ pub fn forecast(
     }
     let views = accepted.len();
     let unpaired = (0..views).filter(|&i| partner_of(i, accepted).is_none()).count();
-    let planned = match params.plan {
-        Plan::Quick => 4,
-        Plan::Full => 8,
-        Plan::Adaptive => params.min_views,
-    };
+    let planned = planned_views(params);
     let complete = planned.max(views + unpaired);
     let wanted = match (params.plan, precision) {
         // While partners are missing, noise doesn't fall with the square root of the number of views.
-        (Plan::Adaptive, Some(precision)) if views >= params.min_views => {
-            let excess = precision.excess(params);
-            let by_noise = (views as f64 * excess * excess).min(params.max_views as f64).ceil();
+        (Plan::Adaptive, Some(precision)) if views >= planned => {
+            let by_noise = views_by_noise(views, precision, params).min(params.max_views);
             // At least one more pair while a trust check fails or coverage is low.
             let doubts = usize::from(!(precision.trusted && precision.covered)) * 2;
-            complete.max(by_noise as usize).max(views + unpaired + doubts)
+            complete.max(by_noise).max(views + unpaired + doubts)
         }
         _ => complete,
     };
@@ -127,6 +151,8 @@ mod tests {
     fn a_goal_replaces_both_standard_deviations() {
         let params = GuidanceParams::default();
         let precise = Precision {
+            f_to_width: 0.9,
+            trusted_far: true,
             pp_sigma_px: 0.1,
             projection_sigma_px: 0.01,
             goal_excess: None,

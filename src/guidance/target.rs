@@ -5,15 +5,22 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Point2};
 
 use super::{
+    candidates::{most_covering_pair, most_informative_pair},
     independence::partner_of,
-    information::{most_covering_pair, most_informative_pair},
     params::{GuidanceParams, Plan},
-    slots::SLOTS_DEG,
+    reach::{place_first, wanted_poses},
+    slots::slots_deg,
     stop::Precision,
-    view::{LensEstimate, View},
+    view::{LensEstimate, View, bounds_px},
     wanted_pose::{WantedPose, place_board, seen_px},
 };
-use crate::board::Checkerboard;
+use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
+
+/// Angle of the second pair's lines to the first's: 45° and some degrees that a person misses it by. Two pairs 41°
+/// apart are the closest that span the plane well enough for a verdict without a finding.
+const SECOND_PAIR_RAD: f64 = 52.0 * PI / 180.0;
+/// Share of the largest board that fits below which an accepted view counts as small.
+const SMALL: f64 = 0.6;
 
 /// Why a pose is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -45,7 +52,16 @@ pub struct Target {
     pub ghost_px: Vec<Point2<f64>>,
 }
 
-/// The pose to ask for next: the partner of the newest view that has none, else the first empty slot, else
+impl Target {
+    /// Larger of the shares of the picture's width and height that the ghost's corners span.
+    pub fn span_fraction(&self, image_size: ImageSize) -> f64 {
+        let (low, high) = bounds_px(self.ghost_px.iter().copied());
+        let ImageSize { width_px, height_px } = image_size;
+        ((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px))
+    }
+}
+
+/// The pose to ask for next: the partner of the newest view that has none, else the first open slot, else
 /// one view of the most informative reflected pair or, once only coverage is missing, of the pair that covers
 /// most. Source: `docs/method.md`, section 3.4.
 ///
@@ -59,23 +75,15 @@ pub fn next_target(
 ) -> Option<Target> {
     let unpaired = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
     if let Some(of) = unpaired {
-        return Some(partner_target(of, &accepted[of], lens_estimate));
+        return Some(partner_target(of, &accepted[of], board, lens_estimate, params));
     }
     let slots = params.plan.slots();
-    let open = SLOTS_DEG[..slots]
-        .iter()
-        .find_map(|slot| free_direction_rad(slot.to_radians(), accepted, params));
-    if let Some(tilt_azimuth_rad) = open
-        && accepted.len() < slots
+    if accepted.len() < slots
+        && let Some(tilt_azimuth_rad) = open_direction_rad(accepted, lens_estimate, params)
     {
-        let wanted = WantedPose {
-            tilt_azimuth_rad,
-            tilt_rad: params.target_tilt_rad,
-            span_fraction: params.target_span_fraction,
-            along_px: 0.0,
-        };
-        return place_board(&wanted, board, lens_estimate, params)
-            .map(|pose| target(Purpose::Slot, &wanted, &pose, board, lens_estimate));
+        let wanted = wanted_poses(tilt_azimuth_rad, accepted.len() / 2, lens_estimate, params);
+        return place_first(&wanted, board, lens_estimate, params)
+            .map(|(wanted, pose)| target(Purpose::Slot, &wanted, &pose, board, lens_estimate));
     }
     if params.plan != Plan::Adaptive {
         return None;
@@ -91,39 +99,78 @@ pub fn next_target(
     Some(target(purpose, &wanted, &pose, board, lens_estimate))
 }
 
-/// The direction nearest to a slot that is independent of all accepted principal lines, with a tenth of the
-/// limit to spare because a person misses it by some degrees; `None` if the slot is taken.
-fn free_direction_rad(slot_rad: f64, accepted: &[View], params: &GuidanceParams) -> Option<f64> {
-    let wanted_rad = 1.1 * params.independent_rad;
+/// Direction of the first slot that is well clear of every accepted principal line, moved away from them if that
+/// helps; failing that, of the first that is just clear. `None` once all slots are covered.
+fn open_direction_rad(
+    accepted: &[View],
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Option<f64> {
+    let slots_rad = slots_deg(lens_estimate.image_size).map(f64::to_radians);
+    let clear_by_rad = |direction_rad: f64| {
+        let off_rad = |view: &View| (view.tilt_azimuth_rad() - direction_rad).sin().abs().asin();
+        accepted.iter().map(off_rad).fold(f64::INFINITY, f64::min)
+    };
     let steps = 6;
-    (0..=2 * steps)
-        .map(|i| {
-            // 0, +1, −1, +2, −2, … steps away from the slot.
-            let away = f64::from((i + 1) / 2) * if i % 2 == 1 { 1.0 } else { -1.0 };
-            slot_rad + away * params.max_slot_error_rad / f64::from(steps)
-        })
-        .find(|direction_rad| {
-            accepted.iter().all(|view| {
-                (view.tilt_azimuth_rad() - direction_rad).sin().abs().asin() >= wanted_rad
-            })
-        })
+    // 0, +1, −1, +2, −2, … steps away from the slot.
+    let away = |i: i32| f64::from((i + 1) / 2) * if i % 2 == 1 { 1.0 } else { -1.0 };
+    let step_rad = params.max_slot_error_rad / f64::from(steps);
+    let clear_by_at_least = |clear_rad: f64| {
+        slots_rad
+            .into_iter()
+            .flat_map(|slot_rad| (0..=2 * steps).map(move |i| slot_rad + away(i) * step_rad))
+            .find(|direction_rad| clear_by_rad(*direction_rad) >= clear_rad)
+    };
+    // A person misses a direction by some degrees; leave room so that the view still counts, and so that two pairs
+    // still span the plane well.
+    let second_rad = if accepted.len() <= 2 { SECOND_PAIR_RAD } else { 0.0 };
+    let (well_rad, just_rad) = (1.5 * params.independent_rad, 1.1 * params.independent_rad);
+    [second_rad.max(well_rad), well_rad, just_rad]
+        .into_iter()
+        .find_map(clear_by_at_least)
         .map(|direction_rad| direction_rad.rem_euclid(2.0 * PI))
 }
 
 /// The point reflection about the principal point of the view *as accepted*, not as asked for: `R' = ZRZ`,
-/// `t' = Zt`, `Z = diag(−1, −1, 1)`. Exact in the picture for every radially symmetric lens.
-fn partner_target(of: usize, view: &View, lens_estimate: &LensEstimate) -> Target {
-    let pp = lens_estimate.camera.pp_px;
-    Target {
-        purpose: Purpose::Partner { of },
+/// `t' = Zt`, `Z = diag(−1, −1, 1)`. Exact in the picture for every radially symmetric lens. The partner of a
+/// view that shows a much smaller board than fits is asked for as large as fits, at the reflected place.
+fn partner_target(
+    of: usize,
+    view: &View,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Target {
+    let pp_px = lens_estimate.camera.pp_px;
+    let purpose = Purpose::Partner { of };
+    let wanted = WantedPose {
         tilt_azimuth_rad: (view.tilt_azimuth_rad() + PI).rem_euclid(2.0 * PI),
+        tilt_rad: params.wanted_tilt_rad(lens_estimate.f_to_width()),
+        offset_px: pp_px - view.mean_px,
+        is_reflected: false,
+    };
+    if let Some(pose) = place_board(&wanted, board, lens_estimate, params) {
+        let large = target(purpose, &wanted, &pose, board, lens_estimate);
+        let (low, high) = bounds_px(large.ghost_px.iter().copied());
+        let ImageSize { width_px, height_px } = lens_estimate.image_size;
+        let span_fraction =
+            ((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px));
+        if view.span_fraction < SMALL * span_fraction {
+            return large;
+        }
+    }
+    // A ghost that recedes shrinks about its middle.
+    let scale = (params.target_span_fraction / view.span_fraction).min(1.0);
+    let middle_px = pp_px.coords * 2.0 - view.mean_px.coords;
+    let reflected = |corner: &Corner| {
+        let px = pp_px.coords * 2.0 - corner.px.coords;
+        Point2::from(middle_px + (px - middle_px) * scale)
+    };
+    Target {
+        purpose,
+        tilt_azimuth_rad: wanted.tilt_azimuth_rad,
         tilt_rad: view.tilt_rad.unwrap_or(0.0),
-        ghost_px: view
-            .corners
-            .iter()
-            .rev()
-            .map(|corner| Point2::from(pp.coords * 2.0 - corner.px.coords))
-            .collect(),
+        ghost_px: view.corners.iter().rev().map(reflected).collect(),
     }
 }
 

@@ -31,6 +31,12 @@ impl LensEstimate {
         Self { image_size, camera: Camera::pinhole(f_px, image_size.centre_px()), covariance: None }
     }
 
+    /// Focal length in picture widths (of a portrait picture: heights).
+    pub fn f_to_width(&self) -> f64 {
+        let ImageSize { width_px, height_px } = self.image_size;
+        self.camera.f_px.x / f64::from(width_px.max(height_px))
+    }
+
     /// Covariance of the principal point; for a guess ±100 px per axis in a picture 1280 pixels wide.
     pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
         match &self.covariance {

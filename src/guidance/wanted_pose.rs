@@ -1,6 +1,6 @@
 //! Where the board must stand to show a wanted direction, tilt, size and place.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 
 use super::{
     params::{BoardRoll, GuidanceParams},
@@ -14,10 +14,10 @@ pub(super) struct WantedPose {
     /// Direction in the picture in which the board recedes, clockwise from the right.
     pub(super) tilt_azimuth_rad: f64,
     pub(super) tilt_rad: f64,
-    /// Larger of the shares of the picture's width and height that the corners should span.
-    pub(super) span_fraction: f64,
-    /// Shift of the board's centre from the principal point along that direction.
-    pub(super) along_px: f64,
+    /// Where the mean corner should appear, from the principal point.
+    pub(super) offset_px: Vector2<f64>,
+    /// Whether the view's point reflection about the principal point must lie in the picture, too.
+    pub(super) is_reflected: bool,
 }
 
 /// Where the inner corners appear in the picture, in numbering order, without those behind the camera.
@@ -33,10 +33,11 @@ pub fn seen_px(
         .collect()
 }
 
-/// The pose that shows `wanted`: the mean corner at its place, and the board with its outer squares, and its
-/// reflected partner, inside the picture; as large as wanted or, if that doesn't fit, as large as fits.
+/// The pose that shows `wanted`: the mean corner at its place, and the board as large as
+/// [`GuidanceParams::target_span_fraction`] and the picture allow. The inner corners lie inside the picture, the
+/// outer squares may leave it. Source: `docs/method.md`, section 3.4.
 ///
-/// `None` if what fits spans less than half of the wanted share or less than `min_span_fraction`.
+/// `None` if what fits spans less than `min_span_fraction`.
 pub(super) fn place_board(
     wanted: &WantedPose,
     board: &Checkerboard,
@@ -44,23 +45,22 @@ pub(super) fn place_board(
     params: &GuidanceParams,
 ) -> Option<Isometry3<f64>> {
     let rotation = rotation(wanted, params.board_roll);
-    let (sin, cos) = wanted.tilt_azimuth_rad.sin_cos();
-    let centre_px = lens_estimate.camera.pp_px + nalgebra::Vector2::new(cos, sin) * wanted.along_px;
+    let centre_px = lens_estimate.camera.pp_px + wanted.offset_px;
     let corners = board.corners_in_board_m();
     let mut depth_m = f64::from(board.columns().max(board.rows()) as u32)
         * board.square_m()
         * lens_estimate.camera.f_px.x
-        / (wanted.span_fraction * f64::from(lens_estimate.image_size.width_px));
+        / (params.target_span_fraction * f64::from(lens_estimate.image_size.width_px));
     let mut best = None;
     // Bisection finds the distance between "too large" and "fits", a fixed-point iteration the place.
-    let (mut near_m, mut far_m) = (depth_m * 0.3, depth_m * 4.0);
+    let (mut near_m, mut far_m) = (depth_m * 0.3, depth_m * 6.0);
     for _ in 0..18 {
         depth_m = 0.5 * (near_m + far_m);
         let pose = placed(&rotation, depth_m, &centre_px, &corners, lens_estimate);
         let fits = pose.as_ref().is_some_and(|pose| {
             span_fraction(pose, &corners, lens_estimate)
-                .is_some_and(|span| span <= wanted.span_fraction)
-                && outline_inside(pose, board, lens_estimate, params)
+                .is_some_and(|span| span <= params.target_span_fraction)
+                && corners_inside(pose, &corners, wanted, lens_estimate, params)
         });
         if fits {
             far_m = depth_m;
@@ -71,7 +71,7 @@ pub(super) fn place_board(
     }
     let pose = best?;
     span_fraction(&pose, &corners, lens_estimate)
-        .is_some_and(|span| span >= params.min_span_fraction.max(0.5 * wanted.span_fraction))
+        .is_some_and(|span| span >= params.min_span_fraction)
         .then_some(pose)
 }
 
@@ -128,41 +128,27 @@ fn span_fraction(
     Some(((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px)))
 }
 
-/// Whether the board with its outer squares, and its reflected partner, lie in the picture.
-fn outline_inside(
+/// Whether the inner corners, and if wanted their reflections, lie in the picture with the margin asked for.
+fn corners_inside(
     pose: &Isometry3<f64>,
-    board: &Checkerboard,
+    corners: &[Point2<f64>],
+    wanted: &WantedPose,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> bool {
-    let half_width = (board.columns() as f64 + 1.0) / 2.0 * board.square_m();
-    let half_height = (board.rows() as f64 + 1.0) / 2.0 * board.square_m();
-    let outline = [
-        (-1.0, -1.0),
-        (0.0, -1.0),
-        (1.0, -1.0),
-        (1.0, 0.0),
-        (1.0, 1.0),
-        (0.0, 1.0),
-        (-1.0, 1.0),
-        (-1.0, 0.0),
-    ];
-    let (width, height) = (
-        f64::from(lens_estimate.image_size.width_px),
-        f64::from(lens_estimate.image_size.height_px),
-    );
+    let ImageSize { width_px, height_px } = lens_estimate.image_size;
+    let (width_px, height_px) = (f64::from(width_px), f64::from(height_px));
+    let margin_px = (params.target_margin_fraction * width_px.min(height_px)).max(params.margin_px);
     let inside = |p: &Point2<f64>| {
-        let margin = params.margin_px;
-        p.x >= margin
-            && p.y >= margin
-            && p.x <= width - 1.0 - margin
-            && p.y <= height - 1.0 - margin
+        p.x >= margin_px
+            && p.y >= margin_px
+            && p.x <= width_px - 1.0 - margin_px
+            && p.y <= height_px - 1.0 - margin_px
     };
-    outline.iter().all(|(x, y)| {
-        let in_cam = pose * Point3::new(x * half_width, y * half_height, 0.0);
-        lens_estimate.camera.project(&in_cam).is_some_and(|px| {
+    corners.iter().all(|corner| {
+        lens_estimate.camera.px_from_board(pose, corner).is_some_and(|px| {
             let reflected = Point2::from(lens_estimate.camera.pp_px.coords * 2.0 - px.coords);
-            inside(&px) && inside(&reflected)
+            inside(&px) && (!wanted.is_reflected || inside(&reflected))
         })
     })
 }

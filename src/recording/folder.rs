@@ -21,6 +21,7 @@ use crate::{
     config::Config,
     device::CameraInfo,
     frame::{Frame, FrameId, ImageSize},
+    guidance::RULES,
 };
 
 /// Version of everything in the folder. A newer one is refused, never rewritten.
@@ -42,11 +43,19 @@ pub struct Header {
     /// The calibration that this session checks or replaces, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<String>,
+    /// Version of the rules by which views were taken: [`RULES`] of the build that recorded them.
+    #[serde(default = "first_rules")]
+    pub guidance_rules: u32,
     /// Everything that was configured.
     pub config: Config,
     /// The live camera, if the source is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraTable>,
+}
+
+/// Recordings that don't say were made under the first rules.
+fn first_rules() -> u32 {
+    1
 }
 
 impl Header {
@@ -58,6 +67,7 @@ impl Header {
             source: source.into(),
             image_size_px: [image_size.width_px, image_size.height_px],
             against: None,
+            guidance_rules: RULES,
             config,
             camera: None,
         }

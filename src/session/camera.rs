@@ -58,6 +58,13 @@ impl CameraState {
             && !self.doubts.contains_key(&Fault::Frozen)
     }
 
+    /// How long the shutter is open, if exposure is locked. V4L2 counts it in units of 100 µs
+    /// (V4L2_CID_EXPOSURE_ABSOLUTE).
+    pub(super) fn exposure_secs(&self) -> Option<f64> {
+        let Lock::Locked { value } = self.locks.exposure else { return None };
+        (1..=10_000).contains(&value).then_some(value as f64 * 1e-4)
+    }
+
     /// Whether a view may be taken from a frame captured at `time`.
     pub(super) fn may_take_of(&self, time: CaptureTime) -> bool {
         self.may_take() && self.good_from.is_none_or(|from| time >= from)
@@ -111,7 +118,7 @@ impl CameraState {
     }
 
     /// The person set `control`, which now reads `lock`. If it moves the geometry and the session has views,
-    /// those are of another lens: it counts as changed, with views good until `views_until`.
+    /// those come from a different lens: it counts as changed, with views good until `views_until`.
     fn set(&mut self, control: Control, lock: Lock, views_until: Option<CaptureTime>) {
         let before = self.changed.get(&control).map(|change| change.from);
         let before = before.or(self.locks.of(control).value());

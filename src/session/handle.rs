@@ -89,6 +89,7 @@ impl Session {
         let Some(view) = newest.map(|taken| taken.number) else { return Outcome::Noted };
         ground.accepted.retain(|taken| is_of_this_lens(&taken.view));
         self.replan();
+        self.tracking.forget_motion();
         Outcome::Removed { view }
     }
 
@@ -122,7 +123,9 @@ impl Session {
         };
         let removed = self.ground.accepted.remove(index);
         self.ground.removed.push((index, removed));
+        self.ground.seen.given_up = false;
         self.replan();
+        self.tracking.forget_motion();
         Outcome::Removed { view }
     }
 
@@ -132,6 +135,7 @@ impl Session {
         let accepted = &mut self.ground.accepted;
         accepted.insert(index.min(accepted.len()), restored);
         self.replan();
+        self.tracking.forget_motion();
         Outcome::Restored { view }
     }
 }

@@ -3,18 +3,60 @@
 use std::sync::Arc;
 
 use super::{
-    accepted::AcceptedView, decision::Outcome, input::Observation, snapshot::LiveView,
-    state::Session, view_number::ViewNumber,
+    accepted::AcceptedView,
+    decision::Outcome,
+    input::Observation,
+    setup::SessionSetup,
+    snapshot::LiveView,
+    state::{Session, Tracking},
+    view_number::ViewNumber,
 };
 use crate::{
-    frame::{FrameKind, ImageSize},
+    detection::Miss,
+    frame::{CaptureTime, FrameKind, ImageSize},
     guidance::{
-        Advice, Hold, Progress, Refusal, Role, View, advise, gate, measure, role_of,
-        stillness::{HeldFrame, Motion, still, still_limit_px_per_s},
+        Advice, GuidanceParams, HeldFrame, Hold, Motion, Progress, Refusal, Role, Smear,
+        StillLimits, View, advise, gate,
+        hold::wanted_secs,
+        measure, role_of, still,
+        worth::{is_followed, least_share, pose_of},
     },
 };
 
-/// A frame as far as it could be measured, and what it is for or why it is refused.
+/// Largest multiple of a partner's limit …
+const MOST_EASE: f64 = 4.0;
+/// … which grows by one each time this long has passed.
+const EASE_SECS: f64 = 3.0;
+/// The least angle between independent lines relaxes to this …
+const EASED_INDEPENDENT_RAD: f64 = 8.0 * std::f64::consts::PI / 180.0;
+/// … within this time; for someone who follows the ghost, only after waiting as long.
+const UNFOLLOWED_SECS: f64 = 4.0;
+/// Someone who doesn't follow isn't asked to hold still either, and may move this many times as fast.
+const UNFOLLOWED_MOTION: f64 = 1.4;
+
+/// The limits after a pose has been asked for during `waited_secs`: a partner may be farther off its place, and
+/// lines that differ significantly count as independent at a smaller angle. `unfollowed` is the number of views in
+/// a row that told much less than the pose asked for would have.
+fn eased(guidance: &GuidanceParams, waited_secs: f64, unfollowed: u32) -> GuidanceParams {
+    let late_secs = if unfollowed > 0 { 0.0 } else { UNFOLLOWED_SECS };
+    let share = ((waited_secs - late_secs) / UNFOLLOWED_SECS).clamp(0.0, 1.0);
+    let least_rad = EASED_INDEPENDENT_RAD.min(guidance.independent_rad);
+    GuidanceParams {
+        partner_offset_px: guidance.partner_offset_px
+            * (1.0 + waited_secs / EASE_SECS).clamp(1.0, MOST_EASE),
+        independent_rad: guidance.independent_rad + share * (least_rad - guidance.independent_rad),
+        ..*guidance
+    }
+}
+
+/// A ghost recedes after the board has been cut off at it for this long.
+const RECEDE_AFTER_SECS: f64 = 0.7;
+/// A board that stays small and has shown no further view for this long won't: its lines are too uncertain to differ.
+const GIVEN_UP_SECS: f64 = 30.0;
+/// A board that hasn't come nearer within this time won't.
+const NEARER_WITHIN_SECS: f64 = 8.0;
+
+/// What a frame measures, if anything, and its role or why it is refused.
 struct Judgement {
     view: Option<View>,
     role: Result<Role, Refusal>,
@@ -23,39 +65,42 @@ struct Judgement {
 impl Session {
     /// Judges a frame and takes the view that it completes. The advice is `None` if a view was taken.
     pub(super) fn judge_frame(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
-        let motion = self.motion(observation);
-        let Judgement { view, role } = self.judge(observation, motion.as_ref());
-        self.tracking.live = Some(Arc::new(LiveView::of(
-            observation,
-            view.as_ref(),
-            motion.map(|motion| motion.speed_px_per_s),
-            &self.derived.lens_estimate.camera.pp_px,
-        )));
+        let now = observation.captured_at;
+        let motion = self.note_motion(observation);
+        let exposure_secs = self.exposure_secs();
+        let smear = motion.map(|motion| Smear::of(&motion, exposure_secs));
+        let Judgement { view, role } = self.judge(observation, smear.as_ref());
+        let pp_px = &self.derived.lens_estimate.camera.pp_px;
+        let live = LiveView::of(observation, view.as_ref(), smear, pp_px);
+        self.tracking.live = Some(Arc::new(live));
+        self.tracking.was_still = role.is_ok();
         let refusal = match (role, &view) {
             (Ok(role), Some(view)) => {
+                if let Some(motion) = motion
+                    && observation.kind == FrameKind::Video
+                {
+                    self.ground.seen.noise.add(motion.scatter);
+                }
                 let is_rigid = motion.is_some_and(|motion| motion.is_rigid);
                 let name = observation.name.clone();
-                let frame = HeldFrame { view: view.clone(), role, name, is_rigid };
-                if let Some(accepted) = self.hold_on(observation, frame) {
+                let frame = HeldFrame { view: view.clone(), role, name, is_rigid, smear };
+                if let Some(accepted) = self.hold_on(observation.kind, frame) {
                     return (accepted, None);
                 }
-                let progress = self.tracking.hold.as_ref().map_or(0.0, |hold| {
-                    hold.progress(observation.captured_at, &self.setup.guidance)
-                });
-                Refusal::Holding { progress }
+                let wanted_secs = self.wanted_hold_secs(now);
+                let hold = self.tracking.hold.as_ref();
+                Refusal::Holding { progress: hold.map_or(0.0, |hold| hold.progress(wanted_secs)) }
             }
             (Ok(_), None) => Refusal::NotFound,
             (Err(refusal), _) => {
-                self.tracking.hold = None;
+                self.fade_hold(observation);
                 refusal
             }
         };
-        match &observation.seen {
-            Ok(seen) => self.tracking.motion.push(observation.captured_at, &seen.corners),
-            Err(_) => self.tracking.motion.clear(),
-        }
+        self.adapt_target(observation, view.as_ref(), &refusal);
         let target = self.derived.target.as_ref();
-        let advice = advise(view.as_ref(), &refusal, target, &self.setup.guidance);
+        let needs_support = self.tracking.patience.needs_advice(now);
+        let advice = advise(view.as_ref(), &refusal, target, needs_support, &self.setup.guidance);
         (Outcome::Refused { refusal }, Some(advice))
     }
 
@@ -63,14 +108,99 @@ impl Session {
         f64::from(self.setup.image_size.width_px)
     }
 
-    /// How the board moved up to this frame; `None` without a board or an earlier frame to compare with.
-    fn motion(&self, observation: &Observation) -> Option<Motion> {
-        let corners = &observation.seen.as_ref().ok()?.corners;
-        let limit_px_per_s = still_limit_px_per_s(self.width_px(), &self.setup.guidance);
-        self.tracking.motion.motion(observation.captured_at, corners, limit_px_per_s)
+    /// How the board moved up to this frame, which becomes the newest one to compare with. `None` without a board
+    /// or an earlier frame.
+    fn note_motion(&mut self, observation: &Observation) -> Option<Motion> {
+        let now = observation.captured_at;
+        let Tracking { motion: window, exposure, asked_at, .. } = &mut self.tracking;
+        let Ok(seen) = &observation.seen else {
+            window.clear();
+            exposure.add(now, None, 0.0);
+            return None;
+        };
+        let motion = window.motion(now, &seen.corners);
+        window.push(now, &seen.corners);
+        exposure.add(now, motion.as_ref(), seen.quality.blur_px);
+        // A clock that started again says nothing about how long the pose has been asked for.
+        *asked_at = Some(asked_at.filter(|asked_at| *asked_at <= now).unwrap_or(now));
+        motion
     }
 
-    fn judge(&mut self, observation: &Observation, motion: Option<&Motion>) -> Judgement {
+    /// How long the shutter is open: the driver's value, or else the estimate from blur and speed.
+    fn exposure_secs(&self) -> f64 {
+        self.ground.camera.exposure_secs().unwrap_or_else(|| self.tracking.exposure.secs())
+    }
+
+    /// How long the pose has been asked for with a board in the picture.
+    fn waited_secs(&self, now: CaptureTime) -> f64 {
+        self.tracking.asked_at.map_or(0.0, |asked_at| now.secs_since(asked_at))
+    }
+
+    /// Asks for another pose if frames show that this one can't be shown: the board is cut off at it, the lens isn't
+    /// as believed, or the board comes no nearer.
+    fn adapt_target(&mut self, observation: &Observation, view: Option<&View>, refusal: &Refusal) {
+        let now = observation.captured_at;
+        if observation.kind == FrameKind::Photograph || *refusal == Refusal::NotCollecting {
+            return;
+        }
+        let image_size = self.setup.image_size;
+        let cut_off = matches!(refusal, Refusal::AtTheEdge { .. })
+            || matches!(observation.seen, Err(Miss::PartialBoard { cut_off_by: Some(_), .. }));
+        let waited_secs = self.waited_secs(now);
+        let seen = &mut self.ground.seen;
+        let is_far = seen.limits(&self.setup.guidance).is_far();
+        if is_far
+            && observation.seen.is_ok()
+            && !self.ground.accepted.is_empty()
+            && waited_secs >= GIVEN_UP_SECS
+        {
+            seen.given_up = true;
+            self.replan();
+            return;
+        }
+        let Tracking { cut_off_secs, judged_at, largest_span_fraction, .. } = &mut self.tracking;
+        let step_secs = judged_at.map_or(0.0, |then| now.secs_since(then)).clamp(0.0, 0.5);
+        *judged_at = Some(now);
+        *cut_off_secs += if cut_off { step_secs } else { 0.0 };
+        if *cut_off_secs >= RECEDE_AFTER_SECS {
+            *cut_off_secs = 0.0;
+            self.recede();
+            return;
+        }
+        let Some(view) = view else { return };
+        *largest_span_fraction = largest_span_fraction.max(view.span_fraction);
+        let largest_span_fraction = *largest_span_fraction;
+        let (derived, seen) = (&self.derived, &mut self.ground.seen);
+        if self.ground.accepted.is_empty() && seen.note_first_focal(view, &derived.lens_estimate) {
+            self.replan();
+            return;
+        }
+        let waited_secs = self.waited_secs(now);
+        let Some(target) = &self.derived.target else { return };
+        if waited_secs >= NEARER_WITHIN_SECS
+            && self.ground.seen.note_small(largest_span_fraction, target, image_size)
+        {
+            self.replan();
+            self.tracking.forget_motion();
+        }
+    }
+
+    fn wanted_hold_secs(&self, now: CaptureTime) -> f64 {
+        wanted_secs(self.waited_secs(now), &self.setup.guidance)
+    }
+
+    fn fade_hold(&mut self, observation: &Observation) {
+        let width_px = self.width_px();
+        let is_same_pose = |hold: &Hold| match &observation.seen {
+            Ok(seen) => hold.covers(&seen.corners, width_px),
+            Err(_) => true,
+        };
+        self.tracking.hold = self.tracking.hold.take().and_then(|mut hold| {
+            (is_same_pose(&hold) && hold.fade(observation.captured_at)).then_some(hold)
+        });
+    }
+
+    fn judge(&mut self, observation: &Observation, smear: Option<&Smear>) -> Judgement {
         let unmeasured = |refusal| Judgement { view: None, role: Err(refusal) };
         let setup = &self.setup;
         if observation.image_size != setup.image_size {
@@ -88,7 +218,7 @@ impl Session {
         let role = if std::mem::take(&mut self.tracking.force_next) {
             Ok(Role::Forced)
         } else {
-            self.role(&view, observation.kind, motion)
+            self.role(&view, observation.kind, smear)
         };
         Judgement { view: Some(view), role }
     }
@@ -100,21 +230,67 @@ impl Session {
         measure(frame, &seen.corners, seen.quality.blur_px, &self.setup.board, lens_estimate)
     }
 
-    /// What a view that the person didn't force is good for.
-    fn role(&self, view: &View, kind: FrameKind, motion: Option<&Motion>) -> Result<Role, Refusal> {
-        let (derived, guidance) = (&self.derived, &self.setup.guidance);
-        if self.ground.paused || derived.progress != Progress::Collecting {
+    /// The role of a view that the person didn't force.
+    fn role(
+        &mut self,
+        view: &View,
+        kind: FrameKind,
+        smear: Option<&Smear>,
+    ) -> Result<Role, Refusal> {
+        if self.ground.paused || self.derived.progress != Progress::Collecting {
             return Err(Refusal::NotCollecting);
         }
-        gate(view, guidance)?;
-        let role = role_of(view, &derived.measured, &derived.lens_estimate, guidance)?;
-        still(kind, motion, self.width_px(), guidance)?;
+        let now = view.captured_at;
+        let role = self.offered_role(view, kind);
+        self.tracking.patience.note(now, role.is_ok());
+        let role = role?;
+        let unfollowed = self.ground.unfollowed > 0 || self.waited_secs(now) > UNFOLLOWED_SECS;
+        let eased = if unfollowed { UNFOLLOWED_MOTION } else { 1.0 };
+        let relaxed = self.tracking.patience.factor(now).max(eased);
+        let SessionSetup { image_size, guidance, .. } = &*self.setup;
+        let limits = StillLimits::new(*image_size, guidance, relaxed, self.tracking.was_still);
+        still(kind, smear, &limits)?;
         Ok(role)
     }
 
+    /// The role of a view by its pose alone, whatever its motion: any open direction or partner counts, not only the
+    /// one asked for. The longer nothing better comes, the less it must tell, and the farther a partner may be off.
+    fn offered_role(&self, view: &View, kind: FrameKind) -> Result<Role, Refusal> {
+        let derived = &self.derived;
+        let guidance = &self.setup.guidance.after(self.ground.accepted.len());
+        let waited_secs = self.waited_secs(view.captured_at);
+        // A photograph was chosen, and is offered once.
+        let least_share = match kind {
+            FrameKind::Photograph => 0.0,
+            FrameKind::Video => least_share(waited_secs, self.ground.unfollowed),
+        };
+        let gated = gate(view, guidance);
+        if gated.is_err() && gate(view, &guidance.for_partner()).is_err() {
+            gated?;
+        }
+        let eased = eased(guidance, waited_secs, self.ground.unfollowed);
+        let role = role_of(view, &derived.measured, &derived.lens_estimate, &eased)?;
+        if !matches!(role, Role::Partner { .. }) {
+            gated?;
+        }
+        let (worth, wanted) = (self.worth(view), least_share);
+        if worth < wanted { Err(Refusal::TellsLittle { worth, wanted }) } else { Ok(role) }
+    }
+
+    /// What a view tells, as a share of what the pose asked for would.
+    fn worth(&self, view: &View) -> f64 {
+        let (derived, board) = (&self.derived, &self.setup.board);
+        let lens = &derived.lens_estimate;
+        pose_of(&view.corners, board, lens).map_or(0.0, |pose| {
+            let after = derived.knowledge.variance_after(&pose, board, lens);
+            derived.knowledge.share(after, derived.variance_after_target)
+        })
+    }
+
     /// Adds a good frame to the hold; takes the sharpest once the hold is complete.
-    fn hold_on(&mut self, observation: &Observation, frame: HeldFrame) -> Option<Outcome> {
+    fn hold_on(&mut self, kind: FrameKind, frame: HeldFrame) -> Option<Outcome> {
         let (width_px, role) = (self.width_px(), frame.role);
+        let frame_time = frame.view.captured_at;
         let hold = match self.tracking.hold.take() {
             Some(mut hold) if hold.covers(&frame.view.corners, width_px) => {
                 hold.add(frame);
@@ -122,14 +298,16 @@ impl Session {
             }
             _ => Hold::start(frame),
         };
-        let complete = observation.kind == FrameKind::Photograph
+        let complete = kind == FrameKind::Photograph
             || role == Role::Forced
-            || hold.complete(observation.captured_at, &self.setup.guidance);
+            || hold.is_complete(self.wanted_hold_secs(frame_time));
         if !complete {
             self.tracking.hold = Some(hold);
             return None;
         }
         let HeldFrame { view, role, name, .. } = hold.best;
+        let follows = role == Role::Forced || is_followed(self.worth(&view));
+        self.ground.unfollowed = if follows { 0 } else { self.ground.unfollowed + 1 };
         let (number, frame) = (self.ground.next_number, view.frame_id.0);
         self.accept(AcceptedView { number, name, role, view });
         Some(Outcome::Accepted { view: number, frame, role })
@@ -157,7 +335,11 @@ impl Session {
                 self.ground.accepted.get(of).map(|partner| partner.view.frame_id);
         }
         self.ground.next_number = self.ground.next_number.max(accepted.number.next());
+        let asked = self.derived.target.as_ref();
+        let asked = asked.map(|target| target.span_fraction(self.setup.image_size));
+        self.ground.seen.note_accepted(&accepted.view, asked);
         self.ground.accepted.push(accepted);
         self.replan();
+        self.tracking.forget_motion();
     }
 }

@@ -8,13 +8,13 @@
 //!
 //! | part | holds | changed by |
 //! |---|---|---|
-//! | ground | accepted and removed views, next view number, paused, source ended, failures, camera | every input except a refused frame |
-//! | derived | lens estimate, calibration, measured views, progress, target, forecast, summaries | nothing but a change of the accepted views, which recomputes all of it |
-//! | tracking | motion window, hold, forced next frame, newest frame | every frame; forgotten when views, camera or run change |
+//! | ground | accepted and removed views, next view number, what frames have shown (noise, focal length before the first view, how near the board comes), whether the person follows, paused, source ended, failures, camera | every input; a refused frame changes only what frames have shown |
+//! | derived | lens estimate, calibration, measured views, progress, target, what the views tell, forecast, what a far board reaches, how well the newest pair was predicted, summaries | a change of the accepted views, or frames that show that the pose asked for can't be met: all of it is recomputed. A ghost that recedes changes the target only |
+//! | tracking | motion window, exposure, hold, patience, how long the pose has been asked for, forced next frame, newest frame | every frame; forgotten when views or camera change, except exposure, and when the run changes |
 //!
 //! | input | ground | derived | tracking |
 //! |---|---|---|---|
-//! | `Observed`, refused | – | – | motion, hold, newest frame |
+//! | `Observed`, refused | what it showed | the target or all of it, if the pose can't be met | all but the forced next frame |
 //! | `Observed`, accepted | one more view | recomputed | motion and hold forgotten |
 //! | `Command`: undo, remove, restore | views move between accepted and removed | recomputed | motion and hold forgotten |
 //! | `Command`: pause, resume | paused | – | pausing ends the hold |
@@ -76,9 +76,13 @@
 mod accepted;
 mod camera;
 mod decision;
+mod far_board;
 mod handle;
+mod held_out_pair;
 mod input;
 mod judging;
+mod precision;
+mod seen;
 mod setup;
 mod snapshot;
 mod state;
@@ -87,7 +91,10 @@ mod view_number;
 pub use accepted::AcceptedView;
 pub use camera::{CameraState, Stream};
 pub use decision::{Decision, Outcome};
+pub use far_board::FarBoard;
+pub use held_out_pair::HeldOutPair;
 pub use input::{Command, Input, Observation};
+pub use precision::precision_of;
 pub use setup::SessionSetup;
 pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, lateral_offset_px};
 pub use state::Session;

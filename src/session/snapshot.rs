@@ -3,15 +3,15 @@ use std::sync::Arc;
 use nalgebra::{Matrix2, Point2};
 
 use super::{
-    accepted::AcceptedView, camera::CameraState, decision::Decision, input::Observation,
-    setup::SessionSetup, view_number::ViewNumber,
+    accepted::AcceptedView, camera::CameraState, decision::Decision, far_board::FarBoard,
+    held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup, view_number::ViewNumber,
 };
 use crate::{
     calibration::Calibration,
     detection::Miss,
     frame::{CaptureTime, FrameId},
     geometry::{Camera, FocalLength, PrincipalLine},
-    guidance::{LensEstimate, Role, Target, View, partner_of},
+    guidance::{LensEstimate, Role, Smear, Target, View, partner_of},
 };
 
 /// What a window or a command line shows: plain data, cheap to clone.
@@ -25,6 +25,12 @@ pub struct Snapshot {
     pub live: Option<Arc<LiveView>>,
     /// The pose asked for.
     pub target: Option<Target>,
+    /// What the board can reach, if it stays small in the picture.
+    pub far: Option<FarBoard>,
+    /// Noise of one corner per axis, measured while the board was held; `None` until a hold has shown enough.
+    pub measured_noise_px: Option<f64>,
+    /// How well the newest pair was predicted before it was used.
+    pub held_out: Option<HeldOutPair>,
     /// Estimate of the principal point; the picture's centre without a calibration.
     pub pp_px: Point2<f64>,
     /// Its covariance; `None` while the lens is a guess.
@@ -64,8 +70,8 @@ pub struct LiveView {
     pub measured: Option<Measured>,
     /// Width of the blur of the board's edges.
     pub blur_px: Option<f64>,
-    /// Speed of the fastest corner, as judged for stillness; `None` without an earlier frame.
-    pub speed_px_per_s: Option<f64>,
+    /// How the board's motion smears the frame; `None` without an earlier frame.
+    pub smear: Option<Smear>,
 }
 
 /// What the corners of a frame measure.
@@ -138,7 +144,7 @@ impl LiveView {
     pub(super) fn of(
         observation: &Observation,
         view: Option<&View>,
-        speed_px_per_s: Option<f64>,
+        smear: Option<Smear>,
         pp_px: &Point2<f64>,
     ) -> Self {
         let seen = observation.seen.as_ref();
@@ -157,7 +163,7 @@ impl LiveView {
                 lateral_offset_px: lateral_offset_px(view.tilt_azimuth_rad(), &view.mean_px, pp_px),
             }),
             blur_px: seen.ok().map(|seen| seen.quality.blur_px),
-            speed_px_per_s,
+            smear,
         }
     }
 }

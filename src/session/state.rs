@@ -6,17 +6,23 @@ use super::{
     accepted::AcceptedView,
     camera::CameraState,
     decision::Decision,
+    far_board::FarBoard,
+    held_out_pair::{HeldOutPair, held_out_pair},
+    precision::precision_of,
+    seen::Seen,
     setup::SessionSetup,
     snapshot::{LiveView, PairSummary, Snapshot, ViewSummary, summaries},
     view_number::ViewNumber,
 };
 use crate::{
-    calibration::{Calibration, FindingCode, NotCalibrated, Verdict, calibrate},
-    frame::FrameId,
-    geometry::Corner,
+    board::Checkerboard,
+    calibration::{Calibration, CalibrationParams, NotCalibrated, calibrate},
+    frame::{CaptureTime, FrameId},
+    geometry::{Camera, Corner},
     guidance::{
-        Hold, LensEstimate, MotionWindow, Precision, Progress, Target, View, final_progress,
-        forecast, measure, next_target, progress,
+        ExposureEstimate, Hold, Knowledge, LensEstimate, MotionWindow, Patience, Precision,
+        Progress, Target, View, final_progress, forecast, measure, next_target, progress,
+        worth::pose_of,
     },
 };
 
@@ -36,8 +42,12 @@ pub(super) struct Ground {
     /// Removed views that may be restored, newest last, each with its index among the accepted ones.
     pub(super) removed: Vec<(usize, AcceptedView)>,
     pub(super) next_number: ViewNumber,
-    /// How often the accepted views have changed.
+    /// How often the accepted views or the pose asked for have changed.
     pub(super) changes: u32,
+    /// Views in a row that told much less than the poses asked for would have.
+    pub(super) unfollowed: u32,
+    /// What frames have shown beside the accepted views.
+    pub(super) seen: Seen,
     pub(super) paused: bool,
     pub(super) source_ended: bool,
     /// Workers that failed in this run, with the reason.
@@ -45,7 +55,7 @@ pub(super) struct Ground {
     pub(super) camera: CameraState,
 }
 
-/// What follows from the setup and the accepted views alone.
+/// What follows from the setup, the accepted views and what frames have shown.
 #[derive(Clone, Debug)]
 pub(super) struct Derived {
     pub(super) lens_estimate: LensEstimate,
@@ -55,6 +65,14 @@ pub(super) struct Derived {
     pub(super) measured: Vec<View>,
     pub(super) progress: Progress,
     pub(super) target: Option<Target>,
+    /// What the accepted views tell, and the variance that the pose asked for would leave; infinite without one.
+    pub(super) knowledge: Knowledge,
+    pub(super) variance_after_target: f64,
+    /// What a board that stays small can reach.
+    pub(super) far: Option<FarBoard>,
+    /// How well the newest pair was predicted by the views before it.
+    pub(super) held_out: Option<HeldOutPair>,
+    precision: Option<Precision>,
     pub(super) views_to_go: Option<usize>,
     pub(super) views: Arc<[ViewSummary]>,
     pub(super) pairs: Arc<[PairSummary]>,
@@ -64,7 +82,18 @@ pub(super) struct Derived {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracking {
     pub(super) motion: MotionWindow,
+    pub(super) exposure: ExposureEstimate,
     pub(super) hold: Option<Hold>,
+    pub(super) patience: Patience,
+    /// Whether the board was still in the newest frame.
+    pub(super) was_still: bool,
+    /// When a board was first seen since the pose was asked for.
+    pub(super) asked_at: Option<CaptureTime>,
+    /// For how long the board has been cut off since the pose was asked for, and when a frame was last judged.
+    pub(super) cut_off_secs: f64,
+    pub(super) judged_at: Option<CaptureTime>,
+    /// Largest share of the picture that the board has spanned since then.
+    pub(super) largest_span_fraction: f64,
     /// Take the next frame with a board, whatever it measures.
     pub(super) force_next: bool,
     /// What the newest frame showed.
@@ -76,34 +105,78 @@ impl Tracking {
     pub(super) fn forget_motion(&mut self) {
         self.hold = None;
         self.motion.clear();
+        self.patience = Patience::default();
+        self.was_still = false;
+        self.asked_at = None;
+        self.cut_off_secs = 0.0;
+        self.judged_at = None;
+        self.largest_span_fraction = 0.0;
     }
 }
 
 impl Derived {
-    pub(super) fn of(setup: &SessionSetup, accepted: &[AcceptedView]) -> Self {
-        let SessionSetup { board, image_size, guidance, calibration: solver } = setup;
+    pub(super) fn of(setup: &SessionSetup, accepted: &[AcceptedView], seen: &Seen) -> Self {
+        let SessionSetup { board, image_size, .. } = setup;
+        let solver =
+            &CalibrationParams { noise_floor_px: seen.noise_px(), ..setup.calibration.clone() };
+        let guidance = &seen.limits(&setup.guidance.after(accepted.len()));
         let corners: Vec<Vec<Corner>> =
             accepted.iter().map(|accepted| accepted.view.corners.clone()).collect();
         let calibration = (!corners.is_empty())
             .then(|| calibrate(&corners, board, *image_size, solver).map(Arc::new));
         let solved = calibration.as_ref().and_then(|result| result.as_deref().ok());
-        let lens_estimate = lens_estimate(setup, solved, accepted.len());
+        let lens_estimate = lens_estimate(setup, solved, accepted.len(), seen.first_f_px);
         let measured: Vec<View> =
             accepted.iter().map(|accepted| remeasured(accepted, setup, &lens_estimate)).collect();
-        let precision = solved.map(precision);
+        let precision = solved.map(|solved| precision_of(solved, *image_size));
         let mut progress = progress(&measured, precision.as_ref(), guidance);
+        if progress == Progress::Collecting && seen.given_up {
+            progress = final_progress(precision.as_ref(), guidance);
+        }
         let target = (progress == Progress::Collecting)
             .then(|| next_target(&measured, board, &lens_estimate, precision.as_ref(), guidance))
             .flatten();
         if progress == Progress::Collecting && target.is_none() {
             progress = final_progress(precision.as_ref(), guidance);
         }
+        let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance);
+        let variance_after_target =
+            variance_after(target.as_ref(), &knowledge, board, &lens_estimate);
+        let far = guidance.is_far().then(|| FarBoard::of(board, &lens_estimate, seen, guidance));
+        let held_out = held_out_pair(&measured, board, *image_size, solver);
         let views_to_go = match progress {
             Progress::Collecting => forecast(&measured, precision.as_ref(), guidance),
             Progress::Complete | Progress::Exhausted => None,
         };
         let (views, pairs) = summaries(accepted, &measured, &lens_estimate, solved);
-        Self { lens_estimate, measured, progress, target, views_to_go, views, pairs, calibration }
+        Self {
+            lens_estimate,
+            measured,
+            progress,
+            target,
+            knowledge,
+            variance_after_target,
+            far: far.flatten(),
+            held_out,
+            precision,
+            views_to_go,
+            views,
+            pairs,
+            calibration,
+        }
+    }
+
+    /// Draws the ghost of the pose asked for again, a step smaller.
+    fn recede_target(&mut self, setup: &SessionSetup, seen: &Seen) {
+        let Some(target) = &self.target else { return };
+        let limits = seen.receded_limits(target, setup.image_size, &setup.guidance);
+        let (board, precision) = (&setup.board, self.precision.as_ref());
+        let smaller = next_target(&self.measured, board, &self.lens_estimate, precision, &limits);
+        if smaller.is_some() {
+            self.target = smaller;
+            self.variance_after_target =
+                variance_after(self.target.as_ref(), &self.knowledge, board, &self.lens_estimate);
+        }
     }
 
     pub(super) fn calibration(&self) -> Option<&Arc<Calibration>> {
@@ -111,9 +184,31 @@ impl Derived {
     }
 }
 
+fn variance_after(
+    target: Option<&Target>,
+    knowledge: &Knowledge,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+) -> f64 {
+    let pose = target.and_then(|target| {
+        let ghost: Vec<Corner> =
+            target.ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
+        pose_of(&ghost, board, lens_estimate)
+    });
+    pose.map_or(f64::INFINITY, |pose| knowledge.variance_after(&pose, board, lens_estimate))
+}
+
 /// One view fixes no lens: it takes two before the calibration replaces the guess.
-fn lens_estimate(setup: &SessionSetup, solved: Option<&Calibration>, views: usize) -> LensEstimate {
-    let guess = LensEstimate::guess(setup.image_size);
+fn lens_estimate(
+    setup: &SessionSetup,
+    solved: Option<&Calibration>,
+    views: usize,
+    first_f_px: Option<f64>,
+) -> LensEstimate {
+    let mut guess = LensEstimate::guess(setup.image_size);
+    if let Some(f_px) = first_f_px {
+        guess.camera = Camera::pinhole(f_px, guess.camera.pp_px);
+    }
     match solved {
         Some(calibration) if views >= 2 => LensEstimate {
             camera: calibration.camera,
@@ -124,7 +219,7 @@ fn lens_estimate(setup: &SessionSetup, solved: Option<&Calibration>, views: usiz
     }
 }
 
-/// The view through the newest lens estimate; as it was accepted if that estimate doesn't reach so far out.
+/// The view through the newest lens estimate, or as accepted if that estimate has no ray for one of its corners.
 fn remeasured(accepted: &AcceptedView, setup: &SessionSetup, lens_estimate: &LensEstimate) -> View {
     let view = &accepted.view;
     let frame = (view.frame_id, view.captured_at);
@@ -134,32 +229,26 @@ fn remeasured(accepted: &AcceptedView, setup: &SessionSetup, lens_estimate: &Len
     }
 }
 
-fn precision(calibration: &Calibration) -> Precision {
-    let pp = calibration.covariance.fixed_view::<2, 2>(2, 2);
-    let mut others = calibration.findings.clone();
-    others.retain(|finding| !matches!(finding.code, FindingCode::CoverageLow { .. }));
-    Precision {
-        pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
-        projection_sigma_px: calibration.projection_sd.mean_px,
-        goal_excess: calibration.acceptance.map(|judged| judged.excess()),
-        trusted: Verdict::of(&others) == Verdict::Good,
-        covered: others.len() == calibration.findings.len(),
-    }
-}
-
 impl Session {
     /// A session without views.
     pub fn new(setup: SessionSetup) -> Self {
-        let derived = Derived::of(&setup, &[]);
         let (ground, tracking) = (Ground::default(), Tracking::default());
+        let derived = Derived::of(&setup, &[], &ground.seen);
         Self { setup: Arc::new(setup), ground, derived, tracking }
     }
 
-    /// Recomputes what follows from the accepted views, after they changed.
+    /// Recomputes [`Derived`] after the accepted views, or what frames have shown, changed.
     pub(super) fn replan(&mut self) {
         self.ground.changes += 1;
-        self.tracking.forget_motion();
-        self.derived = Derived::of(&self.setup, &self.ground.accepted);
+        self.derived = Derived::of(&self.setup, &self.ground.accepted, &self.ground.seen);
+    }
+
+    /// Lets the ghost of the pose asked for recede, because the board is cut off at it.
+    pub(super) fn recede(&mut self) {
+        if self.ground.seen.recede() {
+            self.ground.changes += 1;
+            self.derived.recede_target(&self.setup, &self.ground.seen);
+        }
     }
 
     /// See [`SessionSetup`].
@@ -197,6 +286,12 @@ impl Session {
         self.derived.target.as_ref()
     }
 
+    /// Noise of one corner per axis, measured while the board was held: the standard deviation of what corners
+    /// stray from the board's common motion from frame to frame. `None` until a hold has shown enough of it.
+    pub fn measured_noise_px(&self) -> Option<f64> {
+        self.ground.seen.noise_px()
+    }
+
     /// Workers that failed in this run, with the reason.
     pub fn failures(&self) -> &[(String, String)] {
         &self.ground.failures
@@ -216,6 +311,9 @@ impl Session {
             decision,
             live: tracking.live.clone(),
             target: derived.target.clone(),
+            far: derived.far,
+            held_out: derived.held_out,
+            measured_noise_px: self.measured_noise_px(),
             pp_px: derived.calibration().map_or(setup.image_size.centre_px(), |c| c.camera.pp_px),
             pp_covariance_px2: lens.covariance.map(|_| lens.pp_covariance_px2()),
             lens: lens.camera,

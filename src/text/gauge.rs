@@ -45,7 +45,7 @@ impl Gauge {
             Self::Across => {
                 "How far the board's middle is from where it should be, across its principal line: only this deflects the line."
             }
-            Self::Still => "Speed of the fastest corner.",
+            Self::Still => "How far the corners move while the shutter is open.",
             Self::Sharp => "Width of the blur of the board's edges.",
         }
     }
@@ -75,7 +75,7 @@ impl Gauge {
                 format!("{}, want within {high:.0} px", measured(&|v| format!("{:.0} px", v.abs())))
             }
             Self::Still => {
-                format!("{}, want at most {high:.0} px/s", measured(&|v| format!("{v:.0} px/s")))
+                format!("{}, want at most {high:.2} px", measured(&|v| format!("{v:.2} px")))
             }
             Self::Sharp => {
                 format!("{}, want at most {high:.1} px", measured(&|v| format!("{v:.1} px")))
@@ -92,6 +92,6 @@ mod tests {
     fn gauges_say_measured_and_wanted() {
         let limits = (30_f64.to_radians(), 55_f64.to_radians());
         assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22°, want 30–55°");
-        assert_eq!(Gauge::Still.words(None, (0.0, 26.0)), "–, want at most 26 px/s");
+        assert_eq!(Gauge::Still.words(None, (0.0, 0.35)), "–, want at most 0.35 px");
     }
 }

@@ -17,6 +17,7 @@ pub mod replay;
 pub mod report;
 pub mod result;
 mod run;
+pub mod session_news;
 pub mod settings;
 mod target;
 pub mod window;
@@ -80,6 +81,7 @@ pub fn advice(advice: &Advice, no_board: Option<&Miss>) -> String {
             }
         }
         Advice::HoldStill { .. } => "Hold still".into(),
+        Advice::SteadyTheBoard => "Rest your elbows, or lean the board on something".into(),
         Advice::Holding { progress } => format!("Hold still: {}", percent(progress)),
         Advice::Mend { refusal: ref reason } => refusal(reason),
         Advice::Finished => "Finished".into(),
@@ -123,16 +125,21 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::PartnerOff { offset_px, wanted_px } => format!(
             "Opposite, but {offset_px:.0} px beside the mirrored place, want at most {wanted_px:.0} px"
         ),
-        Refusal::BetweenSlots { error_rad, wanted_rad } => format!(
-            "Between two directions: {}° off, want at most {}°",
-            deg(error_rad),
-            deg(wanted_rad)
+        Refusal::TellsLittle { worth, wanted } => format!(
+            "Follow the outline: this view tells {} of what that one would; it needs {} now",
+            percent(worth),
+            percent(wanted)
         ),
         Refusal::Inconsistent { sigmas, wanted } => format!(
             "This view contradicts the others by {sigmas:.1} sd, limit {wanted:.1}: is the board flat, the focus unchanged?"
         ),
-        Refusal::Moving { speed_px_per_s: Some(speed_px_per_s), wanted_px_per_s } => {
-            format!("Hold still: {speed_px_per_s:.0} px/s, want at most {wanted_px_per_s:.0} px/s")
+        Refusal::Moving { smear_px: Some(smear_px), wanted_smear_px: Some(wanted_px), .. }
+            if smear_px > wanted_px =>
+        {
+            format!("Hold still: smeared by {smear_px:.1} px, limit {wanted_px:.1} px")
+        }
+        Refusal::Moving { speed_px_per_s: Some(speed_px_per_s), wanted_px_per_s, .. } => {
+            format!("Hold still: {speed_px_per_s:.0} px/s, limit {wanted_px_per_s:.0} px/s")
         }
         Refusal::Moving { speed_px_per_s: None, .. } => "Hold still".into(),
         Refusal::Holding { progress } => format!("Hold still: {}", percent(progress)),

@@ -51,15 +51,28 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     }
     let sd = calibration.sd();
     let guidance = &snapshot.setup.guidance;
+    let size = snapshot.setup.image_size;
+    let f_to_width = calibration.camera.f_px.x / f64::from(size.width_px.max(size.height_px));
     let reached = sd[2].max(sd[3]);
     let (reached, over_all) = (small(reached), small(calibration.projection_sd.mean_px));
     Some(match guidance.plan {
         Plan::Adaptive => format!(
             "{reached} of {:.1} px, all {over_all} of {:.1} px",
-            guidance.stop_pp_sigma_px, guidance.stop_projection_sigma_px
+            guidance.pp_goal_px(f_to_width),
+            guidance.stop_projection_sigma_px
         ),
         Plan::Quick | Plan::Full => format!("{reached} px, all {over_all} px"),
     })
+}
+
+/// How well the newest pair was predicted by the views before it; `None` before two pairs.
+pub fn predicted(snapshot: &Snapshot) -> Option<String> {
+    snapshot.held_out.map(|pair| format!("{} px", small(pair.rms_px)))
+}
+
+/// Noise of a corner, measured while the board was held; `None` until a hold has shown enough of it.
+pub fn measured_noise(snapshot: &Snapshot) -> Option<String> {
+    snapshot.measured_noise_px.map(|noise_px| format!("{} px", small(noise_px)))
 }
 
 /// To a tenth of a pixel, with its sign; zero has none.
@@ -85,7 +98,7 @@ pub fn coverage(snapshot: &Snapshot) -> String {
 }
 
 /// Labels and tooltips of the numbers beside the picture.
-pub const NUMBERS: [(&str, &str); 7] = [
+pub const NUMBERS: [(&str, &str); 9] = [
     (
         "PP",
         "Principal point: where the optical axis meets the picture, with one standard deviation.",
@@ -105,6 +118,11 @@ pub const NUMBERS: [(&str, &str); 7] = [
         "f here",
         "Focal length from the newest accepted view alone: a jump says that focus or zoom moved.",
     ),
+    (
+        "Unseen",
+        "How well the views before the newest pair predicted it: root mean square distance of its corners.",
+    ),
+    ("Noise", "Error of a corner from picture to picture, measured while the board was held."),
 ];
 
 /// Focal length of the newest view alone.

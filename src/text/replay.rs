@@ -86,6 +86,9 @@ pub fn restored(views: usize) -> String {
     )
 }
 
+/// The rules of guidance have changed since the recording was made.
+pub const EARLIER_RULES: &str = "Recorded under earlier rules, so this version decides many pictures differently: stillness is now judged by the smear during the exposure instead of speed (still_widths_per_sec), a hold fades instead of starting over (hold_secs), a small board counts for little instead of being refused (min_fill), and any open direction is taken, not only the one asked for.";
+
 /// A control: label, key, what it does.
 pub type Step = (&'static str, &'static str, &'static str);
 

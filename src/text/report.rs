@@ -342,6 +342,7 @@ pub fn refusal_kind(code: &str) -> &str {
         "already_covered" => "Direction already taken",
         "partner_off" => "Opposite, but beside the mirrored place",
         "between_slots" => "Between two directions",
+        "tells_little" => "Told little beside what the pose asked for would have",
         "inconsistent" => "Contradicted the other views",
         "moving" => "Board moved",
         "holding" => "Held still, another frame of the hold was taken or it was cut short",

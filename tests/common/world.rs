@@ -24,6 +24,7 @@ const NOISE_PX: f64 = 0.05;
 pub(crate) struct World {
     pub(crate) camera: Camera,
     pub(crate) board: Checkerboard,
+    pub(crate) noise_px: f64,
     rng: ChaCha8Rng,
     time_nanos: u64,
     frame: u64,
@@ -43,7 +44,7 @@ impl World {
             distortion: Distortion { k1, k2, ..Distortion::default() },
         };
         let board = Checkerboard::new(9, 6, 0.025).expect("valid");
-        Self { camera, board, rng, time_nanos: 0, frame: 0 }
+        Self { camera, board, noise_px: NOISE_PX, rng, time_nanos: 0, frame: 0 }
     }
 
     fn normal(&mut self, sigma: f64) -> f64 {
@@ -83,10 +84,10 @@ impl World {
             .iter()
             .map(|point| {
                 let px = self.camera.px_from_board(pose, point)?;
-                let noise = Vector2::new(self.normal(NOISE_PX), self.normal(NOISE_PX));
+                let noise = Vector2::new(self.normal(self.noise_px), self.normal(self.noise_px));
                 let px = px + noise;
                 let inside = px.x > 4.0 && px.y > 4.0 && px.x < 1275.0 && px.y < 715.0;
-                inside.then(|| Corner::isotropic(px, NOISE_PX))
+                inside.then(|| Corner::isotropic(px, self.noise_px))
             })
             .collect();
         let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
@@ -125,10 +126,11 @@ pub(crate) fn guided_with(
     let mut session = Session::new(SessionSetup { calibration, ..setup(world.board) });
     let mut attempts = 0;
     while session.progress() == Progress::Collecting && attempts < 120 {
-        let target = session.target().expect("collecting").clone();
         let accepted = session.accepted().len();
         for try_number in 0..6 {
             attempts += 1;
+            // A ghost may be drawn again on the way.
+            let Some(target) = session.target().cloned() else { break };
             let Some(pose) = world.pose_for(&target.ghost_px, 0.7_f64.powi(try_number)) else {
                 continue;
             };

@@ -16,6 +16,7 @@ mod camera_events;
 mod detection;
 mod detector_baseline;
 mod drift;
+mod far_boards;
 mod geometry_monte_carlo;
 mod geometry_properties;
 mod geometry_reference;

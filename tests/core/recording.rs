@@ -56,7 +56,7 @@ fn another_setting_gives_other_decisions_and_says_where() {
     let path = place.path().join("session");
     let live = recorded(&path);
     let mut setup = setup(live.setup().board);
-    setup.guidance.min_span_fraction = 0.65;
+    setup.guidance.min_span_fraction = 0.98;
     let lines = SessionFolder::journal(&path).expect("whole").lines;
     let differences = replay(&mut Session::new(setup), lines, |_, _| ());
     assert!(!differences.is_empty());

@@ -5,16 +5,28 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    sync::{Arc, Mutex},
 };
 
 use boresight::{
-    app::{SavedSession, comparison, doctor, result::calibration_file},
+    app::{Announcer, SavedSession, comparison, doctor, result::calibration_file},
     calibration::files::{CalibrationFile, CheckFile},
+    guidance::RULES,
+    text,
 };
 use serde_json::Value;
 
 /// Difference of two numbers, as a share of those above 1, up to which a result is the recorded one.
 const SAME_RESULT: f64 = 1e-6;
+
+/// The same of uncertainties: later versions weigh correlated noise, too.
+const SAME_UNCERTAINTY: f64 = 0.1;
+/// Names of uncertainties.
+const UNCERTAINTIES: [&str; 6] = ["covariance", "sigma", "sd", "noise", "excess", "expected"];
+/// Sentences may be worded better, and later versions find more; the verdict stays.
+const SENTENCES_AND_FINDINGS: [&str; 4] = ["message", "action", "reason", "findings"];
+
+const UNTRUSTWORTHY: &str = "untrustworthy";
 
 fn recording(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1").join(name)
@@ -25,16 +37,32 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// The session, replayed: no decision differs from the recorded one but by rounding.
+/// The session, replayed: it has the recorded views, each from its recorded frame. It was recorded under the first
+/// rules, so that this version decides on other pictures differently, and says so.
 fn replayed(name: &str) -> SavedSession {
     let saved = SavedSession::open(&recording(name)).expect("a session");
-    assert!(!saved.cut && !saved.restored, "{name}");
-    assert_eq!(saved.differences, [], "{name}: {} lines", saved.lines.len());
+    assert!(!saved.cut, "{name}");
+    assert!(saved.header.guidance_rules < RULES, "{name}");
+    let taken: Vec<(String, u64)> = saved
+        .session
+        .accepted()
+        .iter()
+        .map(|view| (view.number.to_string(), view.view.frame_id.0))
+        .collect();
+    assert!(!taken.is_empty(), "{name}");
+    let said = Arc::new(Mutex::new(Vec::new()));
+    let listener = Arc::clone(&said);
+    saved.announce(&Announcer::new(move |sentence| {
+        listener.lock().expect("one thread").push(sentence.to_owned());
+    }));
+    let said = said.lock().expect("one thread");
+    let explained = said.iter().any(|sentence| sentence == text::replay::EARLIER_RULES);
+    assert_eq!(explained, !saved.differences.is_empty(), "{name}: {said:?}");
     println!(
-        "{name}: {} decisions, {} differ by rounding, at most {:.0e}",
+        "{name}: {} decisions, {} differ by the rules, {} by rounding",
         saved.lines.len(),
-        saved.rounding.count,
-        saved.rounding.largest
+        saved.differences.len(),
+        saved.rounding.count
     );
     saved
 }
@@ -50,7 +78,7 @@ fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>)
                 found.push(format!("{at}: {:?} {:?}", names(recorded), names(now)));
             }
             for (name, value) in recorded {
-                if !["message", "action", "reason"].contains(&name.as_str()) {
+                if !SENTENCES_AND_FINDINGS.contains(&name.as_str()) {
                     differences(value, &now[name], &format!("{at}/{name}"), found);
                 }
             }
@@ -65,7 +93,12 @@ fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>)
         }
         (Value::Number(recorded), Value::Number(now)) => {
             let [a, b] = [recorded, now].map(|number| number.as_f64().expect("a double"));
-            if (a - b).abs() > SAME_RESULT * a.abs().max(1.0) {
+            let uncertain = UNCERTAINTIES.iter().any(|name| at.contains(name));
+            let (same, least) =
+                if uncertain { (SAME_UNCERTAINTY, 0.0) } else { (SAME_RESULT, 1.0) };
+            // Of a result that isn't to be used, no uncertainty has to stay.
+            let skipped = uncertain && at.starts_with(UNTRUSTWORTHY);
+            if !skipped && (a - b).abs() > same * a.abs().max(least) {
                 found.push(format!("{at}: {recorded} {now}"));
             }
         }
@@ -76,7 +109,8 @@ fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>)
 
 fn assert_same(recorded: &Value, now: &Value) {
     let mut found = Vec::new();
-    differences(recorded, now, "", &mut found);
+    let unusable = recorded["verdict"] == UNTRUSTWORTHY;
+    differences(recorded, now, if unusable { UNTRUSTWORTHY } else { "" }, &mut found);
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
@@ -151,7 +185,6 @@ fn every_picture_of_a_recording_is_whole() {
         let path = entry.expect("listable").path();
         let diagnosis = doctor::verify(&path).expect("a session");
         assert_eq!(diagnosis.problems, [""; 0], "{path:?}");
-        assert_eq!(diagnosis.different_decisions, 0, "{path:?}");
         assert!(diagnosis.pictures >= diagnosis.views && diagnosis.views >= 4, "{path:?}");
     }
 }

@@ -56,7 +56,7 @@ fn corners_found_in_rendered_pictures_say_the_same() {
 
 fn part(params: &Params, name: &str) -> guidance::Part {
     let found = guidance::parts(params).into_iter().find(|part| part.name() == name);
-    found.unwrap_or_else(|| panic!("{name} is a part"))
+    found.expect("a part of that name")
 }
 
 #[test]

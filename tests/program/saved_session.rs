@@ -38,7 +38,9 @@ fn recorded(path: &Path) -> Session {
 fn make_another_build(path: &Path) {
     let file = path.join("session.toml");
     let text = fs::read_to_string(&file).expect("readable");
-    let changed = text.replace("min_tilt_deg = 30.0", "min_tilt_deg = 54.0");
+    let changed = text
+        .replace("min_tilt_deg = 10.0", "min_tilt_deg = 64.0")
+        .replace("target_tilt_deg = 40.0", "target_tilt_deg = 64.5");
     assert_ne!(changed, text, "{text}");
     fs::write(&file, changed).expect("written");
 }

@@ -197,9 +197,14 @@ fn refusals() -> Vec<Refusal> {
         Refusal::Blurred { blur_px: 4.2, wanted_px: 3.5 },
         Refusal::AlreadyCovered { nearest_rad: 0.1, wanted_rad: 0.35 },
         Refusal::PartnerOff { offset_px: 61.0, wanted_px: 25.0 },
-        Refusal::BetweenSlots { error_rad: 0.35, wanted_rad: 0.26 },
+        Refusal::TellsLittle { worth: 0.05, wanted: 0.4 },
         Refusal::Inconsistent { sigmas: 5.1, wanted: 3.5 },
-        Refusal::Moving { speed_px_per_s: Some(120.0), wanted_px_per_s: 26.0 },
+        Refusal::Moving {
+            speed_px_per_s: Some(120.0),
+            wanted_px_per_s: 128.0,
+            smear_px: Some(1.2),
+            wanted_smear_px: Some(0.4),
+        },
         Refusal::OtherSize { size_px: (640, 480), wanted_px: (1280, 720) },
         Refusal::NotCollecting,
     ]

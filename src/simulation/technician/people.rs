@@ -27,13 +27,13 @@ pub enum Person {
     /// Sways half as much as `Usual` and misses by half as much.
     Steady,
     /// An untrained adult with both hands on an A4 board.
+    #[default]
     Usual,
     /// Sways almost twice as much as `Usual` and trembles as a nervous or old person does.
     Shaky,
     /// Slow, sways more and more, lets the board sink, and rests now and then.
     Tired,
     /// Has the board on a tripod, hardly errs, and looks at nothing but the ghost.
-    #[default]
     Tripod,
 }
 

@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::course::{Course, IMAGE_SIZE, TrueLens};
 use crate::{
     calibration::{
-        Bundle, BundleState, Calibration, CalibrationParams, FindingCode, LensPrior, Observations,
-        Verdict, adjust, calibrate, projection_jacobian,
+        Bundle, BundleState, CalibrationParams, LensPrior, Observations, adjust, calibrate,
+        projection_jacobian,
     },
     geometry::{Camera, Corner, cell_centres_px, fit_pose},
     guidance::{LensEstimate, Precision},
+    session::precision_of,
 };
 
 /// How far a lens is from the truth, and how far it says it is.
@@ -74,26 +75,13 @@ pub(super) fn prior() -> LensPrior {
 pub(super) fn calibrated(course: &Course, shown: &[Vec<Corner>]) -> Option<(Errors, Precision)> {
     let calibration =
         calibrate(shown, &course.board, IMAGE_SIZE, &CalibrationParams::default()).ok()?;
-    let precision = precision(&calibration);
+    let precision = precision_of(&calibration, IMAGE_SIZE);
     let errors = Errors {
         pp_sd_px: precision.pp_sigma_px,
         projection_sd_px: precision.projection_sigma_px,
         ..errors_of(&calibration.camera, &course.lens)?
     };
     Some((errors, precision))
-}
-
-/// As a session reads it from its calibration.
-fn precision(calibration: &Calibration) -> Precision {
-    let pp = calibration.pp_covariance_px2();
-    let mut others = calibration.findings.clone();
-    others.retain(|finding| !matches!(finding.code, FindingCode::CoverageLow { .. }));
-    Precision {
-        pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
-        projection_sigma_px: calibration.projection_sd.mean_px,
-        trusted: Verdict::of(&others) == Verdict::Good,
-        covered: others.len() == calibration.findings.len(),
-    }
 }
 
 /// Errors of `estimate`; the stated deviations are left at zero.

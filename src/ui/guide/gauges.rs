@@ -42,7 +42,9 @@ pub(super) fn reading(gauge: Gauge, snapshot: &Snapshot) -> Reading {
             read(off, (-limit, limit), (-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2))
         }
         Gauge::Size => {
-            let least = guidance.min_span_fraction;
+            let asked =
+                target.map_or(0.0, |target| target.span_fraction(snapshot.setup.image_size));
+            let least = guidance.min_span_fraction.max(NEAR_ENOUGH * asked);
             read(measured.map(|m| m.span_fraction), (least, 1.0), (0.0, 1.0))
         }
         Gauge::Across => {
@@ -55,9 +57,9 @@ pub(super) fn reading(gauge: Gauge, snapshot: &Snapshot) -> Reading {
             read(off, (-limit, limit), (-4.0 * limit, 4.0 * limit))
         }
         Gauge::Still => {
-            let width_px = f64::from(snapshot.setup.image_size.width_px);
-            let limit = guidance.still_widths_per_sec * width_px;
-            read(live.and_then(|live| live.speed_px_per_s), (0.0, limit), (0.0, 4.0 * limit))
+            let limit = guidance.max_smear_px;
+            let smear = live.and_then(|live| live.smear);
+            read(smear.map(|smear| smear.smear_px), (0.0, limit), (0.0, 4.0 * limit))
         }
         Gauge::Sharp => {
             let limit = guidance.max_blur_px;
@@ -70,6 +72,9 @@ fn middle(points: &[Point2<f64>]) -> Point2<f64> {
     let sum = points.iter().fold(nalgebra::Vector2::zeros(), |sum, p| sum + p.coords);
     Point2::from(sum / points.len().max(1) as f64)
 }
+
+/// Share of the size asked for from which the size needs no advice.
+const NEAR_ENOUGH: f64 = 0.8;
 
 /// Shows all gauges.
 pub(super) fn show(ui: &mut Ui, screen: &Screen) {

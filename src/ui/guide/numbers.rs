@@ -16,6 +16,8 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
         Some(words::pair_balance(snapshot)),
         Some(words::coverage(snapshot)),
         Some(words::newest_focal(&snapshot.views)),
+        words::predicted(snapshot),
+        words::measured_noise(snapshot),
     ];
     Grid::new("numbers").num_columns(2).spacing([8.0, 1.0]).show(ui, |ui| {
         for ((name, tip), value) in words::NUMBERS.into_iter().zip(values) {

@@ -22,10 +22,10 @@ pub(super) struct Slot {
     pub(super) wanted: bool,
 }
 
-/// The eight slots, clockwise from the right.
+/// The eight slots of the plan, clockwise from the first below the right.
 pub(super) fn slots(snapshot: &Snapshot) -> [Slot; 8] {
     std::array::from_fn(|i| {
-        let slot_rad = FRAC_PI_4 * i as f64;
+        let slot_rad = FRAC_PI_4 * (i as f64 + 0.5);
         let here = |direction_rad: f64| {
             direction_difference_rad(direction_rad, slot_rad).abs() <= FRAC_PI_4 / 2.0
         };

@@ -22,7 +22,7 @@ pub(crate) const RULES: Rules = Rules {
         ("target", ""),
         ("text", "board frame device geometry detection calibration guidance session target"),
         ("chart", ""),
-        ("study", "board frame geometry detection calibration guidance simulation chart"),
+        ("study", "board frame geometry detection calibration guidance session simulation chart"),
         ("report", "board frame geometry calibration text chart"),
         (
             "app",

@@ -1,0 +1,12 @@
+//! Version of the rules by which views are taken.
+//!
+//! A recording keeps its decisions and its views whatever the rules are now. Where they changed since, replaying it
+//! finds other decisions, and says why.
+
+/// Version of the present rules.
+///
+/// | version | since |
+/// |---|---|
+/// | 1 | the first release |
+/// | 2 | still is judged by the smear during the exposure, not by speed; a hold fades; size is no gate but a price; any open direction is taken; tilt 10° to 65° |
+pub const RULES: u32 = 2;

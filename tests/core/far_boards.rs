@@ -1,0 +1,131 @@
+//! Boards that stay small in the picture: what was forecast, beside what came.
+//!
+//! `BORESIGHT_SESSIONS=100 cargo test --test core far_boards -- --nocapture` prints the table.
+
+use boresight::{
+    guidance::{GuidanceParams, Progress},
+    session::{Input, Session},
+};
+
+use crate::world::{SIZE, World, setup};
+
+/// A person who can't bring the board nearer than to this share of the picture's width.
+struct Far {
+    fill: f64,
+    f_to_width: f64,
+}
+
+/// What the session announced first, and what came: standard deviations of the principal point and of projection.
+struct Came {
+    forecast_px: [f64; 2],
+    stated_px: [f64; 2],
+    pp_off_sd: f64,
+    views: usize,
+    secs: f64,
+    progress: Progress,
+}
+
+/// `None` if the board never showed a principal line, so that no view was taken.
+fn run(far: &Far, seed: u64) -> Option<Came> {
+    let width_px = f64::from(SIZE.width_px);
+    let mut world = World::new(seed);
+    let f_px = far.f_to_width * width_px;
+    world.camera.f_px = nalgebra::Vector2::new(f_px, f_px);
+    world.noise_px = 0.1;
+    let board_width_m = (world.board.columns() - 1) as f64 * world.board.square_m();
+    let least_depth_m = board_width_m * f_px / (far.fill * width_px);
+    let mut session = Session::new(setup(world.board));
+    let mut forecast = None;
+    let mut frames = 0;
+    while session.progress() == Progress::Collecting && frames < 30 * 240 {
+        let Some(target) = session.target().cloned() else { break };
+        let Some(pose) = world.pose_for(&target.ghost_px, 0.7) else { break };
+        // No nearer than the person can come, in the direction in which the ghost stands.
+        let nearer = (least_depth_m / pose.translation.vector.z).max(1.0);
+        let pose = nalgebra::Isometry3::from_parts(
+            (pose.translation.vector * nearer).into(),
+            pose.rotation,
+        );
+        let serial = session.accepted().len();
+        for _ in 0..90 {
+            frames += 1;
+            let decision = session.handle(&Input::Observed(world.observe(&pose)));
+            forecast = forecast.or(session.snapshot(decision).far);
+            if session.accepted().len() > serial || session.progress() != Progress::Collecting {
+                break;
+            }
+        }
+    }
+    let (calibration, forecast) = (session.calibration()?, forecast?.reach);
+    let covariance = calibration.pp_covariance_px2();
+    let off = calibration.camera.pp_px - world.camera.pp_px;
+    let d2 = (off.transpose() * covariance.try_inverse().expect("definite") * off).x;
+    Some(Came {
+        forecast_px: [forecast.pp_sigma_px, forecast.projection_sigma_px],
+        stated_px: [
+            covariance[(0, 0)].max(covariance[(1, 1)]).sqrt(),
+            calibration.projection_sd.mean_px,
+        ],
+        pp_off_sd: d2.sqrt(),
+        views: session.accepted().len(),
+        secs: f64::from(frames) / 30.0,
+        progress: session.progress(),
+    })
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn a_small_board_reaches_about_what_was_announced() {
+    let sessions: u64 =
+        std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(4);
+    for f_to_width in [1.0, 2.5] {
+        for fill in [0.05, 0.15, 0.30] {
+            let far = Far { fill, f_to_width };
+            let came: Vec<Came> = (1..=sessions).filter_map(|seed| run(&far, seed)).collect();
+            if came.is_empty() {
+                println!("f/W {f_to_width}, {:.0} %: no principal line", 100.0 * fill);
+                // At 5 % a square is 8 pixels wide.
+                assert!(fill < 0.1);
+                continue;
+            }
+            let of = |value: &dyn Fn(&Came) -> f64| median(came.iter().map(value));
+            let [pp, projection] =
+                [0, 1].map(|i| [of(&|came| came.forecast_px[i]), of(&|came| came.stated_px[i])]);
+            let inside = came.iter().filter(|came| came.pp_off_sd <= 2.45).count();
+            let complete = came.iter().filter(|came| came.progress == Progress::Complete).count();
+            println!(
+                "f/W {f_to_width}, {:.0} %: PP forecast {:.1} came {:.1}, projection forecast {:.2} came {:.2} px; {inside} of {} inside 95 %, {complete} complete, {} views, {:.0} s",
+                100.0 * fill,
+                pp[0],
+                pp[1],
+                projection[0],
+                projection[1],
+                came.len(),
+                of(&|came| came.views as f64),
+                of(&|came| came.secs),
+            );
+            let open = came.iter().filter(|came| came.progress == Progress::Collecting).count();
+            println!("  still collecting after four minutes: {open}");
+            if fill < 0.1 {
+                // A square is 8 pixels wide; most poses show no principal line.
+                continue;
+            }
+            assert_eq!(open, 0, "all end");
+            for [forecast, stated] in [pp, projection] {
+                let ratio = stated / forecast;
+                assert!((0.2..5.0).contains(&ratio), "f/W {f_to_width}, {fill}: {ratio}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_near_board_is_not_far() {
+    let far = GuidanceParams { target_span_fraction: 0.3, ..GuidanceParams::default() };
+    assert!(far.is_far() && !GuidanceParams::default().is_far());
+}
