@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2, Vector3};
 use super::{
     acceptance::acceptance,
     check::{
+        disagreement::Disagreement,
         finding::Verdict,
         held_out, leave_out,
         misfit_diagnosis::{Causes, causes},
@@ -58,12 +59,16 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         correlation.as_ref().map_or_else(LensMatrix::zeros, |c| c.doubt(choice, noise_floor));
     let doubt = causes.doubt + correlated;
     let free = inputs.free.as_ref();
+    let pp_doubt_px2: Matrix2<f64> = doubt.fixed_view::<2, 2>(2, 2).into();
+    let contradiction = free.map_or(1.0, |free| {
+        Disagreement::between(choice, free, noise_floor, &pp_doubt_px2).variance_factor()
+    });
     let varying = free
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
         .and_then(|free| varying_focal(free, noise_floor));
     let lens = match &varying {
         Some(varying) => Lens::varying(varying),
-        None => inputs.common_lens(choice, plain + doubt),
+        None => inputs.common_lens(choice, (plain + doubt) * contradiction),
     };
     let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;
     let noise_px = noise_factor * typical_sigma_px(inputs.views);
@@ -108,7 +113,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         causes: &causes,
         odd_corners: &odd_corners,
         held_out,
-        pp_doubt_px2: doubt.fixed_view::<2, 2>(2, 2).into(),
+        pp_doubt_px2,
         projection_sd: &projection_sd,
         pp_covariance_px2,
         f_sd_px: covariance[(0, 0)].sqrt(),
@@ -139,7 +144,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         noise_px,
         excess_px: noise_factor * inputs.excess_px,
         candidates: choice.fits.clone(),
-        principal_point: inputs.principal_points(choice, free, of_bundle),
+        principal_point: inputs.principal_points(choice, free, of_bundle * contradiction),
         views,
         projection_sd,
         skip_one_ratio,

@@ -73,6 +73,25 @@ impl EdgeFit {
         self.step().abs()
     }
 
+    /// Mean squared distance from the corner, along the first and the second edge, of the pixels that determine where
+    /// the edges lie. Pixels tell less near the corner, where the other edge hides this one: their weight is
+    /// `erf(t/a)²` at the distance `t`, up to the end of the patch.
+    pub(super) fn mean_squared_reach_px2(&self) -> [f64; 2] {
+        /// `∫(1 − erf²)` and `∫x² (1 − erf²)` from zero to infinity.
+        const HIDDEN: (f64, f64) = (0.797_885, 0.332_452);
+        /// Mean squared distance, in squares of the reach, if the other edge's blur hides all of it.
+        const ALL_HIDDEN: f64 = 0.6;
+        let hidden_px = self.at[4].exp() / (self.at[3] - self.at[2]).sin().abs().max(0.1);
+        self.patch.reach_px().map(|reach_px| {
+            let length_px = reach_px - HIDDEN.0 * hidden_px;
+            let most_px2 = ALL_HIDDEN * reach_px * reach_px;
+            if length_px <= 0.3 * reach_px {
+                return most_px2;
+            }
+            ((reach_px.powi(3) / 3.0 - HIDDEN.1 * hidden_px.powi(3)) / length_px).min(most_px2)
+        })
+    }
+
     /// Brightness of the light squares in grey levels.
     pub(super) fn light(&self) -> f64 {
         self.at[6] + self.contrast()

@@ -10,6 +10,7 @@
 //! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners are missing | `max_seeds` |
 //! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
 //! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops corners that contradict their neighbours | a corner is covered, or blurred by more than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
+//! | `bent_edges` | moves the corners onto edges that the lens bends | the board has fewer than three corners in a row | – |
 //! | `motion` | estimates how far the board moved during the exposure | motion is along a diagonal of the squares | – |
 //!
 //! A missed board costs a second, a wrong corner a calibration. So every stage may drop candidates, and each
@@ -17,6 +18,7 @@
 //! Work is bounded by counts ([`DetectorParams`]), so that equal pictures give equal results; a caller short of time
 //! can stop the search ([`Search::keep_on`]). Results are identical for every vector width (`simd`).
 
+mod bent_edges;
 mod board_match;
 mod detector;
 mod edge_model;

@@ -48,6 +48,15 @@ impl Patch {
         parallelogram.min(std::f64::consts::PI * f64::from(self.radius_px).powi(2))
     }
 
+    /// How far the whole patch reaches from its centre along both axes, in pixels.
+    pub(super) fn reach_px(&self) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
+        let px2_per_square = 1.0 / (a * d - b * c).abs();
+        let [v, u] = [a.hypot(b), c.hypot(d)].map(|length| length * px2_per_square);
+        [u, v]
+            .map(|side_px| (f64::from(self.reach_squares) * side_px).min(f64::from(self.radius_px)))
+    }
+
     /// First and last offset of the pixels in a row, clipped to the picture; empty if the last is smaller.
     pub(super) fn row(&self, image: &GrayImage, dy: i32) -> (i32, i32) {
         let (cx, radius_px) = (self.centre_px.0, self.radius_px);

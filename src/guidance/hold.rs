@@ -101,8 +101,11 @@ impl Hold {
 }
 
 /// How long a hold must last after `waited_secs`: less and less, down to a quarter, for someone who can't hold
-/// longer.
-pub fn wanted_secs(waited_secs: f64, params: &GuidanceParams) -> f64 {
-    let eased = (waited_secs - EASED_FROM_SECS) / EASED_OVER_SECS;
+/// longer; no longer than that for someone who hasn't followed the ghost for the last `unfollowed` views.
+pub fn wanted_secs(waited_secs: f64, unfollowed: u32, params: &GuidanceParams) -> f64 {
+    let eased = match unfollowed {
+        0 => (waited_secs - EASED_FROM_SECS) / EASED_OVER_SECS,
+        1.. => 1.0,
+    };
     params.hold_secs * (1.0 - eased).clamp(SHORTEST, 1.0)
 }

@@ -8,6 +8,8 @@ use super::{
         CORNER_SIGMA_PX, LensMatrix, known_information, projection_weight, view_information,
     },
     params::GuidanceParams,
+    slots::direction_difference_rad,
+    target::Target,
     view::{LensEstimate, View},
 };
 use crate::{
@@ -21,6 +23,10 @@ const FIRST_SHARE: f64 = 0.4;
 const HALVED_EVERY_SECS: f64 = 0.6;
 /// … and multiplied by this for each view in a row that told less than the first share.
 const UNFOLLOWED: f64 = 0.25;
+/// Someone who follows the ghost has the board recede within this angle of the direction asked for.
+const FOLLOWED_WITHIN_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
+/// A view that tells less than this isn't worth a place.
+const LEAST_SHARE: f64 = 0.05;
 
 /// Information about the lens from the accepted views and weak priors.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,10 +108,16 @@ pub fn pose_of(
 /// pose isn't interrupted; someone who doesn't follow, or can't, gets views all the same.
 pub fn least_share(waited_secs: f64, unfollowed: u32) -> f64 {
     let patience = 0.5_f64.powf(waited_secs.max(0.0) / HALVED_EVERY_SECS);
-    FIRST_SHARE * patience * UNFOLLOWED.powi(unfollowed.min(20) as i32)
+    (FIRST_SHARE * patience * UNFOLLOWED.powi(unfollowed.min(20) as i32)).max(LEAST_SHARE)
 }
 
-/// Whether the person follows, judged by the share that a view tells of what the pose asked for would.
-pub fn is_followed(share: f64) -> bool {
-    share >= FIRST_SHARE
+/// Whether `view`, which tells `share` of what `target` would, was shown by someone who follows the ghost: it tells
+/// much, and the board recedes about as asked. Without a target, nothing was asked.
+pub fn is_followed(view: &View, share: f64, target: Option<&Target>) -> bool {
+    let is_turned_away = target.is_some_and(|target| {
+        let off_rad =
+            direction_difference_rad(view.tilt_azimuth_rad(), target.tilt_azimuth_rad).abs();
+        off_rad > FOLLOWED_WITHIN_RAD
+    });
+    share >= FIRST_SHARE && !is_turned_away
 }

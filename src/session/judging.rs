@@ -28,23 +28,31 @@ const MOST_EASE: f64 = 4.0;
 /// … which grows by one each time this long has passed.
 const EASE_SECS: f64 = 3.0;
 /// The least angle between independent lines relaxes to this …
-const EASED_INDEPENDENT_RAD: f64 = 8.0 * std::f64::consts::PI / 180.0;
-/// … within this time; for someone who follows the ghost, only after waiting as long.
+const EASED_INDEPENDENT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// … within this time …
+const EASED_WITHIN_SECS: f64 = 2.0;
+/// … for someone who hasn't followed the ghost for this long …
 const UNFOLLOWED_SECS: f64 = 4.0;
+/// … and at once from this many views in a row that told much less than the pose asked for would have.
+const UNFOLLOWED_VIEWS: u32 = 2;
 /// Someone who doesn't follow isn't asked to hold still either, and may move this many times as fast.
-const UNFOLLOWED_MOTION: f64 = 1.4;
+const UNFOLLOWED_MOTION: f64 = 1.3;
 
 /// The limits after a pose has been asked for during `waited_secs`: a partner may be farther off its place, and
 /// lines that differ significantly count as independent at a smaller angle. `unfollowed` is the number of views in
 /// a row that told much less than the pose asked for would have.
 fn eased(guidance: &GuidanceParams, waited_secs: f64, unfollowed: u32) -> GuidanceParams {
-    let late_secs = if unfollowed > 0 { 0.0 } else { UNFOLLOWED_SECS };
-    let share = ((waited_secs - late_secs) / UNFOLLOWED_SECS).clamp(0.0, 1.0);
+    let share = match unfollowed {
+        UNFOLLOWED_VIEWS.. => 1.0,
+        1.. => (waited_secs / EASED_WITHIN_SECS).min(1.0),
+        0 => ((waited_secs - UNFOLLOWED_SECS) / EASED_WITHIN_SECS).clamp(0.0, 1.0),
+    };
     let least_rad = EASED_INDEPENDENT_RAD.min(guidance.independent_rad);
     GuidanceParams {
         partner_offset_px: guidance.partner_offset_px
             * (1.0 + waited_secs / EASE_SECS).clamp(1.0, MOST_EASE),
         independent_rad: guidance.independent_rad + share * (least_rad - guidance.independent_rad),
+        min_tilt_rad: guidance.min_tilt_rad * (1.0 - 0.5 * share),
         ..*guidance
     }
 }
@@ -186,7 +194,7 @@ impl Session {
     }
 
     fn wanted_hold_secs(&self, now: CaptureTime) -> f64 {
-        wanted_secs(self.waited_secs(now), &self.setup.guidance)
+        wanted_secs(self.waited_secs(now), self.ground.unfollowed, &self.setup.guidance)
     }
 
     fn fade_hold(&mut self, observation: &Observation) {
@@ -264,11 +272,11 @@ impl Session {
             FrameKind::Photograph => 0.0,
             FrameKind::Video => least_share(waited_secs, self.ground.unfollowed),
         };
-        let gated = gate(view, guidance);
-        if gated.is_err() && gate(view, &guidance.for_partner()).is_err() {
+        let eased = eased(guidance, waited_secs, self.ground.unfollowed);
+        let gated = gate(view, &eased);
+        if gated.is_err() && gate(view, &eased.for_partner()).is_err() {
             gated?;
         }
-        let eased = eased(guidance, waited_secs, self.ground.unfollowed);
         let role = role_of(view, &derived.measured, &derived.lens_estimate, &eased)?;
         if !matches!(role, Role::Partner { .. }) {
             gated?;
@@ -306,8 +314,10 @@ impl Session {
             return None;
         }
         let HeldFrame { view, role, name, .. } = hold.best;
-        let follows = role == Role::Forced || is_followed(self.worth(&view));
-        self.ground.unfollowed = if follows { 0 } else { self.ground.unfollowed + 1 };
+        let follows = role == Role::Forced
+            || is_followed(&view, self.worth(&view), self.derived.target.as_ref());
+        self.ground.unfollowed =
+            if follows { self.ground.unfollowed / 2 } else { self.ground.unfollowed + 1 };
         let (number, frame) = (self.ground.next_number, view.frame_id.0);
         self.accept(AcceptedView { number, name, role, view });
         Some(Outcome::Accepted { view: number, frame, role })

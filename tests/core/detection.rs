@@ -6,7 +6,7 @@ use boresight::{
     board::Checkerboard,
     detection::{Detection, Detector, DetectorParams, Miss, Search, Side, Track, detect},
     frame::{CaptureTime, FrameKind},
-    geometry::Camera,
+    geometry::{Camera, Distortion},
     pipeline::detect_many,
     simulation::{Scene, render_view},
 };
@@ -83,6 +83,34 @@ fn boards_are_found_whole_and_to_a_fiftieth_of_a_pixel() {
     assert!(tried >= 15 && found * 100 >= 95 * tried, "{found} of {tried}");
     assert!(rms_px < 0.02, "rms {rms_px} px");
     assert!((0.5..2.0).contains(&ratio), "errors are {ratio} times the stated sd");
+}
+
+#[test]
+fn edges_that_the_lens_bends_do_not_move_the_corners() {
+    for (k1, k2) in [(-0.35, 0.12), (-0.15, 0.0), (0.08, 0.0)] {
+        let mut scene = Scene::random(3);
+        scene.camera.distortion = Distortion { k1, k2, ..Distortion::default() };
+        let (mut outward_px, mut squares_px2, mut normalised, mut count) = (0.0, 0.0, 0.0, 0.0);
+        for slot in 0..8 {
+            let depth_m = 0.24 * scene.camera.f_px.x / 1000.0;
+            let pose = pose(20.0, 45.0 * f64::from(slot), 0.0, [0.0, 0.0, depth_m]);
+            let found = find(&render_view(&scene, &pose), &scene.board).expect("a large board");
+            for (corner, truth_px) in found.corners.iter().zip(truth_px(&scene, &pose)) {
+                let off_px = corner.px - truth_px;
+                outward_px += off_px.dot(&(truth_px - scene.camera.pp_px).normalize());
+                squares_px2 += off_px.norm_squared() / 2.0;
+                normalised += off_px.norm_squared() / corner.covariance_px2.trace();
+                count += 1.0;
+            }
+        }
+        let rms_px = f64::sqrt(squares_px2 / count);
+        let (outward_px, ratio) = (outward_px / count, f64::sqrt(normalised / count));
+        println!(
+            "k1 {k1}: pull {outward_px:.4} px, rms {rms_px:.4} px, {ratio:.2} times the stated sd"
+        );
+        assert!(outward_px.abs() < 0.005, "k1 {k1}: pulled outward by {outward_px} px");
+        assert!(rms_px < 0.012 && ratio < 1.3, "k1 {k1}: {rms_px} px, {ratio} sd");
+    }
 }
 
 #[test]

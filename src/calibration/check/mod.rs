@@ -6,6 +6,7 @@
 //! | `projection_sd` | projects the covariance to pixels, compensated for rotation of the camera |
 //! | `noise_inflation` | inflates corner covariances to what the residuals show |
 //! | `noise_correlation` | widens the covariance of the lens if neighbouring corners err alike |
+//! | `disagreement` | compares bundle and free homographies, and widens the covariance if they contradict each other |
 //! | `noise_findings` | compares the noise of the fit with that of a board held still |
 //! | `leave_out` | repeats the estimate with views left out |
 //! | `held_out` | predicts views from the lens of the others |
@@ -14,6 +15,7 @@
 //! | `trust_checks` | turns all evidence into findings |
 //! | `finding` | the possible findings, their severity, and the verdict |
 
+pub(super) mod disagreement;
 mod extended_bundle;
 pub(super) mod finding;
 pub(super) mod held_out;

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
 use super::{
+    disagreement::{CONTRADICTION_SIGMAS, Disagreement, distance2},
     extended_bundle::Cause,
     finding::{Finding, FindingCode, Severity},
     held_out::HeldOutView,
@@ -26,9 +27,8 @@ const HAUSMAN_CARE: f64 = 9.21;
 const HAUSMAN_BAD: f64 = 30.0;
 /// Squared distance, in stated standard deviations, below which a shift is covered by the stated uncertainty: 2 sd.
 const COVERED: f64 = 4.0;
-/// Distance between bundle and free homographies in standard deviations: 3.7 has a probability of 0.1 % in two dimensions
-/// (Rayleigh distribution), 6 of 1.5e-8.
-const CHECK_CARE_SIGMAS: f64 = 3.7;
+/// Distance between bundle and free homographies in standard deviations, with a probability of 1.5e-8 in two dimensions
+/// (Rayleigh distribution).
 const CHECK_BAD_SIGMAS: f64 = 6.0;
 /// Observed over expected shift when views are left out; 1 if they agree. 2 is the stop rule's limit, `docs/method.md`,
 /// section 3.5; twice that is bad by convention.
@@ -243,28 +243,16 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
     Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
 }
 
-/// `offᵀ C⁺ off`; directions in which `C` is below a thousandth of `scale` are ignored.
-fn distance2(off: &Vector2<f64>, covariance: &Matrix2<f64>, scale: f64) -> f64 {
-    let eigen = SymmetricEigen::new(*covariance);
-    (0..2)
-        .filter(|i| eigen.eigenvalues[*i] > 1e-3 * scale)
-        .map(|i| eigen.eigenvectors.column(i).dot(off).powi(2) / eigen.eigenvalues[i])
-        .sum()
-}
-
 fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(free) = evidence.free {
-        let noise_factor = free.noise_factor().max(evidence.noise_floor);
-        let covariance =
-            free.pp_unit_covariance_px2 * (noise_factor * noise_factor) + evidence.pp_doubt_px2;
-        let off = evidence.choice.fit().camera.pp_px - free.pp_px;
-        let sigmas = distance2(&off, &covariance, covariance.trace()).sqrt();
-        let code = FindingCode::CheckDisagrees {
-            distance_px: off.norm(),
-            sigmas,
-            limit: CHECK_CARE_SIGMAS,
-        };
-        report(above(sigmas, CHECK_CARE_SIGMAS, CHECK_BAD_SIGMAS), code);
+        let Disagreement { distance_px, sigmas } = Disagreement::between(
+            evidence.choice,
+            free,
+            evidence.noise_floor,
+            &evidence.pp_doubt_px2,
+        );
+        let code = FindingCode::CheckDisagrees { distance_px, sigmas, limit: CONTRADICTION_SIGMAS };
+        report(above(sigmas, CONTRADICTION_SIGMAS, CHECK_BAD_SIGMAS), code);
         outliers(free, report);
     } else if evidence.distinct >= 3 {
         report(Some(Severity::Care), FindingCode::CheckMissing);
