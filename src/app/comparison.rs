@@ -7,10 +7,11 @@ use anyhow::Context;
 use super::{Announcer, RESULT_FILE, SavedSession, host::Compared};
 use crate::{
     calibration::{
-        Drift, DriftVerdict, NoDrift, OldLens, Verdict, drift,
+        Drift, DriftVerdict, KnownLens, NoDrift, OldLens, Verdict, drift,
         files::CheckFile,
         import::{self, OldCalibration},
     },
+    frame::ImageSize,
     geometry::Corner,
     recording::save::{Overwrite, save},
     session::Session,
@@ -21,6 +22,26 @@ use crate::{
 const CHECK_FILE: &str = "check.json";
 /// Older calibrations offered at most.
 const MOST_OFFERED: usize = 50;
+
+/// Why a calibration can't be held to an older one.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoKnownLens {
+    /// The file has a focal length for every view and none for the camera.
+    #[error("it has a focal length for each view and none for the camera")]
+    FocalVaries,
+    /// The size of the pictures differs.
+    #[error("it is for pictures of {}x{} px, and these have {}x{}",
+        .old.width_px, .old.height_px, .new.width_px, .new.height_px)]
+    OtherSize {
+        /// Size in the older calibration.
+        old: ImageSize,
+        /// Size of the new pictures.
+        new: ImageSize,
+    },
+    /// The file states no covariance.
+    #[error("it states no uncertainty; use a calibration.json, or compare only, without --hold")]
+    NoUncertainty,
+}
 
 /// Why there is no verdict.
 #[derive(Debug)]
@@ -60,6 +81,22 @@ pub type Checked = Result<Drift, NoVerdict>;
 pub fn read(path: &Path) -> anyhow::Result<OldCalibration> {
     let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
     import::read(&text).with_context(|| format!("could not use {path:?}"))
+}
+
+/// The lens of `old`, to hold a calibration from pictures of `image_size` to it.
+///
+/// # Errors
+///
+/// Why that can't be done.
+pub fn known_lens(old: &OldCalibration, image_size: ImageSize) -> Result<KnownLens, NoKnownLens> {
+    if old.focal_varies {
+        return Err(NoKnownLens::FocalVaries);
+    }
+    if old.image_size != image_size {
+        return Err(NoKnownLens::OtherSize { old: old.image_size, new: image_size });
+    }
+    let covariance = old.covariance.as_ref().ok_or(NoKnownLens::NoUncertainty)?;
+    Ok(KnownLens::new(&old.camera, covariance))
 }
 
 /// Compares the views of `session` with `old`.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 
 use super::{
     Announcer, Run, SavedSession, comparison,
@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     config::{Backend, Config},
+    frame::ImageSize,
     recording::{Header, SessionFolder},
     session::Session,
     text,
@@ -31,6 +32,8 @@ pub struct Opening {
     pub session: Option<PathBuf>,
     /// The older calibration that the result is compared with.
     pub against: Option<PathBuf>,
+    /// Hold the new calibration to that one, whose lens hasn't been touched since.
+    pub hold: bool,
     /// Folder of a new session; `None` takes a new one in `sessions`.
     pub out: Option<PathBuf>,
     /// Whether every picture is stored, not only the accepted ones.
@@ -48,6 +51,7 @@ impl Opening {
             config,
             session: None,
             against: None,
+            hold: false,
             out: None,
             record_stream: false,
             max_frames: MAX_FRAMES,
@@ -89,6 +93,20 @@ impl Opening {
         Ok(Run { note: self.note(&name), ..run })
     }
 
+    /// `config` with the lens of the older calibration, if the new one is to be held to it.
+    fn held_to_known_lens(
+        &self,
+        mut config: Config,
+        image_size: ImageSize,
+    ) -> anyhow::Result<Config> {
+        if let Some(path) = self.against.as_deref().filter(|_| self.hold) {
+            let known = comparison::known_lens(&comparison::read(path)?, image_size)
+                .with_context(|| format!("could not hold the calibration to {path:?}"))?;
+            config.calibration.known_lens = Some(known);
+        }
+        Ok(config)
+    }
+
     /// A new session with a source that is open; its recording calls it `source`.
     ///
     /// # Errors
@@ -101,6 +119,7 @@ impl Opening {
         config: Config,
     ) -> anyhow::Result<Run> {
         let image_size = open.image_size()?;
+        let config = self.held_to_known_lens(config, image_size)?;
         let session = Session::new(config.session(image_size)?);
         let header = Header::new(source, image_size, config).of_camera(open.source.camera_facts());
         let header = match &self.against {

@@ -19,6 +19,7 @@ pub mod check;
 mod drift;
 pub mod files;
 mod inputs;
+mod known_lens;
 mod params;
 mod result;
 pub mod solve;
@@ -34,6 +35,7 @@ pub use check::{
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
 pub use files::{export, import};
+pub use known_lens::{Combined, KnownLens};
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use solve::{

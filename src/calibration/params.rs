@@ -1,4 +1,4 @@
-use super::{acceptance::AcceptanceGoal, solve::lens_model::LensModel};
+use super::{acceptance::AcceptanceGoal, known_lens::KnownLens, solve::lens_model::LensModel};
 
 /// What to estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct CalibrationParams {
     pub board_scale_sd: f64,
     /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still.
     pub noise_floor_px: Option<f64>,
+    /// An earlier calibration of the same lens, untouched since. The result is held to it as far as the two agree.
+    pub known_lens: Option<KnownLens>,
 }
 
 /// Default of [`CalibrationParams::board_scale_sd`]: what a ruler that is read to 0.2 mm leaves open on a board of 200 mm.
@@ -33,6 +35,7 @@ impl Default for CalibrationParams {
             accept: None,
             board_scale_sd: BOARD_SCALE_SD,
             noise_floor_px: None,
+            known_lens: None,
         }
     }
 }

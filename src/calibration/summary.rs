@@ -15,6 +15,7 @@ use super::{
         trust_checks::{self, Evidence, ViewEvidence},
     },
     inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
+    known_lens::Combined,
     result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
     solve::{
         bundle::BundleState,
@@ -60,15 +61,24 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
     let doubt = causes.doubt + correlated;
     let free = inputs.free.as_ref();
     let pp_doubt_px2: Matrix2<f64> = doubt.fixed_view::<2, 2>(2, 2).into();
-    let contradiction = free.map_or(1.0, |free| {
+    // Lines of symmetry pass the principal point only if pixels are square.
+    let comparable = free.filter(|_| inputs.params.square_pixels);
+    let contradiction = comparable.map_or(1.0, |free| {
         Disagreement::between(choice, free, noise_floor, &pp_doubt_px2).variance_factor()
     });
     let varying = free
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
         .and_then(|free| varying_focal(free, noise_floor));
-    let lens = match &varying {
+    let alone = match &varying {
         Some(varying) => Lens::varying(varying),
         None => inputs.common_lens(choice, (plain + doubt) * contradiction),
+    };
+    let known = inputs.params.known_lens.filter(|_| varying.is_none());
+    let combined =
+        known.and_then(|known| known.combined_with(&alone.camera, &alone.covariance_all));
+    let lens = match &combined {
+        Some(combined) if combined.agrees() => alone.held_to(combined, inputs.params.square_pixels),
+        _ => alone,
     };
     let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;
     let noise_px = noise_factor * typical_sigma_px(inputs.views);
@@ -113,6 +123,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         causes: &causes,
         odd_corners: &odd_corners,
         held_out,
+        known_lens: combined.as_ref(),
         pp_doubt_px2,
         projection_sd: &projection_sd,
         pp_covariance_px2,
@@ -165,6 +176,18 @@ impl Lens {
             covariance: varying.covariance,
             covariance_all: varying.covariance,
             noise_factor: varying.noise_factor,
+        }
+    }
+
+    /// The lens that this and an earlier calibration support together.
+    fn held_to(self, combined: &Combined, square_pixels: bool) -> Self {
+        let model = self.model.max(combined.model());
+        Self {
+            model,
+            camera: combined.camera,
+            covariance: restricted(&combined.covariance, model, square_pixels),
+            covariance_all: combined.covariance,
+            ..self
         }
     }
 }

@@ -50,6 +50,10 @@ pub(super) struct Arguments {
     /// one, and left as it is.
     #[arg(long, visible_alias = "replaces", value_name = "OLD", conflicts_with = "session")]
     against: Option<PathBuf>,
+    /// Hold the new calibration to OLD, within the uncertainty of both: for a small or distant board. Use it only if
+    /// focus and zoom are locked and nobody has touched them since; if the lens has changed, the result says so.
+    #[arg(long, requires = "against")]
+    hold: bool,
     /// Folder of the new session; by default a new one in ./sessions.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -92,6 +96,7 @@ impl Arguments {
             config,
             session: self.session.clone(),
             against: self.against.clone(),
+            hold: self.hold,
             out: self.out.clone(),
             record_stream: self.record_stream,
             max_frames: self.max_frames,

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     board::{Checkerboard, InvalidBoard},
-    calibration::{AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams},
+    calibration::{AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens},
     frame::ImageSize,
     guidance::{BoardRoll, GuidanceParams, Plan},
     session::SessionSetup,
@@ -122,6 +122,8 @@ pub struct CalibrationConfig {
     pub square_pixels: bool,
     #[serde(default)]
     pub varying_focal: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known_lens: Option<KnownLens>,
 }
 
 /// Why there is no configuration.
@@ -303,6 +305,7 @@ impl Config {
         CalibrationParams {
             square_pixels: self.calibration.square_pixels,
             varying_focal: self.calibration.varying_focal,
+            known_lens: self.calibration.known_lens,
             accept: self.guidance.accept,
             board_scale_sd: self.board.scale_error_percent / 100.0,
             ..CalibrationParams::default()

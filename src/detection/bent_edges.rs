@@ -56,25 +56,27 @@ struct Bend {
 }
 
 impl Line {
-    /// The bend at the corner. At the ends of the line it's extrapolated from the two places next to it, or the one
-    /// if there are only three corners. `None` with fewer.
+    /// The bend at the corner. A lens bends a straight line about evenly, so the curvature is that of a line fitted to
+    /// the curvatures along the row or column, or their mean if there are fewer than three: less noise, and the ends have
+    /// one, too. `None` with fewer than three corners.
     fn bend(self, px: impl Fn(usize) -> Option<Point2<f64>>) -> Option<Bend> {
         let Self { count, place } = self;
         if count < 3 {
             return None;
         }
         let inner = |place: usize| Bend::of(px(place - 1)?, px(place)?, px(place + 1)?);
-        let (next, after_next) = match place {
-            0 => (1, 2),
-            _ if place + 1 < count => return inner(place),
-            _ => (count - 2, count - 3),
-        };
-        let bend = inner(next)?;
-        if count < 4 {
-            return Some(bend);
+        let middle = (count as f64 - 1.0) / 2.0;
+        let (mut sum, mut moment, mut squares) = (0.0, 0.0, 0.0);
+        for place in 1..count - 1 {
+            let (from_middle, curvature) = (place as f64 - middle, inner(place)?.curvature_per_px);
+            sum += curvature;
+            moment += from_middle * curvature;
+            squares += from_middle * from_middle;
         }
-        let curvature_per_px = 2.0 * bend.curvature_per_px - inner(after_next)?.curvature_per_px;
-        Some(Bend { curvature_per_px, ..bend })
+        let slope = if count >= 5 { moment / squares } else { 0.0 };
+        let curvature_per_px = sum / (count as f64 - 2.0) + slope * (place as f64 - middle);
+        let normal = inner(place.clamp(1, count - 2))?.normal;
+        Some(Bend { curvature_per_px, normal })
     }
 }
 

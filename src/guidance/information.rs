@@ -22,6 +22,9 @@ pub(super) const CORNER_SIGMA_PX: f64 = 0.1;
 /// 1280 pixels wide, then the distortion coefficients.
 const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.01, 0.6];
 
+/// Standard deviation, as a share of the weak prior's, of a coefficient that an earlier calibration held fixed.
+const FIXED_SHARE: f64 = 1e-3;
+
 /// Fisher information about the lens from views at these poses, with corner errors of `sigma_px`, and from
 /// weak priors: positive definite without any view. A view with a corner behind the camera adds nothing.
 pub fn known_information(
@@ -30,11 +33,26 @@ pub fn known_information(
     lens_estimate: &LensEstimate,
     sigma_px: f64,
 ) -> LensMatrix {
-    let prior = prior_sigma(lens_estimate.image_size).map(|sigma| 1.0 / (sigma * sigma));
+    let prior = prior_information(lens_estimate);
     poses
         .into_iter()
         .filter_map(|pose| view_information(&pose, board, &lens_estimate.camera, sigma_px))
-        .fold(LensMatrix::from_diagonal(&prior.into()), |sum, view| sum + view)
+        .fold(prior, |sum, view| sum + view)
+}
+
+/// Weak priors and, if there is one, an earlier calibration: its covariance, with the error that no model states.
+fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
+    let sigma = prior_sigma(lens_estimate.image_size);
+    let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
+    let known = lens_estimate.known_covariance.and_then(|known| {
+        // One focal length for fx and fy, and what the earlier model held fixed is unknown to a thousandth of the prior.
+        let mut covariance: LensMatrix = known.remove_row(1).remove_column(1);
+        for (i, sigma) in sigma.iter().enumerate() {
+            covariance[(i, i)] += (FIXED_SHARE * sigma).powi(2);
+        }
+        covariance.cholesky().map(|cholesky| cholesky.inverse())
+    });
+    known.map_or(weak, |known| weak + known)
 }
 
 fn prior_sigma(image_size: ImageSize) -> [f64; PARAMETERS] {

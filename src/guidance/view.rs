@@ -22,13 +22,20 @@ pub struct LensEstimate {
     pub camera: Camera,
     /// Covariance of the lens parameters, in the order of `LENS_PARAMETERS`; `None` for a guess.
     pub covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
+    /// Covariance of the lens parameters before any view, if an earlier calibration of the same lens states it.
+    pub known_covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
 }
 
 impl LensEstimate {
     /// A pinhole with the principal point at the picture's centre and a usual angle of view, 58° across.
     pub fn guess(image_size: ImageSize) -> Self {
         let f_px = 0.9 * f64::from(image_size.width_px.max(image_size.height_px));
-        Self { image_size, camera: Camera::pinhole(f_px, image_size.centre_px()), covariance: None }
+        Self {
+            image_size,
+            camera: Camera::pinhole(f_px, image_size.centre_px()),
+            covariance: None,
+            known_covariance: None,
+        }
     }
 
     /// Focal length in picture widths (of a portrait picture: heights).

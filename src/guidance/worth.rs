@@ -9,7 +9,6 @@ use super::{
     },
     params::GuidanceParams,
     slots::direction_difference_rad,
-    target::Target,
     view::{LensEstimate, View},
 };
 use crate::{
@@ -111,12 +110,11 @@ pub fn least_share(waited_secs: f64, unfollowed: u32) -> f64 {
     (FIRST_SHARE * patience * UNFOLLOWED.powi(unfollowed.min(20) as i32)).max(LEAST_SHARE)
 }
 
-/// Whether `view`, which tells `share` of what `target` would, was shown by someone who follows the ghost: it tells
-/// much, and the board recedes about as asked. Without a target, nothing was asked.
-pub fn is_followed(view: &View, share: f64, target: Option<&Target>) -> bool {
-    let is_turned_away = target.is_some_and(|target| {
-        let off_rad =
-            direction_difference_rad(view.tilt_azimuth_rad(), target.tilt_azimuth_rad).abs();
+/// Whether `view`, which tells `share` of what the pose asked for would, was shown by someone who follows the ghost: it
+/// tells much, and the board recedes about in the direction asked for, `wanted_azimuth_rad`, if any was.
+pub fn is_followed(view: &View, share: f64, wanted_azimuth_rad: Option<f64>) -> bool {
+    let is_turned_away = wanted_azimuth_rad.is_some_and(|wanted_rad| {
+        let off_rad = direction_difference_rad(view.tilt_azimuth_rad(), wanted_rad).abs();
         off_rad > FOLLOWED_WITHIN_RAD
     });
     share >= FIRST_SHARE && !is_turned_away

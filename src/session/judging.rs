@@ -314,8 +314,8 @@ impl Session {
             return None;
         }
         let HeldFrame { view, role, name, .. } = hold.best;
-        let follows = role == Role::Forced
-            || is_followed(&view, self.worth(&view), self.derived.target.as_ref());
+        let wanted_rad = self.derived.target.as_ref().map(|target| target.tilt_azimuth_rad);
+        let follows = role == Role::Forced || is_followed(&view, self.worth(&view), wanted_rad);
         self.ground.unfollowed =
             if follows { self.ground.unfollowed / 2 } else { self.ground.unfollowed + 1 };
         let (number, frame) = (self.ground.next_number, view.frame_id.0);

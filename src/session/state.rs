@@ -206,7 +206,11 @@ fn lens_estimate(
     first_f_px: Option<f64>,
 ) -> LensEstimate {
     let mut guess = LensEstimate::guess(setup.image_size);
-    if let Some(f_px) = first_f_px {
+    if let Some(known) = &setup.calibration.known_lens {
+        guess.camera = known.camera();
+        guess.known_covariance = Some(known.covariance());
+        guess.covariance = guess.known_covariance;
+    } else if let Some(f_px) = first_f_px {
         guess.camera = Camera::pinhole(f_px, guess.camera.pp_px);
     }
     match solved {

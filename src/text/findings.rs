@@ -99,6 +99,12 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             ),
             "Check that the board is flat and focus and zoom are locked; take the views again.",
         ),
+        FindingCode::LensContradicts { statistic, limit } => (
+            format!(
+                "The lens isn't the one of the earlier calibration (χ² {statistic:.0}, limit {limit:.0}), so it isn't held to it"
+            ),
+            "If focus or zoom was touched, calibrate without --hold.",
+        ),
         FindingCode::CheckMissing => (
             "There is no independent check of the principal point".into(),
             "Take more tipped views in different directions.",

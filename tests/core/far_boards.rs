@@ -2,12 +2,15 @@
 //!
 //! `BORESIGHT_SESSIONS=100 cargo test --test core far_boards -- --nocapture` prints the table.
 
+use std::sync::Arc;
+
 use boresight::{
+    calibration::{Calibration, CalibrationParams, FindingCode, KnownLens},
     guidance::{GuidanceParams, Progress},
-    session::{Input, Session},
+    session::{Input, Session, SessionSetup},
 };
 
-use crate::world::{SIZE, World, setup};
+use crate::world::{SIZE, World, guided, setup};
 
 /// A person who can't bring the board nearer than to this share of the picture's width.
 struct Far {
@@ -23,10 +26,16 @@ struct Came {
     views: usize,
     secs: f64,
     progress: Progress,
+    calibration: Arc<Calibration>,
 }
 
 /// `None` if the board never showed a principal line, so that no view was taken.
 fn run(far: &Far, seed: u64) -> Option<Came> {
+    run_with(far, seed, CalibrationParams::default())
+}
+
+/// The same with other settings of the solver.
+fn run_with(far: &Far, seed: u64, calibration: CalibrationParams) -> Option<Came> {
     let width_px = f64::from(SIZE.width_px);
     let mut world = World::new(seed);
     let f_px = far.f_to_width * width_px;
@@ -34,7 +43,7 @@ fn run(far: &Far, seed: u64) -> Option<Came> {
     world.noise_px = 0.1;
     let board_width_m = (world.board.columns() - 1) as f64 * world.board.square_m();
     let least_depth_m = board_width_m * f_px / (far.fill * width_px);
-    let mut session = Session::new(setup(world.board));
+    let mut session = Session::new(SessionSetup { calibration, ..setup(world.board) });
     let mut forecast = None;
     let mut frames = 0;
     while session.progress() == Progress::Collecting && frames < 30 * 240 {
@@ -56,7 +65,7 @@ fn run(far: &Far, seed: u64) -> Option<Came> {
             }
         }
     }
-    let (calibration, forecast) = (session.calibration()?, forecast?.reach);
+    let (calibration, forecast) = (session.calibration()?.clone(), forecast?.reach);
     let covariance = calibration.pp_covariance_px2();
     let off = calibration.camera.pp_px - world.camera.pp_px;
     let d2 = (off.transpose() * covariance.try_inverse().expect("definite") * off).x;
@@ -70,6 +79,7 @@ fn run(far: &Far, seed: u64) -> Option<Came> {
         views: session.accepted().len(),
         secs: f64::from(frames) / 30.0,
         progress: session.progress(),
+        calibration,
     })
 }
 
@@ -128,4 +138,56 @@ fn a_small_board_reaches_about_what_was_announced() {
 fn a_near_board_is_not_far() {
     let far = GuidanceParams { target_span_fraction: 0.3, ..GuidanceParams::default() };
     assert!(far.is_far() && !GuidanceParams::default().is_far());
+}
+
+/// A small board in front of a camera whose lens an earlier calibration knows, with `f_factor` times the focal length
+/// of then. Also what the small board gives alone.
+fn held(seed: u64, f_factor: f64) -> (Calibration, Came, Came) {
+    let (near, session, _) = guided(seed, |_, _| {});
+    let earlier = session.calibration().expect("large boards calibrate");
+    let known = KnownLens::new(&earlier.camera, &earlier.covariance_all);
+    let far = Far { fill: 0.15, f_to_width: f_factor * near.camera.f_px.x / 1280.0 };
+    let params = CalibrationParams { known_lens: Some(known), ..CalibrationParams::default() };
+    let alone = run(&far, seed).expect("lines at 15 %");
+    (earlier.as_ref().clone(), run_with(&far, seed, params).expect("lines at 15 %"), alone)
+}
+
+#[test]
+fn a_small_board_is_held_to_an_earlier_calibration() {
+    for seed in 1..=3 {
+        let (earlier, held, alone) = held(seed, 1.0);
+        let sd_px = |calibration: &Calibration| calibration.pp_covariance_px2().trace().sqrt();
+        println!(
+            "PP sd {:.2} px before, {:.2} held, {:.2} alone; projection {:.2}, {:.2}, {:.2}; forecast {:.2}; {} and {} views",
+            sd_px(&earlier),
+            sd_px(&held.calibration),
+            sd_px(&alone.calibration),
+            earlier.projection_sd.mean_px,
+            held.stated_px[1],
+            alone.stated_px[1],
+            held.forecast_px[1],
+            held.views,
+            alone.views,
+        );
+        assert!(sd_px(&held.calibration) < 1.05 * sd_px(&earlier), "held");
+        assert!(3.0 * held.stated_px[1] < alone.stated_px[1], "a small board alone knows little");
+        assert!(held.forecast_px[1] < alone.forecast_px[1], "and the forecast says so");
+        assert!(held.pp_off_sd < 3.5, "the truth is {} sd away", held.pp_off_sd);
+        assert_eq!(held.progress, Progress::Complete);
+    }
+}
+
+#[test]
+fn a_lens_that_was_touched_is_not_held() {
+    for seed in 1..=3 {
+        let (_, held, alone) = held(seed, 1.1);
+        let contradicts = |calibration: &Calibration| {
+            let mut codes = calibration.findings.iter().map(|finding| &finding.code);
+            codes.any(|code| matches!(code, FindingCode::LensContradicts { .. }))
+        };
+        assert!(contradicts(&held.calibration), "seed {seed}");
+        assert!(!contradicts(&alone.calibration));
+        let ratio = held.stated_px[1] / alone.stated_px[1];
+        assert!(ratio > 0.3, "seed {seed}: it stands alone, {ratio}");
+    }
 }

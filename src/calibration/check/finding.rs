@@ -103,6 +103,13 @@ pub enum FindingCode {
         /// Limit.
         limit: f64,
     },
+    /// The lens isn't the one of the earlier calibration to which it was to be held.
+    LensContradicts {
+        /// Test statistic of their difference.
+        statistic: f64,
+        /// Limit.
+        limit: f64,
+    },
     /// The independent check is missing: the free homographies couldn't be fitted.
     CheckMissing,
     /// Leaving out single views shifts the principal point by more than expected.
@@ -303,6 +310,7 @@ impl FindingCode {
             Self::LensSimple { .. } => "LENS-SIMPLE",
             Self::LensFolds { .. } => "LENS-FOLDS",
             Self::CheckDisagrees { .. } => "CHECK-DISAGREES",
+            Self::LensContradicts { .. } => "LENS-CONTRADICTS",
             Self::CheckMissing => "CHECK-MISSING",
             Self::ViewsDisagree { .. } => "VIEWS-DISAGREE",
             Self::ViewOdd { .. } => "VIEW-ODD",

@@ -14,7 +14,10 @@ use super::{
     projection_sd::ProjectionSd,
 };
 use crate::{
-    calibration::solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
+    calibration::{
+        known_lens::Combined,
+        solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
+    },
     frame::ImageSize,
     geometry::{
         Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
@@ -94,6 +97,8 @@ pub(in crate::calibration) struct Evidence<'a> {
     pub(in crate::calibration) causes: &'a Causes,
     pub(in crate::calibration) odd_corners: &'a [OddCorner],
     pub(in crate::calibration) held_out: Option<HeldOutView>,
+    /// The result together with an earlier calibration, if one was given.
+    pub(in crate::calibration) known_lens: Option<&'a Combined>,
     /// Covariance of the principal point from not knowing the cause of a misfit.
     pub(in crate::calibration) pp_doubt_px2: Matrix2<f64>,
     pub(in crate::calibration) projection_sd: &'a ProjectionSd,
@@ -244,6 +249,10 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
 }
 
 fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    if let Some(Combined { statistic, limit, .. }) = evidence.known_lens {
+        let code = FindingCode::LensContradicts { statistic: *statistic, limit: *limit };
+        report(above(*statistic, *limit, f64::INFINITY), code);
+    }
     if let Some(free) = evidence.free {
         let Disagreement { distance_px, sigmas } = Disagreement::between(
             evidence.choice,
