@@ -20,7 +20,7 @@ use crate::{
 const FIRST_SHARE: f64 = 0.4;
 /// … halved each time this long has passed …
 const HALVED_EVERY_SECS: f64 = 0.6;
-/// … and multiplied by this for each view in a row that told less than the first share.
+/// … and multiplied by this for each view that wasn't shown by someone who follows.
 const UNFOLLOWED: f64 = 0.25;
 /// Someone who follows the ghost has the board recede within this angle of the direction asked for.
 const FOLLOWED_WITHIN_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
@@ -103,7 +103,7 @@ pub fn pose_of(
 }
 
 /// Least share at which a view is taken, after the pose has been asked for during `waited_secs` with a board in the
-/// picture. `unfollowed` is the number of views in a row for which [`is_followed`] was false. Someone on the way to the
+/// picture. `unfollowed` counts the views for which [`is_followed`] was false. Someone on the way to the
 /// pose isn't interrupted; someone who doesn't follow, or can't, gets views all the same.
 pub fn least_share(waited_secs: f64, unfollowed: u32) -> f64 {
     let patience = 0.5_f64.powf(waited_secs.max(0.0) / HALVED_EVERY_SECS);

@@ -31,22 +31,17 @@ const EASE_SECS: f64 = 3.0;
 const EASED_INDEPENDENT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// … within this time …
 const EASED_WITHIN_SECS: f64 = 2.0;
-/// … for someone who hasn't followed the ghost for this long …
+/// … for someone who hasn't followed the ghost for this long, or didn't for the last view.
 const UNFOLLOWED_SECS: f64 = 4.0;
-/// … and at once from this many views in a row that told much less than the pose asked for would have.
-const UNFOLLOWED_VIEWS: u32 = 2;
 /// Someone who doesn't follow isn't asked to hold still either, and may move this many times as fast.
 const UNFOLLOWED_MOTION: f64 = 1.3;
 
 /// The limits after a pose has been asked for during `waited_secs`: a partner may be farther off its place, and
-/// lines that differ significantly count as independent at a smaller angle. `unfollowed` is the number of views in
-/// a row that told much less than the pose asked for would have.
+/// lines that differ significantly count as independent at a smaller angle, from a less tilted board. `unfollowed` counts
+/// the views that weren't shown by someone who follows the ghost.
 fn eased(guidance: &GuidanceParams, waited_secs: f64, unfollowed: u32) -> GuidanceParams {
-    let share = match unfollowed {
-        UNFOLLOWED_VIEWS.. => 1.0,
-        1.. => (waited_secs / EASED_WITHIN_SECS).min(1.0),
-        0 => ((waited_secs - UNFOLLOWED_SECS) / EASED_WITHIN_SECS).clamp(0.0, 1.0),
-    };
+    let late_secs = if unfollowed > 0 { 0.0 } else { UNFOLLOWED_SECS };
+    let share = ((waited_secs - late_secs) / EASED_WITHIN_SECS).clamp(0.0, 1.0);
     let least_rad = EASED_INDEPENDENT_RAD.min(guidance.independent_rad);
     GuidanceParams {
         partner_offset_px: guidance.partner_offset_px

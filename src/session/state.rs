@@ -44,7 +44,7 @@ pub(super) struct Ground {
     pub(super) next_number: ViewNumber,
     /// How often the accepted views or the pose asked for have changed.
     pub(super) changes: u32,
-    /// Views in a row that told much less than the poses asked for would have.
+    /// Views that weren't shown by someone who follows the ghost; a view that follows halves it.
     pub(super) unfollowed: u32,
     /// What frames have shown beside the accepted views.
     pub(super) seen: Seen,
