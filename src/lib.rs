@@ -110,6 +110,7 @@ pub mod cli;
 pub mod config;
 pub mod detection;
 pub mod device;
+pub mod files;
 pub mod frame;
 pub mod geometry;
 pub mod guidance;

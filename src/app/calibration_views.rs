@@ -16,6 +16,7 @@ use crate::{
     board::Checkerboard,
     calibration::files::{ViewName, corner_table},
     capture::{CaptureError, read_picture},
+    files::{Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     geometry::Corner,
     pipeline::detect_many,
@@ -71,7 +72,7 @@ pub fn from_table(
         pictures: Vec::new(),
     };
     let folder = path.parent().unwrap_or(Path::new("."));
-    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
+    let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
     let table = corner_table::read(&text, board.corner_count())
         .with_context(|| format!("could not use {path:?}"))?;
     for view in table {

@@ -31,7 +31,7 @@ impl<'a> CameraAnnouncer<'a> {
             say(&format!("  Camera: {}", words::mode(&mode)));
         }
         for (fault, detail) in &now.doubts {
-            if !before.doubts.contains_key(fault) {
+            if before.doubts.get(fault) != Some(detail) {
                 let (cause, action) = words::with_detail(*fault, detail);
                 say(&format!("  {}: {cause}. {action}", fault.code()));
             }

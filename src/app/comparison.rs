@@ -11,9 +11,10 @@ use crate::{
         files::CheckFile,
         import::{self, OldCalibration},
     },
+    capture::without_secrets,
+    files::{Links, Overwrite, TEXT_LIMIT, entries, read_text, save},
     frame::ImageSize,
     geometry::Corner,
-    recording::save::{Overwrite, save},
     session::Session,
     text,
 };
@@ -79,8 +80,11 @@ pub type Checked = Result<Drift, NoVerdict>;
 ///
 /// If the file can't be read, or [`import::NotImported`].
 pub fn read(path: &Path) -> anyhow::Result<OldCalibration> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
-    import::read(&text).with_context(|| format!("could not use {path:?}"))
+    let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+    let mut old = import::read(&text).with_context(|| format!("could not use {path:?}"))?;
+    // Older versions kept the password of an address.
+    old.source = old.source.map(|name| without_secrets(&name));
+    Ok(old)
 }
 
 /// The lens of `old`, to hold a calibration from pictures of `image_size` to it.
@@ -217,9 +221,8 @@ pub fn of_folder(path: &Path, against: &Path, announcer: &Announcer) -> anyhow::
 /// Results of the sessions beside the one in `folder`, newest first: what it can be compared with.
 pub fn older(folder: &Path) -> Vec<PathBuf> {
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let entries = std::fs::read_dir(parent.unwrap_or(Path::new("."))).into_iter().flatten();
-    let mut files: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
+    let mut files: Vec<PathBuf> = entries(parent.unwrap_or(Path::new(".")))
+        .into_iter()
         .filter(|beside| beside.file_name() != folder.file_name())
         .map(|beside| beside.join(RESULT_FILE))
         .filter(|file| file.is_file())

@@ -1,14 +1,18 @@
-//! Verifies a session folder, and copies what is whole.
+//! Verifies a session folder.
 
 use std::path::Path;
 
-use anyhow::bail;
 use serde::{Deserialize, Serialize};
 
-use super::JournalReading;
+use super::{JournalReading, RESULT_FILE};
 use crate::{
-    frame::FrameId,
-    recording::{Journal, RecordingError, SessionFolder, stored_frame},
+    calibration::files::CalibrationFile,
+    files::{self, Links},
+    recording::{
+        Journal, JournalContents, RecordingError, SessionFolder, missing_lines, stored_frame,
+        views_taken,
+    },
+    text,
 };
 
 /// What a verification found.
@@ -71,7 +75,7 @@ impl From<&Diagnosis> for DoctorFile {
     }
 }
 
-/// Verifies header, journal and stored pictures of the session at `path`. Changes nothing.
+/// Verifies header, journal, stored pictures and result of the session at `path`. Changes nothing.
 ///
 /// # Errors
 ///
@@ -79,28 +83,36 @@ impl From<&Diagnosis> for DoctorFile {
 pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     let header = SessionFolder::header(path)?;
     let mut problems: Vec<String> = Vec::new();
-    let journal = path.join("journal.jsonl");
-    if !journal.exists() {
-        problems.push(format!("the journal is missing: {journal:?}"));
+    match SessionFolder::read(path) {
+        Err(RecordingError::File(err)) if !err.is_missing() => return Err(err.into()),
+        Err(err) => problems.push(said(&err.into())),
+        Ok(_) => {}
     }
-    let contents = match SessionFolder::journal(path) {
+    let contents = match Journal::read_until_damage(&path.join("journal.jsonl")) {
         Ok(contents) => contents,
-        Err(err @ RecordingError::Damaged { .. }) => {
-            problems.push(err.to_string());
-            Journal::read_until_damage(&journal)?
-        }
+        Err(RecordingError::File(err)) if err.is_missing() => JournalContents::default(),
         Err(err) => return Err(err.into()),
     };
+    let is_whole = problems.is_empty();
+    if is_whole {
+        let missing = missing_lines(path, &contents).or_else(|| fewer_views(path, &contents));
+        problems.extend(missing.map(text::doctor::lines_missing));
+    }
+    let is_proven = contents.header_crc32.is_some();
     let reading = JournalReading::new(path, header, contents);
     let stored = reading.stored();
     for stored in &stored {
         if let Err(err) = stored_frame(path, stored) {
-            problems.push(err.to_string());
+            problems.push(said(&err.into()));
         }
     }
     let (lines, cut) = (reading.lines.len(), reading.cut);
-    let saved = reading.session().map_err(|err| problems.push(format!("{err:#}"))).ok();
+    let saved = reading.session().map_err(|err| problems.push(said(&err))).ok();
     let differences = saved.as_ref().map_or(&[][..], |saved| &saved.differences);
+    // Without a checksum of the header: no rules of guidance ever changed every decision.
+    if is_whole && !is_proven && lines >= FOREIGN_LINES && differences.len() == lines {
+        problems.push(text::doctor::FOREIGN_HEADER.into());
+    }
     Ok(Diagnosis {
         lines,
         cut,
@@ -112,28 +124,19 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     })
 }
 
-/// Copies header, pictures and the first `lines` journal lines of the session `from` into the new folder `to`.
-///
-/// # Errors
-///
-/// If something is at `to` already, or a file can't be copied.
-pub fn recover(from: &Path, to: &Path, lines: usize) -> anyhow::Result<()> {
-    if to.exists() {
-        bail!("there is already something at {to:?}: name a new folder");
-    }
-    let journal = Journal::read_until_damage(&from.join("journal.jsonl"))?;
-    let failed = |source| RecordingError::Write { source, path: to.to_path_buf() };
-    std::fs::create_dir_all(to.join("frames")).map_err(failed)?;
-    std::fs::copy(from.join("session.toml"), to.join("session.toml")).map_err(failed)?;
-    for stored in journal.lines.iter().filter_map(|line| line.stored.as_ref()) {
-        let name = FrameId(stored.frame).stored_name();
-        if from.join(&name).exists() {
-            std::fs::copy(from.join(&name), to.join(&name)).map_err(failed)?;
-        }
-    }
-    let bytes = std::fs::read(from.join("journal.jsonl"))?;
-    let whole: Vec<u8> =
-        bytes.split_inclusive(|byte| *byte == b'\n').take(lines).flatten().copied().collect();
-    std::fs::write(to.join("journal.jsonl"), whole).map_err(failed)?;
-    Ok(())
+/// Lines from which on it's no accident that every decision differs.
+const FOREIGN_LINES: usize = 5;
+
+/// An error with its causes, in one sentence.
+fn said(err: &anyhow::Error) -> String {
+    format!("{err:#}")
+}
+
+/// That the result has more views than the journal ever took, in words.
+fn fewer_views(path: &Path, contents: &JournalContents) -> Option<String> {
+    let text = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused).ok()?;
+    let tree: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let in_result = CalibrationFile::read(&tree).ok()?.used().count();
+    let taken = views_taken(contents);
+    (in_result > taken).then(|| text::doctor::fewer_views(in_result, taken))
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     calibration::files::import::NotImported, capture::CaptureError, config::ConfigError,
-    pipeline::PipelineError, recording::RecordingError, text,
+    files::FileError, pipeline::PipelineError, recording::RecordingError, text,
 };
 
 /// The next action for an error, if one is known. The error itself says what happened.
@@ -14,25 +14,28 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
         if let Some(PipelineError::Recording(err)) = cause.downcast_ref::<PipelineError>() {
             return recording(err);
         }
+        if let Some(err) = cause.downcast_ref::<FileError>() {
+            return file(err);
+        }
         if let Some(err) = cause.downcast_ref::<CaptureError>() {
             return Some(capture(err));
         }
         if let Some(err) = cause.downcast_ref::<NotImported>() {
             return imported(err).map(Into::into);
         }
-        cause.downcast_ref::<ConfigError>().map(|_| {
-            "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into()
+        cause.downcast_ref::<ConfigError>().map(|err| match err {
+            ConfigError::File(err) => file(err).unwrap_or_default(),
+            ConfigError::Board(_) => "Name the board by its inner corners and a square's side, for example --board 9x6 --square 25mm.".into(),
+            ConfigError::Scene { .. } => "docs/schemas.md lists what a scene file may hold.".into(),
+            ConfigError::Invalid { .. } => "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into(),
         })
     })
 }
 
-fn recording(err: &RecordingError) -> Option<String> {
+fn file(err: &FileError) -> Option<String> {
+    use std::io::ErrorKind;
     match err {
-        RecordingError::Write { source, path } => {
-            let full = matches!(
-                source.kind(),
-                std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded
-            );
+        FileError::Write { source, path } => {
             let session = path.ancestors().find(|folder| folder.join("session.toml").exists());
             let go_on = session.map_or(String::new(), |session| {
                 format!(
@@ -40,15 +43,36 @@ fn recording(err: &RecordingError) -> Option<String> {
                     session.display()
                 )
             });
-            Some(if full {
-                format!("The disk is full: free some space.{go_on}")
-            } else {
-                format!("Check that the folder exists and may be written.{go_on}")
-            })
+            let action = match source.kind() {
+                ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                    "The disk is full: free some space."
+                }
+                // EIO has no kind of its own.
+                _ if source.raw_os_error() == Some(5) => {
+                    "The disk fails: save what is on it, and use another one."
+                }
+                _ => "Check that the folder exists and may be written.",
+            };
+            Some(format!("{action}{go_on}"))
         }
-        RecordingError::Exists { .. } => {
+        FileError::Exists { .. } => {
             Some("Give another name, or --force to replace the file.".into())
         }
+        FileError::NotAFile { .. } => {
+            Some("Name a file; links, devices and FIFOs are not replaced. Without --out, export writes to stdout.".into())
+        }
+        FileError::Read { .. } => {
+            Some("Check the name; a session is the folder that holds session.toml.".into())
+        }
+        FileError::TooLarge { .. } | FileError::NotText { .. } => {
+            Some("Check the name: this is no file of that kind.".into())
+        }
+    }
+}
+
+fn recording(err: &RecordingError) -> Option<String> {
+    match err {
+        RecordingError::File(err) => file(err),
         RecordingError::NotNew { path } => Some(if path.join("session.toml").exists() {
             format!("To go on with the session in it: boresight guide --session {}. For another one: name a new folder.", path.display())
         } else {
@@ -61,7 +85,12 @@ fn recording(err: &RecordingError) -> Option<String> {
         RecordingError::NoLock { .. } => Some(
             "Keep the session on a file system that has locks: name a folder on a local disk with --out.".into(),
         ),
-        RecordingError::Read { .. } => Some("Check the name; a session is the folder that holds session.toml.".into()),
+        RecordingError::OtherHeader { .. } => Some(
+            "Put the session.toml back that the session began with. To decide with other settings: boresight replay SESSION --set …".into(),
+        ),
+        RecordingError::LinesMissing { .. } => Some(
+            "The file system lost them; what is left can be copied: boresight doctor SESSION --recover NEW".into(),
+        ),
         RecordingError::Header { .. } | RecordingError::Frame { .. } => None,
     }
 }

@@ -16,8 +16,8 @@ use crate::{
         files::{CalibrationFile, corner_table},
         import,
     },
+    files::{Links, Overwrite, TEXT_LIMIT, read_text, save},
     geometry::Corner,
-    recording::save::{Overwrite, save},
     text,
 };
 
@@ -103,8 +103,7 @@ pub fn export(
         return Ok(Exported { text: corners(input, announcer)?, untrustworthy: false });
     }
     let path = if input.is_dir() { input.join(RESULT_FILE) } else { input.to_path_buf() };
-    let text =
-        std::fs::read_to_string(&path).with_context(|| format!("could not read {path:?}"))?;
+    let text = read_text(&path, TEXT_LIMIT, Links::Followed)?;
     let not_one = || format!("not a calibration: {path:?}");
     let tree: Value = serde_json::from_str(&text).with_context(not_one)?;
     let file = CalibrationFile::read(&tree).with_context(not_one)?;

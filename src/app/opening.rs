@@ -9,6 +9,7 @@ use super::{
     source::{OpenSource, SourceName},
 };
 use crate::{
+    capture::is_address,
     config::{Backend, Config},
     frame::ImageSize,
     recording::{Header, SessionFolder},
@@ -143,8 +144,17 @@ impl Opening {
         let (folder, saved) = SavedSession::resume(path)?;
         let config = self.with_backend(&saved.header.config);
         let given = if self.source == "auto" { &saved.header.source } else { &self.source };
+        if self.source == "auto" && is_address(given) {
+            // Its password isn't recorded; and a session from somebody else names whatever it likes.
+            bail!("{}", text::source::address_is_asked_for(given, path));
+        }
         let name = SourceName::parse(given, &config, announcer)?;
-        let open = name.open(self.max_frames)?;
+        let mut open = name.open(self.max_frames)?;
+        if let Some(camera) = &saved.header.camera
+            && open.source.identity().name == saved.header.source
+        {
+            open.source.put_back_at_end(&camera.controls_before());
+        }
         let image_size = open.image_size()?;
         if saved.header.image_size() != image_size {
             bail!(

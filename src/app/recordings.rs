@@ -10,6 +10,7 @@ use image::GrayImage;
 
 use super::JournalReading;
 use crate::{
+    files::entries,
     recording::{Difference, SessionFolder, Stored, stored_frame},
     session::Snapshot,
     text,
@@ -44,10 +45,9 @@ pub struct DecidedRecording {
 
 /// The recordings in `folders`, newest first.
 pub fn within(folders: &BTreeSet<PathBuf>) -> Vec<Recording> {
-    let entries = folders.iter().flat_map(|folder| std::fs::read_dir(folder).into_iter().flatten());
-    let mut found: Vec<(String, Recording)> = entries
-        .filter_map(|entry| {
-            let folder = entry.ok()?.path();
+    let folders = folders.iter().flat_map(|folder| entries(folder));
+    let mut found: Vec<(String, Recording)> = folders
+        .filter_map(|folder| {
             let header = SessionFolder::header(&folder).ok()?;
             let what =
                 text::replay::recording(&header.created, &header.source, header.image_size());

@@ -7,8 +7,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::{
-    calibration::files::{CALIBRATION_SCHEMA, CalibrationFile},
+    calibration::{
+        files::{CALIBRATION_SCHEMA, CalibrationFile},
+        import::MAX_BYTES,
+    },
     capture::read_picture,
+    files::{Links, read_text},
     frame::ImageSize,
     report::{CameraSection, Provenance, Report, Thumbnail},
     text::report as words,
@@ -20,7 +24,7 @@ use crate::{
 ///
 /// If the file can't be read or isn't a whole `boresight.calibration/1`.
 pub fn of_file(path: &Path, command: String) -> anyhow::Result<Report> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("could not read {path:?}"))?;
+    let text = read_text(path, MAX_BYTES as u64, Links::Followed)?;
     let value: Value = serde_json::from_str(&text)
         .with_context(|| format!("not a calibration that boresight wrote: {path:?}"))?;
     let calibration = CalibrationFile::read(&value)

@@ -20,13 +20,10 @@ use super::{
 use crate::{
     calibration::files::CalibrationFile,
     capture::Renumbered,
+    files::{Overwrite, save},
     guidance::{Progress, Refusal},
     pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
-    recording::{
-        SessionFolder, Stored,
-        save::{Overwrite, save},
-        stored_frame,
-    },
+    recording::{SessionFolder, Stored, stored_frame},
     session::{Input, Outcome, Session, Snapshot, ViewNumber},
     simulation::TruthLog,
     text,

@@ -85,8 +85,8 @@ impl JournalReading {
     ///
     /// [`crate::recording::RecordingError`] if the folder can't be read, is newer, or has a damaged line.
     pub fn of(path: &Path) -> anyhow::Result<Self> {
-        let header = SessionFolder::header(path)?;
-        Ok(Self::new(path, header, SessionFolder::journal(path)?))
+        let (header, contents) = SessionFolder::read(path)?;
+        Ok(Self::new(path, header, contents))
     }
 
     pub(super) fn new(path: &Path, header: Header, contents: JournalContents) -> Self {
@@ -125,7 +125,8 @@ impl JournalReading {
         let mut first_frame = 0;
         let DecidedAgain { mut session, differences, rounding } =
             self.decide_again(&self.header.config, |_, decision| {
-                first_frame = first_frame.max(decision.frame.map_or(0, |frame| frame + 1));
+                first_frame =
+                    first_frame.max(decision.frame.map_or(0, |frame| frame.saturating_add(1)));
             })?;
         let restored = differences.iter().any(Difference::changes_views);
         if restored {

@@ -18,12 +18,9 @@ use crate::{
     config::{BoardConfig, Config, PlanName},
     detection::Miss,
     device::{Control, Lock},
+    files::{self, Links, Overwrite, save},
     guidance::Progress,
-    recording::{
-        Header, Line, SessionFolder, Stored,
-        save::{Overwrite, save},
-        stored_frame,
-    },
+    recording::{Header, Line, SessionFolder, Stored, stored_frame},
     report::{CameraChange, CameraSection, Provenance, Refused, Report, Thumbnail, page},
     session::{Input, Session},
     text::{self, report as words},
@@ -45,8 +42,7 @@ pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer)
 
 /// The report follows from the journal, so it may be replaced.
 fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
-    let header = SessionFolder::header(path)?;
-    let contents = SessionFolder::journal(path)?;
+    let (header, contents) = SessionFolder::read(path)?;
     let report = compose(path, &header, &contents.lines, session)?;
     let file = page_path(path);
     save(&file, page(&report).as_bytes(), Overwrite::Allowed)?;
@@ -76,7 +72,8 @@ pub fn of_folder(path: &Path) -> anyhow::Result<Report> {
 
 /// Whether the folder has a result that is not `ours`.
 fn holds_another_result(path: &Path, ours: &CalibrationFile) -> bool {
-    let Ok(text) = std::fs::read_to_string(path.join(RESULT_FILE)) else {
+    let Ok(text) = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused)
+    else {
         return false;
     };
     let tree: Value = serde_json::from_str(&text).unwrap_or_default();
@@ -137,9 +134,9 @@ fn compose(
 /// What a check found, if the session is one.
 fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
     let path = path.join("check.json");
-    let text = match std::fs::read_to_string(&path) {
-        Err(err) if err.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        text => text.with_context(|| format!("could not read {path:?}"))?,
+    let text = match files::read_text(&path, files::TEXT_LIMIT, Links::Refused) {
+        Err(err) if err.is_missing() => return Ok(None),
+        text => text?,
     };
     let damaged = || format!("not what a check writes: {path:?}");
     let found: Value = serde_json::from_str(&text).with_context(damaged)?;

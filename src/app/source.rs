@@ -14,7 +14,10 @@ use super::{
 #[cfg(all(unix, feature = "live"))]
 use crate::capture::Ffmpeg;
 use crate::{
-    capture::{CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, is_address},
+    capture::{
+        CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, is_address,
+        without_secrets,
+    },
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     pipeline::OnFrame,
@@ -123,6 +126,7 @@ impl SourceName {
         match self {
             Self::Simulated(_) if given == "auto" => "sim".into(),
             Self::Camera(camera) => camera.stable_name(),
+            Self::Video(name) => without_secrets(name),
             _ => given.into(),
         }
     }
@@ -177,13 +181,13 @@ fn is_video(path: &Path) -> bool {
 
 /// The stored pictures of a session, as a source.
 fn open_session(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
-    let header = SessionFolder::header(path)?;
+    let (header, contents) = SessionFolder::read(path)?;
     let identity =
         SourceIdentity { name: header.source.clone(), image_size: Some(header.image_size()) };
     let session = path.to_path_buf();
     let mut frames = Vec::new();
     let mut times = std::collections::BTreeMap::new();
-    for line in SessionFolder::journal(path)?.lines {
+    for line in contents.lines {
         if let Input::Observed(observation) = Input::from(line.input) {
             times.insert(
                 observation.frame_id.0,

@@ -1,14 +1,11 @@
 //! The folder of a study: finished parts, so that an interrupted study continues where it stopped.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::recording::save::{Overwrite, save};
+use crate::files::{Links, Overwrite, TEXT_LIMIT, entries, make_folder, read, read_text, save};
 
 const PARTS: &str = "parts";
 const PARAMS: &str = "parameters.toml";
@@ -27,20 +24,19 @@ impl StudyFolder {
     /// If the folder holds something else, or can't be written.
     pub fn open(path: &Path, params: &str) -> anyhow::Result<Self> {
         let folder = Self { path: path.to_path_buf() };
-        match fs::read_to_string(path.join(PARAMS)) {
+        match read_text(&path.join(PARAMS), TEXT_LIMIT, Links::Refused) {
             Ok(before) if before == params => return Ok(folder),
             Ok(_) => bail!(
                 "{} holds a study with other parameters: choose another --out",
                 path.display()
             ),
-            Err(_) => {}
+            Err(err) if err.is_missing() => {}
+            Err(err) => return Err(err.into()),
         }
-        let used = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
-        if used {
+        if !entries(path).is_empty() {
             bail!("{} is not empty and holds no study: choose another --out", path.display());
         }
-        fs::create_dir_all(path.join(PARTS))
-            .with_context(|| format!("could not create {}", path.display()))?;
+        make_folder(&path.join(PARTS))?;
         folder.write(PARAMS, params.as_bytes())?;
         Ok(folder)
     }
@@ -61,7 +57,7 @@ impl StudyFolder {
         work: impl FnOnce() -> Option<T>,
     ) -> anyhow::Result<T> {
         let file = format!("{PARTS}/{name}.json");
-        let before = fs::read(self.path.join(&file)).ok();
+        let before = read(&self.path.join(&file), TEXT_LIMIT, Links::Refused).ok();
         if let Some(part) = before.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
             return Ok(part);
         }

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::Announcer;
 use crate::{
     calibration::{Calibration, files::DistortionEntry},
+    files::{Links, Overwrite, TEXT_LIMIT, read_text, save},
     geometry::{Camera, Distortion},
-    recording::save::{Overwrite, save},
     simulation::Truth,
 };
 
@@ -76,7 +76,7 @@ pub fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<
 
 /// Empty if there is no earlier file, or none that can be read.
 fn earlier_frames(path: &Path) -> Vec<FramePose> {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let text = read_text(path, TEXT_LIMIT, Links::Refused).unwrap_or_default();
     serde_json::from_str::<TruthFile>(&text).map_or_else(|_| Vec::new(), |file| file.cam_from_board)
 }
 

@@ -1,8 +1,100 @@
 //! Addresses of network streams.
 
+const SCHEMES: [&str; 8] =
+    ["rtsp://", "rtsps://", "rtmp://", "http://", "https://", "udp://", "tcp://", "srt://"];
+/// What stands in the place of a secret.
+const HIDDEN: &str = "…";
+/// Words in a path after which a secret follows.
+const SECRET_WORDS: [&str; 4] = ["pass", "pwd", "token", "key="];
+
 /// Whether `name` is an address that ffmpeg reads, such as `rtsp://camera/1`.
 pub fn is_address(name: &str) -> bool {
-    const SCHEMES: [&str; 8] =
-        ["rtsp://", "rtsps://", "rtmp://", "http://", "https://", "udp://", "tcp://", "srt://"];
-    SCHEMES.iter().any(|scheme| name.to_ascii_lowercase().starts_with(scheme))
+    let name = name.to_ascii_lowercase();
+    SCHEMES.iter().any(|scheme| name.starts_with(scheme))
+}
+
+/// `name` as it may be stored and shown: an address without user, password, query and fragment; anything else
+/// as it is.
+pub fn without_secrets(name: &str) -> String {
+    if !is_address(name) {
+        return name.to_owned();
+    }
+    let Some((scheme, rest)) = name.split_once("://") else { return name.to_owned() };
+    let rest = rest.split(['?', '#']).next().unwrap_or_default();
+    let (authority, path) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
+    // A password may hold an @ itself, even a slash if it wasn't encoded.
+    let (host, path) = match path.rsplit_once('@') {
+        Some((_, after)) if !authority.contains('@') => {
+            after.split_at(after.find('/').unwrap_or(after.len()))
+        }
+        _ => (authority.rsplit_once('@').map_or(authority, |(_, host)| host), path),
+    };
+    let has_secret = |part: &str| {
+        let part = part.to_ascii_lowercase();
+        SECRET_WORDS.iter().any(|word| part.contains(word))
+    };
+    let path: Vec<&str> =
+        path.split('/').map(|part| if has_secret(part) { HIDDEN } else { part }).collect();
+    format!("{scheme}://{host}{}", path.join("/"))
+}
+
+/// `words` of another program about the source called `name`, without the secrets of its address.
+pub(super) fn words_without_secrets(words: &str, name: &str) -> String {
+    let shown = words.replace(name, &without_secrets(name));
+    let mut rest = shown.as_str();
+    let mut clean = String::new();
+    // The program may write the address in another way.
+    while let Some(at) = rest.find("://") {
+        let begin = rest[..at]
+            .rfind(|c: char| !c.is_ascii_alphanumeric())
+            .map_or(0, |b| b + rest[b..].chars().next().map_or(1, char::len_utf8));
+        let end = rest[at..]
+            .find(|c: char| c.is_whitespace() || "'\"<>".contains(c))
+            .map_or(rest.len(), |e| at + e);
+        clean += &rest[..begin];
+        clean += &without_secrets(&rest[begin..end]);
+        rest = &rest[end..];
+    }
+    clean + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_kept_without_its_secrets() {
+        for (given, kept) in [
+            ("rtsp://admin:s3cret@cam/stream", "rtsp://cam/stream"),
+            ("rtsp://admin:p@ss@cam:554/stream", "rtsp://cam:554/stream"),
+            ("rtsp://admin:a/b@cam/stream", "rtsp://cam/stream"),
+            (
+                "HTTP://u:p@10.0.0.1:8080/video.mjpg?user=u&pwd=p#x",
+                "HTTP://10.0.0.1:8080/video.mjpg",
+            ),
+            ("http://cam?pwd=p", "http://cam"),
+            ("rtsp://cam/user=admin_password=tlJw_channel=1", "rtsp://cam/…"),
+            ("rtsp://cam/live/token=abc/1", "rtsp://cam/live/…/1"),
+            ("rtsp://[fe80::1]:554/1", "rtsp://[fe80::1]:554/1"),
+            ("rtsp://", "rtsp://"),
+            ("pictures/a@b.png", "pictures/a@b.png"),
+            ("usb:0c45:6366:A1", "usb:0c45:6366:A1"),
+        ] {
+            assert_eq!(without_secrets(given), kept, "{given}");
+            assert_eq!(without_secrets(kept), kept, "it stays");
+        }
+    }
+
+    #[test]
+    fn words_of_ffmpeg_hide_them_too() {
+        let name = "rtsp://admin:s3cret@cam/stream";
+        for (said, shown) in [
+            ("rtsp://admin:s3cret@cam/stream: Not found", "rtsp://cam/stream: Not found"),
+            ("tcp://admin:s3cret@cam:554?timeout=0 failed", "tcp://cam:554 failed"),
+            ("'rtsp://u:s3cret@cam', ü://x", "'rtsp://cam', ü://x"),
+            ("nothing", "nothing"),
+        ] {
+            assert_eq!(words_without_secrets(said, name), shown);
+        }
+    }
 }

@@ -18,7 +18,10 @@ use std::{
 use image::GrayImage;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::{Arrival, CaptureError, FrameSource, SourceIdentity, is_address};
+use super::{
+    Arrival, CaptureError, FrameSource, SourceIdentity,
+    address::{is_address, without_secrets, words_without_secrets},
+};
 use crate::{
     device::{CameraEvent, Fault, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
@@ -37,8 +40,9 @@ const MESSAGES_KEPT: usize = 4096;
 /// Bytes taken from the pipe at once.
 const CHUNK: usize = 1 << 18;
 /// Leaves out pictures that come sooner than 1/31 s after the one before (they cost work and add no views),
-/// unless the stream's time starts again; then writes one line with the stream's own time for every picture that passes.
-const FILTERS: &str = "select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t),\
+/// unless the stream's time starts again; then writes one line with the stream's own time, in microseconds, for
+/// every picture that passes.
+const FILTERS: &str = "settb=1/1000000,select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t),\
 metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1";
 
 /// Pauses before a lost stream is asked for again.
@@ -48,6 +52,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 /// A network stream or a video file.
 pub struct Ffmpeg {
     program: String,
+    /// With user and password, which only the program gets to see.
     name: String,
     is_live: bool,
     size: ImageSize,
@@ -94,10 +99,10 @@ impl Ffmpeg {
         let mut run = Run::start(program, name, is_live).map_err(failed)?;
         let first = match run.pictures.next(START_PATIENCE, false) {
             Ok(Next::Picture(first)) => first,
-            Ok(Next::Nothing) => return Err(failed((Fault::NoFirstFrame, name.to_owned()))),
-            Ok(Next::End) => return Err(failed((Fault::ReaderFailed, run.pictures.words()))),
+            Ok(Next::Nothing) => return Err(failed((Fault::NoFirstFrame, without_secrets(name)))),
+            Ok(Next::End) => return Err(failed((Fault::ReaderFailed, run.pictures.words(name)))),
             Err(err) => {
-                let detail = format!("{err}; {}", run.pictures.words());
+                let detail = format!("{err}; {}", run.pictures.words(name));
                 return Err(failed((Fault::ReaderFailed, detail)));
             }
         };
@@ -240,6 +245,10 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     if is_live {
         command.args(["-fflags", "nobuffer", "-flags", "low_delay"]);
     }
+    if has_no_times(name) {
+        // ffmpeg would take them for 25 pictures per second, whatever they are.
+        command.args(["-use_wallclock_as_timestamps", "1"]);
+    }
     // A damaged picture is left out, not repaired.
     command.args(["-err_detect", "explode", "-fflags", "+discardcorrupt", "-i", name]);
     command.args(["-an", "-sn", "-dn", "-map", "0:v:0"]);
@@ -248,6 +257,14 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
+}
+
+/// Whether the stream is one of plain pictures without times, as motion JPEG over HTTP is.
+fn has_no_times(name: &str) -> bool {
+    const TIMED: [&str; 8] = [".m3u8", ".mpd", ".ts", ".mp4", ".flv", ".mkv", ".webm", ".m4s"];
+    let name = without_secrets(name).to_ascii_lowercase();
+    let is_http = ["http://", "https://"].iter().any(|scheme| name.starts_with(scheme));
+    is_http && !TIMED.iter().any(|ending| name.ends_with(ending))
 }
 
 /// A picture, and its time since the first one of its run.
@@ -267,9 +284,9 @@ struct Pictures {
     count: u64,
     messages: Messages,
     /// Times in the stream of pictures that have not come yet.
-    times: VecDeque<Option<f64>>,
+    times: VecDeque<Option<i64>>,
     /// Time in the stream and arrival of the first picture.
-    first: Option<(Option<f64>, Instant)>,
+    first: Option<(Option<i64>, Instant)>,
 }
 
 enum Next {
@@ -364,20 +381,46 @@ impl Pictures {
         let time = self.times.pop_front().flatten();
         let (first, came) = *self.first.get_or_insert((time, Instant::now()));
         match time.zip(first) {
-            Some((time, first)) => Duration::try_from_secs_f64(time - first).unwrap_or_default(),
+            Some((time, first)) => {
+                Duration::from_micros(time.saturating_sub(first).try_into().unwrap_or(0))
+            }
             None => came.elapsed(),
         }
     }
 
-    /// The program's last messages, in one line.
-    fn words(&mut self) -> String {
+    /// The program's last messages about the source called `name`, in one line.
+    fn words(&mut self, name: &str) -> String {
         while self.messages.is_readable() {
             self.times.extend(self.messages.read());
         }
         let text = [&self.messages.kept[..], &self.messages.line[..]].concat();
-        String::from_utf8_lossy(&text).trim().replace('\n', "; ")
+        let text = words_without_secrets(&String::from_utf8_lossy(&text), name);
+        plain_words(&text)
     }
 }
+
+/// ffmpeg's messages as a person reads them: those of its libraries about single packets are left out, the same
+/// one isn't repeated, and none has an address of memory.
+fn plain_words(text: &str) -> String {
+    let mut kept: Vec<&str> = Vec::new();
+    for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        // `[h264 @ 0x55d2c8] co located POCs unavailable`
+        let of_library = line.strip_prefix('[').and_then(|rest| rest.split_once("] "));
+        let (library, words) = match of_library {
+            Some((library, words)) if library.contains(" @ 0x") => (Some(library), words),
+            _ => (None, line),
+        };
+        let is_decoder = library
+            .is_some_and(|library| DECODERS.iter().any(|decoder| library.starts_with(decoder)));
+        if !is_decoder && !words.contains("0x") && !kept.contains(&words) {
+            kept.push(words);
+        }
+    }
+    kept.join("; ")
+}
+
+/// Libraries whose words are about single packets.
+const DECODERS: [&str; 8] = ["h264", "hevc", "mjpeg", "mpeg", "vp8", "vp9", "av1", "swscaler"];
 
 /// The program's standard error: the time of each picture, and messages.
 struct Messages {
@@ -398,7 +441,7 @@ impl Messages {
     }
 
     /// Reads what is there, and returns the times in it.
-    fn read(&mut self) -> Vec<Option<f64>> {
+    fn read(&mut self) -> Vec<Option<i64>> {
         let mut chunk = [0; 4096];
         let got = self.err.read(&mut chunk).unwrap_or(0);
         self.ended = got == 0;
@@ -428,12 +471,16 @@ impl Messages {
 /// The line that follows a picture's time.
 const METADATA: &str = "boresight=";
 
-/// The time in a line such as `frame:3 pts:1200 pts_time:1.2`; `Some(None)` if the stream states none.
-fn picture_time(line: &str) -> Option<Option<f64>> {
+/// The time in a line such as `frame:3 pts:1200000 pts_time:1.2`, in microseconds; `Some(None)` if the stream
+/// states none. `pts_time` has six digits only: after three hours that is a tenth of a second.
+fn picture_time(line: &str) -> Option<Option<i64>> {
     let (_, rest) = line.split_once("frame:")?;
-    let (_, time) = rest.split_once("pts_time:")?;
-    Some(time.trim().parse().ok().filter(|secs: &f64| secs.is_finite()))
+    let (_, rest) = rest.split_once("pts:")?;
+    rest.contains("pts_time:").then(|| rest.split_whitespace().next()?.parse().ok())
 }
+
+/// Longest header of a picture.
+const HEADER_BYTES: usize = 64;
 
 /// Width, height and largest value of a binary PGM picture, and where its pixels begin; `None` while the
 /// bytes do not reach so far.
@@ -441,6 +488,8 @@ fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
     if !bytes.starts_with(&b"P5"[..bytes.len().min(2)]) {
         return Err("not a picture");
     }
+    // Without a bound, digits without end would be read again with every chunk.
+    let bytes = &bytes[..bytes.len().min(HEADER_BYTES)];
     let (mut numbers, mut at) = ([0_u32; 3], 2);
     for number in &mut numbers {
         while bytes.get(at).is_some_and(u8::is_ascii_whitespace) {
@@ -452,6 +501,7 @@ fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
             at += 1;
         }
         match bytes.get(at) {
+            None if bytes.len() == HEADER_BYTES => return Err("not a picture"),
             None => return Ok(None),
             Some(byte) if byte.is_ascii_whitespace() && at > digits => {}
             Some(_) => return Err("not a picture"),
@@ -468,7 +518,7 @@ fn end(child: &mut Child) {
 
 impl FrameSource for Ffmpeg {
     fn identity(&self) -> SourceIdentity {
-        SourceIdentity { name: self.name.clone(), image_size: Some(self.size) }
+        SourceIdentity { name: without_secrets(&self.name), image_size: Some(self.size) }
     }
 
     fn waits(&self) -> bool {
@@ -500,7 +550,7 @@ impl FrameSource for Ffmpeg {
                 return self.broken((fault, detail));
             }
             Ok(Next::End) => {
-                let words = run.pictures.words();
+                let words = run.pictures.words(&self.name);
                 return match (self.is_live, words.is_empty()) {
                     (true, _) => self.broken((Fault::StreamLost, words)),
                     (false, false) => self.broken((Fault::ReaderFailed, words)),
@@ -508,7 +558,7 @@ impl FrameSource for Ffmpeg {
                 };
             }
             Err(err) => {
-                let detail = format!("{err}; {}", run.pictures.words());
+                let detail = format!("{err}; {}", run.pictures.words(&self.name));
                 return self.broken((Fault::ReaderFailed, detail));
             }
         };

@@ -130,6 +130,14 @@ impl Health {
         }
     }
 
+    /// The camera was kept busy for so long: pictures that it didn't send meanwhile are not missing.
+    #[cfg(all(target_os = "linux", feature = "live"))]
+    pub(super) fn excuse(&mut self, nanos: u64) {
+        if let Some(from) = &mut self.rate_from {
+            *from += nanos;
+        }
+    }
+
     /// Begins or ends a doubt; `Some` with what is known begins it.
     pub(super) fn doubt(&mut self, fault: Fault, detail: Option<String>) {
         let changed = match detail {

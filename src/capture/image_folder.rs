@@ -1,7 +1,7 @@
 //! Pictures from files: each one a photograph for itself.
 
 use std::{
-    io::{BufRead, Cursor, Read, Seek},
+    io::{BufRead, BufReader, Cursor, Read, Seek},
     path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
@@ -10,10 +10,16 @@ use std::{
 use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, ImageResult, Limits};
 
 use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
-use crate::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
+use crate::{
+    files::{FileError, Links, open},
+    frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
+};
 
 /// Longest side of a picture that is read; beyond it a file is more likely hostile than a photograph.
 pub const PICTURE_LIMIT_PX: u32 = 16_384;
+
+/// Most bytes of a JPEG: as many as it has pixels at the largest size.
+const PICTURE_LIMIT_BYTES: u64 = 1 << 28;
 
 /// The pictures of a folder, in the order of their names.
 #[derive(Debug)]
@@ -32,7 +38,7 @@ impl ImageFolder {
     pub fn open(folder: &Path) -> Result<Self, CaptureError> {
         let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
         let mut files = Vec::new();
-        for entry in std::fs::read_dir(folder).map_err(failed)? {
+        for entry in folder.read_dir().map_err(failed)? {
             let path = entry.map_err(failed)?.path();
             let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
             if path.is_file() && matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) {
@@ -75,18 +81,18 @@ impl FrameSource for ImageFolder {
 pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     let read = |source| CaptureError::Read { source, path: path.to_path_buf() };
     let decode = |reason: String| CaptureError::Decode { reason, path: path.to_path_buf() };
-    if !std::fs::metadata(path).map_err(read)?.is_file() {
-        return Err(decode("it is not a file".into()));
-    }
-    let reader =
-        ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(read)?;
+    let file = open(path, Links::Followed).map_err(|err| match err {
+        FileError::Read { source, path } => CaptureError::Read { source, path },
+        other => decode(other.to_string()),
+    })?;
+    let reader = ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(read)?;
     let Some(format) = reader.format() else {
         return Err(decode("its contents are neither PNG nor JPEG".into()));
     };
     let mut file = reader.into_inner();
     let image = if format == ImageFormat::Jpeg {
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(read)?;
+        file.by_ref().take(PICTURE_LIMIT_BYTES).read_to_end(&mut bytes).map_err(read)?;
         if !is_whole_jpeg(&bytes) {
             return Err(decode("it is cut short".into()));
         }

@@ -16,7 +16,7 @@ mod renumbered;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod v4l2;
 
-pub use address::is_address;
+pub use address::{is_address, without_secrets};
 pub use camera_mode::{CameraMode, choose, layout};
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
@@ -28,7 +28,7 @@ pub use renumbered::Renumbered;
 use std::{sync::Arc, time::Duration};
 
 use crate::{
-    device::{Adjustable, CameraEvent, CameraInfo, Control, Fault},
+    device::{Adjustable, CameraEvent, CameraInfo, Control, ControlBefore, Fault},
     frame::{Frame, ImageSize},
 };
 
@@ -59,6 +59,12 @@ pub trait FrameSource: Send {
     /// back. Does nothing without such a control, or while the camera is away.
     fn adjust(&mut self, control: Control, value: i64) {
         let _ = (control, value);
+    }
+
+    /// When the source is dropped, puts the camera's controls back to how they stood `before`: an earlier run of
+    /// the session found them so, and may have ended without doing it. Does nothing without such controls.
+    fn put_back_at_end(&mut self, before: &[ControlBefore]) {
+        let _ = before;
     }
 
     /// Waits at most `patience` for a frame.

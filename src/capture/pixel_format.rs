@@ -32,6 +32,9 @@ impl Unpacker {
     ///
     /// [`Flaw`] if the frame is not whole.
     pub fn unpack(&mut self, bytes: &[u8]) -> Result<GrayImage, Flaw> {
+        if self.size.width_px == 0 || self.size.height_px == 0 {
+            return Err(Flaw::Empty);
+        }
         let rows = self.size.height_px as usize;
         match self.layout {
             PixelLayout::Mjpeg => {

@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
 use crate::{
-    device::{Adjustable, CameraInfo, Control},
+    device::{Adjustable, CameraInfo, Control, ControlBefore},
     frame::FrameId,
 };
 
@@ -42,12 +42,16 @@ impl FrameSource for Renumbered {
         self.source.adjust(control, value);
     }
 
+    fn put_back_at_end(&mut self, before: &[ControlBefore]) {
+        self.source.put_back_at_end(before);
+    }
+
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
         let arrival = self.source.next_frame(patience)?;
         Ok(match arrival {
             Arrival::Frame(mut frame) if self.first > 0 => {
                 // A source that keeps its frames for reuse holds a second reference: then this copies.
-                let id = FrameId(frame.id.0 + self.first);
+                let id = FrameId(frame.id.0.saturating_add(self.first));
                 Arc::make_mut(&mut frame).id = id;
                 Arrival::Frame(frame)
             }

@@ -5,7 +5,12 @@ use std::{path::PathBuf, str::FromStr};
 use anyhow::Context;
 use clap::Args;
 
-use crate::{config::Config, frame::ImageSize};
+use crate::{
+    board::Checkerboard,
+    config::Config,
+    files::{Links, TEXT_LIMIT, read_text},
+    frame::ImageSize,
+};
 
 /// Board and settings.
 #[derive(Clone, Debug, Args)]
@@ -85,8 +90,7 @@ impl BoardArguments {
         };
         let in_file = match &self.config {
             Some(path) => {
-                let text = std::fs::read_to_string(path)
-                    .with_context(|| format!("could not read {path:?}"))?;
+                let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
                 let table: toml::Table = toml::from_str(&text)
                     .with_context(|| format!("not a configuration: {path:?}"))?;
                 table.get(SQUARE[0]).is_some_and(|board| board.get(SQUARE[1]).is_some())
@@ -105,7 +109,13 @@ impl FromStr for BoardSize {
         let parsed = parts.and_then(|(columns, rows)| {
             Some(Self { columns: columns.trim().parse().ok()?, rows: rows.trim().parse().ok()? })
         });
-        parsed.ok_or_else(|| "wants inner corners, columns x rows, for example 9x6".into())
+        let size =
+            parsed.ok_or("wants inner corners, columns x rows, for example 9x6".to_owned())?;
+        // Only their number is wrong usage; the square comes from elsewhere.
+        match Checkerboard::new(size.columns, size.rows, 0.025) {
+            Ok(_) => Ok(size),
+            Err(err) => Err(err.to_string()),
+        }
     }
 }
 

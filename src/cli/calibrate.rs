@@ -26,7 +26,7 @@ use crate::{
         calibration_views::{from_pictures, from_table},
     },
     calibration::{calibrate, files::CalibrationFile},
-    recording::save::{Overwrite, save},
+    files::{Overwrite, may_save, save},
     text,
 };
 
@@ -75,6 +75,13 @@ impl Arguments {
         self.goal.apply(&mut config);
         config.calibration.varying_focal |= self.varying_focal;
         let board = config.board()?;
+        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
+        for path in self.out.iter().chain(&self.report) {
+            may_save(path, overwrite)?;
+        }
+        if self.out.is_some() && self.out == self.report {
+            bail!("--out and --report name the same file: give each its own");
+        }
         let is_table =
             |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
         let views = match self.inputs.as_slice() {
@@ -107,7 +114,6 @@ impl Arguments {
             text::FINDING_WORDS,
         );
         let json = serde_json::to_string_pretty(&file.to_json()?)?;
-        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         if let Some(path) = &self.out {
             save(path, json.as_bytes(), overwrite)?;
             say(&format!("Written: {}", path.display()));

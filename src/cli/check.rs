@@ -21,6 +21,7 @@ use crate::{
         source::SourceName,
     },
     calibration::{DriftVerdict, NoDrift, import::OldCalibration},
+    capture::without_secrets,
     config::{BoardConfig, Config, PlanName},
     device::Control,
     text,
@@ -175,7 +176,7 @@ impl Arguments {
         let BoardConfig { columns, rows, square_mm, .. } = config.board;
         say(&format!(
             "To calibrate anew: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --against {}",
-            self.source,
+            without_secrets(&self.source),
             self.against.display()
         ));
         Ok(false)

@@ -8,7 +8,8 @@ use clap::Args;
 use super::terminal::{print, say};
 use crate::{
     app::Exit,
-    app::doctor::{Diagnosis, DoctorFile, recover, verify},
+    app::doctor::{Diagnosis, DoctorFile, verify},
+    recording::{Recovered, recover},
     text,
 };
 
@@ -34,10 +35,10 @@ impl Arguments {
         if found.cut {
             say(text::replay::CUT);
         }
-        if let Some(new) = &self.recover {
-            recover(&self.session, new, found.lines)?;
-            say(&format!("Recovered {} lines into {}", found.lines, new.display()));
-        }
+        let recovered = match &self.recover {
+            Some(new) => Some(recover(&self.session, new)?),
+            None => None,
+        };
         let Diagnosis { lines, pictures, views, problems, different_decisions, .. } = &found;
         if let Some(first) = found.first_difference {
             // What was recorded is whole all the same.
@@ -52,13 +53,16 @@ impl Arguments {
         if self.json {
             print(&serde_json::to_value(DoctorFile::from(&found))?.to_string())?;
         }
+        if let (Some(recovered), Some(new)) = (recovered, &self.recover) {
+            let Recovered { lines, lost_pictures } = recovered;
+            say(&text::doctor::recovered(lines, lost_pictures, &new.display().to_string()));
+            return Ok(Exit::Good);
+        }
         if !problems.is_empty() {
-            if self.recover.is_none() {
-                say(&format!(
-                    "What is whole can be copied into a new session: boresight doctor {} --recover NEW",
-                    self.session.display()
-                ));
-            }
+            say(&format!(
+                "What is whole can be copied into a new session: boresight doctor {} --recover NEW",
+                self.session.display()
+            ));
             bail!("{} problems in {:?}", problems.len(), self.session);
         }
         say("Whole.");

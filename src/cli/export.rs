@@ -8,7 +8,7 @@ use super::terminal::{announcer, print, say};
 use crate::{
     app::Exit,
     app::export::{self, export},
-    recording::save::{Overwrite, save},
+    files::{Overwrite, save},
 };
 
 /// Write a calibration for other programs.

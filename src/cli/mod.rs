@@ -24,7 +24,7 @@ mod terminal;
 #[cfg(feature = "window")]
 mod window;
 
-use std::{io::Write, process::ExitCode};
+use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
@@ -106,8 +106,7 @@ pub fn main() -> ExitCode {
         Ok(exit) => exit.into(),
         Err(err) => {
             let hint = explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
-            // If stderr is closed there is nobody left to tell.
-            let _ = writeln!(std::io::stderr(), "boresight: {err:#}{hint}");
+            terminal::say(&format!("boresight: {err:#}{hint}"));
             if err.chain().any(<dyn std::error::Error>::is::<MissingFeature>) {
                 return ExitCode::from(WRONG_USAGE);
             }

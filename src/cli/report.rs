@@ -19,7 +19,8 @@ use crate::{
         BOARD_SCALE_SD,
         files::{AcceptanceEntry, CalibrationFile},
     },
-    recording::save::{Overwrite, save},
+    capture::without_secrets,
+    files::{Overwrite, save},
     report::page,
     text::{acceptance::acceptance, report as words},
 };
@@ -121,6 +122,6 @@ impl Arguments {
 /// The command line of this run, as a shell reads it.
 pub(super) fn this_command() -> String {
     let arguments = std::env::args_os().skip(1);
-    let words = arguments.map(|argument| quoted(&argument.to_string_lossy()));
+    let words = arguments.map(|argument| quoted(&without_secrets(&argument.to_string_lossy())));
     std::iter::once("boresight".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }

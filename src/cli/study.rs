@@ -1,6 +1,6 @@
 //! `boresight study`.
 
-use std::{fs, path::PathBuf, time::Duration};
+use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::terminal::{print, say};
 use crate::{
     app::{Exit, StudyFolder},
+    files::{Links, TEXT_LIMIT, read_text},
     study::{EXPERIMENTS, Outcome, Params, guidance, page},
 };
 
@@ -125,8 +126,7 @@ impl Arguments {
         let mut params = match &self.params {
             None => Params::default(),
             Some(path) => {
-                let text = fs::read_to_string(path)
-                    .with_context(|| format!("could not read {}", path.display()))?;
+                let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
                 toml::from_str(&text).with_context(|| {
                     format!("{} is no parameter file; --print-params shows one", path.display())
                 })?

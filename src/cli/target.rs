@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     app::Exit,
-    recording::save::{Overwrite, save},
+    files::{Overwrite, save},
     target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
     text,
 };

@@ -3,12 +3,19 @@
 use std::{
     io::Write,
     process::ExitCode,
-    sync::{Arc, atomic::AtomicBool},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
 };
 
 use anyhow::Context;
 
-use crate::app::{Announcer, Exit};
+use crate::{
+    app::{Announcer, Exit},
+    text,
+};
 
 /// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
 /// out still decides its exit code.
@@ -19,17 +26,44 @@ pub(super) fn print(line: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a line to stderr; without a reader the work goes on.
+/// Writes a line to stderr; without a reader the work goes on. Names from files and devices command no terminal.
 pub(super) fn say(line: &str) {
+    let is_harmless = |c: &char| !c.is_control() || *c == '\n';
+    let line: String = line.chars().filter(is_harmless).collect();
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// A flag that Ctrl-C and a polite kill set.
+/// How long a second Ctrl-C counts as the first: some shells and wrappers pass it on twice.
+const ONE_REQUEST: Duration = Duration::from_millis(500);
+const LOOK: Duration = Duration::from_millis(50);
+/// Exit code after a second Ctrl-C, as shells know it.
+const INTERRUPTED: i32 = 130;
+
+/// A flag that Ctrl-C, a polite kill and the closing of the terminal set. A second Ctrl-C or kill ends the
+/// program at once, whatever hangs.
 pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
     let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+    let again = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
+        signal_hook::flag::register(signal, Arc::clone(&again))?;
     }
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&stop))?;
+    let first = Arc::clone(&stop);
+    std::thread::Builder::new().name("signals".into()).spawn(move || {
+        while !first.load(Ordering::Relaxed) {
+            std::thread::sleep(LOOK);
+        }
+        std::thread::sleep(ONE_REQUEST);
+        again.store(false, Ordering::Relaxed);
+        while !again.load(Ordering::Relaxed) {
+            std::thread::sleep(LOOK);
+        }
+        say(text::window::ENDED_AT_ONCE);
+        std::process::exit(INTERRUPTED);
+    })?;
     Ok(stop)
 }
 

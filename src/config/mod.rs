@@ -4,13 +4,14 @@ mod camera;
 
 pub use camera::{Backend, CameraConfig};
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::{
     board::{Checkerboard, InvalidBoard},
     calibration::{AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens},
+    files::{FileError, Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     guidance::{BoardRoll, GuidanceParams, Plan},
     session::SessionSetup,
@@ -130,19 +131,22 @@ pub struct CalibrationConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file could not be read.
-    #[error("could not read {path:?}")]
-    Read {
-        /// What the system said.
-        source: std::io::Error,
-        /// The file.
-        path: PathBuf,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The text is not a valid configuration.
     #[error("{message} (in {origin})")]
     Invalid {
         /// What is wrong, in the parser's words.
         message: String,
         /// File name or command line.
+        origin: String,
+    },
+    /// The text is not a scene.
+    #[error("{message} (in the scene {origin})")]
+    Scene {
+        /// What is wrong, in the parser's words.
+        message: String,
+        /// File name.
         origin: String,
     },
     /// The board is not usable.
@@ -159,8 +163,7 @@ impl Config {
     pub fn load(file: Option<&Path>, settings: &[String]) -> Result<Self, ConfigError> {
         let mut table = defaults();
         if let Some(path) = file {
-            let text = std::fs::read_to_string(path)
-                .map_err(|source| ConfigError::Read { source, path: path.to_path_buf() })?;
+            let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
             let origin = path.display().to_string();
             let over = toml::from_str(&text).map_err(|err| invalid(err.message(), &origin))?;
             merge(&mut table, over);
@@ -196,6 +199,15 @@ impl Config {
         config.checked(origin)
     }
 
+    /// Checks the settings of a session, which may come from somebody else.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if a value is out of range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.clone().checked("session.toml").map(drop)
+    }
+
     fn checked(self, origin: &str) -> Result<Self, ConfigError> {
         let g = &self.guidance;
         let tilts = 0.0 < g.min_tilt_deg
@@ -220,7 +232,7 @@ impl Config {
         ]
         .iter()
         .all(|value| value.is_finite() && *value > 0.0);
-        let rest = g.margin_px >= 0.0
+        let rest = (0.0..1e4).contains(&g.margin_px)
             && (0.0..0.4).contains(&g.target_margin)
             && (0.0..=60.0).contains(&g.hold_secs);
         let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
@@ -240,7 +252,7 @@ impl Config {
             (positive, "guidance: limits must be positive numbers"),
             (
                 rest,
-                "guidance: margin_px must not be negative, target_margin must be 0 to 0.4, hold_secs 0 to 60",
+                "guidance: margin_px must be 0 to 10000, target_margin must be 0 to 0.4, hold_secs 0 to 60",
             ),
             (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
         ] {
@@ -416,6 +428,8 @@ mod tests {
             "nonsense",
             "guidance.min_tilt_deg=70",
             "guidance.hold_secs=nan",
+            "guidance.margin_px=inf",
+            "guidance.margin_px=nan",
             "guidance.accept=soon",
             "board.scale_error_percent=-1",
         ] {

@@ -20,7 +20,7 @@ pub struct CameraInfo {
 }
 
 /// How a control stood before the session locked it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ControlBefore {
     /// Which.
     pub control: Control,
@@ -28,4 +28,7 @@ pub struct ControlBefore {
     pub value: Option<i64>,
     /// Whether the camera moved it by itself; `None` if it has no such automatic.
     pub automatic: Option<bool>,
+    /// The driver's numbers and values of it and of what moves it, in the order in which they are put back; empty
+    /// if not known.
+    pub exact: Vec<(u32, i64)>,
 }

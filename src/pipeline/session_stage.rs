@@ -93,7 +93,9 @@ impl Recorder {
             // With the whole stream recorded, the accepted frame was stored when it was seen.
             let to_store = if self.record_stream { current.clone() } else { picture.clone() };
             let stored = to_store.map(|frame| folder.store_frame(frame.id, &frame)).transpose()?;
+            // A picture on the disk without its line would look like a lost line.
             let sync = accepted.is_some()
+                || stored.is_some()
                 || matches!(decision.outcome, Outcome::Removed { .. })
                 || matches!(input, Input::Command(_) | Input::Stop);
             folder.journal_mut().append(input, decision, stored, sync)?;

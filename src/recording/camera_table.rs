@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ControlLine;
-use crate::device::CameraInfo;
+use crate::device::{CameraInfo, ControlBefore};
 
 /// Mirror of [`CameraInfo`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,6 +33,22 @@ struct ControlTable {
     value: Option<i64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     automatic: Option<bool>,
+    /// The driver's numbers and values, to put back.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    exact: Vec<(u32, i64)>,
+}
+
+impl CameraTable {
+    /// How the controls stood before the session locked them.
+    pub fn controls_before(&self) -> Vec<ControlBefore> {
+        let before = |table: &ControlTable| ControlBefore {
+            control: table.control.into(),
+            value: table.value,
+            automatic: table.automatic,
+            exact: table.exact.clone(),
+        };
+        self.controls_before.iter().map(before).collect()
+    }
 }
 
 impl From<CameraInfo> for CameraTable {
@@ -52,6 +68,7 @@ impl From<CameraInfo> for CameraTable {
                     control: before.control.into(),
                     value: before.value,
                     automatic: before.automatic,
+                    exact: before.exact,
                 })
                 .collect(),
         }

@@ -1,5 +1,9 @@
 //! Why a session folder couldn't be read or written.
 
+use std::path::PathBuf;
+
+use crate::files::FileError;
+
 /// A journal line that differs from what was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
@@ -12,33 +16,14 @@ pub struct Damage {
 /// Why a session folder could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
-    /// The system refused to read a file.
-    #[error("could not read {path:?}")]
-    Read {
-        /// What the system said.
-        source: std::io::Error,
-        /// The file.
-        path: std::path::PathBuf,
-    },
-    /// The system refused to write a file.
-    #[error("could not write {path:?}")]
-    Write {
-        /// What the system said.
-        source: std::io::Error,
-        /// The file.
-        path: std::path::PathBuf,
-    },
-    /// The file exists and must not be overwritten.
-    #[error("there is already a file {path:?}")]
-    Exists {
-        /// The file.
-        path: std::path::PathBuf,
-    },
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// There is something in the folder that is to become a session.
     #[error("there is something in this folder already: {path:?}")]
     NotNew {
         /// The folder.
-        path: std::path::PathBuf,
+        path: PathBuf,
     },
     /// `session.toml` is not one that this version reads.
     #[error("not a session this version can read ({reason}): {path:?}")]
@@ -46,7 +31,13 @@ pub enum RecordingError {
         /// What is wrong with it.
         reason: String,
         /// The file.
-        path: std::path::PathBuf,
+        path: PathBuf,
+    },
+    /// `session.toml` was changed after the session began.
+    #[error("the journal was recorded with another session.toml: {path:?}")]
+    OtherHeader {
+        /// The session.
+        path: PathBuf,
     },
     /// A journal line is damaged.
     #[error("line {} of the journal is damaged ({}): {path:?}", damage.line, damage.reason)]
@@ -54,7 +45,15 @@ pub enum RecordingError {
         /// Which line, and how.
         damage: Damage,
         /// The file.
-        path: std::path::PathBuf,
+        path: PathBuf,
+    },
+    /// The journal lacks lines that must have been there.
+    #[error("lines are missing from the journal ({reason}): {path:?}")]
+    LinesMissing {
+        /// What tells so.
+        reason: String,
+        /// The file.
+        path: PathBuf,
     },
     /// A stored picture is missing or damaged.
     #[error("a stored picture is damaged ({reason}): {path:?}")]
@@ -62,7 +61,7 @@ pub enum RecordingError {
         /// What is wrong with it.
         reason: String,
         /// The file.
-        path: std::path::PathBuf,
+        path: PathBuf,
     },
     /// The file system refused to lock the session, so nothing would keep a second process out.
     #[error("could not lock the session against a second program: {path:?}")]
@@ -70,12 +69,12 @@ pub enum RecordingError {
         /// Cause.
         source: std::io::Error,
         /// The session.
-        path: std::path::PathBuf,
+        path: PathBuf,
     },
     /// Another process has the session open.
     #[error("another boresight has this session open: {path:?}")]
     Locked {
         /// The session.
-        path: std::path::PathBuf,
+        path: PathBuf,
     },
 }

@@ -1,25 +1,28 @@
 //! The folder of one session.
 
 use std::{
-    fs::{self, File, TryLockError},
+    fs::{File, TryLockError},
     io::Cursor,
     path::{Path, PathBuf},
 };
 
 use image::{
-    GrayImage, ImageEncoder,
+    GrayImage, ImageEncoder, Limits,
     codecs::png::{CompressionType, FilterType, PngEncoder},
 };
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CameraTable, Journal, JournalContents, RecordingError, Stored,
+    CameraTable, Journal, JournalContents, RecordedOutcome, RecordingError, Stored,
     journal::checksum,
-    save::{Overwrite, UNFINISHED, save},
 };
 use crate::{
     config::Config,
     device::CameraInfo,
+    files::{
+        FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, make_folder, open, read,
+        read_text, save,
+    },
     frame::{Frame, FrameId, ImageSize},
     guidance::RULES,
 };
@@ -27,6 +30,14 @@ use crate::{
 /// Version of everything in the folder. A newer one is refused, never rewritten.
 const SCHEMA: &str = "boresight.session/1";
 const SCHEMA_NAME: &str = "boresight.session/";
+pub(super) const HEADER: &str = "session.toml";
+pub(super) const JOURNAL: &str = "journal.jsonl";
+const FRAMES: &str = "frames";
+/// The largest header, and the largest stored picture, that are read.
+pub(super) const HEADER_LIMIT: u64 = 1 << 20;
+const FRAME_LIMIT: u64 = 512 << 20;
+/// Longest side of a stored picture.
+const SIDE_LIMIT_PX: u32 = 16_384;
 
 /// What `session.toml` says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -89,25 +100,17 @@ impl Header {
     }
 }
 
-/// Whether nothing stands at `path` but what a crash between the first two writes leaves behind.
-fn is_new(path: &Path) -> std::io::Result<bool> {
-    let entries = match fs::read_dir(path) {
-        Ok(entries) => entries,
-        Err(err) if err.kind() == std::io::ErrorKind::NotFound => return Ok(true),
-        Err(err) => return Err(err),
-    };
-    for entry in entries {
-        let entry = entry?;
-        let unfinished = entry.file_name().to_string_lossy().starts_with(UNFINISHED);
-        let no_pictures = || {
-            entry.file_name() == "frames"
-                && fs::read_dir(entry.path()).is_ok_and(|mut f| f.next().is_none())
-        };
-        if !(unfinished || no_pictures()) {
-            return Ok(false);
-        }
+/// Whether nothing stands at `path` but what a crash during creation leaves behind.
+fn is_new(path: &Path) -> bool {
+    if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
+        return false;
     }
-    Ok(true)
+    entries(path).iter().all(|entry| {
+        let name = entry.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with(UNFINISHED)
+            || (name == FRAMES && is_own_folder(entry) && entries(entry).is_empty())
+            || (name == JOURNAL && entry.symlink_metadata().is_ok_and(|there| there.len() == 0))
+    })
 }
 
 /// An open session folder. One process at a time: the journal is locked while it is open.
@@ -119,57 +122,79 @@ pub struct SessionFolder {
 }
 
 impl SessionFolder {
-    /// Creates `path` with its header.
+    /// Creates `path` with its header. The header comes last: where it is, the rest is, too.
     ///
     /// # Errors
     ///
-    /// [`RecordingError::NotNew`] if there is something in the folder already, or [`RecordingError::Write`].
+    /// [`RecordingError::NotNew`] if there is something in the folder already, or [`RecordingError::File`].
     pub fn create(path: &Path, header: &Header) -> Result<Self, RecordingError> {
-        let failed = |source| RecordingError::Write { source, path: path.to_path_buf() };
-        if !is_new(path).map_err(failed)? {
+        if !is_new(path) {
             return Err(RecordingError::NotNew { path: path.to_path_buf() });
         }
-        fs::create_dir_all(path.join("frames")).map_err(failed)?;
+        make_folder(path)?;
+        make_folder(&path.join(FRAMES))?;
         let text = toml::to_string(header)
-            .map_err(|err| failed(std::io::Error::other(err.to_string())))?;
-        save(&path.join("session.toml"), text.as_bytes(), Overwrite::Never)?;
-        Self::open(path).map(|(folder, ..)| folder)
+            .map_err(|err| FileError::writing(path)(std::io::Error::other(err.to_string())))?;
+        let journal = Journal::create(&path.join(JOURNAL), checksum(text.as_bytes()))?;
+        save(&path.join(HEADER), text.as_bytes(), Overwrite::Never)?;
+        Ok(Self { path: path.to_path_buf(), journal, _lock: lock(path)? })
     }
 
-    /// Opens a session to resume it.
+    /// Opens a session to resume it. Changes nothing until the first line is appended.
     ///
     /// # Errors
     ///
-    /// [`RecordingError`] if it can't be read, is damaged or newer, or can't be locked because another process
-    /// has it open or the file system has no locks.
+    /// [`RecordingError`] if it can't be read, is damaged, lacks lines or is newer, or can't be locked because
+    /// another process has it open or the file system has no locks.
     pub fn open(path: &Path) -> Result<(Self, Header, JournalContents), RecordingError> {
-        let header = Self::header(path)?;
-        let lock_path = path.join("session.toml");
-        let lock = File::open(&lock_path)
-            .map_err(|source| RecordingError::Read { source, path: lock_path.clone() })?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(RecordingError::Locked { path: path.to_path_buf() });
-            }
-            Err(TryLockError::Error(source)) => {
-                return Err(RecordingError::NoLock { source, path: path.to_path_buf() });
-            }
+        let (header, header_crc32) = Self::header_with_checksum(path)?;
+        let lock = lock(path)?;
+        let contents = Self::journal_of(path, &header_crc32)?;
+        if let Some(reason) = missing_lines(path, &contents) {
+            return Err(RecordingError::LinesMissing { reason, path: path.join(JOURNAL) });
         }
-        let contents = Self::journal(path)?;
-        let journal = Journal::append_to(&path.join("journal.jsonl"), &contents)?;
+        let frames = path.join(FRAMES);
+        if !is_own_folder(&frames) {
+            let what = "not a folder of this session";
+            return Err(FileError::NotAFile { what, path: frames }.into());
+        }
+        let journal = Journal::append_to(&path.join(JOURNAL), &contents, header_crc32)?;
         Ok((Self { path: path.to_path_buf(), journal, _lock: lock }, header, contents))
+    }
+
+    /// Reads header and journal of the session at `path`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::header`] and [`Journal::read`], and [`RecordingError::OtherHeader`].
+    pub fn read(path: &Path) -> Result<(Header, JournalContents), RecordingError> {
+        let (header, header_crc32) = Self::header_with_checksum(path)?;
+        Ok((header, Self::journal_of(path, &header_crc32)?))
+    }
+
+    fn journal_of(path: &Path, header_crc32: &str) -> Result<JournalContents, RecordingError> {
+        let contents = Self::journal(path)?;
+        match &contents.header_crc32 {
+            Some(of_journal) if of_journal != header_crc32 => {
+                Err(RecordingError::OtherHeader { path: path.to_path_buf() })
+            }
+            _ => Ok(contents),
+        }
     }
 
     /// Reads `session.toml` of the session at `path`.
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Read`] or [`RecordingError::Header`].
+    /// [`RecordingError::File`] or [`RecordingError::Header`].
     pub fn header(path: &Path) -> Result<Header, RecordingError> {
-        let path = path.join("session.toml");
-        let text = fs::read_to_string(&path)
-            .map_err(|source| RecordingError::Read { source, path: path.clone() })?;
+        Self::header_with_checksum(path).map(|(header, _)| header)
+    }
+
+    /// Reads `session.toml`, and its checksum.
+    pub(super) fn header_with_checksum(path: &Path) -> Result<(Header, String), RecordingError> {
+        let path = path.join(HEADER);
+        let text = read_text(&path, HEADER_LIMIT, Links::Refused)?;
         let bad = |reason: String| RecordingError::Header { reason, path: path.clone() };
         let table: toml::Table = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
         let schema = table.get("schema").and_then(toml::Value::as_str).unwrap_or("none");
@@ -182,7 +207,12 @@ impl SessionFolder {
                 "its schema is {schema:?}, this version reads {SCHEMA:?}{newer}"
             )));
         }
-        toml::from_str(&text).map_err(|err| bad(err.message().into()))
+        let header: Header = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
+        if header.image_size_px.iter().any(|side| !(1..=SIDE_LIMIT_PX).contains(side)) {
+            return Err(bad(format!("image_size_px needs sides of 1 to {SIDE_LIMIT_PX}")));
+        }
+        header.config.check().map_err(|err| bad(err.to_string()))?;
+        Ok((header, checksum(text.as_bytes())))
     }
 
     /// Reads the journal of the session at `path`.
@@ -191,7 +221,7 @@ impl SessionFolder {
     ///
     /// See [`Journal::read`].
     pub fn journal(path: &Path) -> Result<JournalContents, RecordingError> {
-        Journal::read(&path.join("journal.jsonl"))
+        Journal::read(&path.join(JOURNAL))
     }
 
     /// Where the session is.
@@ -209,13 +239,9 @@ impl SessionFolder {
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::File`].
     pub fn store_frame(&self, id: FrameId, frame: &Frame) -> Result<Stored, RecordingError> {
         let path = self.path.join(id.stored_name());
-        let failed = |reason: image::ImageError| RecordingError::Write {
-            source: std::io::Error::other(reason.to_string()),
-            path: path.clone(),
-        };
         let mut png = Vec::with_capacity(frame.image.len() / 2);
         PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Adaptive)
             .write_image(
@@ -224,27 +250,83 @@ impl SessionFolder {
                 frame.image.height(),
                 image::ExtendedColorType::L8,
             )
-            .map_err(failed)?;
+            .map_err(|err| FileError::writing(&path)(std::io::Error::other(err.to_string())))?;
         save(&path, &png, Overwrite::Allowed)?;
         Ok(Stored { frame: id.0, crc32: checksum(&png) })
     }
+}
+
+fn lock(path: &Path) -> Result<File, RecordingError> {
+    let lock = open(&path.join(HEADER), Links::Refused)?;
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => Err(RecordingError::Locked { path: path.to_path_buf() }),
+        Err(TryLockError::Error(source)) => {
+            Err(RecordingError::NoLock { source, path: path.to_path_buf() })
+        }
+    }
+}
+
+/// What tells that the journal of the session at `path` once had more lines than `contents`; `None` if nothing
+/// does.
+///
+/// A crash can leave a picture whose line was never written: one, each time that the program ran.
+pub fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
+    let named: std::collections::BTreeSet<PathBuf> = contents
+        .lines
+        .iter()
+        .filter_map(|line| Some(path.join(FrameId(line.stored.as_ref()?.frame).stored_name())))
+        .collect();
+    let runs = 1 + contents.lines.iter().filter(|line| line.is_resumed()).count();
+    let is_picture = |file: &PathBuf| file.extension().is_some_and(|ending| ending == "png");
+    let nameless = entries(&path.join(FRAMES))
+        .iter()
+        .filter(|file| is_picture(file) && !named.contains(*file))
+        .count();
+    (nameless > runs).then(|| format!("{nameless} pictures have no line"))
+}
+
+/// How many views the lines record as taken, removed ones included.
+pub fn views_taken(contents: &JournalContents) -> usize {
+    let taken =
+        |line: &&super::Line| matches!(line.outcome(), Some(RecordedOutcome::Accepted { .. }));
+    contents.lines.iter().filter(taken).count()
+}
+
+/// The bytes of a stored picture of the session at `session`, checked.
+///
+/// # Errors
+///
+/// [`RecordingError::File`] or [`RecordingError::Frame`].
+pub(super) fn stored_bytes(session: &Path, stored: &Stored) -> Result<Vec<u8>, RecordingError> {
+    let path = session.join(FrameId(stored.frame).stored_name());
+    let frames = session.join(FRAMES);
+    if frames.symlink_metadata().is_ok_and(|there| !there.is_dir()) {
+        return Err(
+            FileError::NotAFile { what: "not a folder of this session", path: frames }.into()
+        );
+    }
+    let bytes = read(&path, FRAME_LIMIT, Links::Refused)?;
+    if checksum(&bytes) != stored.crc32 {
+        return Err(RecordingError::Frame { reason: "its checksum does not match".into(), path });
+    }
+    Ok(bytes)
 }
 
 /// Reads a stored picture of the session at `session` and checks it.
 ///
 /// # Errors
 ///
-/// [`RecordingError::Read`] or [`RecordingError::Frame`].
+/// [`RecordingError::File`] or [`RecordingError::Frame`].
 pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, RecordingError> {
-    let path = session.join(FrameId(stored.frame).stored_name());
-    let bytes =
-        fs::read(&path).map_err(|source| RecordingError::Read { source, path: path.clone() })?;
-    let damaged = |reason: String| RecordingError::Frame { reason, path: path.clone() };
-    if checksum(&bytes) != stored.crc32 {
-        return Err(damaged("its checksum does not match".into()));
-    }
-    image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png)
-        .decode()
-        .map(image::DynamicImage::into_luma8)
-        .map_err(|err| damaged(err.to_string()))
+    let bytes = stored_bytes(session, stored)?;
+    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(SIDE_LIMIT_PX);
+    limits.max_image_height = Some(SIDE_LIMIT_PX);
+    reader.limits(limits);
+    reader.decode().map(image::DynamicImage::into_luma8).map_err(|err| RecordingError::Frame {
+        reason: err.to_string(),
+        path: session.join(FrameId(stored.frame).stored_name()),
+    })
 }

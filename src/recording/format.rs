@@ -15,11 +15,19 @@ use crate::{
 /// One line of the journal: the checksum is over the exact bytes of `body`.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
 pub(super) struct Envelope {
     /// Number of the line, from 0.
     pub(super) seq: u64,
     /// CRC-32 of the bytes of `body`, eight hexadecimal digits.
     pub(super) crc32: String,
+    /// CRC-32 of the bytes of `session.toml`, in the first line; older recordings have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) session: Option<String>,
+    /// Lines that were synced when this one was written, in the first line after each time. Damage before them
+    /// is no cut.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) synced: Option<u64>,
     #[cfg_attr(feature = "schemas", schemars(with = "Line"))]
     pub(super) body: Box<RawValue>,
 }
@@ -37,6 +45,13 @@ pub struct Line {
     /// The picture stored with it, if one was.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub stored: Option<Stored>,
+}
+
+impl Line {
+    /// Whether the session was resumed here.
+    pub fn is_resumed(&self) -> bool {
+        matches!(self.input, InputLine::Resumed)
+    }
 }
 
 /// A picture in `frames/`.

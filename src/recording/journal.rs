@@ -1,10 +1,6 @@
 //! The append-only log of a session.
 
-use std::{
-    fs::{File, OpenOptions},
-    io::Write,
-    path::{Path, PathBuf},
-};
+use std::path::Path;
 
 use serde_json::value::RawValue;
 
@@ -12,48 +8,80 @@ use super::{
     error::{Damage, RecordingError},
     format::{Envelope, InputLine, Line, Stored},
 };
-use crate::session::{Decision, Input};
+use crate::{
+    files::{Appending, Links, lines_of},
+    session::{Decision, Input},
+};
+
+/// The longest line that is read: ten times that of the largest board.
+const LINE_LIMIT: u64 = 16 << 20;
 
 /// The open journal.
 #[derive(Debug)]
 pub struct Journal {
-    file: File,
-    path: PathBuf,
+    file: Appending,
     next_seq: u64,
+    /// CRC-32 of `session.toml`, for the first line.
+    header_crc32: String,
+    /// Where to cut before the first line is appended.
+    cut_to: Option<u64>,
+    /// Lines that outlast a power cut, and how many of them the journal says so of.
+    synced: u64,
+    synced_told: u64,
 }
 
 /// What a journal holds.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct JournalContents {
     /// Its lines in order.
     pub lines: Vec<Line>,
     /// Bytes up to the end of the last whole line.
     pub whole_bytes: u64,
-    /// Whether a last line was cut and is left out.
+    /// Whether the end was cut and is left out: part of a line, or lines that had not been synced.
     pub cut: bool,
+    /// CRC-32 of the `session.toml` that it was recorded with; `None` in older recordings and without a line.
+    pub header_crc32: Option<String>,
 }
 
 impl Journal {
-    /// Opens `path` for appending after the `contents` read from it; a cut last line is dropped.
+    /// Creates an empty journal at `path`, for a session whose header has that checksum. A journal that is
+    /// empty already is taken.
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Write`].
-    pub fn append_to(path: &Path, contents: &JournalContents) -> Result<Self, RecordingError> {
-        let failed = |source| RecordingError::Write { source, path: path.to_path_buf() };
-        let file = OpenOptions::new().create(true).append(true).open(path).map_err(failed)?;
-        if contents.cut {
-            file.set_len(contents.whole_bytes).map_err(failed)?;
-            file.sync_all().map_err(failed)?;
-        }
-        Ok(Self { file, path: path.to_path_buf(), next_seq: contents.lines.len() as u64 })
+    /// [`RecordingError::File`].
+    pub(super) fn create(path: &Path, header_crc32: String) -> Result<Self, RecordingError> {
+        let is_empty = path.symlink_metadata().is_ok_and(|there| there.len() == 0);
+        let file = if is_empty { Appending::open(path)? } else { Appending::create(path)? };
+        Ok(Self { file, next_seq: 0, header_crc32, cut_to: None, synced: 0, synced_told: 0 })
+    }
+
+    /// Opens `path` for appending after the `contents` read from it. What was cut off is dropped with the first
+    /// line; until then nothing is changed.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`].
+    pub(super) fn append_to(
+        path: &Path,
+        contents: &JournalContents,
+        header_crc32: String,
+    ) -> Result<Self, RecordingError> {
+        Ok(Self {
+            file: Appending::open(path)?,
+            next_seq: contents.lines.len() as u64,
+            header_crc32,
+            cut_to: contents.cut.then_some(contents.whole_bytes),
+            synced: 0,
+            synced_told: 0,
+        })
     }
 
     /// Appends one input with its decision in a single write; `sync` makes it outlast a power cut.
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Write`]; the line may then be cut; the next opening drops it.
+    /// [`RecordingError::File`]; the line may then be cut; the next opening drops it.
     pub fn append(
         &mut self,
         input: &Input,
@@ -61,28 +89,58 @@ impl Journal {
         stored: Option<Stored>,
         sync: bool,
     ) -> Result<(), RecordingError> {
-        let failed = |source| RecordingError::Write { source, path: self.path.clone() };
-        let as_io = |err: serde_json::Error| failed(err.into());
-        let decision = serde_json::value::to_raw_value(decision).map_err(as_io)?;
-        let line = Line { input: InputLine::from(input), decision, stored };
-        let body = serde_json::value::to_raw_value(&line).map_err(as_io)?;
-        let crc32 = checksum(body.get().as_bytes());
-        let envelope = Envelope { seq: self.next_seq, crc32, body };
-        let mut bytes = serde_json::to_vec(&envelope).map_err(as_io)?;
+        let decision =
+            serde_json::value::to_raw_value(decision).map_err(|err| self.unwritten(err))?;
+        self.append_line(&Line { input: InputLine::from(input), decision, stored })?;
+        if sync { self.sync() } else { Ok(()) }
+    }
+
+    /// Appends a line as it is.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::append`].
+    pub(super) fn append_line(&mut self, line: &Line) -> Result<(), RecordingError> {
+        let body = serde_json::value::to_raw_value(line).map_err(|err| self.unwritten(err))?;
+        let envelope = Envelope {
+            seq: self.next_seq,
+            crc32: checksum(body.get().as_bytes()),
+            session: (self.next_seq == 0).then(|| self.header_crc32.clone()),
+            synced: (self.synced > self.synced_told).then_some(self.synced),
+            body,
+        };
+        let mut bytes = serde_json::to_vec(&envelope).map_err(|err| self.unwritten(err))?;
         bytes.push(b'\n');
-        self.file.write_all(&bytes).map_err(failed)?;
-        if sync {
-            self.file.sync_data().map_err(failed)?;
+        if let Some(whole_bytes) = self.cut_to.take() {
+            self.file.cut(whole_bytes)?;
         }
+        self.file.append(&bytes)?;
+        self.synced_told = self.synced;
         self.next_seq += 1;
         Ok(())
     }
 
-    /// Reads a journal. A last line without its end is left out and reported as cut.
+    /// Returns when every line outlasts a power cut.
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Read`], or [`RecordingError::Damaged`] for the first damaged line.
+    /// [`RecordingError::File`].
+    pub(super) fn sync(&mut self) -> Result<(), RecordingError> {
+        self.file.sync()?;
+        self.synced = self.next_seq;
+        Ok(())
+    }
+
+    fn unwritten(&self, err: serde_json::Error) -> RecordingError {
+        let path = self.file.path().to_path_buf();
+        crate::files::FileError::Write { source: err.into(), path }.into()
+    }
+
+    /// Reads a journal. An end that was cut is left out and reported.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`], or [`RecordingError::Damaged`] for the first damaged line.
     pub fn read(path: &Path) -> Result<JournalContents, RecordingError> {
         let (contents, damage) = Self::scan(path)?;
         match damage {
@@ -95,41 +153,75 @@ impl Journal {
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Read`].
+    /// [`RecordingError::File`].
     pub fn read_until_damage(path: &Path) -> Result<JournalContents, RecordingError> {
         Self::scan(path).map(|(contents, _)| contents)
     }
 
     fn scan(path: &Path) -> Result<(JournalContents, Option<Damage>), RecordingError> {
-        let bytes = match std::fs::read(path) {
-            Ok(bytes) => bytes,
-            Err(err) if err.kind() == std::io::ErrorKind::NotFound => Vec::new(),
-            Err(source) => return Err(RecordingError::Read { source, path: path.to_path_buf() }),
-        };
-        let cut = !bytes.is_empty() && !bytes.ends_with(b"\n");
-        let mut contents = JournalContents { lines: Vec::new(), whole_bytes: 0, cut };
-        for (index, line) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
-            let Some(text) = line.strip_suffix(b"\n") else { break };
-            match parse(text, index as u64) {
-                Ok(parsed) => contents.lines.push(parsed),
-                Err(reason) => return Ok((contents, Some(Damage { line: index + 1, reason }))),
+        let mut contents = JournalContents::default();
+        let mut damage = None;
+        lines_of(path, LINE_LIMIT, Links::Refused, |line| {
+            let due = contents.lines.len() as u64;
+            let whole = line.strip_suffix(b"\n");
+            match (&damage, whole) {
+                (None, None) if (line.len() as u64) < LINE_LIMIT => contents.cut = true,
+                (None, None) => {
+                    let reason = "it is longer than any line".to_owned();
+                    damage = Some(Damage { line: contents.lines.len() + 1, reason });
+                    contents.cut = false;
+                    return false;
+                }
+                (None, Some(text)) => match parse(text, due) {
+                    Ok((parsed, header_crc32)) => {
+                        contents.lines.push(parsed);
+                        contents.header_crc32 = contents.header_crc32.take().or(header_crc32);
+                        contents.whole_bytes += line.len() as u64;
+                    }
+                    Err(reason) => {
+                        damage = Some(Damage { line: contents.lines.len() + 1, reason });
+                        // No text has a zero: the file system never got these bytes.
+                        // A hole may have taken the end of a line, and joined the next whole one to it.
+                        contents.cut = text.contains(&0)
+                            && after_hole(text).is_none_or(|later| later.synced <= Some(due));
+                    }
+                },
+                // The hole is a cut only if no later line knows that this one was synced.
+                (Some(_), Some(text)) => {
+                    contents.cut &= after_hole(text).is_none_or(|later| later.synced <= Some(due));
+                }
+                (Some(_), None) => {}
             }
-            contents.whole_bytes += line.len() as u64;
-        }
-        Ok((contents, None))
+            true
+        })?;
+        let damage = damage.filter(|_| !contents.cut);
+        Ok((contents, damage))
     }
 }
 
-fn parse(text: &[u8], seq: u64) -> Result<Line, String> {
+/// The envelope of a line whose checksum is right.
+fn enveloped(text: &[u8]) -> Result<Envelope, String> {
     let envelope: Envelope = serde_json::from_slice(text).map_err(|err| err.to_string())?;
     if envelope.crc32 != checksum(envelope.body.get().as_bytes()) {
         return Err("its checksum does not match".into());
     }
+    Ok(envelope)
+}
+
+/// The whole line behind the last zero, if there is one.
+fn after_hole(text: &[u8]) -> Option<Envelope> {
+    enveloped(text.rsplit(|byte| *byte == 0).next()?).ok()
+}
+
+/// The line of that number, and the checksum of `session.toml` if it states one.
+fn parse(text: &[u8], seq: u64) -> Result<(Line, Option<String>), String> {
+    let envelope = enveloped(text)?;
     if envelope.seq != seq {
         return Err(format!("it is number {}, number {seq} was due", envelope.seq));
     }
     let body: &RawValue = &envelope.body;
-    serde_json::from_str(body.get()).map_err(|err| err.to_string())
+    let line = serde_json::from_str(body.get()).map_err(|err| err.to_string())?;
+    Ok((line, envelope.session))
 }
 
 /// CRC-32, hexadecimal.

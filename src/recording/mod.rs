@@ -10,7 +10,8 @@
 //!
 //! Invariant: a view is shown as accepted only after its picture and then its journal line are synced
 //! to disk. So a crash at any instant loses at most what nobody was told of. A last line that was cut is
-//! dropped when the session is opened again; a damaged line anywhere else is named and refused.
+//! dropped when the session is opened again, and so is what a power cut made of lines that were not synced yet; a
+//! damaged line anywhere else is named and refused. The first line holds a checksum of `session.toml`.
 //!
 //! ```
 //! use boresight::{
@@ -38,15 +39,16 @@ mod error;
 mod folder;
 mod format;
 mod journal;
+mod recovery;
 mod replay;
-pub mod save;
 
 pub use camera_line::{CameraLine, ControlLine, FaultLine, LayoutLine, LockLine, ModeLine};
 pub use camera_table::CameraTable;
 pub use error::{Damage, RecordingError};
-pub use folder::{Header, SessionFolder, stored_frame};
+pub use folder::{Header, SessionFolder, missing_lines, stored_frame, views_taken};
 #[cfg(feature = "schemas")]
 pub use format::journal_line_schema;
 pub use format::{Line, Stored};
 pub use journal::{Journal, JournalContents};
+pub use recovery::{Recovered, recover};
 pub use replay::{Difference, RecordedOutcome, Rounding, replay, take_rounding};

@@ -5,8 +5,9 @@ use std::path::Path;
 use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 
-use crate::config::ConfigError;
 use crate::{
+    config::ConfigError,
+    files::{Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     geometry::{Camera, Distortion},
     simulation::{
@@ -123,9 +124,8 @@ impl SceneFile {
     ///
     /// [`ConfigError`] if the file cannot be read, has unknown names, or describes no camera.
     pub fn load(path: &Path) -> Result<Scene, ConfigError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ConfigError::Read { source, path: path.to_path_buf() })?;
-        let invalid = |message: &str| ConfigError::Invalid {
+        let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+        let invalid = |message: &str| ConfigError::Scene {
             message: message.into(),
             origin: path.display().to_string(),
         };
@@ -135,10 +135,11 @@ impl SceneFile {
         let sized = (160..=8192).contains(&width_px) && (120..=8192).contains(&height_px);
         let lens = scene.camera.lens_parameters();
         let finite = lens.iter().all(|value| value.is_finite()) && scene.camera.f_px.x > 1.0;
-        let rest = scene.noise_sigma >= 0.0
+        let rest = (0.0..=255.0).contains(&scene.noise_sigma)
+            && (0.0..=1.0).contains(&scene.clutter)
             && (0.0..20.0).contains(&scene.psf_sigma_px)
             && (0.0..1.0).contains(&scene.exposure_secs)
-            && scene.frame_interval_nanos > 0;
+            && (1_000_000..=100_000_000_000).contains(&scene.frame_interval_nanos);
         let corners = [(0, 0), (width_px, 0), (0, height_px), (width_px, height_px)];
         let unfolded = corners.iter().all(|&(x, y)| {
             scene.camera.normalized_from_px(&Point2::new(f64::from(x), f64::from(y))).is_some()
@@ -146,7 +147,10 @@ impl SceneFile {
         for (good, message) in [
             (sized, "image_size_px needs 160x120 to 8192x8192"),
             (finite, "f_px, pp_px and distortion must be numbers, f_px above 1"),
-            (rest, "noise_levels, blur_px, exposure_ms and fps must be sensible positive numbers"),
+            (
+                rest,
+                "noise_levels needs 0 to 255, clutter 0 to 1, blur_px below 20, exposure_ms below 1000, fps 0.01 to 1000",
+            ),
             (
                 is_sensible(&scene.technician),
                 "[technician]: numbers must be positive and of a person's size, overshoot up to 0.5",

@@ -144,8 +144,20 @@ impl Params {
         if !(0.02..1.5).contains(&setup.tilt_rad) {
             return Some("tilt_rad must lie between 0.02 and 1.5");
         }
-        if !(positive(self.shift_step_m) && self.longest_shift_m / self.shift_step_m < 1e4) {
-            return Some("shift_step_m must be positive, and not a tiny part of longest_shift_m");
+        if !(positive(self.shift_step_m)
+            && positive(self.longest_shift_m)
+            && self.longest_shift_m / self.shift_step_m < 1e4)
+        {
+            return Some(
+                "longest_shift_m and shift_step_m must be positive, the step not a tiny part of it",
+            );
+        }
+        let numbers = [&setup.pp_px[..], &setup.distortion, &[self.shift_m]].concat();
+        if !numbers.iter().all(|value| value.is_finite() && value.abs() < 1e5) {
+            return Some("pp_px, distortion and shift_m must be numbers below 100000");
+        }
+        if !setup.image_size_px.iter().all(|side| (16..=16_384).contains(side)) {
+            return Some("image_size_px needs sides of 16 to 16384");
         }
         if ![self.noise_px, self.skip_noise_px].into_iter().all(positive) {
             return Some("noise_px and skip_noise_px must be positive");
@@ -154,8 +166,10 @@ impl Params {
         if counts.iter().any(|count| !(4..=1_000_000).contains(count)) {
             return Some("trials and runs must be between 4 and a million");
         }
-        if self.directions < 4 || !(4..=200).contains(&self.guidance_views) {
-            return Some("directions must be at least 4, guidance_views between 4 and 200");
+        if !(4..=100_000).contains(&self.directions) || !(4..=200).contains(&self.guidance_views) {
+            return Some(
+                "directions must be between 4 and 100000, guidance_views between 4 and 200",
+            );
         }
         let hands = &self.guidance_hands;
         let repeated = hands.iter().enumerate().any(|(i, hand)| hands[..i].contains(hand));

@@ -118,10 +118,16 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
     }
 }
 
+/// What to do when a camera returns with another mode than the session's.
+const OTHER_MODE_WAITS: &str = "The session's mode is asked for until the camera grants it; plug it into the port where it was. For the other mode, start a new session.";
+
 /// What keeps pictures from being taken, and what to do; `None` if nothing does.
 pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     if let Stream::Lost { fault: lost, detail } = &camera.stream {
-        return Some(with_detail(*lost, detail));
+        let (cause, action) = with_detail(*lost, detail);
+        // Without the session's mode it isn't used at all.
+        let waits = (*lost == Fault::OtherMode).then(|| OTHER_MODE_WAITS.to_owned());
+        return Some((cause, waits.unwrap_or(action)));
     }
     if let Some(change) = camera.changed.values().find(|change| change.control.moves_geometry()) {
         if camera.set_by_hand.contains(&change.control) {

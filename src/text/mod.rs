@@ -8,6 +8,7 @@ pub mod backend;
 pub mod camera;
 pub mod charts;
 mod controls;
+pub mod doctor;
 mod drift;
 pub mod explore;
 mod findings;
@@ -19,6 +20,7 @@ pub mod result;
 mod run;
 pub mod session_news;
 pub mod settings;
+pub mod source;
 mod target;
 pub mod window;
 

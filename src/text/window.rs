@@ -228,6 +228,9 @@ pub fn plan(plan: Plan) -> (&'static str, &'static str) {
     }
 }
 
+/// A second Ctrl-C.
+pub const ENDED_AT_ONCE: &str = "Ended at once. Views shown as taken are on the disk; a camera's focus and exposure may still be locked: resume the session with --session to put them back.";
+
 /// There is no display to open a window on.
 pub const IN_TERMINAL: &str = "There is no display: boresight guides by words in this terminal.";
 /// The build has no window.

@@ -115,6 +115,72 @@ fn a_damaged_line_is_named_and_what_stands_before_it_is_saved() {
 }
 
 #[test]
+fn what_a_power_cut_leaves_of_lines_that_were_not_synced_is_dropped() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    let mut folder = SessionFolder::create(&path, &header()).expect("created");
+    let mut count = 0;
+    guided(3, |input, decision| {
+        count += 1;
+        folder.journal_mut().append(input, decision, None, count == 20).expect("appended");
+    });
+    drop(folder);
+    let bytes = fs::read(journal(&path)).expect("readable");
+    let ends: Vec<usize> =
+        bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(at, _)| at + 1).collect();
+    let with_hole = |from: usize, to: usize| {
+        let mut holed = bytes.clone();
+        holed[from..to].fill(0);
+        fs::write(journal(&path), &holed).expect("written");
+        SessionFolder::open(&path).map(|(_, _, contents)| (contents.lines.len(), contents.cut))
+    };
+    // After the synced line: whatever the disk never got is a cut.
+    for (from, to, left) in [
+        (ends[24] + 3, ends[30] - 5, 25),
+        (ends[24], ends[25], 25),
+        (ends[20] + 1, bytes.len(), 21),
+        (ends[40] + 9, bytes.len() - 1, 41),
+    ] {
+        assert_eq!(with_hole(from, to).expect("opens"), (left, true), "{from} to {to}");
+    }
+    // Before it, a line knows that these were there: that's damage.
+    for (from, to) in [(ends[3] + 2, ends[4] - 2), (0, 40), (ends[18], ends[19])] {
+        let opened = with_hole(from, to);
+        assert!(matches!(opened, Err(RecordingError::Damaged { .. })), "{opened:?}");
+    }
+    // Nothing but a zero is a hole.
+    let mut flipped = bytes.clone();
+    flipped[ends[24] + 30] ^= 4;
+    fs::write(journal(&path), flipped).expect("written");
+    assert!(matches!(SessionFolder::open(&path), Err(RecordingError::Damaged { .. })));
+}
+
+#[test]
+fn a_session_belongs_to_its_header() {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    recorded(&path);
+    let file = path.join("session.toml");
+    let text = fs::read_to_string(&file).expect("readable");
+    assert!(SessionFolder::read(&path).expect("whole").1.header_crc32.is_some());
+    fs::write(&file, text.replace("hold_secs = ", "hold_secs = 1")).expect("written");
+    for refused in [SessionFolder::read(&path).err(), SessionFolder::open(&path).err()] {
+        assert!(matches!(refused, Some(RecordingError::OtherHeader { .. })), "{refused:?}");
+    }
+    // Numbers that are none, whoever wrote them.
+    for nonsense in [
+        text.replace("min_tilt_deg = 10.0", "min_tilt_deg = nan"),
+        text.replace("image_size_px = [1280, 720]", "image_size_px = [0, 720]"),
+        text.replace("margin_px = ", "margin_px = inf # "),
+    ] {
+        assert_ne!(nonsense, text);
+        fs::write(&file, nonsense).expect("written");
+        let refused = SessionFolder::header(&path);
+        assert!(matches!(refused, Err(RecordingError::Header { .. })), "{refused:?}");
+    }
+}
+
+#[test]
 fn a_session_is_open_once_and_never_made_twice() {
     let place = TempDir::new().expect("folder");
     let path = place.path().join("session");
@@ -132,8 +198,12 @@ fn a_session_is_open_once_and_never_made_twice() {
 fn a_session_names_its_camera() {
     let place = TempDir::new().expect("folder");
     let path = place.path().join("session");
-    let control =
-        |control, value, automatic| ControlBefore { control, value: Some(value), automatic };
+    let control = |control, value, automatic| ControlBefore {
+        control,
+        value: Some(value),
+        automatic,
+        exact: vec![(9_963_800, 7)],
+    };
     let facts = CameraInfo {
         name: "evil \u{1b}[2J \"name\"".into(),
         usb_id: Some((0x046d, 0x082d)),

@@ -230,7 +230,7 @@ fn starting() -> Vec<Case> {
 
 fn running() -> Vec<Case> {
     let stall = |c: &mut SimCamera| {
-        c.frame_faults.push(Box::new(|number, frame| frame.delivered &= number > 140));
+        c.frame_faults.push(Box::new(|number, frame| frame.delivered &= number > 200));
     };
     let cut = |_: u64, frame: &mut SimFrame| frame.bytes_used = frame.bytes_used * 2 / 3;
     let splice = |number: u64, frame: &mut SimFrame| {

@@ -208,7 +208,7 @@ fn a_stream_that_is_away_can_be_left() {
 }
 
 /// A network camera: pictures as motion JPEG over HTTP, to everyone who asks, while it is `up`.
-fn network_camera(up: &Arc<AtomicBool>, picture: &GrayImage) -> String {
+fn network_camera(up: &Arc<AtomicBool>, picture: &GrayImage, rate_hz: f64) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = format!("http://{}/video.mjpg", listener.local_addr().expect("bound"));
     let up = Arc::clone(up);
@@ -240,8 +240,7 @@ fn network_camera(up: &Arc<AtomicBool>, picture: &GrayImage) -> String {
                     .write_all(head.as_bytes())
                     .and_then(|()| client.write_all(jpeg))
                     .and_then(|()| client.write_all(b"\r\n"));
-                // The camera's rate.
-                std::thread::sleep(Duration::from_millis(33));
+                std::thread::sleep(Duration::from_secs_f64(1.0 / rate_hz));
             }
         }
     };
@@ -253,7 +252,7 @@ fn network_camera(up: &Arc<AtomicBool>, picture: &GrayImage) -> String {
 fn ffmpeg_itself_loses_a_network_camera_and_finds_it_again() {
     let up = Arc::new(AtomicBool::new(true));
     let picture = GrayImage::from_fn(320, 240, |x, y| Luma([(x ^ y) as u8]));
-    let address = network_camera(&up, &picture);
+    let address = network_camera(&up, &picture, 30.0);
     let mut source = Ffmpeg::open(&address).expect("opens");
     for _ in 0..2 {
         until(&mut source, |arrival| frame_number(arrival).is_some());
@@ -274,7 +273,8 @@ fn a_session_outlives_its_network_camera() {
     let place = TempDir::new().expect("folder");
     let up = Arc::new(AtomicBool::new(true));
     let (tilt_deg, slot_deg) = PAIRS[0];
-    let address = network_camera(&up, &picture(tilt_deg, slot_deg));
+    let address = network_camera(&up, &picture(tilt_deg, slot_deg), 30.0);
+    let address = address.replace("http://", "http://admin:s3cret@") + "?pwd=s3cret";
     let arguments = ["guide", "--headless", "--out", "session", "--source", &address];
     let mut child = Command::new(env!("CARGO_BIN_EXE_boresight"))
         .current_dir(place.path())
@@ -301,12 +301,86 @@ fn a_session_outlives_its_network_camera() {
     let sent = Command::new("kill").arg("-INT").arg(child.id().to_string()).status();
     assert!(sent.expect("kill is there").success());
     wait_for("Result:");
-    lines.for_each(drop);
+    said.extend(lines.map_while(Result::ok));
     child.wait().expect("ended");
     let journal = fs::read_to_string(place.path().join("session/journal.jsonl")).expect("there");
     assert_eq!(journal.matches("NET-LOST").count(), 1);
     let frames = fs::read_dir(place.path().join("session/frames")).expect("there");
     assert_eq!(frames.count(), 1, "the view is kept");
+    // The address is known, its password isn't; so it's asked for.
+    for file in ["session.toml", "journal.jsonl", "calibration.json", "report.html"] {
+        let text = fs::read_to_string(place.path().join("session").join(file)).expect(file);
+        assert!(!text.contains("s3cret") && !text.contains("admin"), "{file}");
+        assert!(file.starts_with('j') || text.contains("http://127.0.0.1:"), "{file}");
+    }
+    assert!(!said.concat().contains("s3cret"), "{said:#?}");
+    let resumed = Command::new(env!("CARGO_BIN_EXE_boresight"))
+        .current_dir(place.path())
+        .args(["guide", "--headless", "--session", "session"])
+        .output()
+        .expect("started");
+    let words = String::from_utf8_lossy(&resumed.stderr).into_owned();
+    assert_eq!(resumed.status.code(), Some(1), "{words}");
+    assert!(words.contains("give the address again") && !words.contains("s3cret"), "{words}");
+}
+
+#[test]
+fn pictures_over_http_have_the_time_of_their_arrival() {
+    for rate_hz in [5.0, 10.0, 15.0, 60.0] {
+        let up = Arc::new(AtomicBool::new(true));
+        let picture = GrayImage::from_fn(320, 240, |x, y| Luma([(x ^ y) as u8]));
+        let address = network_camera(&up, &picture, rate_hz);
+        let mut source = Ffmpeg::open(&address).expect("opens");
+        let mut times: Vec<(Duration, Duration)> = Vec::new();
+        let began = std::time::Instant::now();
+        // The first ones come at once: they waited while ffmpeg looked at the stream.
+        while began.elapsed() < Duration::from_secs(6) {
+            if let Arrival::Frame(frame) =
+                source.next_frame(PATIENCE).expect("a stream never breaks")
+            {
+                let captured = Duration::from_nanos(frame.captured_at.nanos);
+                if began.elapsed() > Duration::from_secs(2) {
+                    times.push((began.elapsed(), captured));
+                }
+            }
+        }
+        let (first, last) = (times[0], times[times.len() - 1]);
+        let (arrived, captured) = (last.0 - first.0, last.1 - first.1);
+        let ratio = captured.as_secs_f64() / arrived.as_secs_f64();
+        println!("{rate_hz} pictures per second: {} frames, time runs at {ratio:.3}", times.len());
+        assert!((0.85..1.15).contains(&ratio), "{rate_hz}: {ratio}");
+        let per_second = times.len() as f64 / arrived.as_secs_f64();
+        assert!(per_second < 33.0, "{rate_hz}: {per_second}");
+    }
+}
+
+#[test]
+fn words_of_the_program_are_for_people() {
+    let place = TempDir::new().expect("folder");
+    let says = stand_in(
+        place.path(),
+        "echo '[h264 @ 0x55ff01] co located POCs unavailable' >&2; \
+         echo '[tcp @ 0x55ff02] Connection to tcp://admin:s3cret@cam:554?timeout=0 failed' >&2; \
+         echo 'rtsp://admin:s3cret@cam/1: Connection refused' >&2; \
+         echo 'rtsp://admin:s3cret@cam/1: Connection refused' >&2; exit 1",
+    );
+    match Ffmpeg::open_with(&says, "rtsp://admin:s3cret@cam/1") {
+        Err(CaptureError::Camera { fault: Fault::ReaderFailed, detail }) => {
+            assert_eq!(
+                detail,
+                "Connection to tcp://cam:554 failed; rtsp://cam/1: Connection refused"
+            );
+        }
+        _ => panic!("another error"),
+    }
+}
+
+#[test]
+fn a_header_without_an_end_is_given_up() {
+    let place = TempDir::new().expect("folder");
+    let digits = stand_in(place.path(), "printf 'P5\\n'; exec tr '\\0' 1 < /dev/zero");
+    assert_eq!(refused(&digits, "clip.mp4"), Fault::ReaderFailed);
+    assert!(!runs(place.path()));
 }
 
 /// A clip that ffmpeg makes of `filter`.

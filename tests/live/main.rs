@@ -17,3 +17,5 @@ mod failing_calls;
 #[cfg(unix)]
 mod ffmpeg;
 mod pipeline;
+#[cfg(target_os = "linux")]
+mod slow_cameras;

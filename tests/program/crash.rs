@@ -42,7 +42,7 @@ fn guide(place: &Path, more: &[&str]) -> Command {
     command
 }
 
-fn fresh(place: &Path, session: &str) -> Command {
+pub(crate) fn fresh(place: &Path, session: &str) -> Command {
     let scene = ["--source", "sim:scene.toml", "--max-frames", "1000"];
     let settings = ["--set", "guidance.hold_secs=0.1", "--set", "guidance.plan=quick"];
     let mut command = guide(place, &["--out", session]);
@@ -50,7 +50,7 @@ fn fresh(place: &Path, session: &str) -> Command {
     command
 }
 
-fn place() -> TempDir {
+pub(crate) fn place() -> TempDir {
     let place = TempDir::new().expect("folder");
     fs::write(place.path().join("scene.toml"), SCENE).expect("written");
     place
@@ -86,7 +86,7 @@ fn held(path: &Path) -> Option<Held> {
 }
 
 /// Lines of a finished or killed run's stderr.
-fn lines(child: &mut std::process::Child) -> Vec<String> {
+pub(crate) fn lines(child: &mut std::process::Child) -> Vec<String> {
     let stderr = child.stderr.take().expect("piped");
     BufReader::new(stderr).lines().map_while(Result::ok).collect()
 }
@@ -245,7 +245,7 @@ fn a_full_disk_is_said_and_costs_no_view() {
 #[cfg(unix)]
 #[test]
 fn a_session_that_is_interrupted_ends_in_order() {
-    for signal in ["-INT", "-TERM"] {
+    for signal in ["-INT", "-TERM", "-HUP"] {
         let place = place();
         let mut child = fresh(place.path(), "session").spawn().expect("started");
         let mut stderr = BufReader::new(child.stderr.take().expect("piped")).lines();
@@ -262,4 +262,26 @@ fn a_session_that_is_interrupted_ends_in_order() {
         let held = held(&place.path().join("session")).expect("a session");
         assert_eq!(held.views, taken(&told));
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_second_ctrl_c_ends_what_hangs() {
+    let place = place();
+    // Each picture takes seconds, and nobody can ask the source to hurry.
+    fs::write(place.path().join("huge.toml"), "image_size_px = [6144, 6144]\n").expect("written");
+    let mut child = guide(place.path(), &["--out", "session", "--source", "sim:huge.toml"])
+        .spawn()
+        .expect("started");
+    let mut stderr = BufReader::new(child.stderr.take().expect("piped")).lines();
+    while !stderr.next().expect("it begins").expect("text").starts_with("Session: ") {}
+    let began = std::time::Instant::now();
+    while child.try_wait().expect("asked").is_none() {
+        assert!(began.elapsed().as_secs() < 60, "it doesn't end");
+        let _ = Command::new("kill").arg("-INT").arg(child.id().to_string()).status();
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    assert_eq!(child.wait().expect("ended").code(), Some(130));
+    let told: Vec<String> = stderr.map_while(Result::ok).collect();
+    assert!(told.iter().any(|line| line.contains("Ended at once")), "{told:?}");
 }

@@ -12,6 +12,9 @@ mod check;
 mod command_line;
 mod crash;
 mod damage;
+#[cfg(unix)]
+mod files;
+mod power_cut;
 mod report;
 mod saved_session;
 mod schemas;

@@ -378,7 +378,38 @@ impl CalibrationFile {
     ///
     /// [`NotRead`] if it is of another schema, or a field is missing or of another type.
     pub fn read(tree: &Value) -> Result<Self, NotRead> {
-        schema::read(tree, CALIBRATION_SCHEMA)
+        let file: Self = schema::read(tree, CALIBRATION_SCHEMA)?;
+        match file.nonsense() {
+            None => Ok(file),
+            Some(reason) => Err(NotRead::Field { reason: reason.into() }),
+        }
+    }
+
+    /// What no calibration says; `None` if everything makes sense.
+    fn nonsense(&self) -> Option<&'static str> {
+        const LARGEST_SIDE_PX: u32 = 1 << 24;
+        const LARGEST_PX: f64 = 1e9;
+        let is_size = |value: f64| (0.0..LARGEST_PX).contains(&value);
+        if self.image_size.iter().any(|side| !(1..=LARGEST_SIDE_PX).contains(side)) {
+            return Some("image_size is no size of a picture");
+        }
+        let lens = self.result.as_ref()?;
+        if ![lens.f_px[0], lens.f_px[1]].into_iter().all(|f_px| f_px > 0.0 && is_size(f_px)) {
+            return Some("f_px is no focal length");
+        }
+        if !lens.pp_px.into_iter().all(|px| is_size(px.abs())) {
+            return Some("pp_px is no place in a picture");
+        }
+        let errors = [lens.rms_px, lens.noise_px, lens.excess_px, lens.noise_factor];
+        if !errors.into_iter().flatten().all(is_size) {
+            return Some("rms_px, noise_px, excess_px and noise_factor must not be negative");
+        }
+        let SigmaEntry { f_px, pp_px, k1, k2, p1, p2, k3 } = lens.sigma?;
+        let sds = [&f_px[..], &pp_px, &[k1, k2, p1, p2, k3]].concat();
+        if !sds.into_iter().all(is_size) {
+            return Some("sigma is no standard deviation");
+        }
+        None
     }
 
     /// The tree to write, its fields sorted by name.

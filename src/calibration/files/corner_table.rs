@@ -136,7 +136,7 @@ pub enum Digits {
 
 /// A table of `views`: pictures with their corners in the board's order, `None` for a picture without.
 ///
-/// Whitespace and `#` in names become `_`. Coordinates read back bit for bit; the level is 0, since the table
+/// Whitespace, control characters and `#` in names become `_`. Coordinates read back bit for bit; the level is 0, since the table
 /// has no place for a covariance.
 pub fn write<'a>(views: impl IntoIterator<Item = (&'a str, Option<&'a [Corner]>)>) -> String {
     let mut table = String::from(HEADER);
@@ -148,7 +148,7 @@ pub fn write<'a>(views: impl IntoIterator<Item = (&'a str, Option<&'a [Corner]>)
 
 /// The lines of one picture, each with its line break; names as in [`write()`].
 pub fn lines(name: &str, corners: Option<&[Corner]>, digits: Digits) -> String {
-    let name = name.replace(|c: char| c.is_whitespace() || c == '#', "_");
+    let name = name.replace(|c: char| c.is_whitespace() || c.is_control() || c == '#', "_");
     let Some(corners) = corners else {
         return format!("{name} - - -\n");
     };

@@ -9,7 +9,7 @@ use super::{
     kernel::{ControlRange, Errno, Handle, Kernel},
     queue::{again, gone},
 };
-use crate::device::{Control, Lock, Locks};
+use crate::device::{Adjustable, Control, ControlBefore, Lock, Locks};
 
 /// An automatic that moves a control, and the value that switches it off.
 type Automatic = (u32, i64);
@@ -53,18 +53,103 @@ pub struct ControlState {
 
 /// The controls of a camera that matter here.
 pub fn control_states(kernel: &mut dyn Kernel, device: Handle) -> Vec<ControlState> {
-    let mut found = Vec::new();
-    for control in Control::ALL {
-        let (number, automatics) = numbers(control);
-        let Ok(range) = again(|| kernel.control_range(device, number)) else { continue };
-        let value = again(|| kernel.control(device, number)).ok();
-        let automatic = automatics.first().and_then(|(id, off)| {
-            again(|| kernel.control(device, *id)).ok().map(|value| value != *off)
-        });
-        found.push(ControlState { control, range, value, automatic });
-    }
-    found
+    Survey::of(kernel, device).states()
 }
+
+/// Every control of a camera, read once: each transfer may take seconds.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Survey {
+    /// A number of a control or of one of its automatics, in the order of [`Control::ALL`].
+    found: Vec<Found>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    control: Control,
+    id: u32,
+    range: ControlRange,
+    value: Option<i64>,
+}
+
+impl Survey {
+    /// Reads the controls of an open camera.
+    pub(super) fn of(kernel: &mut dyn Kernel, device: Handle) -> Self {
+        let mut found = Vec::new();
+        for control in Control::ALL {
+            for id in all_numbers(control) {
+                let Ok(range) = again(|| kernel.control_range(device, id)) else { continue };
+                let value = again(|| kernel.control(device, id)).ok();
+                found.push(Found { control, id, range, value });
+            }
+        }
+        Self { found }
+    }
+
+    /// How each control stands.
+    pub(super) fn states(&self) -> Vec<ControlState> {
+        let of = |id: u32| self.found.iter().find(|found| found.id == id);
+        let state = |control: Control| {
+            let (number, automatics) = numbers(control);
+            let Found { range, value, .. } = *of(number)?;
+            let automatic = automatics.first().and_then(|(id, off)| Some(of(*id)?.value? != *off));
+            Some(ControlState { control, range, value, automatic })
+        };
+        Control::ALL.into_iter().filter_map(state).collect()
+    }
+
+    /// How each control stood, for a recording.
+    pub(super) fn before(&self) -> Vec<ControlBefore> {
+        self.states()
+            .into_iter()
+            .map(|ControlState { control, value, automatic, .. }| ControlBefore {
+                control,
+                value,
+                automatic,
+                exact: self.restorable().filter(|(of, ..)| *of == control).map(exact).collect(),
+            })
+            .collect()
+    }
+
+    /// Controls that the camera lets one set.
+    pub(super) fn adjustables(&self) -> Vec<Adjustable> {
+        self.states()
+            .into_iter()
+            .filter(|standing| standing.range.max > standing.range.min)
+            .filter(|standing| standing.range.writable || standing.automatic == Some(true))
+            .map(|ControlState { control, range, .. }| Adjustable {
+                control,
+                min: range.min,
+                max: range.max,
+                step: range.step.max(1),
+            })
+            .collect()
+    }
+
+    /// What can be put back, values first: a camera takes them only while its automatic is off.
+    fn restorable(&self) -> impl Iterator<Item = (Control, u32, i64)> + '_ {
+        // Only what can be read can be put back.
+        let restorable = |found: &Found| {
+            found
+                .value
+                .filter(|_| found.range.writable)
+                .map(|value| (found.control, found.id, value))
+        };
+        self.found.iter().filter_map(restorable)
+    }
+}
+
+fn exact((_, id, value): (Control, u32, i64)) -> (u32, i64) {
+    (id, value)
+}
+
+/// The number of a control, then those of its automatics.
+fn all_numbers(control: Control) -> impl Iterator<Item = u32> {
+    let (number, automatics) = numbers(control);
+    std::iter::once(number).chain(automatics.iter().map(|(id, _)| *id))
+}
+
+/// Value of each control that can be read, and whether an automatic moves it.
+pub(super) type Readings = BTreeMap<Control, (i64, bool)>;
 
 /// The controls of one open camera.
 #[derive(Clone, Debug, Default)]
@@ -73,6 +158,10 @@ pub(super) struct ControlLock {
     before: Vec<(u32, i64)>,
     /// What is to stay.
     kept: BTreeMap<Control, i64>,
+    /// How each control was last read.
+    last: Readings,
+    /// The same, for [`Self::moved_freely`].
+    free: BTreeMap<Control, i64>,
 }
 
 /// A control that no longer has its locked value.
@@ -84,64 +173,65 @@ pub(super) struct Deviation {
 }
 
 impl ControlLock {
-    /// Remembers how the controls stand. Only what can be read can be put back.
-    pub(super) fn remember(kernel: &mut dyn Kernel, device: Handle) -> Self {
-        let mut before = Vec::new();
-        for control in Control::ALL {
-            let (number, automatics) = numbers(control);
-            // Values first: a camera takes them only while its automatic is off.
-            for id in std::iter::once(number).chain(automatics.iter().map(|(id, _)| *id)) {
-                if writable(kernel, device, id).is_some()
-                    && let Ok(value) = again(|| kernel.control(device, id))
-                {
-                    before.push((id, value));
-                }
-            }
-        }
-        Self { before, kept: BTreeMap::new() }
+    /// Remembers how the controls stand.
+    pub(super) fn remember(survey: &Survey) -> Self {
+        Self { before: survey.restorable().map(exact).collect(), ..Self::default() }
     }
 
-    /// The same intentions for a camera that came back, which may have lost them.
-    pub(super) fn again_for(&self, kernel: &mut dyn Kernel, device: Handle) -> Self {
-        let mut keeper = Self::remember(kernel, device);
-        if !self.before.is_empty() {
-            keeper.before.clone_from(&self.before);
+    /// At the end puts back what an earlier run of the session found, which may have ended without doing so.
+    pub(super) fn put_back(&mut self, before: &[ControlBefore]) {
+        for earlier in before {
+            let entries = match earlier.exact.as_slice() {
+                [] => guessed(earlier),
+                exact => exact.to_vec(),
+            };
+            let own: Vec<u32> = all_numbers(earlier.control).collect();
+            let entries = entries.into_iter().filter(|(id, _)| own.contains(id));
+            let entries: Vec<(u32, i64)> = entries.collect();
+            self.before.retain(|(id, _)| entries.iter().all(|(other, _)| other != id));
+            self.before.extend(entries);
         }
-        keeper.kept.clone_from(&self.kept);
-        keeper
+        // Values first, as always.
+        let is_automatic = |id: u32| {
+            Control::ALL.into_iter().any(|control| numbers(control).1.iter().any(|(a, _)| *a == id))
+        };
+        self.before.sort_by_key(|(id, _)| is_automatic(*id));
     }
 
-    /// Switches automatics off and holds each control at the value that it has now, or had when it was
+    /// Switches the automatics of `control` off and holds it at the value that it has now, or had when it was
     /// locked first.
     ///
     /// # Errors
     ///
     /// If the device is gone.
-    pub(super) fn lock(&mut self, kernel: &mut dyn Kernel, device: Handle) -> Result<(), Errno> {
-        for control in Control::ALL {
-            let (number, automatics) = numbers(control);
-            let range = match again(|| kernel.control_range(device, number)) {
-                Ok(range) => range,
-                Err(errno) if gone(errno) => return Err(errno),
-                Err(_) => continue,
-            };
-            for (id, off) in automatics {
-                if writable(kernel, device, *id).is_some() {
-                    again(|| kernel.set_control(device, *id, *off)).or_else(unless_gone)?;
-                }
+    pub(super) fn lock(
+        &mut self,
+        kernel: &mut dyn Kernel,
+        device: Handle,
+        control: Control,
+    ) -> Result<(), Errno> {
+        let (number, automatics) = numbers(control);
+        let range = match again(|| kernel.control_range(device, number)) {
+            Ok(range) => range,
+            Err(errno) if gone(errno) => return Err(errno),
+            Err(_) => return Ok(()),
+        };
+        for (id, off) in automatics {
+            if writable(kernel, device, *id).is_some() {
+                again(|| kernel.set_control(device, *id, *off)).or_else(unless_gone)?;
             }
-            let now = again(|| kernel.control(device, number));
-            if let Err(errno) = now
-                && gone(errno)
-            {
-                return Err(errno);
-            }
-            let Some(value) = self.kept.get(&control).copied().or(now.ok()) else { continue };
-            let value = value.clamp(range.min, range.max.max(range.min));
-            self.kept.insert(control, value);
-            if range.writable {
-                again(|| kernel.set_control(device, number, value)).or_else(unless_gone)?;
-            }
+        }
+        let now = match self.kept.get(&control) {
+            Some(kept) => Ok(*kept),
+            None => again(|| kernel.control(device, number)),
+        };
+        let value = match now {
+            Ok(value) => value.clamp(range.min, range.max.max(range.min)),
+            Err(errno) => return unless_gone(errno),
+        };
+        self.kept.insert(control, value);
+        if range.writable {
+            again(|| kernel.set_control(device, number, value)).or_else(unless_gone)?;
         }
         Ok(())
     }
@@ -152,57 +242,35 @@ impl ControlLock {
     }
 
     /// How a control stands that was set on request: what the camera made of the request is kept.
-    ///
-    /// # Errors
-    ///
-    /// If the device is gone.
-    pub(super) fn granted(
-        &mut self,
-        kernel: &mut dyn Kernel,
-        device: Handle,
-        control: Control,
-    ) -> Result<Lock, Errno> {
-        Ok(match self.read(kernel, device, control)? {
+    pub(super) fn granted(&mut self, readings: &Readings, control: Control) -> Lock {
+        match readings.get(&control) {
             Some((value, false)) => {
-                self.kept.insert(control, value);
-                Lock::Locked { value }
+                self.kept.insert(control, *value);
+                Lock::Locked { value: *value }
             }
             Some((_, true)) | None => Lock::Free,
-        })
+        }
     }
 
-    /// How each control stands, read from the camera.
-    ///
-    /// # Errors
-    ///
-    /// If the device is gone.
-    pub(super) fn locks(&self, kernel: &mut dyn Kernel, device: Handle) -> Result<Locks, Errno> {
+    /// How each control stands.
+    pub(super) fn locks(&self, readings: &Readings) -> Locks {
         let mut locks = Locks::default();
         for control in Control::ALL {
             let lock = match self.kept.get(&control) {
                 None => Lock::Absent,
-                Some(&set) => match self.read(kernel, device, control)? {
-                    Some((read, _)) if read != set => Lock::Ignored { set, read },
+                Some(&set) => match readings.get(&control) {
+                    Some((read, _)) if *read != set => Lock::Ignored { set, read: *read },
                     Some((_, true)) | None => Lock::Free,
                     Some((_, false)) => Lock::Locked { value: set },
                 },
             };
             locks.note(control, lock);
         }
-        Ok(locks)
+        locks
     }
 
     /// Controls that are not as they were locked.
-    ///
-    /// # Errors
-    ///
-    /// If the device is gone.
-    pub(super) fn deviations(
-        &self,
-        kernel: &mut dyn Kernel,
-        device: Handle,
-        locks: &Locks,
-    ) -> Result<Vec<Deviation>, Errno> {
+    pub(super) fn deviations(&self, readings: &Readings, locks: &Locks) -> Vec<Deviation> {
         let mut found = Vec::new();
         for control in Control::ALL {
             // What never obeyed cannot break its word; what it reads is its word.
@@ -211,18 +279,37 @@ impl ControlLock {
                 Lock::Ignored { read, .. } => (read, true),
                 Lock::Unknown | Lock::Absent | Lock::Free => continue,
             };
-            if let Some((to, automatic)) = self.read(kernel, device, control)?
+            if let Some(&(to, automatic)) = readings.get(&control)
                 && (to != from || (automatic && !was_free))
             {
                 found.push(Deviation { control, from, to });
             }
         }
-        Ok(found)
+        found
+    }
+
+    /// Focus or zoom that can't be locked, read otherwise than at the last call: control, before, now.
+    pub(super) fn moved_freely(
+        &mut self,
+        readings: &Readings,
+        locks: &Locks,
+    ) -> Vec<(Control, i64, i64)> {
+        let mut moved = Vec::new();
+        for (control, (now, _)) in readings {
+            let is_free = matches!(locks.of(*control), Lock::Free) && control.moves_geometry();
+            let before = self.free.insert(*control, *now);
+            moved.extend(before.filter(|b| is_free && b != now).map(|b| (*control, b, *now)));
+        }
+        moved
     }
 
     /// Value of a control and whether an automatic moves it; `None` if it cannot be read.
-    fn read(
-        &self,
+    ///
+    /// # Errors
+    ///
+    /// If the device is gone.
+    pub(super) fn read(
+        &mut self,
         kernel: &mut dyn Kernel,
         device: Handle,
         control: Control,
@@ -237,15 +324,22 @@ impl ControlLock {
             }
         }
         match again(|| kernel.control(device, number)) {
-            Ok(value) => Ok(Some((value, automatic))),
+            Ok(value) => {
+                self.last.insert(control, (value, automatic));
+                Ok(Some((value, automatic)))
+            }
             Err(errno) if gone(errno) => Err(errno),
             Err(_) => Ok(None),
         }
     }
 
-    /// Restores every control to its value before the session.
+    /// Restores every control to its value before the session. What stands there already is left alone: each
+    /// transfer may take seconds.
     pub(super) fn restore(&self, kernel: &mut dyn Kernel, device: Handle) {
         for (id, value) in &self.before {
+            if self.stands_at(*id, *value) {
+                continue;
+            }
             if let Err(errno) = again(|| kernel.set_control(device, *id, *value))
                 && gone(errno)
             {
@@ -253,6 +347,29 @@ impl ControlLock {
             }
         }
     }
+
+    /// Whether a control was last read at `value`, or its automatic as off as before.
+    fn stands_at(&self, id: u32, value: i64) -> bool {
+        Control::ALL.into_iter().any(|control| {
+            let (number, automatics) = numbers(control);
+            let Some((read, automatic)) = self.last.get(&control) else { return false };
+            let first = automatics.first().is_some_and(|(a, off)| *a == id && value == *off);
+            (number == id && *read == value) || (first && !automatic)
+        })
+    }
+}
+
+/// What stood before, of a recording that doesn't say it exactly: an automatic that was on.
+fn guessed(before: &ControlBefore) -> Vec<(u32, i64)> {
+    let (number, automatics) = numbers(before.control);
+    let mut entries: Vec<(u32, i64)> =
+        before.value.map(|value| (number, value)).into_iter().collect();
+    if before.automatic == Some(true) {
+        // 3 is "aperture priority" in the menu, which leaves the time to the camera.
+        let on = if before.control == Control::Exposure { 3 } else { 1 };
+        entries.extend(automatics.first().map(|(id, _)| (*id, on)));
+    }
+    entries
 }
 
 fn unless_gone(errno: Errno) -> Result<(), Errno> {

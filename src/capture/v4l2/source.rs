@@ -11,19 +11,22 @@
 //!
 //! Frames are delivered only when steady: before, exposure and focus may still move.
 
+mod control_work;
 mod locking;
 mod loss;
 mod recognition;
 mod setting;
+mod task;
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 #[cfg(feature = "nokhwa")]
 pub(in crate::capture) use recognition::found_again;
 use recognition::other_than_asked;
+use task::{ControlWork, Task};
 
 use super::{
-    controls::{ControlLock, ControlState, control_states},
+    controls::{ControlLock, Survey},
     discovery::{Camera, Identity},
     kernel::{Errno, Kernel},
     stream::{Loss, Picture, Stream},
@@ -65,6 +68,8 @@ pub struct LiveCamera<K: Kernel> {
     mode: Mode,
     keeper: ControlLock,
     controls_before: Vec<ControlBefore>,
+    /// What can be set, as found when the camera was opened.
+    adjustables: Vec<Adjustable>,
     locks: Option<Locks>,
     state: State,
     events: VecDeque<CameraEvent>,
@@ -86,6 +91,10 @@ struct Running {
     stream: Stream,
     phase: Phase,
     returning: bool,
+    /// What is being done with the controls.
+    work: Option<ControlWork>,
+    /// Until when the controls rest.
+    rest_until_nanos: u64,
 }
 
 #[derive(Debug)]
@@ -96,6 +105,8 @@ enum Phase {
         until_nanos: u64,
     },
     Locking {
+        /// Some cameras obey only the second time.
+        again: bool,
         done_nanos: u64,
         sharp_before: f64,
         sharp_now: f64,
@@ -103,6 +114,7 @@ enum Phase {
     /// The person set controls; the picture settles.
     Setting {
         controls: Vec<Control>,
+        again: bool,
         done_nanos: u64,
         changed: Vec<(Control, i64)>,
     },
@@ -124,15 +136,10 @@ impl<K: Kernel> LiveCamera<K> {
         let offer = choose(&camera.offers, wanted)
             .ok_or_else(|| failed((Fault::NoFormat, camera.stable_name())))?;
         let stream = Stream::start(&mut kernel, &camera, &offer).map_err(failed)?;
-        let keeper = ControlLock::remember(&mut kernel, stream.device);
-        let controls_before = control_states(&mut kernel, stream.device)
-            .into_iter()
-            .map(|ControlState { control, value, automatic, .. }| ControlBefore {
-                control,
-                value,
-                automatic,
-            })
-            .collect();
+        let survey = Survey::of(&mut kernel, stream.device);
+        let keeper = ControlLock::remember(&survey);
+        let controls_before = survey.before();
+        let adjustables = survey.adjustables();
         let mode = stream.granted.mode;
         let mut events = VecDeque::from([CameraEvent::Started { mode }]);
         if let Some(detail) = other_than_asked(&offer, &mode) {
@@ -148,7 +155,8 @@ impl<K: Kernel> LiveCamera<K> {
             }
         }
         let phase = settling(&mut kernel);
-        let state = State::Running(Box::new(Running { stream, phase, returning: false }));
+        let running = Running { stream, phase, returning: false, work: None, rest_until_nanos: 0 };
+        let state = State::Running(Box::new(running));
         Ok(Self {
             identity: camera.identity(),
             kernel,
@@ -157,6 +165,7 @@ impl<K: Kernel> LiveCamera<K> {
             mode,
             keeper,
             controls_before,
+            adjustables,
             locks: None,
             state,
             events,
@@ -202,9 +211,10 @@ impl<K: Kernel> LiveCamera<K> {
 
     /// Moves on between the phases.
     fn go_on(&mut self, picture: Option<&Picture>, now: u64) -> Result<(), Errno> {
+        if !self.work_on()? {
+            return Ok(());
+        }
         let State::Running(running) = &mut self.state else { return Ok(()) };
-        let kernel: &mut dyn Kernel = &mut self.kernel;
-        let device = running.stream.device;
         match &mut running.phase {
             Phase::Settling { means, count, until_nanos } => {
                 let Some(picture) = picture else { return Ok(()) };
@@ -215,35 +225,32 @@ impl<K: Kernel> LiveCamera<K> {
                 }
                 if settled(means, *count) || now > *until_nanos {
                     let sharp_before = sharpness(&picture.image);
-                    self.keeper.lock(kernel, device)?;
-                    let done_nanos = now + LOCKING_NANOS;
-                    running.phase =
-                        Phase::Locking { done_nanos, sharp_before, sharp_now: sharp_before };
+                    running.phase = locking(sharp_before);
+                    self.work(Task::Lock);
                 }
             }
-            Phase::Locking { done_nanos, sharp_before, sharp_now } => {
+            Phase::Locking { again, done_nanos, sharp_now, .. } => {
                 if let Some(picture) = picture {
                     *sharp_now = sharpness(&picture.image);
                 }
-                if now < *done_nanos || picture.is_none() {
-                    return Ok(());
+                if *again && now >= *done_nanos && picture.is_some() {
+                    self.work(Task::Lock);
                 }
-                let blurred = *sharp_now < SHARPNESS_KEPT * *sharp_before;
-                let returning = running.returning;
-                // Some cameras obey only the second time.
-                self.keeper.lock(kernel, device)?;
-                self.locked(returning, blurred, now)?;
             }
-            Phase::Setting { done_nanos, .. } if now >= *done_nanos && picture.is_some() => {
-                self.set(now)?;
+            Phase::Setting { again, done_nanos, .. } => {
+                if *again && now >= *done_nanos && picture.is_some() {
+                    self.work(Task::Lock);
+                }
             }
-            Phase::Steady { next_read_nanos, .. } if now >= *next_read_nanos => {
-                self.read_back(now)?;
-                self.tell_counts();
+            Phase::Steady { next_read_nanos, .. } => {
+                if now >= *next_read_nanos {
+                    *next_read_nanos = u64::MAX;
+                    self.work(Task::Read);
+                    self.tell_counts();
+                }
             }
-            Phase::Setting { .. } | Phase::Steady { .. } => {}
         }
-        Ok(())
+        self.work_on().map(drop)
     }
 
     fn counts(&self) -> (u64, u64) {
@@ -269,6 +276,11 @@ fn settling(kernel: &mut dyn Kernel) -> Phase {
     Phase::Settling { means: VecDeque::new(), count: 0, until_nanos }
 }
 
+/// Before the controls are set for the first time.
+fn locking(sharp_before: f64) -> Phase {
+    Phase::Locking { again: false, done_nanos: u64::MAX, sharp_before, sharp_now: sharp_before }
+}
+
 fn settled(means: &VecDeque<f64>, count: u32) -> bool {
     let (least, most) = means.iter().fold((f64::MAX, 0.0_f64), |(a, b), m| (a.min(*m), b.max(*m)));
     let even = means.len() == SETTLED_FRAMES && most - least <= SETTLED_CHANGE * most.max(1.0);
@@ -289,13 +301,15 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
     }
 
     fn adjustables(&mut self) -> Vec<Adjustable> {
-        self.what_can_be_set()
+        self.adjustables.clone()
+    }
+
+    fn put_back_at_end(&mut self, before: &[ControlBefore]) {
+        self.keeper.put_back(before);
     }
 
     fn adjust(&mut self, control: Control, value: i64) {
-        if let Err(errno) = self.ask_for(control, value) {
-            self.lose((Fault::Unplugged, errno.words()));
-        }
+        self.ask_for(control, value);
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {

@@ -11,20 +11,23 @@ use super::{
     queue::{Broken, Queue, again},
 };
 use crate::{
-    capture::{CameraMode, health::Health, pixel_format::Unpacker},
+    capture::{CameraMode, health::Health, integrity::Flaw, pixel_format::Unpacker},
     device::Fault,
     frame::CaptureTime,
 };
 
 /// Longest wait for the first picture: some cameras take seconds to wake.
 const START_NANOS: u64 = 5_000_000_000;
-/// Longest wait for the next picture, unless the mode is slower than 5 a second.
-const STEADY_NANOS: u64 = 1_000_000_000;
+/// Longest wait for the next picture, unless pictures come slower than one in this time.
+const STEADY_NANOS: u64 = 1_500_000_000;
+/// Pictures that may be missing in a row, and the longest wait for them.
+const MISSING: u64 = 4;
+const LONGEST_STEADY_NANOS: u64 = 10_000_000_000;
 /// Restart the stream after this long without a whole frame.
 const DAMAGED_NANOS: u64 = 4_000_000_000;
 /// Time slept that ends a stream.
 const SLEPT_NANOS: u64 = 1_000_000_000;
-/// A driver's time stamp further from now than this is a mistake.
+/// A driver's time stamp longer ago than this is a mistake.
 const BELIEVABLE_NANOS: u64 = 5_000_000_000;
 /// Retries while the device is busy.
 const BUSY_TRIES: u32 = 10;
@@ -51,6 +54,11 @@ pub(super) struct Stream {
     last_good_nanos: u64,
     slept_nanos: u64,
     last_time: CaptureTime,
+    /// The driver's newest time stamp; `None` once they jumped back: from then on pictures have the time of their
+    /// arrival.
+    driver_nanos: Option<u64>,
+    /// Longest time between the last pictures: in the dark, exposure lengthens it.
+    slowest_nanos: u64,
     empty_errors: u32,
     /// Frames lost by the driver, passed over, or repeated.
     pub(super) dropped: u64,
@@ -118,6 +126,8 @@ impl Stream {
             last_good_nanos: clock.monotonic_nanos,
             slept_nanos: clock.slept_nanos,
             last_time: CaptureTime { nanos: 0 },
+            driver_nanos: Some(0),
+            slowest_nanos: 0,
             empty_errors: 0,
             dropped: 0,
             rejected: 0,
@@ -136,19 +146,19 @@ impl Stream {
             return Err((Fault::Suspended, String::new()));
         }
         let due = self.due_nanos();
-        if now >= due {
-            let fault =
-                if self.last_came_nanos.is_none() { Fault::NoFirstFrame } else { Fault::Stalled };
-            return Err((fault, String::new()));
-        }
-        let wait = patience.min(Duration::from_nanos(due - now)).max(Duration::from_millis(1));
+        let until_due = Duration::from_nanos(due.saturating_sub(now));
+        let wait = patience.min(until_due).max(Duration::from_millis(1));
         let ready = match kernel.wait(self.device, wait) {
             Ok(ready) => ready,
             Err(Errno(libc::EINTR)) => return Ok(None),
             Err(errno) => return Err(self.said(errno)),
         };
         if !ready.readable && !ready.error {
-            return Ok(None);
+            // Only now: whatever kept this thread busy, pictures that came meanwhile are in the queue.
+            if kernel.clock().monotonic_nanos < due {
+                return Ok(None);
+            }
+            return Err(self.overdue());
         }
         let Some(queue) = &mut self.queue else { return Ok(None) };
         // With an error, too: taking a buffer says which.
@@ -165,21 +175,33 @@ impl Stream {
             if self.empty_errors > MOST_EMPTY_ERRORS {
                 return Err((Fault::Transfer, self.path.display().to_string()));
             }
+            if now >= due {
+                return Err(self.overdue());
+            }
             // A device that is ready for nothing must not keep a processor busy.
             kernel.pause(EMPTY_PAUSE);
             return Ok(None);
         }
         self.empty_errors = 0;
-        self.last_came_nanos = Some(now);
+        if let Some(before) = self.last_came_nanos.replace(now) {
+            // Forgotten slowly: one late picture is no new rate.
+            let gap = now.saturating_sub(before) / u64::from(round.came.max(1));
+            self.slowest_nanos = gap.max(self.slowest_nanos - self.slowest_nanos / 16);
+        }
         let picture = round.newest.and_then(|_| self.unpack(now));
-        let damaged = round.bad as u32 + u32::from(picture == Some(Err(())));
+        // A whole picture of another size is no damage of a cable.
+        let is_other_size = matches!(picture, Some(Err(Flaw::OtherSize)));
+        let is_flawed = matches!(picture, Some(Err(_))) && !is_other_size;
+        let damaged = round.bad as u32 + u32::from(is_flawed);
         let rate_hz = self.granted.mode.rate_hz();
         self.health.count(u64::from(round.came), damaged, rate_hz, now);
         let image = match picture {
             Some(Ok(image)) => image,
-            _ if now.saturating_sub(self.last_good_nanos) > DAMAGED_NANOS && damaged > 0 => {
-                return Err((Fault::DamagedFrames, String::new()));
+            _ if now.saturating_sub(self.last_good_nanos) <= DAMAGED_NANOS => return Ok(None),
+            _ if is_other_size => {
+                return Err((Fault::OtherMode, "the pictures have another size".into()));
             }
+            _ if damaged > 0 => return Err((Fault::DamagedFrames, String::new())),
             _ => return Ok(None),
         };
         self.last_good_nanos = now;
@@ -189,13 +211,13 @@ impl Stream {
     }
 
     /// The newest frame as a picture; `None` if it only repeats the one before, `Err` if it is not whole.
-    fn unpack(&mut self, now: u64) -> Option<Result<GrayImage, ()>> {
+    fn unpack(&mut self, now: u64) -> Option<Result<GrayImage, Flaw>> {
         if self.health.repeats(crc32fast::hash(&self.bytes), now) {
             self.dropped += 1;
             self.last_good_nanos = now;
             return None;
         }
-        Some(self.unpacker.unpack(&self.bytes).map_err(|_| self.rejected += 1))
+        Some(self.unpacker.unpack(&self.bytes).inspect_err(|_| self.rejected += 1))
     }
 
     /// When the next frame must have come.
@@ -203,18 +225,38 @@ impl Stream {
         match self.last_came_nanos {
             None => self.began_nanos + START_NANOS,
             Some(last) => {
-                let five_frames =
-                    self.granted.mode.rate_hz().map_or(0, |rate_hz| (5e9 / rate_hz) as u64);
-                last + five_frames.max(STEADY_NANOS)
+                let promised =
+                    self.granted.mode.rate_hz().map_or(0, |rate_hz| (1e9 / rate_hz) as u64);
+                let missing = MISSING * promised.max(self.slowest_nanos);
+                last + missing.clamp(STEADY_NANOS, LONGEST_STEADY_NANOS)
             }
         }
     }
 
+    fn overdue(&self) -> Loss {
+        let is_first = self.last_came_nanos.is_none();
+        (if is_first { Fault::NoFirstFrame } else { Fault::Stalled }, String::new())
+    }
+
+    /// The next picture may come this much later: the camera was kept busy.
+    pub(super) fn excuse(&mut self, nanos: u64) {
+        match &mut self.last_came_nanos {
+            Some(last) => *last += nanos,
+            None => self.began_nanos += nanos,
+        }
+        self.last_good_nanos += nanos;
+        self.health.excuse(nanos);
+    }
+
     /// Driver's time of a frame, if it can be believed; later than that of the frame before in any case.
     fn time(&mut self, filled: Filled, now: u64) -> CaptureTime {
-        let believable = filled.flags & TIMESTAMP_MASK == TIMESTAMP_MONOTONIC
-            && filled.nanos <= now + BELIEVABLE_NANOS
+        let is_of_clock = filled.flags & TIMESTAMP_MASK == TIMESTAMP_MONOTONIC
+            && filled.nanos <= now
             && filled.nanos + BELIEVABLE_NANOS >= now;
+        // Speeds would be infinite where time jumps back.
+        self.driver_nanos =
+            self.driver_nanos.filter(|before| filled.nanos >= *before).map(|_| filled.nanos);
+        let believable = is_of_clock && self.driver_nanos.is_some();
         let nanos = if believable { filled.nanos } else { now };
         self.last_time = CaptureTime { nanos: nanos.max(self.last_time.nanos + 1) };
         self.last_time

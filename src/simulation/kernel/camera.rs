@@ -58,6 +58,8 @@ pub struct SimCamera {
     pub queue_fails: Option<(i32, u32)>,
     /// A wait ends with an error and nothing else.
     pub poll_error: bool,
+    /// Time that reading or setting a control takes.
+    pub control_nanos: u64,
     /// Waits that a signal ends.
     pub interruptions: u32,
 }
@@ -150,6 +152,7 @@ impl SimCamera {
             dequeue_fails: None,
             queue_fails: None,
             poll_error: false,
+            control_nanos: 0,
             interruptions: 0,
         }
     }

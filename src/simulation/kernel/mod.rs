@@ -109,6 +109,14 @@ impl SimKernel {
         self.world().open.len()
     }
 
+    /// Lets pass the time that the device takes to answer about a control; it streams meanwhile.
+    fn transfer(&self, device: Handle) {
+        let mut world = self.world();
+        let Some(open) = world.open.get(&device) else { return };
+        let nanos = world.cameras[open.camera].control_nanos;
+        world.pass(nanos);
+    }
+
     /// Makes a call on an open device that is alive.
     fn call<T>(
         &self,
@@ -433,6 +441,7 @@ impl Kernel for SimKernel {
     }
 
     fn control(&mut self, device: Handle, id: u32) -> Result<i64, Errno> {
+        self.transfer(device);
         self.call(device, |world, open| {
             let control = world.cameras[open.camera].controls.get(&id);
             control.map(|control| control.value).ok_or(Errno(libc::EINVAL))
@@ -440,6 +449,7 @@ impl Kernel for SimKernel {
     }
 
     fn set_control(&mut self, device: Handle, id: u32, value: i64) -> Result<(), Errno> {
+        self.transfer(device);
         self.call(device, |world, open| {
             let controls = &mut world.cameras[open.camera].controls;
             let control = controls.get_mut(&id).ok_or(Errno(libc::EINVAL))?;

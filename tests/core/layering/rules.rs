@@ -9,15 +9,16 @@ pub(crate) const RULES: Rules = Rules {
         ("frame", ""),
         ("device", "frame"),
         ("panic_message", ""),
+        ("files", ""),
         ("geometry", "frame"),
         ("detection", "board frame geometry"),
         ("calibration", "board frame geometry"),
         ("guidance", "board frame geometry"),
         ("session", "board frame device geometry detection calibration guidance"),
-        ("capture", "frame device panic_message"),
-        ("config", "board frame device geometry calibration guidance session"),
-        ("simulation", "board frame device geometry capture config"),
-        ("recording", "board frame device geometry detection guidance session config"),
+        ("capture", "frame device panic_message files"),
+        ("config", "board frame device files geometry calibration guidance session"),
+        ("simulation", "board frame device files geometry capture config"),
+        ("recording", "board frame device files geometry detection guidance session config"),
         ("pipeline", "board frame device panic_message detection session capture recording"),
         ("target", ""),
         ("text", "board frame device geometry detection calibration guidance session target"),
@@ -26,7 +27,7 @@ pub(crate) const RULES: Rules = Rules {
         ("report", "board frame geometry calibration text chart"),
         (
             "app",
-            "board frame device panic_message geometry detection calibration guidance session \
+            "board frame device panic_message files geometry detection calibration guidance session \
              capture config simulation recording pipeline target text report",
         ),
         (
@@ -36,7 +37,7 @@ pub(crate) const RULES: Rules = Rules {
         ),
         (
             "cli",
-            "board frame device geometry detection calibration guidance session capture config \
+            "board frame device files geometry detection calibration guidance session capture config \
              simulation recording pipeline target text study report app ui",
         ),
         ("main", "cli"),
@@ -69,8 +70,9 @@ pub(crate) const RULES: Rules = Rules {
         // nokhwa's calls may never return: it has a thread that can be left behind.
         (Reach::Path("std::thread"), &["pipeline", "study", "app", "cli", "capture/nokhwa"]),
         (Reach::Path("crossbeam_channel"), &["pipeline", "app", "cli"]),
-        (Reach::Path("std::fs"), FILES),
-        (Reach::Path("tempfile"), &["capture", "recording"]),
+        // One place opens and writes files; sysfs, and the lock of a session, are other matters.
+        (Reach::Path("std::fs"), &["files", "capture/v4l2", "recording/folder.rs"]),
+        (Reach::Path("tempfile"), &["files"]),
         (Reach::Method("exists"), FILES),
         (Reach::Method("try_exists"), FILES),
         (Reach::Method("is_file"), FILES_AND_SOUND),
@@ -85,7 +87,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("std::env"), &["app", "cli", "ui/run", "ui/sound"]),
         (Reach::Path("std::process"), &["capture", "app", "cli", "main", "ui/sound"]),
         (Reach::Path("std::net"), &[]),
-        (Reach::Path("std::os"), &["capture", "recording"]),
+        (Reach::Path("std::os"), &["capture", "files"]),
         (Reach::Path("std::io::stdin"), &["cli"]),
         (Reach::Path("std::io::stdout"), &["cli"]),
         (Reach::Path("std::io::stderr"), &["cli"]),
@@ -101,7 +103,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("rand_chacha"), &["simulation", "study"]),
         (Reach::Path("rand_distr"), &["simulation", "study"]),
         (Reach::Path("libc"), &["capture", "simulation/kernel"]),
-        (Reach::Path("rustix"), &["capture"]),
+        (Reach::Path("rustix"), &["capture", "files"]),
         (Reach::Path("v4l"), &["capture", "simulation/kernel"]),
         (Reach::Path("nokhwa"), &["capture"]),
         (Reach::Macro("print"), &[]),
@@ -135,9 +137,8 @@ pub(crate) const RULES: Rules = Rules {
     unsafe_in: "capture/v4l2/linux.rs",
 };
 
-const FILES: &[&str] = &["capture", "config", "simulation/scene_file", "recording", "app", "cli"];
-const FILES_AND_SOUND: &[&str] =
-    &["capture", "config", "simulation/scene_file", "recording", "app", "cli", "ui/sound"];
+const FILES: &[&str] = &["files", "capture", "recording", "app", "cli"];
+const FILES_AND_SOUND: &[&str] = &["files", "capture", "recording", "app", "cli", "ui/sound"];
 
 /// The tables that say who may do what.
 pub(crate) struct Rules {

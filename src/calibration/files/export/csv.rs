@@ -23,13 +23,19 @@ pub fn views_csv(views: &[ViewEntry]) -> String {
         let _ = write!(
             csv,
             "{},{},{},{}\r\n",
-            csv_field(&view.name),
+            csv_field(&no_formula(&view.name)),
             view.used,
             csv_field(view.reason.as_deref().unwrap_or_default()),
             numbers.join(",")
         );
     }
     csv
+}
+
+/// `text` so that a spreadsheet takes it for text.
+fn no_formula(text: &str) -> String {
+    let is_formula = text.starts_with(['=', '+', '-', '@', '\t']);
+    if is_formula { format!("'{text}") } else { text.to_owned() }
 }
 
 /// `text` as one field of comma-separated values: quoted where it must be.

@@ -40,7 +40,8 @@ pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
         return Err(NotImported::TooLong { bytes: text.len() });
     }
     let tree = syntax::parse(text)?;
-    if tree["schema"].as_str().is_some_and(|schema| schema.starts_with("boresight.")) {
+    let mut old = if tree["schema"].as_str().is_some_and(|schema| schema.starts_with("boresight."))
+    {
         own::read(&tree)
     } else if tree.get("lensmodel").is_some() {
         mrcal::read(&tree)
@@ -48,5 +49,8 @@ pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
         kalibr::read(&tree)
     } else {
         matrices::read(&tree)
-    }
+    }?;
+    // No residual is negative: whatever the number is, it isn't that.
+    old.rms_px = old.rms_px.filter(|rms_px| *rms_px >= 0.0 && rms_px.is_finite());
+    Ok(old)
 }

@@ -1,8 +1,9 @@
 //! Controls as they were locked, and what moves them.
 
 use super::{
-    super::kernel::{Errno, Kernel},
-    LOCKING_NANOS, LiveCamera, Phase, READ_BACK_NANOS, State,
+    super::{controls::Readings, kernel::Kernel},
+    LiveCamera, Phase, READ_BACK_NANOS, State,
+    task::Task,
 };
 use crate::{
     device::{CameraEvent, Control, ControlChange, Fault, Lock},
@@ -10,11 +11,10 @@ use crate::{
 };
 
 impl<K: Kernel> LiveCamera<K> {
-    /// The controls were set twice: reads how they stand and begins to deliver.
-    pub(super) fn locked(&mut self, returning: bool, blurred: bool, now: u64) -> Result<(), Errno> {
-        let State::Running(running) = &mut self.state else { return Ok(()) };
-        let device = running.stream.device;
-        let read = self.keeper.locks(&mut self.kernel, device)?;
+    /// The controls were set twice and read: begins to deliver.
+    pub(super) fn locked(&mut self, readings: &Readings, blurred: bool, now: u64) {
+        let State::Running(running) = &mut self.state else { return };
+        let returning = std::mem::take(&mut running.returning);
         let good_from = CaptureTime { nanos: now };
         let mut changed = Vec::new();
         if returning {
@@ -23,7 +23,7 @@ impl<K: Kernel> LiveCamera<K> {
         match self.locks {
             // A camera that returns must stand as it stood.
             Some(locks) if returning => {
-                for deviation in self.keeper.deviations(&mut self.kernel, device, &locks)? {
+                for deviation in self.keeper.deviations(readings, &locks) {
                     changed.push((deviation.control, deviation.to));
                     self.events.push_back(CameraEvent::ControlChanged(ControlChange {
                         control: deviation.control,
@@ -34,6 +34,7 @@ impl<K: Kernel> LiveCamera<K> {
                 }
             }
             _ => {
+                let read = self.keeper.locks(readings);
                 self.locks = Some(read);
                 self.events.push_back(CameraEvent::Locked { locks: read });
                 let ignored =
@@ -47,29 +48,28 @@ impl<K: Kernel> LiveCamera<K> {
                 }
             }
         }
-        if let State::Running(running) = &mut self.state {
-            running.returning = false;
-            running.phase = Phase::Steady {
-                next_read_nanos: now + READ_BACK_NANOS,
-                good_until: good_from,
-                changed,
-            };
-        }
-        Ok(())
+        running.phase = Phase::Steady {
+            next_read_nanos: now + READ_BACK_NANOS,
+            good_until: good_from,
+            changed,
+        };
     }
 
-    /// Reads the controls back, says what changed, and puts it right.
-    pub(super) fn read_back(&mut self, now: u64) -> Result<(), Errno> {
-        let State::Running(running) = &mut self.state else { return Ok(()) };
+    /// Says what changed of what was read from `began_nanos` on, and puts it right.
+    pub(super) fn read_back(&mut self, readings: &Readings, began_nanos: u64, now: u64) {
+        let State::Running(running) = &mut self.state else { return };
         let (Phase::Steady { next_read_nanos, good_until, changed }, Some(locks)) =
             (&mut running.phase, self.locks)
         else {
-            return Ok(());
+            return;
         };
-        let device = running.stream.device;
         *next_read_nanos = now + READ_BACK_NANOS;
-        let kernel: &mut dyn Kernel = &mut self.kernel;
-        let deviations = self.keeper.deviations(kernel, device, &locks)?;
+        let deviations = self.keeper.deviations(readings, &locks);
+        for (control, from, to) in self.keeper.moved_freely(readings, &locks) {
+            // It can't be locked, so it can't be put back either: the person must know, and goes on.
+            let detail = format!("{control:?} can't be locked: {from}, now {to}");
+            self.events.push_back(CameraEvent::Doubtful { fault: Fault::GeometryMoved, detail });
+        }
         let time = CaptureTime { nanos: now };
         changed.retain(|(control, _)| {
             let still = deviations.iter().any(|deviation| deviation.control == *control);
@@ -80,8 +80,8 @@ impl<K: Kernel> LiveCamera<K> {
             still
         });
         if deviations.is_empty() {
-            *good_until = time;
-            return Ok(());
+            *good_until = CaptureTime { nanos: began_nanos };
+            return;
         }
         for deviation in &deviations {
             let (control, from, to) = (deviation.control, deviation.from, deviation.to);
@@ -97,9 +97,7 @@ impl<K: Kernel> LiveCamera<K> {
             let change = ControlChange { control, from, to, good_until };
             self.events.push_back(CameraEvent::ControlChanged(change));
         }
-        self.keeper.lock(kernel, device)?;
-        // A lens takes its time; then it is read again.
-        *next_read_nanos = now + LOCKING_NANOS;
-        Ok(())
+        *next_read_nanos = u64::MAX;
+        self.work(Task::Lock);
     }
 }

@@ -5,9 +5,10 @@ use super::{
         kernel::Kernel,
         stream::{Loss, Stream},
     },
-    LOCKING_NANOS, LONGEST_PAUSE_NANOS, LiveCamera, Phase, Running, SHORTEST_PAUSE_NANOS, State,
+    LONGEST_PAUSE_NANOS, LiveCamera, Phase, Running, SHORTEST_PAUSE_NANOS, State, locking,
     recognition::{found_again, other_than_asked},
     settling,
+    task::Task,
 };
 use crate::device::{CameraEvent, Fault};
 
@@ -36,17 +37,19 @@ impl<K: Kernel> LiveCamera<K> {
     pub(super) fn look_for_it(&mut self) {
         match self.come_back() {
             Ok(stream) => {
-                self.keeper = self.keeper.again_for(&mut self.kernel, stream.device);
-                let now = self.now_nanos();
-                let phase = if self.locks.is_some() {
-                    // What it forgot is set at once.
-                    self.keeper.lock(&mut self.kernel, stream.device).ok();
-                    let done_nanos = now + LOCKING_NANOS;
-                    Phase::Locking { done_nanos, sharp_before: 0.0, sharp_now: 0.0 }
-                } else {
-                    settling(&mut self.kernel)
-                };
-                self.state = State::Running(Box::new(Running { stream, phase, returning: true }));
+                // What it forgot is set at once.
+                let is_known = self.locks.is_some();
+                let phase = if is_known { locking(0.0) } else { settling(&mut self.kernel) };
+                self.state = State::Running(Box::new(Running {
+                    stream,
+                    phase,
+                    returning: true,
+                    work: None,
+                    rest_until_nanos: 0,
+                }));
+                if is_known {
+                    self.work(Task::Lock);
+                }
             }
             Err(now_lost) => {
                 let now = self.now_nanos();

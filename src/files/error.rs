@@ -1,0 +1,69 @@
+//! Why a file couldn't be read or written.
+
+use std::{io, path::Path, path::PathBuf};
+
+/// Why a file couldn't be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The system refused to read it.
+    #[error("could not read {path:?}")]
+    Read {
+        /// What the system said.
+        source: io::Error,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The system refused to write it.
+    #[error("could not write {path:?}")]
+    Write {
+        /// What the system said.
+        source: io::Error,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file exists and must not be replaced.
+    #[error("there is already a file {path:?}")]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Something else than a file stands there.
+    #[error("this is {what}, not a file: {path:?}")]
+    NotAFile {
+        /// What it is, with its article.
+        what: &'static str,
+        /// Where.
+        path: PathBuf,
+    },
+    /// The file is larger than any of its kind.
+    #[error("larger than {limit_bytes} bytes: {path:?}")]
+    TooLarge {
+        /// The largest that is read.
+        limit_bytes: u64,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file isn't text.
+    #[error("not a text in UTF-8: {path:?}")]
+    NotText {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+impl FileError {
+    /// Turns what the system said while reading `path` into an error.
+    pub fn reading(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Read { source, path: path.to_path_buf() }
+    }
+
+    /// Turns what the system said while writing `path` into an error.
+    pub fn writing(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Write { source, path: path.to_path_buf() }
+    }
+
+    /// Whether the file isn't there.
+    pub fn is_missing(&self) -> bool {
+        matches!(self, Self::Read { source, .. } if source.kind() == io::ErrorKind::NotFound)
+    }
+}

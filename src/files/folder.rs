@@ -1,0 +1,128 @@
+//! Folders.
+
+use std::{
+    fs::{self, File},
+    io,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    FileError,
+    disk_log::{Change, note},
+};
+
+/// How the names of files and folders begin that are not complete yet.
+pub const UNFINISHED: &str = ".boresight-";
+
+/// Creates the folder `path` with those above it; the names of new ones last.
+///
+/// # Errors
+///
+/// [`FileError::Write`].
+pub fn make_folder(path: &Path) -> Result<(), FileError> {
+    let writing = FileError::writing(path);
+    let missing: Vec<&Path> = path
+        .ancestors()
+        .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists())
+        .collect();
+    for folder in missing.into_iter().rev() {
+        match fs::create_dir(folder) {
+            Ok(()) => {}
+            // Another program may have made it meanwhile.
+            Err(err) if err.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => {}
+            Err(err) => return Err(writing(err)),
+        }
+        note(&Change::MakeFolder(folder));
+        sync_folder(parent(folder))?;
+    }
+    if path.is_dir() { Ok(()) } else { Err(writing(io::ErrorKind::NotADirectory.into())) }
+}
+
+/// Makes the names in `folder` last: without this, a new name itself could be lost with the power. Other
+/// systems than Unix don't open folders as files.
+///
+/// # Errors
+///
+/// [`FileError::Write`].
+pub fn sync_folder(folder: &Path) -> Result<(), FileError> {
+    if cfg!(unix) {
+        let opened = File::open(folder).and_then(|open| open.sync_all());
+        opened.map_err(FileError::writing(folder))?;
+    }
+    note(&Change::SyncFolder(folder));
+    Ok(())
+}
+
+/// Whether `path` is a folder itself, not a link to one.
+pub fn is_own_folder(path: &Path) -> bool {
+    path.symlink_metadata().is_ok_and(|found| found.is_dir())
+}
+
+/// Paths in a folder, sorted; none if it can't be listed.
+pub fn entries(folder: &Path) -> Vec<PathBuf> {
+    let mut paths: Vec<PathBuf> = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .collect();
+    paths.sort_unstable();
+    paths
+}
+
+fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// A new folder that appears under its name once it's complete. Dropped before that, it's removed.
+#[derive(Debug)]
+pub struct Draft {
+    folder: tempfile::TempDir,
+    wanted: PathBuf,
+}
+
+impl Draft {
+    /// Begins a folder beside `wanted`.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError::Exists`] or [`FileError::Write`].
+    pub fn begin(wanted: &Path) -> Result<Self, FileError> {
+        let beside = parent(wanted);
+        if wanted.symlink_metadata().is_ok() {
+            return Err(FileError::Exists { path: wanted.to_path_buf() });
+        }
+        make_folder(beside)?;
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let folder =
+            builder.prefix(UNFINISHED).tempdir_in(beside).map_err(FileError::writing(wanted))?;
+        note(&Change::MakeFolder(folder.path()));
+        Ok(Self { folder, wanted: wanted.to_path_buf() })
+    }
+
+    /// Where it is until it's complete.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Gives it its name, which lasts.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError::Exists`] or [`FileError::Write`].
+    pub fn complete(self) -> Result<(), FileError> {
+        let Self { folder, wanted } = self;
+        if wanted.symlink_metadata().is_ok() {
+            return Err(FileError::Exists { path: wanted });
+        }
+        fs::rename(folder.path(), &wanted).map_err(FileError::writing(&wanted))?;
+        let draft = folder.keep();
+        note(&Change::Rename { from: &draft, to: &wanted });
+        sync_folder(parent(&wanted))
+    }
+}

@@ -1,0 +1,103 @@
+//! Reads files whose size is bounded.
+
+use std::{
+    fs::File,
+    io::{BufRead, BufReader, Read},
+    path::Path,
+};
+
+use super::{
+    FileError,
+    plain::{file_or_nothing, options, other_than_file},
+};
+
+/// The largest text that is read whole: settings, scenes, corner tables, calibrations.
+pub const TEXT_LIMIT: u64 = 256 << 20;
+
+/// Whether a link at the path itself is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Links {
+    /// Yes: a person named the file.
+    Followed,
+    /// No: the file is a session's.
+    Refused,
+}
+
+/// Opens a file to read. Never waits: a FIFO or a device is refused.
+///
+/// # Errors
+///
+/// [`FileError::Read`] or [`FileError::NotAFile`].
+pub fn open(path: &Path, links: Links) -> Result<File, FileError> {
+    let reading = FileError::reading(path);
+    // Opening a device can do something to it, so look first.
+    if links == Links::Refused {
+        file_or_nothing(path)?;
+    } else {
+        let kind = path.metadata().map_err(&reading)?.file_type();
+        if let Some(what) = other_than_file(kind) {
+            return Err(FileError::NotAFile { what, path: path.to_path_buf() });
+        }
+    }
+    let file = options(links == Links::Refused).read(true).open(path).map_err(&reading)?;
+    // What is open is what counts: the entry may have been replaced meanwhile.
+    match other_than_file(file.metadata().map_err(&reading)?.file_type()) {
+        None => Ok(file),
+        Some(what) => Err(FileError::NotAFile { what, path: path.to_path_buf() }),
+    }
+}
+
+/// Reads a file of at most `limit_bytes`.
+///
+/// # Errors
+///
+/// As [`open`], and [`FileError::TooLarge`].
+pub fn read(path: &Path, limit_bytes: u64, links: Links) -> Result<Vec<u8>, FileError> {
+    let reading = FileError::reading(path);
+    let file = open(path, links)?;
+    let too_large = || FileError::TooLarge { limit_bytes, path: path.to_path_buf() };
+    let size = file.metadata().map_err(&reading)?.len();
+    if size > limit_bytes {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::with_capacity(size as usize);
+    // It may grow while it's read.
+    file.take(limit_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(&reading)?;
+    if bytes.len() as u64 > limit_bytes { Err(too_large()) } else { Ok(bytes) }
+}
+
+/// Reads a text of at most `limit_bytes`; a byte-order mark is left out.
+///
+/// # Errors
+///
+/// As [`read`], and [`FileError::NotText`].
+pub fn read_text(path: &Path, limit_bytes: u64, links: Links) -> Result<String, FileError> {
+    let mut bytes = read(path, limit_bytes, links)?;
+    if bytes.starts_with(b"\xef\xbb\xbf") {
+        bytes.drain(..3);
+    }
+    String::from_utf8(bytes).map_err(|_| FileError::NotText { path: path.to_path_buf() })
+}
+
+/// Calls `each` with every line of a file, its line break included, until it returns false. A line longer than
+/// `limit_bytes` comes in pieces without a line break.
+///
+/// # Errors
+///
+/// As [`open`].
+pub fn lines_of(
+    path: &Path,
+    limit_bytes: u64,
+    links: Links,
+    mut each: impl FnMut(&[u8]) -> bool,
+) -> Result<(), FileError> {
+    let mut reader = BufReader::with_capacity(1 << 16, open(path, links)?);
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        let got = (&mut reader).take(limit_bytes).read_until(b'\n', &mut line);
+        if got.map_err(FileError::reading(path))? == 0 || !each(&line) {
+            return Ok(());
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Writes whole files so that they are either the old or the new ones, never half of one.
+
+use std::{io, io::Write, path::Path};
+
+use super::{
+    FileError,
+    disk_log::{Change, note},
+    folder::{UNFINISHED, sync_folder},
+    plain::file_or_nothing,
+};
+
+/// Whether an existing file may be replaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overwrite {
+    /// Refuse with [`FileError::Exists`].
+    Never,
+    /// Replace it, if it's a file; it keeps its mode. A link is refused, not followed.
+    Allowed,
+}
+
+/// Whether [`save`] could write a file at `path`, as far as can be told before: better known before the work than
+/// after.
+///
+/// # Errors
+///
+/// As [`save`].
+pub fn may_save(path: &Path, overwrite: Overwrite) -> Result<(), FileError> {
+    if file_or_nothing(path)? && overwrite == Overwrite::Never {
+        return Err(FileError::Exists { path: path.to_path_buf() });
+    }
+    let folder = folder_of(path);
+    let kind = folder.metadata().map_err(FileError::writing(path))?;
+    if kind.is_dir() {
+        Ok(())
+    } else {
+        Err(FileError::writing(path)(io::ErrorKind::NotADirectory.into()))
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Writes `bytes` beside `path`, syncs, renames, and syncs the folder.
+///
+/// # Errors
+///
+/// [`FileError::Exists`], [`FileError::NotAFile`] or [`FileError::Write`]; what was at `path` is then untouched.
+pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileError> {
+    let writing = FileError::writing(path);
+    let folder = folder_of(path);
+    let replaces = match overwrite {
+        Overwrite::Allowed => file_or_nothing(path)?,
+        Overwrite::Never => false,
+    };
+    let mut builder = tempfile::Builder::new();
+    // The umask takes away what the person doesn't want to share.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut beside = builder.prefix(UNFINISHED).tempfile_in(folder).map_err(&writing)?;
+    let draft = beside.path().to_path_buf();
+    note(&Change::Create(&draft));
+    if replaces {
+        let mode = path.metadata().map_err(&writing)?.permissions();
+        beside.as_file().set_permissions(mode).map_err(&writing)?;
+    }
+    let written = beside.write_all(bytes);
+    note(&Change::Append { path: &draft, bytes });
+    let synced = written.and_then(|()| beside.as_file().sync_all());
+    note(&Change::SyncFile(&draft));
+    if let Err(source) = synced {
+        drop(beside);
+        note(&Change::Remove(&draft));
+        return Err(writing(source));
+    }
+    let renamed = match overwrite {
+        Overwrite::Allowed => beside.persist(path),
+        Overwrite::Never => beside.persist_noclobber(path),
+    };
+    if let Err(err) = renamed {
+        // The draft is removed with the error.
+        note(&Change::Remove(&draft));
+        return Err(match err.error {
+            taken
+                if overwrite == Overwrite::Never
+                    && taken.kind() == io::ErrorKind::AlreadyExists =>
+            {
+                FileError::Exists { path: path.to_path_buf() }
+            }
+            source => writing(source),
+        });
+    }
+    note(&Change::Rename { from: &draft, to: path });
+    sync_folder(folder)
+}

@@ -1,0 +1,25 @@
+//! What `doctor` finds.
+
+/// The header isn't the one that the journal was recorded with.
+pub const FOREIGN_HEADER: &str =
+    "every decision comes out differently: session.toml doesn't belong to this journal";
+
+/// Lines are missing from the journal, as `reason` shows.
+pub fn lines_missing(reason: String) -> String {
+    format!("lines are missing from journal.jsonl: {reason}")
+}
+
+/// The result has more views than the journal.
+pub fn fewer_views(in_result: usize, in_journal: usize) -> String {
+    format!("calibration.json has {in_result} views, the journal {in_journal}")
+}
+
+/// What was copied into a new session.
+pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
+    let pictures = match lost_pictures {
+        0 => String::new(),
+        1 => ". One picture is damaged or missing; its view is kept without it".into(),
+        n => format!(". {n} pictures are damaged or missing; their views are kept without them"),
+    };
+    format!("Recovered {lines} lines into {to}{pictures}")
+}
