@@ -21,7 +21,7 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
             return imported(err).map(Into::into);
         }
         cause.downcast_ref::<ConfigError>().map(|_| {
-            "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into()
+            "config/default.toml lists all settings and their values; `boresight guide --help` shows how to set them.".into()
         })
     })
 }
@@ -36,32 +36,38 @@ fn recording(err: &RecordingError) -> Option<String> {
             let session = path.ancestors().find(|folder| folder.join("session.toml").exists());
             let go_on = session.map_or(String::new(), |session| {
                 format!(
-                    " Every view that was shown as taken is safe; go on with: boresight guide --session {}",
+                    " Your views are safe. To continue: boresight guide --session {}",
                     session.display()
                 )
             });
             Some(if full {
                 format!("The disk is full: free some space.{go_on}")
             } else {
-                format!("Check that the folder exists and may be written.{go_on}")
+                format!("Check that the folder exists and is writable.{go_on}")
             })
         }
         RecordingError::Exists { .. } => {
-            Some("Give another name, or --force to replace the file.".into())
+            Some("Choose another name, or add --force to overwrite the file.".into())
         }
         RecordingError::NotNew { path } => Some(if path.join("session.toml").exists() {
-            format!("To go on with the session in it: boresight guide --session {}. For another one: name a new folder.", path.display())
+            format!(
+                "To continue the session in it: boresight guide --session {}. To start another one, choose a new folder.",
+                path.display()
+            )
         } else {
-            "Name a new folder; nothing in this one is touched.".into()
+            "Choose a new folder. Nothing in this one was changed.".into()
         }),
         RecordingError::Damaged { .. } => Some(
-            "What is whole can be copied into a new session: boresight doctor SESSION --recover NEW".into(),
+            "To copy the undamaged part into a new session: boresight doctor SESSION --recover NEW"
+                .into(),
         ),
-        RecordingError::Locked { .. } => Some("Close the other one first.".into()),
-        RecordingError::NoLock { .. } => Some(
-            "Keep the session on a file system that has locks: name a folder on a local disk with --out.".into(),
-        ),
-        RecordingError::Read { .. } => Some("Check the name; a session is the folder that holds session.toml.".into()),
+        RecordingError::Locked { .. } => Some("Close the other program first.".into()),
+        RecordingError::NoLock { .. } => {
+            Some("Use a file system with locks: choose a folder on a local disk with --out.".into())
+        }
+        RecordingError::Read { .. } => {
+            Some("Check the name. A session is a folder that contains session.toml.".into())
+        }
         RecordingError::Header { .. } | RecordingError::Frame { .. } => None,
     }
 }
@@ -72,9 +78,13 @@ fn capture(err: &CaptureError) -> String {
             let (cause, action) = text::camera::fault(*fault);
             return format!("{cause}. {action}");
         }
-        CaptureError::Read { .. } => "Check the name and that the file may be read.",
-        CaptureError::Decode { .. } => "Remove the file, or replace it with a whole PNG or JPEG.",
-        CaptureError::NoPictures { .. } => "Give a folder with PNG or JPEG pictures of the board.",
+        CaptureError::Read { .. } => "Check the name, and that the file is readable.",
+        CaptureError::Decode { .. } => {
+            "Remove the file, or replace it with an undamaged PNG or JPEG."
+        }
+        CaptureError::NoPictures { .. } => {
+            "Choose a folder with PNG or JPEG pictures of the board."
+        }
     }
     .into()
 }
@@ -82,12 +92,12 @@ fn capture(err: &CaptureError) -> String {
 fn imported(err: &NotImported) -> Option<&'static str> {
     match err {
         NotImported::Model { .. } | NotImported::Coefficient { .. } => Some(
-            "Fit a lens that can be read with the program that wrote the file, or calibrate anew: boresight guide",
+            "Fit a supported lens model with the program that wrote the file, or recalibrate: boresight guide",
         ),
-        NotImported::NoResult => Some("Its findings say why. Calibrate anew: boresight guide"),
+        NotImported::NoResult => Some("Its findings say why. Recalibrate: boresight guide"),
         NotImported::Schema { .. } => Some("Use the newer version that wrote it."),
         NotImported::Missing { .. } | NotImported::Nonsense { .. } => {
-            Some("Mend the file, or write it again with the program that made it.")
+            Some("Fix the file, or write it again with the program that made it.")
         }
         NotImported::TooLong { .. }
         | NotImported::UnknownFormat

@@ -13,13 +13,13 @@ pub(super) struct BoardArguments {
     /// Inner corners of the board, columns x rows, for example 9x6.
     #[arg(long, value_name = "CxR")]
     board: Option<BoardSize>,
-    /// Side of a square, with its unit: 25mm, 2.5cm, 0.025m, 1in.
+    /// Square size with its unit: 25mm, 2.5cm, 0.025m, 1in.
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
-    /// Settings file; config/default.toml explains every setting.
+    /// Settings file. config/default.toml explains every setting.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Change one setting, for example guidance.min_tilt_deg=25. May be repeated.
+    /// Change one setting, for example guidance.min_tilt_deg=25. Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
 }
@@ -30,7 +30,7 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
     let is_key = |key: &str| key.split('.').all(|part| !part.trim().is_empty());
     match key {
         Some(key) if is_key(key) => Ok(text.to_owned()),
-        _ => Err("wants KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
+        _ => Err("expected KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
     }
 }
 
@@ -53,7 +53,7 @@ impl FromStr for Size {
             let (width_px, height_px) = (width.parse().ok()?, height.parse().ok()?);
             (width_px > 0 && height_px > 0).then_some(ImageSize { width_px, height_px })
         });
-        parsed.map(Self).ok_or_else(|| "wants width x height, for example 1280x720".into())
+        parsed.map(Self).ok_or_else(|| "expected width x height, for example 1280x720".into())
     }
 }
 
@@ -105,7 +105,7 @@ impl FromStr for BoardSize {
         let parsed = parts.and_then(|(columns, rows)| {
             Some(Self { columns: columns.trim().parse().ok()?, rows: rows.trim().parse().ok()? })
         });
-        parsed.ok_or_else(|| "wants inner corners, columns x rows, for example 9x6".into())
+        parsed.ok_or_else(|| "expected inner corners, columns x rows, for example 9x6".into())
     }
 }
 
@@ -121,10 +121,12 @@ impl FromStr for Length {
             "cm" => 10.0,
             "m" => 1000.0,
             "in" => 25.4,
-            _ => return Err("wants a length with its unit, for example 25mm".into()),
+            _ => return Err("expected a length with its unit, for example 25mm".into()),
         };
-        let value: f64 =
-            number.trim().parse().map_err(|_| "wants a length with its unit, for example 25mm")?;
+        let value: f64 = number
+            .trim()
+            .parse()
+            .map_err(|_| "expected a length with its unit, for example 25mm")?;
         Ok(Self { millimetres: value * factor })
     }
 }

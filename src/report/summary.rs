@@ -15,15 +15,23 @@ use crate::{
 pub(super) fn verdict(report: &Report) -> String {
     let calibration = &report.calibration;
     let code = calibration.verdict.as_str();
+    let unfinished = calibration.is_unfinished();
     let (sign, lead, next) = match &report.check {
         Some(check) => {
             let code = check.verdict.as_deref().unwrap_or("none");
             (words::verdict_sign(code), check.message.as_str(), check.action.clone())
         }
-        None => (words::verdict_sign(code), words::verdict(code), next_action(calibration)),
+        None => {
+            (words::verdict_sign(code), words::verdict(code, unfinished), next_action(calibration))
+        }
+    };
+    let simulated = if report.camera.simulated {
+        format!("<p class=\"simulated\">{}</p>\n", words::SIMULATED)
+    } else {
+        String::new()
     };
     let mut body = format!(
-        "<p class=\"lead\"><span class=\"sign\">{sign}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
+        "{simulated}<p class=\"lead\"><span class=\"sign\">{sign}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
         escaped(lead),
         words::NEXT,
         escaped(&next)
@@ -40,7 +48,7 @@ pub(super) fn verdict(report: &Report) -> String {
         );
     }
     if report.check.is_some() {
-        push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code)));
+        push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code, unfinished)));
     }
     for note in &report.notes {
         push(&mut body, format_args!("<p>{}</p>\n", escaped(note)));

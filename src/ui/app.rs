@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use egui::{Context, ThemePreference, Ui, ViewportCommand};
+use egui::{Context, Ui, ViewportCommand};
 
 #[cfg(feature = "study")]
 use super::explore::{self, Explored};
@@ -22,7 +22,7 @@ use super::{
     session_state::{Running, SessionState},
     settings,
     sound::{Sound, Tone},
-    theme::background,
+    theme::{background, switch},
     user_error,
 };
 use crate::{
@@ -334,14 +334,13 @@ impl App {
                 Act::Tone => preferences.tone ^= true,
                 Act::Speech => preferences.speech ^= true,
                 Act::Panels => preferences.panels ^= true,
+                Act::Lines => preferences.lines ^= true,
                 Act::FullScreen => {
                     let full = ctx.input(|input| input.viewport().fullscreen.unwrap_or(false));
                     ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!full));
                 }
                 Act::Theme => {
-                    let dark = ctx.theme() == egui::Theme::Dark;
-                    let other = if dark { ThemePreference::Light } else { ThemePreference::Dark };
-                    ctx.set_theme(other);
+                    switch(ctx);
                 }
                 Act::Help => self.help ^= true,
                 Act::GuidePage => self.page = Page::Guide,

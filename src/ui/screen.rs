@@ -8,7 +8,7 @@ use image::GrayImage;
 use super::picture::Picture;
 use crate::{
     device::{Adjustable, Control, Lock, Locks},
-    session::{Snapshot, ViewNumber},
+    session::{Outcome, Prompt, Snapshot, ViewNumber},
 };
 
 /// Width of a thumbnail's texture.
@@ -25,11 +25,13 @@ pub struct Preferences {
     pub speech: bool,
     /// Numbers beside the picture.
     pub panels: bool,
+    /// Principal lines on the picture.
+    pub lines: bool,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self { mirrored: false, tone: true, speech: false, panels: true }
+        Self { mirrored: false, tone: true, speech: false, panels: true, lines: false }
     }
 }
 
@@ -42,6 +44,8 @@ pub struct Screen {
     pub picture: Picture,
     /// Small pictures of the accepted views, by their numbers.
     pub thumbnails: BTreeMap<ViewNumber, TextureHandle>,
+    /// What refused frames asked for, and how many did, most often first.
+    pub asked: Vec<(Prompt, usize)>,
     /// What the source calls itself.
     pub source: String,
     /// Where the session is stored.
@@ -91,7 +95,21 @@ impl Screen {
         self.adjusting.retain(|control, adjusting| {
             locks.of(*control) == adjusting.before && now_secs < adjusting.until_secs
         });
+        self.count(&snapshot);
         self.snapshot = Some(snapshot);
+    }
+
+    fn count(&mut self, snapshot: &Snapshot) {
+        let (Outcome::Refused { .. }, Some(live)) = (snapshot.decision.outcome, &snapshot.live)
+        else {
+            return;
+        };
+        let prompt = Prompt::of_decision(&snapshot.decision, live.corners_px.as_ref().err());
+        match self.asked.iter_mut().find(|(asked, _)| *asked == prompt) {
+            Some((_, count)) => *count += 1,
+            None => self.asked.push((prompt, 1)),
+        }
+        self.asked.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     }
 
     /// Remembers that `control` was asked to be at `value`.

@@ -4,6 +4,7 @@ mod banner;
 mod controls;
 mod gauges;
 pub(super) mod ghost;
+mod icon;
 mod numbers;
 pub(super) mod overlay;
 mod sentence;
