@@ -8,7 +8,12 @@ use super::{
 use crate::{
     calibration::files::{CalibrationFile, LensEntry, SigmaEntry},
     chart::{escaped, push},
-    text::report::{self as words, Section, name},
+    frame::ImageSize,
+    geometry::{self, BoardOutline},
+    text::{
+        report::{self as words, Section, name},
+        result,
+    },
 };
 
 /// Verdict, what to do next, and what is to be known first. On the page of a check, the check's.
@@ -50,10 +55,24 @@ pub(super) fn verdict(report: &Report) -> String {
     if report.check.is_some() {
         push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code, unfinished)));
     }
+    if calibration.verdict != "untrustworthy"
+        && let Some(open) = open_corners(calibration)
+    {
+        push(&mut body, format_args!("<p>{}</p>\n", escaped(&open)));
+    }
     for note in &report.notes {
         push(&mut body, format_args!("<p>{}</p>\n", escaped(note)));
     }
     section_with(Section::Verdict, "box", &body)
+}
+
+/// Which corners of the picture no board has covered, in words.
+fn open_corners(calibration: &CalibrationFile) -> Option<String> {
+    let outlines: Vec<BoardOutline> =
+        calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
+    let [width_px, height_px] = calibration.image_size;
+    let open = geometry::open_corners(&outlines, ImageSize { width_px, height_px });
+    if outlines.is_empty() { None } else { result::open_corners(open) }
 }
 
 /// The action of the worst finding, or of a goal that isn't met.

@@ -13,10 +13,12 @@ const RECENT_SECS: f64 = 0.8;
 const DWELL_SECS: f64 = 1.2;
 /// A prompt that no frame has asked for during this time gives way to the commonest one, however short.
 const OUTDATED_SECS: f64 = 1.2;
+/// "Hold still" stays until no frame has asked for it during this time: the pose is really lost.
+const LOST_POSE_SECS: f64 = 0.5;
 /// A frame counts for no longer than this: after a gap in the pictures nothing is known.
 const LONGEST_FRAME_SECS: f64 = 0.2;
 /// A prompt that isn't shown at once waits while this many changes lie within the last [`BUSY_SECS`].
-const MOST_CHANGES: usize = 4;
+const MOST_CHANGES: usize = 3;
 /// See [`MOST_CHANGES`].
 const BUSY_SECS: f64 = 5.0;
 
@@ -103,6 +105,7 @@ impl Calm {
             self.recent.pop_front();
         }
         if prompt == self.shown.prompt {
+            self.since.get_or_insert(now);
             self.last_asked = Some(now);
             self.shown.advice = Some(advice);
         } else if let Some(next) = self.next(now, prompt, advice) {
@@ -124,6 +127,9 @@ impl Calm {
         }
         let (commonest, asked_secs) = self.commonest()?;
         let outdated_secs = self.last_asked.map_or(shown_secs, |asked| now.secs_since(asked));
+        if self.shown.prompt == Prompt::HoldStill && outdated_secs < LOST_POSE_SECS {
+            return None;
+        }
         let is_due = asked_secs >= PERSIST_SECS || outdated_secs >= OUTDATED_SECS;
         (is_due && commonest.prompt != self.shown.prompt)
             .then_some(Shown { prompt: commonest.prompt, advice: Some(commonest.advice) })
@@ -216,6 +222,19 @@ mod tests {
         assert_eq!(shown(&mut calm, 0.4, &[Prompt::Closer]), [Prompt::CameraLost]);
         calm.note_state(None);
         assert_eq!(shown(&mut calm, 0.5, &[Prompt::Closer]), [Prompt::Closer]);
+    }
+
+    #[test]
+    fn hold_still_stays_until_the_pose_is_lost() {
+        let mut calm = Calm::default();
+        shown(&mut calm, 0.0, &frames(Prompt::HoldStill, 2.0));
+        let restless: Vec<Prompt> = (0..90)
+            .map(|i| if i % 12 == 0 { Prompt::HoldStill } else { Prompt::TipMore })
+            .collect();
+        let next = shown(&mut calm, 2.0, &restless);
+        assert!(next.iter().all(|prompt| *prompt == Prompt::HoldStill));
+        shown(&mut calm, 5.0, &frames(Prompt::TipMore, 0.6));
+        assert_eq!(calm.shown().prompt, Prompt::TipMore);
     }
 
     #[test]

@@ -123,8 +123,13 @@ pub enum Prompt {
     Uncover,
     /// Turn the board out of a reflection.
     Glare,
-    /// Show the board that was chosen: this is a different one.
-    OtherBoard,
+    /// Show the board that was chosen: this is a different one, with these inner corners.
+    OtherBoard {
+        /// Corners in a row.
+        columns: usize,
+        /// Rows of corners.
+        rows: usize,
+    },
     /// Bring the board nearer.
     Closer,
     /// Take the board farther away.
@@ -264,7 +269,7 @@ impl Prompt {
             Miss::PartialBoard { cut_off_by: Some(side), .. } => Self::CutOff(side),
             Miss::PartialBoard { cut_off_by: None, .. } => Self::Uncover,
             Miss::Glare { .. } => Self::Glare,
-            Miss::OtherBoard { .. } => Self::OtherBoard,
+            Miss::OtherBoard { columns, rows } => Self::OtherBoard { columns, rows },
             Miss::TooSmall { .. } => Self::Closer,
             Miss::Blurred { .. } => Self::Blurred,
             Miss::LowContrast { .. } => Self::Dark,
@@ -304,6 +309,22 @@ impl Prompt {
             Self::TurnTilt { clockwise } => Self::TurnTilt { clockwise: !clockwise },
             Self::Shift(across, upright) => Self::Shift(across.map(Across::mirrored), upright),
             other => other,
+        }
+    }
+
+    /// Where in the picture the board is to be shifted: right and down, each -1, 0 or 1. `None` if it isn't.
+    pub fn shift(self) -> Option<[i8; 2]> {
+        match self {
+            Self::CutOff(Side::Left) => Some([1, 0]),
+            Self::CutOff(Side::Right) => Some([-1, 0]),
+            Self::CutOff(Side::Top) => Some([0, 1]),
+            Self::CutOff(Side::Bottom) => Some([0, -1]),
+            Self::Shift(across, upright) => {
+                let right = across.map_or(0, |across| if across == Across::Left { -1 } else { 1 });
+                let down = upright.map_or(0, |upright| if upright == Upright::Up { -1 } else { 1 });
+                Some([right, down])
+            }
+            _ => None,
         }
     }
 
@@ -369,6 +390,9 @@ mod tests {
         let shift =
             |right_px, down_px| Prompt::of_advice(&Advice::Shift { right_px, down_px }, None);
         assert_eq!(shift(-60.0, 5.0), Prompt::Shift(Some(Across::Left), None));
+        assert_eq!(shift(-60.0, 5.0).shift(), Some([-1, 0]));
+        assert_eq!(Prompt::CutOff(Side::Left).shift(), Some([1, 0]), "away from the edge");
+        assert_eq!(Prompt::HoldStill.shift(), None);
         assert_eq!(shift(4.0, -40.0), Prompt::Shift(None, Some(Upright::Up)));
         assert_eq!(shift(50.0, 40.0), Prompt::Shift(Some(Across::Right), Some(Upright::Down)));
     }

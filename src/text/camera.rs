@@ -143,13 +143,13 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
 
 /// A control that changed, such as `Focus changed (30 → 45)`.
 fn moved(change: &ControlChange) -> String {
-    format!("{} changed ({} → {})", capital(control(change.control)), change.from, change.to)
+    format!("{} changed ({} to {})", capital(control(change.control)), change.from, change.to)
 }
 
 /// A control that the person set.
 fn set(change: &ControlChange) -> String {
     let name = capital(control(change.control));
-    format!("{name} was set by hand ({} → {})", change.from, change.to)
+    format!("{name} was set by hand ({} to {})", change.from, change.to)
 }
 
 /// A fault with its details: what happened, and what to do.

@@ -43,7 +43,8 @@ pub fn views(snapshot: &Snapshot) -> String {
     }
 }
 
-/// Precision reached and wanted; `None` without a calibration.
+/// Accuracy of the principal point, or the error bound of a goal, with what is to be reached; `None` without a
+/// calibration.
 pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
     if let Some(judged) = &calibration.acceptance {
@@ -53,15 +54,27 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let guidance = &snapshot.setup.guidance;
     let size = snapshot.setup.image_size;
     let f_to_width = calibration.camera.f_px.x / f64::from(size.width_px.max(size.height_px));
-    let reached = sd[2].max(sd[3]);
-    let (reached, over_all) = (small(reached), small(calibration.projection_sd.mean_px));
+    let reached = small(sd[2].max(sd[3]));
     Some(match guidance.plan {
-        Plan::Adaptive => format!(
-            "{reached} px (goal {:.1}) · image {over_all} px (goal {:.1})",
-            guidance.pp_goal_px(f_to_width),
-            guidance.stop_projection_sigma_px
-        ),
-        Plan::Quick | Plan::Full => format!("{reached} px · image {over_all} px"),
+        Plan::Adaptive => format!("{reached} px (goal {:.1} px)", guidance.pp_goal_px(f_to_width)),
+        Plan::Quick | Plan::Full => format!("{reached} px"),
+    })
+}
+
+/// Accuracy of projection over the whole picture, with what is to be reached; `None` without a calibration, and where
+/// a goal takes its place.
+pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
+    let calibration = snapshot.calibration.as_ref()?;
+    if calibration.acceptance.is_some() {
+        return None;
+    }
+    let guidance = &snapshot.setup.guidance;
+    let reached = small(calibration.projection_sd.mean_px);
+    Some(match guidance.plan {
+        Plan::Adaptive => {
+            format!("{reached} px (goal {:.1} px)", guidance.stop_projection_sigma_px)
+        }
+        Plan::Quick | Plan::Full => format!("{reached} px"),
     })
 }
 
@@ -98,7 +111,7 @@ pub fn coverage(snapshot: &Snapshot) -> String {
 }
 
 /// Labels and tooltips of the numbers beside the picture.
-pub const NUMBERS: [(&str, &str); 9] = [
+pub const NUMBERS: [(&str, &str); 10] = [
     (
         "Centre",
         "Principal point: where the optical axis meets the picture, with one standard deviation.",
@@ -106,8 +119,9 @@ pub const NUMBERS: [(&str, &str); 9] = [
     ("Focal length", "Focal length from all views, with one standard deviation."),
     (
         "Accuracy",
-        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture, each with its goal. With --accept: the 95 % error bound.",
+        "Standard deviation of the principal point on its worse axis. With --accept: the 95 % error bound.",
     ),
+    ("Over picture", "Standard deviation of projection over the whole picture."),
     ("Views", "Views taken so far, and how many more are likely needed."),
     (
         "Pair balance",

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{acceptance, percent};
 use crate::{
-    calibration::{Calibration, PrincipalPoints, Verdict},
-    session::Prompt,
+    calibration::{Calibration, PrincipalPoints},
+    session::{Prompt, Snapshot},
 };
 
 /// Before the buttons that export.
@@ -13,12 +13,21 @@ pub const EXPORT: &str = "Export:";
 /// On the result page before there is one.
 pub const NO_RESULT: &str =
     "No calibration yet. It needs two views with the board tipped in different directions.";
-/// If nothing was found.
-pub const NO_FINDINGS: &str = "All checks passed.";
 /// Heading of the principal point by every method.
-pub const METHODS: &str = "Principal point by each method";
+pub const METHODS: &str = "Principal point by method";
 /// What it means.
 pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lens distortion pulls raw principal lines towards the middle of the boards; that is expected.";
+
+/// The two accuracies that matter, each with its goal.
+pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
+    let has_goal = snapshot.calibration.as_ref().is_some_and(|c| c.acceptance.is_some());
+    let first = if has_goal { "Error" } else { "Principal point" };
+    let both = [
+        (first, super::numbers::precision(snapshot)),
+        ("Projection", super::numbers::precision_over_picture(snapshot)),
+    ];
+    both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
+}
 
 /// Which corners of the picture no board has covered, and what would help; `None` if all are. `open` goes clockwise
 /// from the top left.
@@ -29,7 +38,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
     let [first, .., last] = names.as_slice() else {
         let only = names.first()?;
         return Some(format!(
-            "No board covered the {only} corner: there the lens is extrapolated. Continue (G) and take two opposed views there."
+            "No board covered the {only} corner: there the lens is extrapolated. Two opposed views there would help."
         ));
     };
     let corners = match names.as_slice() {
@@ -38,9 +47,12 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
         _ => format!("{first}, {}, {} and {last}", names[1], names[2]),
     };
     Some(format!(
-        "No board covered the {corners} corners: there the lens is extrapolated. Continue (G) and take two opposed views that reach them."
+        "No board covered the {corners} corners: there the lens is extrapolated. Two opposed views that reach them would help."
     ))
 }
+
+/// How to take them.
+pub const TAKE_THEM: &str = "Continue (G) to take them.";
 
 /// How far the independent check is from the result; `None` without one.
 pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
@@ -67,11 +79,6 @@ pub const NUMBERS_HEADING: &str = "Numbers";
 pub const NO_VIEW_TAKEN: &str = "No view was taken";
 /// What to try then.
 pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board in Settings is the one in your hands.";
-
-/// A sign of the verdict, recognisable by its shape.
-pub fn verdict_sign(verdict: Verdict) -> &'static str {
-    super::report::verdict_sign(verdict.code())
-}
 
 /// What the button for a format does.
 pub fn export_tip(format: &str) -> String {
@@ -141,7 +148,10 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     ));
     lines.push((
         "Corners",
-        format!("{:.3} px RMS in {} views", calibration.rms_px, calibration.views.len()),
+        match calibration.views.len() {
+            1 => format!("{:.3} px RMS in 1 view", calibration.rms_px),
+            views => format!("{:.3} px RMS in {views} views", calibration.rms_px),
+        },
     ));
     if let Some(measured_px) = calibration.noise_floor_px {
         lines.push(("Corner noise", noise(calibration.noise_px, measured_px)));
@@ -152,7 +162,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
 
 /// Noise of a corner by the fit, beside the measured one.
 pub fn noise(fit_px: f64, measured_px: f64) -> String {
-    format!("{fit_px:.3} px from the fit, {measured_px:.3} px measured while holding still")
+    format!("{fit_px:.3} px (fit), {measured_px:.3} px (held still)")
 }
 
 /// The principal point by every method: name, value, what it is.

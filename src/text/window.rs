@@ -107,6 +107,14 @@ pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
 /// Tooltip that explains "skipped".
 pub const FRAMES_TIP: &str = "Pictures from the source. Skipped pictures arrived while the previous one was being analysed. They were shown but not measured.";
 
+/// On the picture of a lost camera.
+pub fn lost_for(secs: f64) -> String {
+    format!("{:.0} s", secs.max(0.0))
+}
+
+/// Heading of what a device or program said.
+pub const DETAILS: &str = "Details";
+
 /// Shown when no new picture has arrived for a while.
 pub fn stalled(secs: f64) -> String {
     format!("No picture for {secs:.0} s")
@@ -124,6 +132,22 @@ pub fn failed(worker: &str, reason: &str) -> String {
 /// What to do about a failed worker.
 pub const FAILED_ACTION: &str =
     "Your views are safe. Fix the problem, then choose Continue on the Result page.";
+
+/// Which board is shown instead of the chosen one, and what to do; `None` if it's the chosen one.
+pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
+    let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
+    let chosen = &snapshot.setup.board;
+    Some((
+        format!(
+            "This board has {columns} × {rows} inner corners. You chose {} × {}",
+            chosen.columns(),
+            chosen.rows()
+        ),
+        format!(
+            "Choose {columns} × {rows} in Settings (F4), or start with --board {columns}x{rows}."
+        ),
+    ))
+}
 
 /// Label of the live picture for screen readers.
 pub const PICTURE: &str = "Live picture";

@@ -47,6 +47,7 @@ fn key(act: Act) -> Key {
         Act::Speech => Key::S,
         Act::Panels => Key::H,
         Act::FullScreen => Key::F11,
+        Act::Distance => Key::B,
         Act::Lines => Key::L,
         Act::Theme => Key::D,
         Act::Help => Key::F12,

@@ -8,7 +8,7 @@ use image::GrayImage;
 use super::picture::Picture;
 use crate::{
     device::{Adjustable, Control, Lock, Locks},
-    session::{Outcome, Prompt, Snapshot, ViewNumber},
+    session::{Outcome, Prompt, Snapshot, Stream, ViewNumber},
 };
 
 /// Width of a thumbnail's texture.
@@ -62,6 +62,8 @@ pub struct Screen {
     pub first_locks: Locks,
     /// What was asked of a control and is not read back yet.
     pub adjusting: BTreeMap<Control, Adjusting>,
+    /// Whether it's read from afar: big letters, no panels.
+    pub distance: bool,
     /// A moment of a recording, in which nothing can be changed.
     pub is_recorded: bool,
     /// See [`Preferences`].
@@ -140,6 +142,13 @@ impl Screen {
         let pixels = ColorImage::from_gray(size, small.as_raw());
         let texture = ctx.load_texture(format!("view {view}"), pixels, TextureOptions::LINEAR);
         self.thumbnails.insert(view, texture);
+    }
+
+    /// How long the camera has been lost; `None` if it isn't.
+    pub fn lost_secs(&self) -> Option<f64> {
+        let camera = &self.snapshot.as_ref()?.camera;
+        matches!(camera.stream, Stream::Lost { .. })
+            .then(|| self.now_secs - self.picture.came_secs.unwrap_or(self.now_secs))
     }
 
     /// How long ago the last view was taken.

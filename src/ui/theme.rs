@@ -20,9 +20,9 @@ pub(super) const SMALL: f32 = 11.0;
 /// … of what is read …
 pub(super) const BODY: f32 = 14.0;
 /// … of headings …
-pub(super) const TITLE: f32 = 20.0;
+pub(super) const TITLE: f32 = 18.0;
 /// … and of the verdict.
-pub(super) const VERDICT: f32 = 28.0;
+pub(super) const VERDICT: f32 = 24.0;
 /// Spacing is in multiples of this.
 pub(super) const UNIT: f32 = 8.0;
 /// Behind the sentence.

@@ -45,7 +45,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     );
     let check = ["check", "--against", old, "--json", "--same-camera", "--source"];
     let ended = boresight(folder, &[&check[..], &[&same, "--out", "first"]].concat());
-    says(&ended, 0, &["OK", "smallest change", "first/check.json", "first/report.html"]);
+    says(&ended, 0, &["OK", "smallest detectable change", "first/check.json", "first/report.html"]);
     let page = fs::read_to_string(folder.join("first/report.html")).expect("readable");
     assert!(page.contains("id=\"drift\"") && page.contains(old));
     let found = verdict(&ended.stdout);

@@ -221,7 +221,7 @@ fn a_session_ends_with_its_report() {
     let mut stale = result.clone();
     stale["result"]["pp_px"][0] = json!(1.0);
     fs::write(folder.path().join("session/calibration.json"), stale.to_string()).expect("written");
-    says(&boresight(folder.path(), &["report", "session"]), code, &["other numbers"]);
+    says(&boresight(folder.path(), &["report", "session"]), code, &["differs from the journal"]);
     // Without its pictures the showing the boards' outlines.
     fs::remove_dir_all(folder.path().join("session/frames")).expect("removed");
     boresight(folder.path(), &["report", "session"]);
@@ -285,7 +285,7 @@ fn one_view_and_none_have_a_page_too() {
     let html = read(&folder.path().join("none.html"));
     let document = checked(&html, &PARTS);
     assert!(text(part(&document, "verdict")).contains("NOT TRUSTWORTHY"));
-    assert!(text(part(&document, "numbers")).contains("no calibration"));
+    assert!(text(part(&document, "numbers")).contains("No calibration"));
 }
 
 #[test]

@@ -97,7 +97,8 @@ fn the_program_reports_and_exports_the_recorded_views() {
         assert_eq!(lines, 54, "{name}");
     }
     let reported = boresight(place.path(), &["report", "session"]);
-    says(&reported, 0, &["Recorded by another version"]);
+    // Three views are too few.
+    says(&reported, 3, &["Recorded by another version", "UNFINISHED"]);
     let page = fs::read_to_string(path.join("report.html")).expect("written");
     assert!(page.contains(&live.accepted()[0].picture_name()), "no first view in the report");
 }

@@ -204,7 +204,7 @@ fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
     app::until(&mut window, "the third value", |window| reads(window, "locked at 90"));
 
     // The next session with the same camera begins with it.
-    window.get_by_role_and_label(Role::Button, "End").click();
+    window.get_by_role_and_label(Role::Button, "Finish").click();
     app::until(&mut window, "the end", |window| app::app(window).ended().is_some());
     let before = [80, 156, 90].map(|value| boresight::device::Lock::Locked { value });
     let lines = SessionFolder::journal(&folder.path().join("1")).expect("whole").lines;

@@ -41,23 +41,27 @@ fn around(image: &RgbaImage, (x, y): (u32, u32)) -> f64 {
 /// of the line, every few pixels along it.
 fn of_outline(with: &RgbaImage, without: &RgbaImage) -> Vec<f64> {
     let is_dark = |pixel: &image::Rgba<u8>| pixel.0[..3].iter().all(|level| *level < 8);
+    // The outline's colour without a board in the picture, and that of the brackets.
+    let is_core = |pixel: &image::Rgba<u8>| {
+        [190, 255].iter().any(|core| pixel.0[..3].iter().all(|level| level.abs_diff(*core) < 3))
+    };
+    let of_ghost = |x: u32, y: u32| with.get_pixel(x, y) != without.get_pixel(x, y);
+    let reach = 7;
     let mut found = Vec::new();
     for (x, y, pixel) in with.enumerate_pixels() {
-        let behind = without.get_pixel(x, y);
-        // The black border of the outline, where the picture isn't black itself or beside the bright core.
-        if !(is_dark(pixel) && (x * 7 + y * 13) % 5 == 0 && x > 8 && y > 8) {
+        if !is_dark(pixel) || !of_ghost(x, y) || (x * 7 + y * 13) % 3 != 0 {
             continue;
         }
-        let reach = 6;
         let core = (y.saturating_sub(reach)..(y + reach + 1).min(with.height()))
             .flat_map(|y| {
                 (x.saturating_sub(reach)..(x + reach + 1).min(with.width())).map(move |x| (x, y))
             })
-            .filter(|(x, y)| with.get_pixel(*x, *y) != without.get_pixel(*x, *y))
+            .filter(|(x, y)| of_ghost(*x, *y) && is_core(with.get_pixel(*x, *y)))
             .map(|(x, y)| luminance(with.get_pixel(x, y)))
             .fold(0.0, f64::max);
-        let picture = around(without, (x, y));
-        if pixel != behind || core > 0.0 {
+        // At the picture's edge the core may be cut off.
+        if core > 0.0 {
+            let picture = around(without, (x, y));
             found.push(contrast(luminance(pixel), picture).max(contrast(core, picture)));
         }
     }

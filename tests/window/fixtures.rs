@@ -49,9 +49,11 @@ pub(crate) fn moments() -> Vec<Moment> {
     add("accepted", accepted, "Got it!");
     let partner = first(&|s| {
         matches!(s.target.as_ref().map(|t| t.purpose), Some(Purpose::Partner { .. }))
-            && matches!(s.shown.prompt, Prompt::Tip(_) | Prompt::TipInstead(_) | Prompt::HoldStill)
+            && matches!(s.decision.advice, Advice::TipTowards { .. } | Advice::Holding { .. })
     });
-    add("partner wanted", partner, &text::prompt(partner.shown.prompt));
+    let mut partner = partner.clone();
+    partner.shown = asking(Prompt::of_advice(&partner.decision.advice, None));
+    add("partner wanted", &partner, &text::prompt(partner.shown.prompt));
     let done = story.last().expect("a session has an end");
     add("done good", done, "Done!");
     add("done untrustworthy", &untrustworthy(done), "Done!");

@@ -12,6 +12,7 @@ mod fits;
 mod fixtures;
 mod paint;
 mod picker;
+mod screenshots;
 #[path = "../common/world.rs"]
 mod world;
 
@@ -206,6 +207,8 @@ fn every_moment_is_read_on_every_page() {
             Some(calibration) => {
                 let verdict = boresight::text::verdict_on(calibration);
                 result.get_by_label(&format!("SIMULATED: {verdict}"));
+                result.get_by_label("Principal point by method").scroll_to_me();
+                result.run();
                 result.get_by_label("Principal point by method").click();
                 result.run();
                 result.get_by_label("Bundle adjustment");
@@ -439,7 +442,11 @@ fn pages_look_as_they_did() {
     let moments = moments();
     let mut results = SnapshotResults::new();
     for (file, page, name, theme) in [
+        ("guide_partner", Page::Guide, "partner wanted", Theme::Dark),
         ("guide_holding", Page::Guide, "holding", Theme::Dark),
+        ("guide_searching", Page::Guide, "searching", Theme::Light),
+        ("guide_lost", Page::Guide, "camera lost", Theme::Dark),
+        ("result_unfinished", Page::Result, "partner wanted", Theme::Light),
         ("result_good", Page::Result, "done good", Theme::Dark),
         ("replay", Page::Replay, "accepted", Theme::Dark),
         ("settings_light", Page::Settings, "fresh", Theme::Light),
@@ -449,6 +456,13 @@ fn pages_look_as_they_did() {
         harness.snapshot(file);
         results.extend_harness(&mut harness);
     }
+    let partner = moments.iter().find(|m| m.name == "partner wanted").expect("there");
+    let size = egui::vec2(1920.0, 1080.0);
+    let mut afar = harness_at(Page::Guide, partner, (Theme::Dark, 1.0), size);
+    afar.state_mut().screen.distance = true;
+    afar.run();
+    afar.snapshot("guide_distance");
+    results.extend_harness(&mut afar);
 }
 
 #[test]

@@ -149,10 +149,8 @@ fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
 
 fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let (count, distinct) = (evidence.views.len(), evidence.distinct);
-    match distinct {
-        0 | 1 => report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 2 }),
-        2 | 3 => report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 4 }),
-        _ => {}
+    if distinct < 4 {
+        report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 4 });
     }
     if distinct < count {
         let severity = match distinct {

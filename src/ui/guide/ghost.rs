@@ -1,7 +1,7 @@
 //! The board as it should be held: a card in perspective, drawn where the lens would show it.
 
 use egui::{Color32, Mesh, Painter, Pos2, Shape};
-use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use nalgebra::{Isometry3, Point2, Point3};
 
 use super::{
     super::{picture::Placed, theme},
@@ -14,17 +14,19 @@ use crate::{
 };
 
 /// White around the outer squares, in squares.
-const MARGIN: f64 = 0.6;
+const MARGIN: f64 = 0.4;
 /// Opacity of the card while the board is far from it, and on it: then the board itself is seen.
 const OPACITY: [f32; 2] = [0.62, 0.06];
 /// Width of the outline at the far and at the near edge, in a picture 720 points high.
 const OUTLINE: [f32; 2] = [2.0, 8.0];
 /// From this closeness on the brackets are in place.
 const SNAP: f32 = 0.88;
-/// How far outside the card the brackets wait, relative to its size.
-const WAITING: f64 = 0.16;
-/// Length of a bracket's arms, relative to the card's shorter side.
-const ARM: f64 = 0.2;
+/// How far outside the outermost inner corners, which are always in the picture, the brackets wait; relative.
+const WAITING: f64 = 0.12;
+/// Length of a bracket's arms, in squares.
+const ARM: f64 = 1.0;
+/// Length of the arrow, relative to the way from the middle to the edge, and how far it bends aside.
+const ARROW: [f64; 2] = [0.8, 0.35];
 
 /// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
 /// `None` without a board in the picture.
@@ -151,18 +153,20 @@ impl Card {
         rim
     }
 
-    /// Direction on the board towards its far edge, and how far the rim is there. `None` if it faces the camera.
-    fn away_m(&self) -> Option<([f64; 2], f64)> {
+    /// Half the width and height of the inner corners.
+    fn inner_half_m(&self) -> [f64; 2] {
+        [self.columns, self.rows].map(|corners| 0.5 * (corners - 1) as f64 * self.square_m)
+    }
+
+    /// Direction on the board towards its far edge. `None` if it faces the camera.
+    fn away_m(&self) -> Option<[f64; 2]> {
         let rotation = self.cam_from_board.rotation.to_rotation_matrix();
         let (x, y) = (rotation[(2, 0)], rotation[(2, 1)]);
         let norm = x.hypot(y);
         if norm < 0.05 {
             return None;
         }
-        let away = [x / norm, y / norm];
-        let [half_x, half_y] = self.half_m;
-        let reach_m = (half_x / away[0].abs().max(1e-9)).min(half_y / away[1].abs().max(1e-9));
-        Some((away, reach_m))
+        Some([x / norm, y / norm])
     }
 }
 
@@ -241,35 +245,32 @@ impl Sheet<'_> {
         }
     }
 
-    /// A curved arrow over the edge that is to go away from the camera.
+    /// A curved arrow to the edge that is to go away from the camera. It ends at the outermost inner corners, which
+    /// are in the picture; its bend keeps it from reading as a shift.
     fn over_the_edge(&self, color: Color32) {
-        let Some(([x, y], reach_m)) = self.card.away_m() else { return };
-        let rotation = self.card.cam_from_board.rotation.to_rotation_matrix();
-        let up = -rotation[(2, 2)].signum();
-        let radius_m = 0.3 * self.card.half_m[0].min(self.card.half_m[1]);
-        let edge = Vector3::new(x, y, 0.0) * (reach_m - 0.15 * radius_m);
-        let path: Vec<Pos2> = (0..=14)
+        let Some([x, y]) = self.card.away_m() else { return };
+        let [half_x, half_y] = self.card.inner_half_m();
+        let reach_m = (half_x / x.abs().max(1e-9)).min(half_y / y.abs().max(1e-9));
+        let (length_m, bend_m) = (ARROW[0] * reach_m, ARROW[1] * reach_m);
+        let path: Vec<Pos2> = (0..=16)
             .filter_map(|i| {
-                let angle = std::f64::consts::PI * (0.02 + 1.05 * f64::from(i) / 14.0);
-                let (sin, cos) = angle.sin_cos();
-                let along = Vector3::new(x, y, 0.0) * (-1.5 * radius_m * cos);
-                let point = edge + along + Vector3::z() * (up * radius_m * sin);
-                self.card.px(&Point3::from(point)).map(|px| self.placed.pos(&px))
+                let share = f64::from(i) / 16.0;
+                let along_m = reach_m - length_m * (1.0 - share);
+                // It arrives at a right angle.
+                let aside_m = bend_m * (1.0 - share) * (1.0 - share);
+                self.pos(x * along_m - y * aside_m, y * along_m + x * aside_m)
             })
             .collect();
-        for stroke in theme::outline(self.wide(6.0), color) {
-            arrow(self.painter, &path, stroke);
-        }
+        let [below, above] = theme::outline(self.wide(9.0), color);
+        arrow(self.painter, &path, above, below);
     }
 
-    /// Brackets around the corners; they snap onto the card once the board fits.
+    /// Brackets around the outermost inner corners; they snap onto them once the board fits.
     fn brackets(&self, close: f32) {
         let fits = close >= SNAP;
-        let scale = if fits { 1.0 } else { 1.0 + WAITING * (1.0 - 0.7 * f64::from(close)) };
-        let (color, width) =
-            if fits { (theme::GREEN, self.wide(7.0)) } else { (Color32::WHITE, self.wide(3.0)) };
-        let [half_x, half_y] = self.card.half_m;
-        let arm_m = ARM * half_x.min(half_y) * 2.0;
+        let scale = if fits { 1.0 } else { 1.0 + WAITING * (1.0 - f64::from(close)) };
+        let [half_x, half_y] = self.card.inner_half_m();
+        let arm_m = ARM * self.card.square_m;
         for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
             let (corner_x, corner_y) = (x * half_x * scale, y * half_y * scale);
             let ends = [
@@ -278,7 +279,13 @@ impl Sheet<'_> {
                 self.pos(corner_x, corner_y - y * arm_m),
             ];
             let [Some(from), Some(corner), Some(to)] = ends else { continue };
-            for stroke in theme::outline(width, color) {
+            let near = self.card.nearness(corner_x, corner_y);
+            let (color, width) = if fits {
+                (theme::GREEN, 4.0 + 6.0 * near)
+            } else {
+                (Color32::WHITE, 2.0 + 4.0 * near)
+            };
+            for stroke in theme::outline(self.wide(width), color) {
                 self.painter.add(Shape::line(vec![from, corner, to], stroke));
             }
         }
@@ -300,7 +307,7 @@ pub(in super::super) fn square(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{UnitQuaternion, Vector2};
+    use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
     use super::*;
 
@@ -338,9 +345,8 @@ mod tests {
             let seen = card.px(&Point3::new(point.x, point.y, 0.0)).expect("in front");
             assert!((seen - px).norm() < 1e-3);
         }
-        let ([x, y], reach_m) = card.away_m().expect("it is tipped");
+        let [x, y] = card.away_m().expect("it is tipped");
         assert!(x > 0.99 && y.abs() < 0.1, "{x} {y}");
-        assert!((reach_m - card.half_m[0]).abs() < 1e-3);
         assert!(card.nearness(-card.half_m[0], 0.0) > 0.95);
         assert!(card.nearness(card.half_m[0], 0.0) < 0.05);
         let outermost = ghost.iter().map(|px| px.x).fold(f64::INFINITY, f64::min);

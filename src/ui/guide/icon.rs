@@ -4,10 +4,7 @@ use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 
-use crate::{
-    detection::Side,
-    session::{Across, Edge, Prompt, Upright},
-};
+use crate::session::{Edge, Prompt};
 
 /// A movement, with its direction on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +23,6 @@ pub(super) enum Movement {
 
 /// The movement that `prompt` asks for, if it's one.
 pub(super) fn of(prompt: Prompt) -> Option<Movement> {
-    let shift = |towards_rad: f32| Some(Movement::Shift { towards_rad });
     match prompt {
         Prompt::Tip(edge) | Prompt::TipInstead(edge) | Prompt::TipFurther(edge) => {
             Some(Movement::Tip { towards_rad: angle_rad(edge) })
@@ -34,16 +30,9 @@ pub(super) fn of(prompt: Prompt) -> Option<Movement> {
         Prompt::TurnTilt { clockwise } => Some(Movement::Turn { clockwise }),
         Prompt::Closer => Some(Movement::Nearer),
         Prompt::Farther => Some(Movement::Farther),
-        Prompt::CutOff(Side::Left) => shift(0.0),
-        Prompt::CutOff(Side::Right) => shift(PI),
-        Prompt::CutOff(Side::Top) => shift(0.5 * PI),
-        Prompt::CutOff(Side::Bottom) => shift(-0.5 * PI),
-        Prompt::Shift(across, upright) => {
-            let x = across.map_or(0.0, |across| if across == Across::Left { -1.0 } else { 1.0 });
-            let y = upright.map_or(0.0, |upright| if upright == Upright::Up { -1.0 } else { 1.0 });
-            shift(f32::atan2(y, x))
-        }
-        _ => None,
+        _ => prompt.shift().map(|[right, down]| Movement::Shift {
+            towards_rad: f32::atan2(f32::from(down), f32::from(right)),
+        }),
     }
 }
 
@@ -78,17 +67,17 @@ pub(super) fn paint(painter: &Painter, rect: Rect, movement: Movement, color: Co
                 middle - 0.9 * along + 0.85 * across,
             ];
             painter.add(Shape::convex_polygon(card, color.gamma_multiply(0.25), stroke));
-            arrow(painter, &[middle - 0.35 * along, middle + along], stroke);
+            arrow(painter, &[middle - 0.35 * along, middle + along], stroke, stroke);
         }
         Movement::Turn { clockwise } => {
             let sign = if clockwise { 1.0 } else { -1.0 };
             let arc: Vec<Pos2> = (0..=24)
                 .map(|i| at(sign * (0.7 * TAU * i as f32 / 24.0 - 0.5 * PI), 0.8))
                 .collect();
-            arrow(painter, &arc, stroke);
+            arrow(painter, &arc, stroke, stroke);
         }
         Movement::Shift { towards_rad } => {
-            arrow(painter, &[at(towards_rad + PI, 0.9), at(towards_rad, 0.95)], stroke);
+            arrow(painter, &[at(towards_rad + PI, 0.9), at(towards_rad, 0.95)], stroke, stroke);
         }
         Movement::Nearer | Movement::Farther => {
             let small = Rect::from_center_size(middle, Vec2::splat(0.5 * half));
@@ -98,37 +87,44 @@ pub(super) fn paint(painter: &Painter, rect: Rect, movement: Movement, color: Co
                 let (inner, outer) = (at(angle_rad, 0.5), at(angle_rad, 1.2));
                 let way =
                     if movement == Movement::Nearer { [inner, outer] } else { [outer, inner] };
-                arrow(painter, &way, stroke);
+                arrow(painter, &way, stroke, stroke);
             }
         }
     }
 }
 
-/// A line with a filled head at its last point.
-pub(super) fn arrow(painter: &Painter, path: &[Pos2], stroke: Stroke) {
+/// A line with a filled head at its last point; `below` is a wider line that shows around it.
+pub(super) fn arrow(painter: &Painter, path: &[Pos2], above: Stroke, below: Stroke) {
     let [.., before, tip] = path else { return };
     let along = (*tip - *before).normalized();
-    let (head, across) = (3.2 * stroke.width, along.rot90() * 1.9 * stroke.width);
+    let (head, across) = (3.2 * above.width, along.rot90() * 1.9 * above.width);
     let base = *tip - head * along;
-    let mut shaft = path.to_vec();
-    if let Some(last) = shaft.last_mut() {
-        *last = base;
-    }
-    painter.add(Shape::line(shaft, stroke));
+    // The head stands in place of the last part of the line.
+    let last = path.iter().rposition(|at| (*at - *tip).length() > head);
+    let mut shaft = path[..last.map_or(0, |last| last + 1)].to_vec();
+    shaft.push(base);
     let triangle = vec![*tip, base + across, base - across];
-    painter.add(Shape::convex_polygon(triangle, stroke.color, Stroke::NONE));
+    let rim = Stroke::new(below.width - above.width, below.color);
+    if below.width > above.width {
+        painter.add(Shape::line(shaft.clone(), below));
+        painter.add(Shape::closed_line(triangle.clone(), rim));
+    }
+    painter.add(Shape::line(shaft, above));
+    painter.add(Shape::convex_polygon(triangle, above.color, Stroke::NONE));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::Across;
 
     #[test]
-    fn a_board_cut_off_at_the_left_is_shifted_to_the_right() {
-        assert_eq!(of(Prompt::CutOff(Side::Left)), Some(Movement::Shift { towards_rad: 0.0 }));
+    fn one_movement_is_shown_at_a_time() {
         let left = of(Prompt::Shift(Some(Across::Left), None));
         let Some(Movement::Shift { towards_rad }) = left else { unreachable!("a shift") };
         assert!((towards_rad.abs() - PI).abs() < 1e-6);
+        assert_eq!(of(Prompt::Tip(Edge::Right)), Some(Movement::Tip { towards_rad: 0.0 }));
+        assert_eq!(of(Prompt::Closer), Some(Movement::Nearer));
         assert_eq!(of(Prompt::HoldStill), None);
     }
 }

@@ -13,12 +13,23 @@ use crate::{
     text::{self, window as words},
 };
 
-/// Height of the band as a share of the window's.
-const BAND: f32 = 0.14;
-/// Height of letters as a share of the band's …
-const LETTERS: f32 = 0.6;
-/// … and as a share of the width that the longest sentence has.
-const LETTERS_ACROSS: f32 = 1.0 / 17.5;
+/// How large letters are, whatever the sentence.
+struct Size {
+    /// Height of the band as a share of the window's.
+    band: f32,
+    /// Height of letters as a share of the band's …
+    letters: f32,
+    /// … and at most as a share of the width that a line of the longest sentence has.
+    across: f32,
+}
+
+/// At the computer: one line.
+const NEAR: Size = Size { band: 0.14, letters: 0.6, across: 1.0 / 17.5 };
+/// From afar: up to two lines.
+const FAR: Size = Size { band: 0.3, letters: 0.4, across: 1.0 / 9.5 };
+
+/// Side of the sign as a share of the band's height.
+const SIGN: f32 = 0.8;
 
 /// What is to be read, and its colour.
 pub(in super::super) fn words(screen: &Screen) -> (String, Color32) {
@@ -37,7 +48,7 @@ fn color(prompt: Prompt) -> Color32 {
         | Prompt::CameraNotReady
         | Prompt::Uncover
         | Prompt::Glare
-        | Prompt::OtherBoard
+        | Prompt::OtherBoard { .. }
         | Prompt::Blurred
         | Prompt::Dark
         | Prompt::Busy
@@ -47,27 +58,42 @@ fn color(prompt: Prompt) -> Color32 {
     }
 }
 
+fn size(screen: &Screen) -> Size {
+    if screen.distance { FAR } else { NEAR }
+}
+
+/// Height of the band.
+pub(super) fn height(ui: &Ui, screen: &Screen) -> f32 {
+    (size(screen).band * ui.ctx().content_rect().height()).max(64.0)
+}
+
 /// Shows it over the full width.
 pub(super) fn show(ui: &mut Ui, screen: &Screen) -> Response {
     let (words, color) = words(screen);
     let width = ui.available_width();
-    let high = (BAND * ui.ctx().content_rect().height()).clamp(64.0, 180.0);
+    let Size { letters, across, .. } = size(screen);
+    let high = height(ui, screen);
     let (rect, response) = ui.allocate_exact_size(Vec2::new(width, high), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, theme::BAND);
     let prompt =
         screen.snapshot.as_ref().map(|s| text::window::prompt(s, screen.preferences.mirrored));
     let sign = prompt.and_then(icon::of);
-    let side = if sign.is_some() { 0.8 * high } else { 0.0 };
+    let side = if sign.is_some() { SIGN * high } else { 0.0 };
     // One size for every sentence: a change of size is a change that says nothing.
-    let room = width - 0.8 * high - 3.0 * theme::UNIT;
-    let size = (LETTERS * high).min(LETTERS_ACROSS * room).floor();
+    let room = width - SIGN * high - 3.0 * theme::UNIT;
+    let size = (letters * high).min(across * room).floor();
     let font = FontId::proportional(size);
-    let mut galley = painter.layout_no_wrap(words.clone(), font, color);
-    if galley.size().x > room {
+    let mut galley = if screen.distance {
+        painter.layout(words.clone(), font, color, room)
+    } else {
+        painter.layout_no_wrap(words.clone(), font, color)
+    };
+    let fits = (room / galley.size().x).min(high / galley.size().y);
+    if fits < 1.0 {
         // Longer than any sentence of a session.
-        let fitting = FontId::proportional((size * room / galley.size().x).floor());
-        galley = painter.layout_no_wrap(words.clone(), fitting, color);
+        let fitting = FontId::proportional((size * fits).floor().max(1.0));
+        galley = painter.layout(words.clone(), fitting, color, room);
     }
     let gap = if sign.is_some() { theme::UNIT } else { 0.0 };
     let both = Vec2::new(side + gap + galley.size().x, galley.size().y);

@@ -1,6 +1,8 @@
 //! The verdict in words, with the findings and the numbers.
 
-use egui::{CollapsingHeader, Grid, RichText, Sense, Ui, Vec2};
+use egui::{
+    CollapsingHeader, Color32, Grid, Painter, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2,
+};
 
 use super::{
     super::{screen::Screen, theme},
@@ -26,11 +28,13 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
         ui.set_width(ui.available_width());
         verdict(ui, screen, snapshot, calibration);
     });
-    ui.add_space(theme::UNIT);
-    card.show(ui, |ui| {
-        ui.set_width(ui.available_width());
-        findings(ui, snapshot, calibration);
-    });
+    if !calibration.findings.is_empty() {
+        ui.add_space(theme::UNIT);
+        card.show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            findings(ui, snapshot, calibration);
+        });
+    }
     comparison::show(ui, compared);
     ui.add_space(theme::UNIT);
     card.show(ui, |ui| {
@@ -71,14 +75,14 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
         Verdict::Care => palette.care,
         Verdict::Untrustworthy => palette.bad,
     };
-    let sign = words::verdict_sign(calibration.verdict);
     let verdict = text::of_source(&screen.source, text::verdict_on(calibration));
     ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(sign).size(theme::VERDICT).strong().color(color));
+        let (rect, _) = ui.allocate_exact_size(Vec2::splat(theme::VERDICT), Sense::hover());
+        sign(ui.painter(), rect, calibration.verdict, color);
         ui.label(RichText::new(verdict).size(theme::VERDICT).strong().color(color));
     });
-    if let Some(precision) = words::precision(snapshot) {
-        ui.label(RichText::new(precision).size(theme::TITLE));
+    for accuracy in words::accuracies(snapshot) {
+        ui.label(RichText::new(accuracy).size(theme::TITLE));
     }
     if let Some(check) = words::independent_check(&calibration.principal_point) {
         ui.label(RichText::new(check).size(theme::TITLE));
@@ -92,15 +96,33 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     if calibration.verdict != Verdict::Untrustworthy
         && let Some(open) = words::open_corners(open_corners(&outlines, calibration.image_size))
     {
-        ui.label(open);
+        ui.label(format!("{open} {}", words::TAKE_THEM));
+    }
+}
+
+/// A sign that is told apart by its shape: a tick, an exclamation mark or a cross.
+fn sign(painter: &Painter, rect: Rect, verdict: Verdict, color: Color32) {
+    let (middle, half) = (rect.center(), 0.5 * rect.width());
+    let stroke = Stroke::new(0.16 * half, color);
+    let at = |x: f32, y: f32| middle + half * Vec2::new(x, y);
+    painter.circle_stroke(middle, 0.9 * half, stroke);
+    match verdict {
+        Verdict::Good => {
+            painter.add(Shape::line(vec![at(-0.45, 0.0), at(-0.1, 0.35), at(0.45, -0.35)], stroke));
+        }
+        Verdict::Care => {
+            painter.line_segment([at(0.0, -0.5), at(0.0, 0.15)], stroke);
+            painter.circle_filled(at(0.0, 0.45), 0.1 * half, color);
+        }
+        Verdict::Untrustworthy => {
+            painter.line_segment([at(-0.4, -0.4), at(0.4, 0.4)], stroke);
+            painter.line_segment([at(-0.4, 0.4), at(0.4, -0.4)], stroke);
+        }
     }
 }
 
 fn findings(ui: &mut Ui, snapshot: &Snapshot, calibration: &Calibration) {
     let palette = theme::palette(ui.visuals());
-    if calibration.findings.is_empty() {
-        ui.label(words::NO_FINDINGS);
-    }
     for finding in &calibration.findings {
         let (what, action) = text::finding_in_session(finding, &snapshot.views);
         let mark = match finding.severity {
