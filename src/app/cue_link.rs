@@ -66,13 +66,15 @@ impl CueSender {
             let (ghost_px, target) = (target.ghost_px.clone(), u64::from(decision.target_serial));
             cues.push(Cue { seen_at, kind: CueKind::Show { ghost_px, target } });
         }
-        let instruction = instruction(&decision.advice, report.snapshot.target.as_ref());
+        let shown = &report.snapshot.shown;
+        let target = report.snapshot.target.as_ref();
+        let instruction = shown.advice.and_then(|advice| instruction(&advice, target));
         let news = match (self.last_instruction, instruction) {
             (Some(last), Some(new)) => !is_same_gist(&last, &new),
             (_, new) => new.is_some(),
         };
         if news && let Some(instruction) = instruction {
-            let words = text::advice(&decision.advice, None).split_whitespace().count();
+            let words = text::prompt(shown.prompt).split_whitespace().count();
             cues.push(Cue { seen_at, kind: CueKind::Sentence { instruction, words } });
             self.last_instruction = Some(instruction);
         }

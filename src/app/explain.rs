@@ -27,7 +27,7 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
             ConfigError::File(err) => file(err).unwrap_or_default(),
             ConfigError::Board(_) => "Name the board by its inner corners and a square's side, for example --board 9x6 --square 25mm.".into(),
             ConfigError::Scene { .. } => "docs/schemas.md lists what a scene file may hold.".into(),
-            ConfigError::Invalid { .. } => "The names and values that can be set are in config/default.toml; `boresight guide --help` shows how.".into(),
+            ConfigError::Invalid { .. } => "config/default.toml lists all settings and their values; `boresight guide --help` shows how to set them.".into(),
         })
     })
 }
@@ -39,7 +39,7 @@ fn file(err: &FileError) -> Option<String> {
             let session = path.ancestors().find(|folder| folder.join("session.toml").exists());
             let go_on = session.map_or(String::new(), |session| {
                 format!(
-                    " Every view that was shown as taken is safe; go on with: boresight guide --session {}",
+                    " Your views are safe. To continue: boresight guide --session {}",
                     session.display()
                 )
             });
@@ -51,12 +51,12 @@ fn file(err: &FileError) -> Option<String> {
                 _ if source.raw_os_error() == Some(5) => {
                     "The disk fails: save what is on it, and use another one."
                 }
-                _ => "Check that the folder exists and may be written.",
+                _ => "Check that the folder exists and is writable.",
             };
             Some(format!("{action}{go_on}"))
         }
         FileError::Exists { .. } => {
-            Some("Give another name, or --force to replace the file.".into())
+            Some("Choose another name, or add --force to overwrite the file.".into())
         }
         FileError::NotAFile { .. } => {
             Some("Name a file; links, devices and FIFOs are not replaced. Without --out, export writes to stdout.".into())
@@ -74,22 +74,26 @@ fn recording(err: &RecordingError) -> Option<String> {
     match err {
         RecordingError::File(err) => file(err),
         RecordingError::NotNew { path } => Some(if path.join("session.toml").exists() {
-            format!("To go on with the session in it: boresight guide --session {}. For another one: name a new folder.", path.display())
+            format!(
+                "To continue the session in it: boresight guide --session {}. To start another one, choose a new folder.",
+                path.display()
+            )
         } else {
-            "Name a new folder; nothing in this one is touched.".into()
+            "Choose a new folder. Nothing in this one was changed.".into()
         }),
         RecordingError::Damaged { .. } => Some(
-            "What is whole can be copied into a new session: boresight doctor SESSION --recover NEW".into(),
+            "To copy the undamaged part into a new session: boresight doctor SESSION --recover NEW"
+                .into(),
         ),
-        RecordingError::Locked { .. } => Some("Close the other one first.".into()),
-        RecordingError::NoLock { .. } => Some(
-            "Keep the session on a file system that has locks: name a folder on a local disk with --out.".into(),
-        ),
+        RecordingError::Locked { .. } => Some("Close the other program first.".into()),
+        RecordingError::NoLock { .. } => {
+            Some("Use a file system with locks: choose a folder on a local disk with --out.".into())
+        }
         RecordingError::OtherHeader { .. } => Some(
-            "Put the session.toml back that the session began with. To decide with other settings: boresight replay SESSION --set …".into(),
+            "Restore the session.toml that the session began with. To decide with other settings: boresight replay SESSION --set …".into(),
         ),
         RecordingError::LinesMissing { .. } => Some(
-            "The file system lost them; what is left can be copied: boresight doctor SESSION --recover NEW".into(),
+            "The file system lost them. To copy what is left: boresight doctor SESSION --recover NEW".into(),
         ),
         RecordingError::Header { .. } | RecordingError::Frame { .. } => None,
     }
@@ -101,9 +105,13 @@ fn capture(err: &CaptureError) -> String {
             let (cause, action) = text::camera::fault(*fault);
             return format!("{cause}. {action}");
         }
-        CaptureError::Read { .. } => "Check the name and that the file may be read.",
-        CaptureError::Decode { .. } => "Remove the file, or replace it with a whole PNG or JPEG.",
-        CaptureError::NoPictures { .. } => "Give a folder with PNG or JPEG pictures of the board.",
+        CaptureError::Read { .. } => "Check the name, and that the file is readable.",
+        CaptureError::Decode { .. } => {
+            "Remove the file, or replace it with an undamaged PNG or JPEG."
+        }
+        CaptureError::NoPictures { .. } => {
+            "Choose a folder with PNG or JPEG pictures of the board."
+        }
     }
     .into()
 }
@@ -111,12 +119,12 @@ fn capture(err: &CaptureError) -> String {
 fn imported(err: &NotImported) -> Option<&'static str> {
     match err {
         NotImported::Model { .. } | NotImported::Coefficient { .. } => Some(
-            "Fit a lens that can be read with the program that wrote the file, or calibrate anew: boresight guide",
+            "Fit a supported lens model with the program that wrote the file, or recalibrate: boresight guide",
         ),
-        NotImported::NoResult => Some("Its findings say why. Calibrate anew: boresight guide"),
+        NotImported::NoResult => Some("Its findings say why. Recalibrate: boresight guide"),
         NotImported::Schema { .. } => Some("Use the newer version that wrote it."),
         NotImported::Missing { .. } | NotImported::Nonsense { .. } => {
-            Some("Mend the file, or write it again with the program that made it.")
+            Some("Fix the file, or write it again with the program that made it.")
         }
         NotImported::TooLong { .. }
         | NotImported::UnknownFormat

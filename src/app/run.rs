@@ -24,7 +24,7 @@ use crate::{
     guidance::{Progress, Refusal},
     pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
     recording::{SessionFolder, Stored, stored_frame},
-    session::{Input, Outcome, Session, Snapshot, ViewNumber},
+    session::{Input, Outcome, Prompt, Session, Snapshot, ViewNumber},
     simulation::TruthLog,
     text,
 };
@@ -214,9 +214,9 @@ impl FinishedRun {
     }
 }
 
-/// Announces each change of advice and every view taken, then passes the frame on.
+/// Announces each change of what the person is asked to do and every view taken, then passes the frame on.
 fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
-    let mut last = String::new();
+    let mut last = None;
     let mut far = None;
     move |report| {
         let snapshot = report.snapshot;
@@ -241,14 +241,12 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         {
             announcer.say(&format!("  Left out: {}", text::refusal(refusal)));
         }
-        let advice =
-            text::advice(&snapshot.decision.advice, report.observation.seen.as_ref().err());
-        // On a terminal, the same advice with another number is not news.
-        let gist: String = advice.chars().filter(|c| !c.is_ascii_digit()).collect();
-        if gist != last {
-            announcer.say(&format!("  {advice}"));
-            last = gist;
+        let prompt = snapshot.shown.prompt;
+        // That a view was taken, and how the session ended, is announced with more words.
+        if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
+            announcer.say(&format!("  {}", text::prompt(prompt)));
         }
+        last = Some(prompt);
         on_frame(report);
     }
 }

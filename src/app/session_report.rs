@@ -122,7 +122,11 @@ fn compose(
         name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         calibration: calibration_file(session, header),
         notes,
-        camera: CameraSection { rows: camera(header, session), changes },
+        camera: CameraSection {
+            rows: camera(header, session),
+            simulated: text::is_simulated(&header.source),
+            changes,
+        },
         corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
         pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
         check,

@@ -38,7 +38,7 @@ pub fn announce_result(
     };
     let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
     let [sd_fx, sd_fy, sd_cx, sd_cy, ..] = calibration.sd();
-    say(&text::of_source(source, text::verdict(calibration.verdict)));
+    say(&text::of_source(source, text::verdict_on(calibration)));
     let is_met = calibration.acceptance.is_none_or(|judged| judged.is_met());
     if let Some(judged) = &calibration.acceptance {
         let (what, action) = text::acceptance::acceptance(judged);

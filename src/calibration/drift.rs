@@ -127,9 +127,7 @@ pub enum NoDrift {
         old: ImageSize,
     },
     /// Too few views, or too few in the part of the picture that the old calibration covers.
-    #[error(
-        "{usable} usable views, {outside} outside of the calibrated part, {DRIFT_VIEWS} wanted"
-    )]
+    #[error("{usable} usable views, {outside} outside the calibrated part, {DRIFT_VIEWS} needed")]
     FewViews {
         /// Views that can be used.
         usable: usize,

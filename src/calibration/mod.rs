@@ -28,7 +28,7 @@ mod summary;
 pub use acceptance::{Acceptance, AcceptanceGoal, ErrorBound, NotAGoal};
 pub use calibrate::calibrate;
 pub use check::{
-    finding::{Finding, FindingCode, Severity, Verdict},
+    finding::{Finding, FindingCode, Severity, Verdict, is_unfinished},
     leave_out,
     noise_findings::noise_finding,
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian},

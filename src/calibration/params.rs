@@ -58,7 +58,7 @@ pub enum NotCalibrated {
         height_px: u32,
     },
     /// A view without exactly one corner per board corner.
-    #[error("view {view}: {got} corners, want {want}")]
+    #[error("view {view}: {got} corners, expected {want}")]
     CornerCount {
         /// The view.
         view: usize,

@@ -9,12 +9,12 @@ use crate::{calibration::AcceptanceGoal, config::Config};
 /// The goal, and how well the board is known.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(super) struct AcceptArguments {
-    /// The largest error you accept, 95 % of the time: "0.2px" for projection, or for a length measured at a
-    /// distance "length 800mm at 2m <= 0.5mm".
+    /// Largest acceptable error, met 95 % of the time: "0.2px" for projection, or "length 800mm at 2m <= 0.5mm"
+    /// for a length measured at a distance.
     #[arg(long, value_name = "GOAL")]
     pub(super) accept: Option<AcceptanceGoal>,
-    /// How well the size of the board's squares is known, as a standard deviation: 0.1% by a ruler, 0.02% by a
-    /// caliper over the whole board. It counts in the error of lengths [default: 0.1%].
+    /// Standard deviation of the board's square size: 0.1% with a ruler, 0.02% with a caliper over the whole
+    /// board. Affects the error of lengths [default: 0.1%].
     #[arg(long, value_name = "PERCENT")]
     board_scale_error: Option<Percent>,
 }
@@ -55,7 +55,7 @@ impl FromStr for Percent {
         number
             .filter(|percent: &f64| (0.0..=10.0).contains(percent))
             .map(Self)
-            .ok_or_else(|| "wants a percentage from 0% to 10%, for example 0.02%".into())
+            .ok_or_else(|| "expected a percentage from 0% to 10%, for example 0.02%".into())
     }
 }
 

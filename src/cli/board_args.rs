@@ -18,13 +18,13 @@ pub(super) struct BoardArguments {
     /// Inner corners of the board, columns x rows, for example 9x6.
     #[arg(long, value_name = "CxR")]
     board: Option<BoardSize>,
-    /// Side of a square, with its unit: 25mm, 2.5cm, 0.025m, 1in.
+    /// Square size with its unit: 25mm, 2.5cm, 0.025m, 1in.
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
-    /// Settings file; config/default.toml explains every setting.
+    /// Settings file. config/default.toml explains every setting.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Change one setting, for example guidance.min_tilt_deg=25. May be repeated.
+    /// Change one setting, for example guidance.min_tilt_deg=25. Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
 }
@@ -35,7 +35,7 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
     let is_key = |key: &str| key.split('.').all(|part| !part.trim().is_empty());
     match key {
         Some(key) if is_key(key) => Ok(text.to_owned()),
-        _ => Err("wants KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
+        _ => Err("expected KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
     }
 }
 
@@ -58,7 +58,7 @@ impl FromStr for Size {
             let (width_px, height_px) = (width.parse().ok()?, height.parse().ok()?);
             (width_px > 0 && height_px > 0).then_some(ImageSize { width_px, height_px })
         });
-        parsed.map(Self).ok_or_else(|| "wants width x height, for example 1280x720".into())
+        parsed.map(Self).ok_or_else(|| "expected width x height, for example 1280x720".into())
     }
 }
 
@@ -110,7 +110,7 @@ impl FromStr for BoardSize {
             Some(Self { columns: columns.trim().parse().ok()?, rows: rows.trim().parse().ok()? })
         });
         let size =
-            parsed.ok_or("wants inner corners, columns x rows, for example 9x6".to_owned())?;
+            parsed.ok_or("expected inner corners, columns x rows, for example 9x6".to_owned())?;
         // Only their number is wrong usage; the square comes from elsewhere.
         match Checkerboard::new(size.columns, size.rows, 0.025) {
             Ok(_) => Ok(size),
@@ -131,10 +131,12 @@ impl FromStr for Length {
             "cm" => 10.0,
             "m" => 1000.0,
             "in" => 25.4,
-            _ => return Err("wants a length with its unit, for example 25mm".into()),
+            _ => return Err("expected a length with its unit, for example 25mm".into()),
         };
-        let value: f64 =
-            number.trim().parse().map_err(|_| "wants a length with its unit, for example 25mm")?;
+        let value: f64 = number
+            .trim()
+            .parse()
+            .map_err(|_| "expected a length with its unit, for example 25mm")?;
         Ok(Self { millimetres: value * factor })
     }
 }

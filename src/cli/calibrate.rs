@@ -30,12 +30,11 @@ use crate::{
     text,
 };
 
-/// Calibrate from pictures of the board, or from a table of its corners.
+/// Calibrate from pictures of the board or from a corner table.
 ///
-/// Example: boresight calibrate --board 9x6 --square 25mm pictures/*.png
-///
-/// A table has lines `filename x y level`, row by row over the board, and needs --image-size.
+/// A corner table has lines `filename x y level`, row by row over the board, and needs --image-size.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  boresight calibrate --board 9x6 --square 25mm pictures/*.png")]
 pub(super) struct Arguments {
     /// Pictures (PNG, JPEG), or one corner table (.vnl).
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl")]
@@ -44,20 +43,20 @@ pub(super) struct Arguments {
     board: BoardArguments,
     #[command(flatten)]
     goal: AcceptArguments,
-    /// Width and height of the pictures behind a corner table.
+    /// Width and height of the corner table's pictures.
     #[arg(long, value_name = "WxH")]
     image_size: Option<Size>,
-    /// Let every view have its own focal length, as with a zoom or an autofocus that cannot be locked: the
-    /// result is the principal point, which needs no common one.
+    /// Estimate a separate focal length for each view, for a zoom or autofocus that can't be locked. The
+    /// result is the principal point.
     #[arg(long)]
     varying_focal: bool,
-    /// Write the result, as JSON, to this file.
+    /// Write the result to this file (JSON).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Write a page with the result, its uncertainty and every view to this file (HTML).
+    /// Write a report to this file (HTML).
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Replace the files if they exist.
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
     /// Print the result as JSON on stdout.
@@ -86,9 +85,9 @@ impl Arguments {
             |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
         let views = match self.inputs.as_slice() {
             [table] if is_table(table) => {
-                let Size(image_size) = self.image_size.context(
-                    "a corner table needs --image-size WxH, the size of the pictures behind it",
-                )?;
+                let Size(image_size) = self
+                    .image_size
+                    .context("a corner table needs --image-size WxH, the size of its pictures")?;
                 from_table(table, image_size, &board, self.report.is_some())?
             }
             inputs if inputs.iter().any(is_table) => {

@@ -29,40 +29,41 @@ use crate::{
 
 /// Check an installed camera against its old calibration: OK, WATCH or RECALIBRATE.
 ///
-/// Guides through two opposed pairs, then compares. It says how large a change it could have seen; it gives
-/// no verdict for another picture size, another camera, or boards where the old calibration had none. The
-/// old file is never changed.
+/// Guides through two opposed pairs, then compares. The report states the smallest detectable change. There
+/// is no verdict for a different picture size, a different camera, or views outside the part of the picture that
+/// the old calibration covers. The old file is never changed.
 ///
-/// Example: boresight check --against calibration.json --source /dev/video0
-///
-/// Reads this program's calibration.json, OpenCV YAML and JSON, ROS camera_info, Kalibr camchain and mrcal
-/// .cameramodel; only the first states its uncertainty, which makes the sharpest test.
+/// Reads boresight's calibration.json, OpenCV YAML and JSON, ROS camera_info, Kalibr camchain and mrcal
+/// .cameramodel. Only calibration.json states its uncertainty, which makes the check most sensitive.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  boresight check --against calibration.json --source /dev/video0"
+)]
 pub(super) struct Arguments {
     /// The old calibration.
     #[arg(long, value_name = "OLD")]
     against: PathBuf,
-    /// Where pictures come from, as for guide.
+    /// Source of the pictures, as for guide.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
-    /// Through what a live camera is read [default: v4l on Linux, nokhwa elsewhere].
+    /// Camera backend [default: v4l on Linux, nokhwa elsewhere].
     #[arg(long, value_name = "BACKEND")]
     backend: Option<BackendName>,
     #[command(flatten)]
     board: BoardArguments,
-    /// It is the same camera, though its name differs from the one in the file.
+    /// Treat it as the same camera even if its name differs.
     #[arg(long)]
     same_camera: bool,
-    /// Go on to a full calibration, without asking, if the camera has changed.
+    /// If the camera has changed, continue to a full calibration without asking.
     #[arg(long)]
     recalibrate: bool,
-    /// Folder of the check's session; by default a new one in ./sessions.
+    /// Folder for the check's session [default: a new one in ./sessions].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Stop after this many pictures.
     #[arg(long, value_name = "N", default_value_t = 18_000)]
     max_frames: u64,
-    /// Print the verdict as JSON, as the last line on stdout.
+    /// Print the verdict as JSON on the last line of stdout.
     #[arg(long)]
     json: bool,
 }
@@ -170,12 +171,12 @@ impl Arguments {
 
     /// Whether to calibrate again right away.
     fn goes_on(&self, config: &Config) -> anyhow::Result<bool> {
-        if self.recalibrate || agreed("Go on to a full calibration now?")? {
+        if self.recalibrate || agreed("Continue to a full calibration now?")? {
             return Ok(true);
         }
         let BoardConfig { columns, rows, square_mm, .. } = config.board;
         say(&format!(
-            "To calibrate anew: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --against {}",
+            "To recalibrate: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --against {}",
             without_secrets(&self.source),
             self.against.display()
         ));

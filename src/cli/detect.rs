@@ -17,17 +17,16 @@ use crate::{
     text,
 };
 
-/// Find the board's corners in pictures: a table of corners, or one JSON object per picture.
-///
-/// Example: boresight detect --board 9x6 pictures/*.png > corners.vnl
+/// Detect the board's corners in pictures. Prints a corner table, or one JSON object per picture.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  boresight detect --board 9x6 pictures/*.png > corners.vnl")]
 pub(super) struct Arguments {
     /// Pictures, PNG or JPEG.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
     #[command(flatten)]
     board: BoardArguments,
-    /// One JSON object per line instead of the table.
+    /// Print one JSON object per picture instead of the table.
     #[arg(long)]
     json: bool,
 }

@@ -25,15 +25,13 @@ use crate::{
     },
 };
 
-/// List the cameras that are there: the name that finds each again, its modes, its controls; and what each
-/// backend cannot promise.
+/// List cameras with stable names, modes and controls, and the limits of each backend.
 ///
-/// Example: boresight devices
-///
-/// A camera is named by what it says of itself, so that the name stays right whatever its node is called
-/// after the next start; two equal cameras are told apart by their USB port. Virtual and infrared cameras
-/// are listed but never chosen automatically. Exit code 1 says that there is no camera.
+/// Cameras are identified by USB vendor, product and serial number, and identical cameras by USB port, so the name
+/// stays valid after a restart. Virtual and infrared cameras are listed but never chosen automatically. Exits
+/// with 1 if there is no camera.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  boresight devices")]
 pub(super) struct Arguments {
     /// Print one JSON object on stdout.
     #[arg(long)]
@@ -83,7 +81,7 @@ fn list(tell: bool) -> DevicesFile {
 }
 
 fn tell_none() {
-    let (cause, action) = ("There is no camera", words::fault(Fault::NotFound).1);
+    let (cause, action) = ("No camera found", words::fault(Fault::NotFound).1);
     say(&format!("{}: {cause}. {action}", Fault::NotFound.code()));
 }
 
@@ -91,7 +89,7 @@ fn tell_none() {
 fn tell_backends() {
     for BackendWords { name, is, is_default, cannot } in text::backend::backends() {
         let default = if is_default { ", the default" } else { "" };
-        say(&format!("backend {name}{default}: {is}. It cannot promise everything:"));
+        say(&format!("backend {name}{default}: {is}. Limits:"));
         for limit in cannot {
             say(&format!("  - {limit}"));
         }

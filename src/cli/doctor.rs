@@ -13,15 +13,14 @@ use crate::{
     text,
 };
 
-/// Verify a session folder: its header, every line of its journal, every stored picture; and tell
-/// whether the recorded decisions come out again. Changes nothing.
-///
-/// Example: boresight doctor sessions/2026-11-21T08-00-00Z
+/// Check a session for damage: header, journal, pictures, and whether the decisions can be reproduced.
+/// Read-only.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  boresight doctor sessions/2026-11-21T08-00-00Z")]
 pub(super) struct Arguments {
     /// The session folder.
     session: PathBuf,
-    /// Copy what is whole, up to the first damage, into this new folder.
+    /// Copy everything before the first damage into this new folder.
     #[arg(long, value_name = "NEW")]
     recover: Option<PathBuf>,
     /// Print the result as JSON on stdout.
@@ -43,7 +42,7 @@ impl Arguments {
         if let Some(first) = found.first_difference {
             // What was recorded is whole all the same.
             say(&format!(
-                "{different_decisions} decisions come out differently, the first at line {first}: usual for a recording of another version. The recorded views stand."
+                "{different_decisions} decisions differ, the first at line {first}: normal for a recording by another version. The recorded views are kept."
             ));
         }
         say(&format!("{lines} journal lines, {pictures} pictures, {views} views"));
@@ -60,7 +59,7 @@ impl Arguments {
         }
         if !problems.is_empty() {
             say(&format!(
-                "What is whole can be copied into a new session: boresight doctor {} --recover NEW",
+                "To copy the undamaged part into a new session: boresight doctor {} --recover NEW",
                 self.session.display()
             ));
             bail!("{} problems in {:?}", problems.len(), self.session);

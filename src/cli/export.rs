@@ -11,42 +11,43 @@ use crate::{
     files::{Overwrite, save},
 };
 
-/// Write a calibration for other programs.
+/// Export a calibration for other programs.
 ///
-/// Example: boresight export sessions/2026-11-21T08-00-00Z --format opencv-yaml --out camera.yaml
-///
-/// Numbers have 17 significant digits; a format that cannot hold the lens is refused.
+/// Numbers have 17 significant digits. A format that can't hold the lens model is refused.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  boresight export sessions/2026-11-21T08-00-00Z --format opencv-yaml --out camera.yaml"
+)]
 pub(super) struct Arguments {
     /// A session folder, or its calibration.json.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
-    /// What to write.
+    /// Format to write.
     #[arg(long, value_enum, default_value = "opencv-yaml")]
     format: FormatName,
-    /// What the file calls the camera; by default the session's or file's name.
+    /// Camera name in the file [default: the name of the session or file].
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Where to write it; without it, stdout.
+    /// File to write [default: stdout].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Replace the file if it exists.
+    /// Overwrite an existing file.
     #[arg(long)]
     force: bool,
-    /// The same as --format json.
+    /// Same as --format json.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum FormatName {
-    /// Everything, in this program's own schema.
+    /// Everything, in boresight's schema.
     Json,
     /// OpenCV's FileStorage.
     OpencvYaml,
     /// ROS camera_info.
     RosYaml,
-    /// Kalibr camchain; holds no k3.
+    /// Kalibr camchain (no k3).
     Kalibr,
     /// COLMAP cameras.txt.
     Colmap,
@@ -54,7 +55,7 @@ enum FormatName {
     Mrcal,
     /// Script for MATLAB and Octave.
     Matlab,
-    /// What became of each view, as comma-separated values.
+    /// The result for each view, as comma-separated values.
     ViewsCsv,
     /// The corners of the accepted views, `filename x y level`; needs the session folder.
     Vnl,

@@ -17,53 +17,52 @@ use crate::{
 #[cfg(feature = "window")]
 use {super::window, crate::app::AppHost};
 
-/// Guide a person through the poses, take the views by itself, and calibrate.
+/// Guide a person through the poses, take the views automatically, and calibrate.
 ///
-/// Example: boresight guide --board 9x6 --square 25mm
-/// Example: boresight guide --headless --source sim
-/// Example: boresight guide --accept "length 800mm at 2m <= 2mm"
-///
-/// Opens a window; in it F12 shows all keys, and none is needed.
-/// A session ends by itself when the plan is complete, and at Ctrl-C; nothing that was shown as taken is
-/// ever lost, and `--session DIR` goes on where it stopped.
+/// Opens a window. F12 lists its keys; you don't need any.
+/// The session ends when the plan is complete, or at Ctrl-C. Your views are always safe: `--session DIR`
+/// resumes where you stopped.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  boresight guide --board 9x6 --square 25mm\n  boresight guide --headless --source sim\n  boresight guide --accept \"length 800mm at 2m <= 2mm\""
+)]
 pub(super) struct Arguments {
-    /// Where pictures come from: a camera (its name from `boresight devices`, or its node such as
+    /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
     /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a video
-    /// file, or a stream such as rtsp://… and http://… (both need ffmpeg); auto takes the only real camera, else the simulated one, and says which.
+    /// file, or a stream such as rtsp://… or http://… (video files and streams need ffmpeg). auto: the only camera, or a simulation if there is none.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
-    /// Through what a live camera is read [default: v4l on Linux, nokhwa elsewhere].
+    /// Camera backend [default: v4l on Linux, nokhwa elsewhere].
     #[arg(long, value_name = "BACKEND")]
     backend: Option<BackendName>,
-    /// Guide by words in the terminal instead of a window.
+    /// Guide in the terminal instead of a window.
     #[arg(long)]
     headless: bool,
     #[command(flatten)]
     board: BoardArguments,
     #[command(flatten)]
     goal: AcceptArguments,
-    /// Resume this session, with the settings that it began with.
+    /// Resume this session with its original settings.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config", "accept", "board_scale_error"])]
     session: Option<PathBuf>,
-    /// An older calibration to compare with: the result says what has changed since. It is named in the new
-    /// one, and left as it is.
+    /// Compare the result with this older calibration and report what has changed. The older file isn't
+    /// changed.
     #[arg(long, visible_alias = "replaces", value_name = "OLD", conflicts_with = "session")]
     against: Option<PathBuf>,
-    /// Hold the new calibration to OLD, within the uncertainty of both: for a small or distant board. Use it only if
-    /// focus and zoom are locked and nobody has touched them since; if the lens has changed, the result says so.
+    /// Hold the new calibration to OLD, within the uncertainty of both: for a small or distant board. Use it only
+    /// if focus and zoom are locked and nobody has touched them since. The result says if the lens has changed.
     #[arg(long, requires = "against")]
     hold: bool,
-    /// Folder of the new session; by default a new one in ./sessions.
+    /// Folder for the new session [default: a new one in ./sessions].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Store every picture, not only the accepted ones.
+    /// Save every picture, not only those of accepted views.
     #[arg(long)]
     record_stream: bool,
     /// Stop after this many pictures.
     #[arg(long, value_name = "N", default_value_t = 18_000)]
     max_frames: u64,
-    /// Print the result as JSON, as the last line on stdout.
+    /// Print the result as JSON on the last line of stdout.
     #[arg(long)]
     json: bool,
 }

@@ -61,12 +61,21 @@ struct CommandLine {
 const WRONG_USAGE: u8 = 2;
 
 const AFTER_HELP: &str = "\
-Without a command: a guided session, the same as `boresight guide`, with the same options.
+Examples:
+  boresight                                   start a session
+  boresight target --paper a4                 print a board
+  boresight guide --board 9x6 --square 25mm   calibrate with that board
+  boresight check --against calibration.json  check an installed camera
 
-Exit codes: 0 good · 1 failed · 2 wrong usage · 3 finished, but not trustworthy (it says why) ·
-4 the checked camera needs a new calibration
+Without a command, boresight starts a guided session, like `boresight guide`, with the same options.
+A board is given by its inner corners, columns x rows: 10 by 7 squares is --board 9x6.
 
-Boards are named by their inner corners, columns x rows: a board of 10 by 7 squares is --board 9x6.";
+Exit codes:
+  0  good
+  1  failed
+  2  wrong usage
+  3  finished, but not trustworthy (the output says why)
+  4  the checked camera needs a new calibration";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -24,27 +24,28 @@ use crate::{
     text,
 };
 
-/// Run recorded sessions through the same decisions again, from the corners that were recorded.
+/// Re-run recorded sessions and compare every decision.
 ///
-/// Example: boresight replay sessions/2026-11-21T08-00-00Z --set guidance.min_tilt_deg=35
-///
-/// Without --set and --redetect every decision must come out as recorded; exit code 1 says that
-/// one did not. Nothing in the session is changed.
+/// Without --set and --redetect, every decision must match; otherwise it exits with 1. The session isn't
+/// changed.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  boresight replay sessions/2026-11-21T08-00-00Z --set guidance.min_tilt_deg=35"
+)]
 pub(super) struct Arguments {
     /// Session folders.
     #[arg(required = true, value_name = "SESSION")]
     sessions: Vec<PathBuf>,
-    /// Find the board again in the stored pictures; frames without one keep their recorded corners.
+    /// Detect corners again in stored pictures (other frames keep their recorded corners).
     #[arg(long)]
     redetect: bool,
-    /// Threads that look at pictures; by default one a core. Decisions do not depend on it.
+    /// Threads for detection [default: one per core]. Doesn't affect decisions.
     #[arg(long, value_name = "N", requires = "redetect")]
     threads: Option<usize>,
-    /// Ask "what if": change one setting, for example guidance.min_tilt_deg=25. May be repeated.
+    /// Ask "what if": change one setting, for example guidance.min_tilt_deg=25. Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
-    /// Watch it in a window: step through the decisions, see why each frame was taken or not.
+    /// Step through the decisions in a window and see why each frame was taken or not.
     #[arg(long)]
     gui: bool,
     /// Print one JSON object per session on stdout.
@@ -107,7 +108,7 @@ impl Arguments {
         }
         if rounded > 0 {
             say(&format!(
-                "{rounded} more differ by rounding only, at most {largest:.0e}, as between two processors"
+                "{rounded} more differ only by floating-point rounding, by {largest:.0e} at most (for example, another CPU)"
             ));
         }
         let Conclusion { exit, result } = conclude(&again.session, &journal.header, &announcer());

@@ -25,27 +25,25 @@ use crate::{
     text::{acceptance::acceptance, report as words},
 };
 
-/// Write the report of a calibration: one HTML file with everything in it, for any screen and for two
-/// sheets of paper.
+/// Write the report of a calibration: one self-contained HTML file for any screen and for paper.
 ///
-/// Example: boresight report sessions/2026-11-21T08-00-00Z
-///
-/// A session's report is in its folder and is rewritten each time. A calibration.json from `calibrate`
-/// gives a page beside it, with the pictures if they lie beside it, too.
+/// For a session, rewrites the report in its folder. For a calibration.json from `calibrate`, writes a report
+/// beside it, with the pictures if they're in the same folder.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  boresight report sessions/2026-11-21T08-00-00Z")]
 pub(super) struct Arguments {
     /// A session folder, or a calibration.json.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
     #[command(flatten)]
     goal: AcceptArguments,
-    /// Where to write it; by default report.html in the session, or the file's name with .html beside it.
+    /// File to write [default: report.html in the session, or FILE.html beside the calibration].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Replace the file if it exists.
+    /// Overwrite an existing file.
     #[arg(long)]
     force: bool,
-    /// Print where the report is, and the verdict, as JSON on stdout.
+    /// Print the report's path and the verdict as JSON on stdout.
     #[arg(long)]
     json: bool,
 }
@@ -71,7 +69,8 @@ impl Arguments {
         for note in &report.notes {
             say(note);
         }
-        say(words::verdict(&report.calibration.verdict));
+        let calibration = &report.calibration;
+        say(words::verdict(&calibration.verdict, calibration.is_unfinished()));
         let judged = report.calibration.acceptance.as_ref();
         if let Some(judged) = judged {
             say(format!("{}. {}", judged.message, judged.action).trim_end());

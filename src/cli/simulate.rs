@@ -7,18 +7,17 @@ use clap::Args;
 use super::{board_args::BoardArguments, guide::run};
 use crate::app::{Exit, Opening};
 
-/// Record a guided session of the simulated camera: every picture, every decision, and the truth.
+/// Record a simulated session: every picture, every decision, and the true values.
 ///
-/// Example: boresight simulate random:7 --out recordings/seven
-///
-/// A simulated technician follows the guidance with a person's reaction time, speed and mistakes.
-/// truth.json holds the lens and the board's pose in every frame.
+/// A simulated technician follows the guidance with human reaction time, speed and mistakes.
+/// truth.json holds the true lens and the board's true pose in every frame.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  boresight simulate random:7 --out recordings/seven")]
 pub(super) struct Arguments {
-    /// A scene file (TOML), or random:SEED for a camera drawn at random; by default an everyday webcam.
+    /// Scene file (TOML), or random:SEED for a random camera [default: an everyday webcam].
     #[arg(value_name = "SCENARIO")]
     scenario: Option<String>,
-    /// Folder of the new session.
+    /// Folder for the new session.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
@@ -26,10 +25,10 @@ pub(super) struct Arguments {
     /// Stop after this many pictures.
     #[arg(long, value_name = "N", default_value_t = 18_000)]
     max_frames: u64,
-    /// Store only the pictures of the accepted views.
+    /// Save only the pictures of accepted views.
     #[arg(long)]
     accepted_only: bool,
-    /// Print the result as JSON, as the last line on stdout.
+    /// Print the result as JSON on the last line of stdout.
     #[arg(long)]
     json: bool,
 }

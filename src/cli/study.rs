@@ -13,33 +13,32 @@ use crate::{
     study::{EXPERIMENTS, Outcome, Params, guidance, page},
 };
 
-/// Repeat the source paper's experiments against known truth, and compare ways of guiding a person.
+/// Repeat the source paper's experiments with known true values, and compare guidance strategies.
 ///
-/// Example: boresight study --out study
-///
-/// Example: boresight study skip table1 --seed 2 --out skip2
-///
-/// Writes one CSV file a table, one SVG file a figure, and index.html with the words: claim, measured,
-/// verdict. Equal parameters and seed give equal files. An interrupted study
-/// continues where it stopped if you start it again with the same --out. Exit code 3 says that a known number was not reproduced.
+/// Writes index.html, which lists each claim, measurement and verdict, with one CSV per table and one SVG per
+/// figure. The same parameters and seed give the same files. Start an interrupted study again with the same
+/// --out to continue. Exits with 3 if a known value is not reproduced.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  boresight study --out study\n  boresight study skip table1 --seed 2 --out skip2"
+)]
 pub(super) struct Arguments {
-    /// Experiments to run; all of them by default.
+    /// Experiments to run [default: all].
     #[arg(value_name = "EXPERIMENT")]
     experiments: Vec<Name>,
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "study")]
     out: PathBuf,
-    /// Parameters as TOML; what it leaves out has the paper's value. --print-params shows them all.
+    /// Parameters (TOML) [default: the paper's values; --print-params shows them all].
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
-    /// Seed of everything random.
+    /// Random seed.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Find the corners in rendered pictures instead of computing them (directionality, monotonicity, pairs).
+    /// Detect corners in rendered pictures instead of computing them (directionality, monotonicity, pairs).
     #[arg(long)]
     rendered: bool,
-    /// Print the parameters as TOML and do nothing.
+    /// Print the parameters as TOML and exit.
     #[arg(long)]
     print_params: bool,
     /// Print one JSON object on stdout.
@@ -49,13 +48,13 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Name {
-    /// In which direction of shift does a principal line leave the principal point? (Fig. 2)
+    /// Which shifts move a principal line off the principal point? (Fig. 2)
     Directionality,
-    /// How does that grow with the shift? (Fig. 3)
+    /// How does the offset grow with the shift? (Fig. 3)
     Monotonicity,
     /// Does the opposed pose cancel it? (Figs 4 and 5)
     Pairs,
-    /// What happens when slots are left out, beside Zhang's method? (Fig. 6)
+    /// What happens when slots are left out, compared with Zhang's method? (Fig. 6)
     Skip,
     /// Can the scatter of estimates tell which method is right? (Table 1)
     Table1,
@@ -63,7 +62,7 @@ enum Name {
     Tilt,
     /// What if the focal length changes between views?
     VaryingFocal,
-    /// What is each way of guiding worth?
+    /// How good is each guidance strategy?
     Guidance,
 }
 
@@ -109,7 +108,7 @@ impl Arguments {
         folder.write("index.html", page::page(&outcomes, params.seed).as_bytes())?;
         let (passed, total) = page::tally(&outcomes);
         let index = self.out.join("index.html");
-        say(&format!("{passed} of {total} known numbers reproduced"));
+        say(&format!("{passed} of {total} known values reproduced"));
         say(&format!("Result: {}", index.display()));
         if self.json {
             let report = serde_json::json!({

@@ -18,35 +18,33 @@ use crate::{
     text,
 };
 
-/// Write the board in true size, to print or to show: PDF, SVG or PNG.
+/// Create a board at true size to print or show on a screen: PDF, SVG or PNG.
 ///
-/// Example: boresight target --board 9x6 --paper a4 --out board.pdf
-///
-/// Without --square the squares are as large as fits with white around the board that is a square wide, in whole
-/// millimetres (on a screen in whole pixels). A 100 mm ruler (shorter on a screen that is narrower), the board's
-/// name and the size of its squares are printed below it; the command says how to check print and flatness and what
-/// to pass to `boresight guide`.
+/// Without --square, the squares are as large as fits with a white margin of one square, in whole millimetres (in
+/// whole pixels on a screen). The sheet also shows a ruler, the board's name and the square size. The command
+/// explains how to check the print and its flatness, and what to pass to `boresight guide`.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  boresight target --board 9x6 --paper a4 --out board.pdf")]
 pub(super) struct Arguments {
     #[command(flatten)]
     board: BoardArguments,
-    /// What it goes on. Landscape or portrait, as fits best.
+    /// Paper or screen; landscape or portrait, whichever fits best.
     #[arg(long, value_enum, default_value = "a4", ignore_case = true)]
     paper: Medium,
-    /// Where to write it, *.pdf, *.svg or *.png; by default checkerboard-CxR-SQUARE.pdf, or .png for a screen.
+    /// File to write: *.pdf, *.svg or *.png [default: checkerboard-CxR-SQUARE.pdf, or .png for a screen].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Pixels per inch: of a PNG (default 300), or of the screen, which must be given: its pixels across divided by
-    /// its width in inches.
+    /// Pixels per inch of a PNG [default: 300] or of the screen (required): its width in pixels divided by its width
+    /// in inches.
     #[arg(long, value_name = "NUMBER", value_parser = resolution)]
     dpi: Option<Resolution>,
-    /// Pixels of the screen.
+    /// Size of the screen in pixels.
     #[arg(long, value_name = "WxH", default_value = "1920x1080")]
     pixels: Size,
-    /// Replace the file if it exists.
+    /// Overwrite an existing file.
     #[arg(long)]
     force: bool,
-    /// What was written, as JSON on stdout.
+    /// Print the details as JSON on stdout.
     #[arg(long)]
     json: bool,
 }
@@ -69,7 +67,7 @@ enum Format {
 
 fn resolution(text: &str) -> Result<Resolution, String> {
     let dpi = text.parse().ok().and_then(Resolution::from_dpi);
-    dpi.ok_or_else(|| "wants a number of pixels per inch from 20 to 1200".into())
+    dpi.ok_or_else(|| "expected 20 to 1200 pixels per inch".into())
 }
 
 impl Arguments {
@@ -84,7 +82,7 @@ impl Arguments {
             Format::Png => {
                 let usual = Resolution::from_dpi(300.0).context("no resolution")?;
                 let resolution = plan.page.pixels.or(self.dpi).unwrap_or(usual);
-                png(&sheet, resolution).context("take a lower --dpi")?
+                png(&sheet, resolution).context("use a lower --dpi")?
             }
         };
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
@@ -110,7 +108,7 @@ impl Arguments {
             Medium::Screen => {
                 let Size(size) = self.pixels;
                 let resolution = self.dpi.context(
-                    "a screen needs --dpi: its pixels across divided by its width in inches, for example 1920 / 20.9 in = 92",
+                    "a screen needs --dpi: its width in pixels divided by its width in inches, for example 1920 / 20.9 in = 92",
                 )?;
                 vec![Page::screen(size.width_px, size.height_px, resolution)]
             }

@@ -70,6 +70,23 @@ pub fn coverage(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
     covered as f64 / f64::from(GRID_COLUMNS * GRID_ROWS)
 }
 
+/// Columns and rows of cells that make a corner of the picture.
+const CORNER_CELLS: (u32, u32) = (3, 2);
+
+/// Which corners of the picture none of `outlines` reaches: top left, top right, bottom right, bottom left.
+pub fn open_corners(outlines: &[BoardOutline], image_size: ImageSize) -> [bool; 4] {
+    let (columns, rows) = CORNER_CELLS;
+    let (right, bottom) = (GRID_COLUMNS - columns, GRID_ROWS - rows);
+    [(0, 0), (right, 0), (right, bottom), (0, bottom)].map(|(left, top)| {
+        let mut cells = (top..top + rows)
+            .flat_map(|row| (left..left + columns).map(move |column| (column, row)));
+        !cells.any(|(column, row)| {
+            let centre_px = cell_centre_px(image_size, column, row);
+            outlines.iter().any(|outline| outline.covers(&centre_px))
+        })
+    })
+}
+
 /// Pixels at the centres of the grid's cells, row by row.
 pub fn cell_centres_px(image_size: ImageSize) -> impl Iterator<Item = Point2<f64>> {
     (0..GRID_ROWS)

@@ -18,6 +18,7 @@ p{margin:0 0 .8mm}
 .box{border:.7mm solid #111;padding:2mm 3mm}
 .box h2{display:none}
 .lead{font-size:12pt}
+.simulated{font-size:14pt;font-weight:bold;color:#b00000;border:.7mm solid #b00000;padding:1mm 3mm;text-align:center}
 .sign{display:inline-block;min-width:1.5em;text-align:center;border:.5mm solid #111;border-radius:50%;font-weight:bold}
 .two{display:grid;grid-template-columns:1fr 1fr;gap:0 5mm;align-items:start;margin-bottom:1.2mm}
 .wide{grid-template-columns:1.22fr .78fr}

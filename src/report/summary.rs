@@ -8,22 +8,35 @@ use super::{
 use crate::{
     calibration::files::{CalibrationFile, LensEntry, SigmaEntry},
     chart::{escaped, push},
-    text::report::{self as words, Section, name},
+    frame::ImageSize,
+    geometry::{self, BoardOutline},
+    text::{
+        report::{self as words, Section, name},
+        result,
+    },
 };
 
 /// Verdict, what to do next, and what is to be known first. On the page of a check, the check's.
 pub(super) fn verdict(report: &Report) -> String {
     let calibration = &report.calibration;
     let code = calibration.verdict.as_str();
+    let unfinished = calibration.is_unfinished();
     let (sign, lead, next) = match &report.check {
         Some(check) => {
             let code = check.verdict.as_deref().unwrap_or("none");
             (words::verdict_sign(code), check.message.as_str(), check.action.clone())
         }
-        None => (words::verdict_sign(code), words::verdict(code), next_action(calibration)),
+        None => {
+            (words::verdict_sign(code), words::verdict(code, unfinished), next_action(calibration))
+        }
+    };
+    let simulated = if report.camera.simulated {
+        format!("<p class=\"simulated\">{}</p>\n", words::SIMULATED)
+    } else {
+        String::new()
     };
     let mut body = format!(
-        "<p class=\"lead\"><span class=\"sign\">{sign}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
+        "{simulated}<p class=\"lead\"><span class=\"sign\">{sign}</span> <strong>{}</strong></p>\n<p class=\"next\"><b>{}</b> {}</p>\n",
         escaped(lead),
         words::NEXT,
         escaped(&next)
@@ -40,12 +53,26 @@ pub(super) fn verdict(report: &Report) -> String {
         );
     }
     if report.check.is_some() {
-        push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code)));
+        push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code, unfinished)));
+    }
+    if calibration.verdict != "untrustworthy"
+        && let Some(open) = open_corners(calibration)
+    {
+        push(&mut body, format_args!("<p>{}</p>\n", escaped(&open)));
     }
     for note in &report.notes {
         push(&mut body, format_args!("<p>{}</p>\n", escaped(note)));
     }
     section_with(Section::Verdict, "box", &body)
+}
+
+/// Which corners of the picture no board has covered, in words.
+fn open_corners(calibration: &CalibrationFile) -> Option<String> {
+    let outlines: Vec<BoardOutline> =
+        calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
+    let [width_px, height_px] = calibration.image_size;
+    let open = geometry::open_corners(&outlines, ImageSize { width_px, height_px });
+    if outlines.is_empty() { None } else { result::open_corners(open) }
 }
 
 /// The action of the worst finding, or of a goal that isn't met.

@@ -3,7 +3,8 @@
 use super::{
     camera::CameraState,
     decision::{Decision, Outcome},
-    input::{Command, Input},
+    input::{Command, Input, Observation},
+    prompt::Prompt,
     state::{Session, Tracking},
     view_number::ViewNumber,
 };
@@ -36,13 +37,32 @@ impl Session {
             }
             Input::Stop => (None, Outcome::Noted, None),
         };
-        Decision {
+        let decision = Decision {
             frame,
             outcome,
             advice: advice.unwrap_or_else(|| self.standing_advice()),
             progress: self.derived.progress,
             accepted: self.ground.accepted.len(),
             target_serial: self.ground.changes,
+        };
+        let observation = match input {
+            Input::Observed(observation) => Some(observation),
+            _ => None,
+        };
+        self.prompt(&decision, observation);
+        decision
+    }
+
+    /// Chooses what the person is shown after `decision`, on a frame if `observation` is one.
+    fn prompt(&mut self, decision: &Decision, observation: Option<&Observation>) {
+        let ground = &self.ground;
+        let has_failed = !ground.failures.is_empty();
+        let is_idle = (ground.paused, ground.source_ended);
+        let state = Prompt::of_state(decision.progress, has_failed, &ground.camera, is_idle);
+        self.calm.note_state(state);
+        if let Some(observation) = observation {
+            let prompt = Prompt::of_decision(decision, observation.seen.as_ref().err());
+            self.calm.note_frame(observation.captured_at, prompt, decision.advice);
         }
     }
 

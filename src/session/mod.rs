@@ -74,6 +74,7 @@
 //! ```
 
 mod accepted;
+mod calm;
 mod camera;
 mod decision;
 mod far_board;
@@ -82,6 +83,7 @@ mod held_out_pair;
 mod input;
 mod judging;
 mod precision;
+mod prompt;
 mod seen;
 mod setup;
 mod snapshot;
@@ -89,12 +91,14 @@ mod state;
 mod view_number;
 
 pub use accepted::AcceptedView;
+pub use calm::Shown;
 pub use camera::{CameraState, Stream};
 pub use decision::{Decision, Outcome};
 pub use far_board::FarBoard;
 pub use held_out_pair::HeldOutPair;
 pub use input::{Command, Input, Observation};
 pub use precision::precision_of;
+pub use prompt::{Across, Edge, Prompt, Upright};
 pub use setup::SessionSetup;
 pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, lateral_offset_px};
 pub use state::Session;

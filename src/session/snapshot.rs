@@ -3,8 +3,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix2, Point2};
 
 use super::{
-    accepted::AcceptedView, camera::CameraState, decision::Decision, far_board::FarBoard,
-    held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup, view_number::ViewNumber,
+    accepted::AcceptedView, calm::Shown, camera::CameraState, decision::Decision,
+    far_board::FarBoard, held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup,
+    view_number::ViewNumber,
 };
 use crate::{
     calibration::Calibration,
@@ -21,6 +22,8 @@ pub struct Snapshot {
     pub setup: Arc<SessionSetup>,
     /// The newest decision.
     pub decision: Decision,
+    /// What the person is asked to do: calmer than the newest decision's advice.
+    pub shown: Shown,
     /// What the newest frame showed.
     pub live: Option<Arc<LiveView>>,
     /// The pose asked for.

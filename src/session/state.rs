@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{
     accepted::AcceptedView,
+    calm::Calm,
     camera::CameraState,
     decision::Decision,
     far_board::FarBoard,
@@ -33,6 +34,7 @@ pub struct Session {
     pub(super) ground: Ground,
     pub(super) derived: Derived,
     pub(super) tracking: Tracking,
+    pub(super) calm: Calm,
 }
 
 /// What inputs have established. Nothing in it can be computed from the rest.
@@ -238,7 +240,7 @@ impl Session {
     pub fn new(setup: SessionSetup) -> Self {
         let (ground, tracking) = (Ground::default(), Tracking::default());
         let derived = Derived::of(&setup, &[], &ground.seen);
-        Self { setup: Arc::new(setup), ground, derived, tracking }
+        Self { setup: Arc::new(setup), ground, derived, tracking, calm: Calm::default() }
     }
 
     /// Recomputes [`Derived`] after the accepted views, or what frames have shown, changed.
@@ -308,11 +310,12 @@ impl Session {
 
     /// What a window or a terminal shows after `decision`.
     pub fn snapshot(&self, decision: Decision) -> Snapshot {
-        let Self { setup, ground, derived, tracking } = self;
+        let Self { setup, ground, derived, tracking, calm } = self;
         let lens = &derived.lens_estimate;
         Snapshot {
             setup: Arc::clone(setup),
             decision,
+            shown: calm.shown(),
             live: tracking.live.clone(),
             target: derived.target.clone(),
             far: derived.far,

@@ -8,8 +8,7 @@ pub fn acceptance(judged: &Acceptance) -> (String, &'static str) {
     let Some(bound) = &judged.bound else {
         return match goal {
             AcceptanceGoal::Projection { .. } => (
-                "Your goal can't be judged: the lens model has no ray for part of the picture"
-                    .into(),
+                "Your goal can't be judged: the lens model doesn't cover the whole picture".into(),
                 "Take views that reach into the corners of the picture.",
             ),
             AcceptanceGoal::Length { length_m, at_m, .. } => (
@@ -36,7 +35,7 @@ pub fn acceptance(judged: &Acceptance) -> (String, &'static str) {
     let parts = parts(goal, bound).map(|parts| format!(": {parts}")).unwrap_or_default();
     let what = format!("Doesn't meet your goal: {reached} (goal {wanted}){parts}");
     let action = if judged.is_out_of_reach() {
-        "Measure the board over many squares with a caliper, and state the error that remains with --board-scale-error; more views don't help."
+        "More views won't help. Measure several squares with a caliper, divide, and give the remaining error with --board-scale-error."
     } else {
         "Take more views that fill the picture."
     };
@@ -48,7 +47,7 @@ pub fn out_of_reach(goal: AcceptanceGoal, scale_sd: f64) -> Option<String> {
     let scale = goal.scale_part(scale_sd);
     (scale >= goal.limit()).then(|| {
         format!(
-            "The goal of {} is out of reach with this board: its squares are known to {} % (sd), which alone gives ±{}. Measure the board over many squares with a caliper, and state the error that remains, for example --board-scale-error 0.01%.",
+            "The goal of {} is out of reach with this board: its squares are known to {} % (sd), which alone gives ±{}. Measure several squares with a caliper, divide, and give the remaining error, for example --board-scale-error 0.01%.",
             limit(goal),
             rounded(100.0 * scale_sd),
             error(goal, scale)
@@ -56,14 +55,14 @@ pub fn out_of_reach(goal: AcceptanceGoal, scale_sd: f64) -> Option<String> {
     })
 }
 
-/// What is reached and what is wanted, as short as it gets: "±0.61 of 0.5 mm".
+/// The error bound and the goal, in short: "±0.61 mm (goal 0.5 mm)".
 pub fn progress(judged: &Acceptance) -> String {
     let goal = judged.goal;
     let (value, wanted) = match judged.bound {
         Some(bound) => (bound.total, limit(goal)),
         None => return "goal can't be judged".into(),
     };
-    format!("±{} of {wanted}", small(in_unit(goal, value)))
+    format!("±{} (goal {wanted})", error(goal, value))
 }
 
 fn parts(goal: AcceptanceGoal, bound: &ErrorBound) -> Option<String> {
@@ -151,7 +150,7 @@ mod tests {
             met,
             "Meets your goal: projection to 0.18 px in 95 % of the picture (goal 0.2 px)"
         );
-        assert_eq!(progress(&judged(goal, 0.0006, 0.0001)), "±0.61 of 0.5 mm");
+        assert_eq!(progress(&judged(goal, 0.0006, 0.0001)), "±0.61 mm (goal 0.5 mm)");
         let goal = goal.parse().expect("a goal");
         assert!(out_of_reach(goal, 1e-3).is_some_and(|said| said.contains("±1.6 mm")));
         assert_eq!(out_of_reach(goal, 1e-4), None);

@@ -11,24 +11,24 @@ pub fn name(control: Control) -> String {
 pub fn tip(control: Control) -> &'static str {
     match control {
         Control::Focus => {
-            "Distance at which the lens is sharp, in the camera's own unit. It moves the principal point and the focal length: set it before the first view; afterwards nothing is taken until it is back."
+            "Distance at which the lens is sharp, in camera units. It moves the principal point and the focal length, so set it before the first view. A later change pauses capture until you set it back."
         }
         Control::Zoom => {
-            "Zoom, in the camera's own unit. It changes the focal length: set it before the first view; afterwards nothing is taken until it is back."
+            "Zoom, in camera units. It changes the focal length, so set it before the first view. A later change pauses capture until you set it back."
         }
         Control::Exposure => {
-            "Exposure time, in the camera's own unit, mostly 0.1 ms. Shorter blurs less; nothing is taken until the picture has settled."
+            "Exposure time, in camera units, usually 0.1 ms. A shorter exposure blurs less. Capture pauses until the picture settles."
         }
         Control::Gain => {
-            "Amplification, in the camera's own unit. More is brighter and noisier; nothing is taken until the picture has settled."
+            "Amplification, in camera units. Higher is brighter and noisier. Capture pauses until the picture settles."
         }
         Control::WhiteBalance => {
-            "Colour temperature, mostly in kelvin; nothing is taken until the picture has settled."
+            "Colour temperature, usually in kelvin. Capture pauses until the picture settles."
         }
     }
 }
 
-/// How a control stands, as read back; `asked` is on its way to the camera.
+/// State of a control, as read back; `asked` is on its way to the camera.
 pub fn state(lock: Lock, asked: Option<i64>) -> String {
     match (asked, lock) {
         (Some(asked), _) => format!("setting to {asked}"),
@@ -38,7 +38,7 @@ pub fn state(lock: Lock, asked: Option<i64>) -> String {
 
 /// The button that undoes a change.
 pub fn back(first: i64) -> String {
-    format!("back to {first}")
+    format!("reset to {first}")
 }
 
 /// The button that sets a control to what the views were taken with.
@@ -49,7 +49,7 @@ pub fn set_back(control: Control, value: i64) -> String {
 /// What it does.
 pub fn back_tip(control: Control, first: i64) -> String {
     format!(
-        "Set the {} as it was at the start of the session: {first}.",
+        "Set the {} back to its value at the start of the session: {first}.",
         super::camera::control(control)
     )
 }

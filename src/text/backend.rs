@@ -1,7 +1,7 @@
-//! Through what cameras are read, and what that cannot promise.
+//! Camera backends and their limits.
 
 /// Linux's interface was asked for on another system.
-pub const V4L_ELSEWHERE: &str = "the backend v4l is Linux's own; on this system it is nokhwa";
+pub const V4L_ELSEWHERE: &str = "the v4l backend is available on Linux only; use nokhwa here";
 
 /// A way to a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,15 +23,13 @@ const HAS_V4L: bool = cfg!(all(target_os = "linux", feature = "live"));
 pub fn backends() -> Vec<BackendWords> {
     let v4l = BackendWords {
         name: "v4l",
-        is: "the kernel's own interface, with frames checked, timed and counted by the driver's word, and controls locked and watched",
+        is: "the Linux kernel interface: frames are checked, time-stamped and counted by the driver; controls are locked and watched",
         is_default: true,
-        cannot: &[
-            "JPEG has no checksum: a changed bit that leaves every code its length is not noticed.",
-        ],
+        cannot: &["JPEG has no checksum: a flipped bit can go unnoticed."],
     };
     let nokhwa = BackendWords {
         name: "nokhwa",
-        is: "the library of that name",
+        is: "the nokhwa library",
         is_default: !HAS_V4L,
         cannot: NOKHWA_CANNOT,
     };
@@ -41,18 +39,18 @@ pub fn backends() -> Vec<BackendWords> {
 
 /// What nokhwa cannot promise.
 const NOKHWA_CANNOT: &[&str] = &[
-    "Focus, zoom, exposure, gain and white balance are neither locked nor watched.",
-    "Frames carry no number: what the driver lost is not counted. They are timed as they arrive, not as they were taken.",
+    "Focus, zoom, exposure, gain and white balance aren't locked or watched.",
+    "Frames have no numbers, so lost frames aren't counted. Time stamps are those of arrival, not of capture.",
     if cfg!(target_os = "linux") {
-        "Error marks and lengths are not passed on: of a frame that was cut, older bytes are the rest. In MJPG most such frames are noticed and refused, in other formats none."
+        "Driver error flags are lost: the end of a truncated frame holds old data. Most such frames are rejected in MJPG, none in other formats."
     } else {
-        "Error marks are not passed on: damage is noticed in MJPG frames and in frames that are too short."
+        "Driver error flags are lost: damage is detected only in MJPG frames and in frames that are too short."
     },
-    "Rows with gaps between them cannot be read, for their distance is not passed on; nor can GREY on Linux.",
-    "A camera that goes silent is said to be lost after 2 s and waited for, never started again: plug it out and in.",
+    "Frames with padded rows can't be read, nor can GREY on Linux.",
+    "A silent camera is reported lost after 2 s and isn't restarted: unplug it and plug it back in.",
     if cfg!(target_os = "linux") {
-        "A camera that another program left at a rate such as 7.5 per second or in an unknown format is refused until it is plugged in again."
+        "A camera that another program left at a frame rate such as 7.5 or in an unknown format is refused until you unplug it and plug it back in."
     } else {
-        "Modes and controls are not listed here, and a camera without an address of its own is known by its name only."
+        "Modes and controls aren't listed, and a camera without an address is identified by name only."
     },
 ];

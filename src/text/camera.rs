@@ -8,112 +8,111 @@ use crate::{
 /// What a fault means, and what to do.
 pub fn fault(fault: Fault) -> (&'static str, &'static str) {
     match fault {
-        Fault::NotFound => (
-            "The camera is not there",
-            "Plug it in; `boresight devices` lists the cameras that are there.",
-        ),
+        Fault::NotFound => {
+            ("Camera not found", "Plug it in. `boresight devices` lists the connected cameras.")
+        }
         Fault::NotPermitted => (
-            "This user may not open the camera",
+            "No permission to use the camera",
             if cfg!(not(target_os = "linux")) {
-                "Allow it in the system's settings for privacy and camera, then start again."
+                "Allow camera access in the system's privacy settings, then start again."
             } else {
-                "Run: sudo usermod -aG video $USER, then log out and in; in a container or snap, pass the camera in."
+                "Run: sudo usermod -aG video $USER, then log out and in. In a container or snap, pass the camera through."
             },
         ),
-        Fault::Busy => ("Another program uses the camera", "Close that program."),
+        Fault::Busy => ("Another program is using the camera", "Close that program."),
         Fault::NotACamera => (
-            "This device takes no pictures",
-            "Name another one: `boresight devices` lists those that do.",
+            "This device isn't a camera",
+            "Choose another one. `boresight devices` lists the cameras.",
         ),
         Fault::Virtual => (
             "This camera is virtual: another program feeds it",
-            "Name a real one; what is calibrated here is what that program sends.",
+            "Choose a real one. Otherwise you calibrate what that program sends.",
         ),
         Fault::Infrared => (
-            "This looks like an infrared camera: its pictures are lit in turn",
-            "Name the colour camera beside it: see `boresight devices`.",
+            "This looks like an infrared camera: every other picture is dark",
+            "Choose the colour camera beside it: see `boresight devices`.",
         ),
         Fault::OtherCamera => (
-            "Another camera is where this one was",
-            "Plug the first one in again; for the other one start a new session.",
+            "A different camera is connected",
+            "Plug the first one back in. To calibrate the other one, start a new session.",
         ),
         Fault::Twin => (
-            "Two cameras cannot be told apart by name and serial number",
-            "Hold a hand before the lens to check which one it is; it is known by its USB port from here on.",
+            "Two cameras have the same name and serial number",
+            "Cover the lens with your hand to check which one it is. From now on it's identified by its USB port.",
         ),
         Fault::NoFormat => (
-            "The camera offers no picture format that can be read",
-            "Readable are MJPG, YUYV, NV12 and GREY: see `boresight devices`; try --source with another camera.",
+            "The camera offers no supported picture format",
+            "Supported formats are MJPG, YUYV, NV12 and GREY. See `boresight devices`, or try another camera with --source.",
         ),
         Fault::OtherMode => (
-            "The driver grants another mode than was asked for",
-            "The mode it grants is used; a calibration is good for that mode only.",
+            "The camera chose a different mode",
+            "That mode is used. The calibration is valid for that mode only.",
         ),
         Fault::NoBandwidth => (
-            "The USB bus has no bandwidth left for this camera",
-            "Unplug other cameras, use another USB port, or ask for a smaller mode: --set camera.mode=640x480",
+            "Not enough USB bandwidth for this camera",
+            "Unplug other cameras, use another USB port, or choose a smaller mode: --set camera.mode=640x480",
         ),
         Fault::Transfer => (
-            "The transfer from the camera fails",
-            "Plug it out and in again; try another cable or port, without a hub.",
+            "Pictures from the camera don't arrive",
+            "Unplug it and plug it back in. Try another cable or port, without a hub.",
         ),
         Fault::NoFirstFrame => (
-            "The camera sends no picture",
-            "Plug it out and in again; close programs that used it before.",
+            "The camera sends no pictures",
+            "Unplug it and plug it back in. Close other programs that used it.",
         ),
         Fault::Stalled => (
             "The camera has stopped sending pictures",
-            "Wait: it is started again. If it does not come, plug it out and in.",
+            "Restarting… If it doesn't return, unplug it and plug it back in.",
         ),
         Fault::Unplugged => (
             "The camera is unplugged",
-            "Plug it in again, at any port; the session goes on with its views.",
+            "Plug it back into any port to continue. Your views are safe.",
         ),
         Fault::Suspended => (
-            "The computer slept, and the camera with it",
-            "Wait: it is started again. If it does not come, plug it out and in.",
+            "The computer went to sleep",
+            "Restarting… If it doesn't return, unplug it and plug it back in.",
         ),
         Fault::DriverBroken => (
-            "The camera's driver does not keep to the rules",
-            "Plug it out and in again; if that does not help, use another mode or camera.",
+            "The camera driver is misbehaving",
+            "Unplug it and plug it back in. If that doesn't help, use another mode or camera.",
         ),
         Fault::DamagedFrames => (
             "Most pictures arrive damaged",
-            "Use another cable or port, a smaller mode, or more light.",
+            "Try another cable or port, a smaller mode, or more light.",
         ),
         Fault::Frozen => {
-            ("The camera sends the same picture again and again", "Plug it out and in again.")
+            ("The camera keeps sending the same picture", "Unplug it and plug it back in.")
         }
         Fault::Dark => {
-            ("The pictures are black", "Open the camera's shutter, or switch the light on.")
+            ("The pictures are black", "Open the camera's shutter, or switch on the light.")
         }
         Fault::Slow => (
-            "Far fewer pictures arrive than the camera promises",
-            "More light shortens the exposure; or use another USB port or a smaller mode.",
+            "The frame rate is much lower than expected",
+            "Add light to shorten the exposure, or use another USB port or a smaller mode.",
         ),
         Fault::ControlIgnored => (
-            "The camera does not keep a control as it was set",
-            "Fix it in the camera's own program or by hand, then start again.",
+            "The camera doesn't keep a setting",
+            "Set it in the camera's own program or by hand, then start again.",
         ),
         Fault::GeometryMoved => (
             "Focus or zoom moved",
-            "Switch autofocus and automatic framing off in the camera's own program.",
+            "Switch off autofocus and automatic framing in the camera's own program.",
         ),
         Fault::Unwatched => (
-            "Focus, zoom and exposure are neither locked nor watched by the backend nokhwa",
-            "Switch autofocus and automatic framing off in the camera's own program; on Linux --backend v4l does it.",
+            "The nokhwa backend can't lock or watch focus, zoom and exposure",
+            "Switch off autofocus and automatic framing in the camera's own program. On Linux, --backend v4l locks them.",
         ),
         Fault::NoReader => (
-            "The program ffmpeg is needed to read this source and is not installed",
+            "This source needs ffmpeg, which isn't installed",
             "Install it: sudo apt install ffmpeg",
         ),
         Fault::ReaderFailed => (
-            "ffmpeg could not read this source",
-            "Check the address, and that `ffmpeg -i` with it works in a terminal.",
+            "ffmpeg couldn't read this source",
+            "Check the address. Try it with `ffmpeg -i` in a terminal.",
         ),
         Fault::StreamLost => (
             "The network stream has stopped",
-            "Wait: it is asked for again until it is back, and the session keeps its views. Check the camera's power and the network.",
+            "Reconnecting… Your views are safe. Check the camera's power and the network.",
         ),
     }
 }
@@ -121,7 +120,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
 /// What to do when a camera returns with another mode than the session's.
 const OTHER_MODE_WAITS: &str = "The session's mode is asked for until the camera grants it; plug it into the port where it was. For the other mode, start a new session.";
 
-/// What keeps pictures from being taken, and what to do; `None` if nothing does.
+/// What keeps views from being taken, and what to do; `None` if nothing does.
 pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     if let Stream::Lost { fault: lost, detail } = &camera.stream {
         let (cause, action) = with_detail(*lost, detail);
@@ -132,15 +131,15 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     if let Some(change) = camera.changed.values().find(|change| change.control.moves_geometry()) {
         if camera.set_by_hand.contains(&change.control) {
             return Some((
-                format!("{}: nothing is taken until it is back", set(change)),
+                format!("{}. Capture is paused", set(change)),
                 format!(
-                    "The views were taken at {0}. Set it back to {0}, or start a new session: it begins with {1}.",
+                    "The views were taken at {0}. Set it back to {0}, or start a new session at {1}.",
                     change.from, change.to
                 ),
             ));
         }
         return Some((
-            format!("{}: nothing is taken until it is back", moved(change)),
+            format!("{}. Set it back to continue", moved(change)),
             fault(Fault::GeometryMoved).1.into(),
         ));
     }
@@ -148,15 +147,15 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     Some(with_detail(*doubt, detail))
 }
 
-/// A control that is not what it was, such as `Focus moved from 30 to 45`.
+/// A control that changed, such as `Focus changed (30 → 45)`.
 fn moved(change: &ControlChange) -> String {
-    format!("{} moved from {} to {}", capital(control(change.control)), change.from, change.to)
+    format!("{} changed ({} to {})", capital(control(change.control)), change.from, change.to)
 }
 
 /// A control that the person set.
 fn set(change: &ControlChange) -> String {
     let name = capital(control(change.control));
-    format!("{name} was set from {} to {}", change.from, change.to)
+    format!("{name} was set by hand ({} to {})", change.from, change.to)
 }
 
 /// A fault with its details: what happened, and what to do.
@@ -170,8 +169,8 @@ pub fn with_detail(what: Fault, detail: &str) -> (String, String) {
 /// What happened to the camera, for a list of such; `None` for what is no news.
 pub fn event(event: &CameraEvent) -> Option<String> {
     Some(match event {
-        CameraEvent::Started { mode: granted } => format!("streams {}", mode(granted)),
-        CameraEvent::Returned { mode: granted, .. } => format!("is back, {}", mode(granted)),
+        CameraEvent::Started { mode: granted } => format!("streaming {}", mode(granted)),
+        CameraEvent::Returned { mode: granted, .. } => format!("back, {}", mode(granted)),
         CameraEvent::Lost { fault, detail } | CameraEvent::Doubtful { fault, detail } => {
             format!("{}: {}", fault.code(), with_detail(*fault, detail).0)
         }
@@ -181,7 +180,7 @@ pub fn event(event: &CameraEvent) -> Option<String> {
             format!("{} was set by hand: {}", capital(control(*which)), lock(*is))
         }
         CameraEvent::ControlRestored { control: which, .. } => {
-            format!("{} is back where it was", capital(control(*which)))
+            format!("{} is set back", capital(control(*which)))
         }
         CameraEvent::Locked { .. } | CameraEvent::Counted { .. } => return None,
     })
@@ -198,14 +197,14 @@ pub fn control(control: Control) -> &'static str {
     }
 }
 
-/// How a control stands.
+/// State of a control.
 pub fn lock(lock: Lock) -> String {
     match lock {
-        Lock::Unknown => "not known".into(),
+        Lock::Unknown => "unknown".into(),
         Lock::Absent => "fixed".into(),
         Lock::Free => "not locked".into(),
         Lock::Locked { value } => format!("locked at {value}"),
-        Lock::Ignored { set, read } => format!("set to {set}, reads {read}"),
+        Lock::Ignored { set, read } => format!("set to {set}, reads back {read}"),
     }
 }
 
@@ -245,6 +244,6 @@ mod tests {
     #[test]
     fn names_from_devices_command_no_terminal() {
         let (cause, _) = with_detail(Fault::Busy, "evil\u{1b}[2Jname\n");
-        assert_eq!(cause, "Another program uses the camera (evil[2Jname)");
+        assert_eq!(cause, "Another program is using the camera (evil[2Jname)");
     }
 }

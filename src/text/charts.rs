@@ -45,22 +45,22 @@ impl Chart {
     pub fn tip(self) -> &'static str {
         match self {
             Self::Uncertainty => {
-                "How well a ray's pixel is known, in each part of the picture; a turn of the camera is set aside."
+                "Uncertainty (1 sd, px) of a projected point in each part of the picture, ignoring camera rotation."
             }
             Self::Residuals => {
-                "From where a corner should be to where it was seen, enlarged. Arrows that point the same way all over a view say that the board or the lens model is wrong."
+                "From predicted to measured corners, enlarged. If the arrows of a view all point the same way, the board or the lens model is wrong."
             }
             Self::Lines => {
-                "Every view's principal line without distortion, around the principal point with its ellipse of two standard deviations. They should meet in it."
+                "Each view's principal line with distortion removed, around the principal point and its 2 sd ellipse. The lines should meet there."
             }
             Self::Skipped => {
-                "Where the principal lines meet when one, two or three views in a row are left out. Scatter says how much single views matter, not how true the point is."
+                "Where the principal lines meet when one, two or three neighbouring views are left out. Scatter shows how much single views matter, not how accurate the point is."
             }
             Self::Undistorted => {
-                "The newest picture as a pinhole camera would see it: straight edges must be straight."
+                "The newest picture with distortion removed: straight edges must look straight."
             }
             Self::Change => {
-                "Where to, and how far, the image of each ray has moved since the older calibration, enlarged. All one way: the principal point moved. Outwards or inwards: the focal length changed."
+                "How far each point has shifted since the older calibration, enlarged. All the same way: the principal point moved. Outwards or inwards: the focal length changed."
             }
         }
     }
@@ -73,7 +73,7 @@ pub fn uncertainty_scale(mean_px: f64, max_px: f64) -> String {
 
 /// Below the chart of residuals.
 pub fn residual_scale(times: f64, rms_px: f64) -> String {
-    format!("enlarged {times:.0} times; {rms_px:.3} px RMS")
+    format!("enlarged {times:.0}×; {rms_px:.3} px RMS")
 }
 
 /// Below a chart of the surroundings of the principal point.
@@ -88,17 +88,17 @@ pub fn width(width_px: f64) -> String {
 /// Below the chart of views left out.
 pub fn skipped_scale(width_px: f64, counts: [usize; 3]) -> String {
     let [one, two, three] = counts;
-    format!("{}; one left out: {one} points, two: {two}, three: {three}", width(width_px))
+    format!("{}; one view left out: {one} points, two: {two}, three: {three}", width(width_px))
 }
 
 /// Below the chart of a change.
 pub fn change_scale(times: f64, most_px: f64, matters_px: f64) -> String {
-    format!("enlarged {times:.0} times; up to {most_px:.2} px, and {matters_px:.2} px matter")
+    format!("enlarged {times:.0}×; up to {most_px:.2} px (limit {matters_px:.2} px)")
 }
 
 /// Where a chart needs an older calibration.
-pub const NOT_COMPARED: &str = "This needs an older calibration to compare with.";
+pub const NOT_COMPARED: &str = "Compare with an older calibration to see this.";
 /// Where a chart needs more than there is.
-pub const TOO_FEW: &str = "This needs more views.";
+pub const TOO_FEW: &str = "Take more views to see this.";
 /// Where a chart needs a picture.
-pub const NO_PICTURE: &str = "This needs a picture.";
+pub const NO_PICTURE: &str = "No picture yet.";

@@ -1,9 +1,9 @@
 //! Everything that can be done in the window: one list for buttons, keyboard and help.
 
-/// A control: what stands on it, what it does, and the name of its key.
+/// A control: its label, what it does, and the name of its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Control {
-    /// What stands on it.
+    /// Its label.
     pub label: &'static str,
     /// What it does.
     pub tip: &'static str,
@@ -34,23 +34,25 @@ macro_rules! controls {
 }
 
 controls! {
-    Force, "Take now", "Space", "Take the next picture with a board, whatever the plan thinks of it.";
-    Undo, "Undo", "U", "Take back the newest view.";
-    Restore, "Bring back", "R", "Bring back the view that was taken back last.";
-    Pause, "Pause", "P", "Take nothing until it is pressed again.";
-    Finish, "End", "E", "End the session and see the result. It can be gone on with.";
-    GoOn, "Go on", "G", "Go on with this session: take more views, remove some, take some again.";
-    New, "New session", "N", "Start a new session; this one stays in its folder.";
-    Mirror, "Mirror", "M", "Show the picture as a mirror does; left and right are then those of the person in front of the camera.";
-    Tone, "Tone", "T", "A tone for each view taken.";
-    Speech, "Speak", "S", "Say the sentence aloud.";
+    Force, "Take now", "Space", "Take a photo now, even if it isn't what was asked for.";
+    Undo, "Undo", "U", "Remove the newest view.";
+    Restore, "Restore", "R", "Restore the view that was removed last.";
+    Pause, "Pause", "P", "Pause. Press again to resume.";
+    Finish, "Finish", "E", "Finish and see the result. You can continue later.";
+    GoOn, "Continue", "G", "Continue this session: take more views, or remove and retake some.";
+    New, "New session", "N", "Start a new session. This one stays in its folder.";
+    Mirror, "Mirror", "M", "Mirror the picture, so left and right match yours.";
+    Tone, "Tone", "T", "Play a tone for each view.";
+    Speech, "Speak", "S", "Speak the sentence.";
     Panels, "Numbers", "H", "Show or hide the numbers beside the picture.";
-    FullScreen, "Whole screen", "F11", "Fill the screen.";
-    Theme, "Light or dark", "L", "Change between light and dark.";
-    Help, "Keys", "F12", "All keys and what they do.";
-    GuidePage, "Guide", "F1", "The live picture and what to do next.";
-    ResultPage, "Result", "F2", "The calibration so far, its checks and exports.";
-    ExplorePage, "Explore", "F3", "What lens distortion does to a principal line, to play with.";
-    SettingsPage, "Settings", "F4", "Source, board and plan of the next session.";
-    ReplayPage, "Replay", "F5", "A recorded session, decision by decision.";
+    FullScreen, "Full screen", "F11", "Fill the screen.";
+    Distance, "Distance", "B", "Big letters, no panels. Comes up when mouse and keys rest for two seconds in a session.";
+    Lines, "Lines", "L", "Show or hide the principal lines.";
+    Theme, "Colours", "D", "Switch between dark, light and sunlight.";
+    Help, "Keys", "F12", "List all keys.";
+    GuidePage, "Guide", "F1", "Live picture and what to do next.";
+    ResultPage, "Result", "F2", "Calibration so far, with checks and exports.";
+    ExplorePage, "Explore", "F3", "Play with lens distortion and see what it does to a principal line.";
+    SettingsPage, "Settings", "F4", "Source, board and plan for the next session.";
+    ReplayPage, "Replay", "F5", "Step through a recorded session.";
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::camera;
+use super::{apart, camera};
 use crate::{
     calibration::{Drift, DriftVerdict, NoDrift, Verdict, import::OldCalibration},
     device::{Control, Lock},
@@ -10,33 +10,31 @@ use crate::{
 
 /// The verdict with its numbers, and the next action.
 pub fn drift(drift: &Drift) -> (String, &'static str) {
-    let moved_px = drift.displacement_px;
+    let (moved, limit) = apart(drift.displacement_px, drift.matters_px, 2);
     if drift.lens_changed {
         return (
             format!(
-                "RECALIBRATE: the old distortion does not fit, residuals are {:.1} times as large as with a new one",
+                "RECALIBRATE: the old distortion doesn't fit (residuals {:.1} times as large as with a new one)",
                 drift.residual_ratio
             ),
-            "Is it the same lens, and is it clean? Calibrate anew.",
+            "Is it the same lens, and is it clean? Recalibrate.",
         );
     }
     match drift.verdict {
-        DriftVerdict::Ok => {
-            ("OK: no change that these views could show".into(), "Keep the calibration.")
-        }
-        DriftVerdict::Watch => (
+        DriftVerdict::Ok => (
             format!(
-                "WATCH: the camera has changed, by up to {moved_px:.2} px in the picture, less than the {:.2} px that matter",
-                drift.matters_px
+                "OK: no change detected (smallest detectable: {:.1} px)",
+                drift.visible_pp_px.max(drift.visible_f_px)
             ),
-            "Keep the calibration, and check again soon.",
+            "Keep the calibration.",
+        ),
+        DriftVerdict::Watch => (
+            format!("WATCH: shifted by up to {moved} px, below your {limit} px limit"),
+            "Keep the calibration and check again soon.",
         ),
         DriftVerdict::Recalibrate => (
-            format!(
-                "RECALIBRATE: the camera has changed, by up to {moved_px:.1} px in the picture, more than the {:.2} px that matter",
-                drift.matters_px
-            ),
-            "Calibrate anew; look for a loose lens, mount, or a changed focus or zoom.",
+            format!("RECALIBRATE: shifted by up to {moved} px, above your {limit} px limit"),
+            "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom.",
         ),
     }
 }
@@ -50,24 +48,22 @@ pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     [
         ("focal length", format!("changed by {f:+.2} ± {sd_f:.2} px")),
         ("principal point", format!("changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
-        ("projection", format!("moves by up to {moved_px:.2} px; {matters_px:.2} px matter")),
+        ("projection", format!("shifted by up to {moved_px:.2} px (limit {matters_px:.2} px)")),
         (
-            "smallest change",
-            format!(
-                "that would have been seen: {pp_px:.1} px of the principal point, {f_px:.1} px of the focal length"
-            ),
+            "smallest detectable change",
+            format!("principal point {pp_px:.1} px, focal length {f_px:.1} px"),
         ),
     ]
 }
 
 /// The measured changes, one line each.
 pub fn drift_numbers(drift: &Drift) -> [String; 4] {
-    drift_lines(drift).map(|(what, how_much)| format!("{what:15}  {how_much}"))
+    drift_lines(drift).map(|(what, how_much)| format!("{what:26}  {how_much}"))
 }
 
 /// What to do about a change that a session has found whose own result is good.
 pub const USE_THE_NEW_ONE: &str =
-    "Use the new calibration; look for a loose lens, mount, or a changed focus or zoom.";
+    "Use the new calibration. Look for a loose lens or mount, or a changed focus or zoom.";
 
 /// Before what a comparison found.
 pub fn compared_with(old: &Path) -> String {
@@ -75,18 +71,18 @@ pub fn compared_with(old: &Path) -> String {
 }
 
 /// A comparison that was asked for could not be made.
-pub const NOT_COMPARED: &str = "The result could not be compared with the older calibration";
+pub const NOT_COMPARED: &str = "The result couldn't be compared with the older calibration";
 
 /// The file names another camera, which may be the same one.
 pub fn maybe_other_camera(old: &str, new: &str) -> String {
     format!(
-        "The older calibration is of {old:?}, this camera is {new:?}: only if they are the same camera does the change mean anything"
+        "The older calibration is of {old:?}, this camera is {new:?}. The change is meaningful only if they're the same camera"
     )
 }
 
 /// What makes the test weaker than it could be.
 pub fn drift_is_weak() -> &'static str {
-    "The old file states no uncertainty: a usual one was assumed, so that only larger changes are told. A calibration.json of this program makes the test sharper"
+    "The old file states no uncertainty. Assumed a typical uncertainty, so small changes can't be detected. A calibration.json from boresight makes the check more sensitive"
 }
 
 /// Why there is no verdict, and what to do.
@@ -97,21 +93,21 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
                 "NO VERDICT: the pictures are {}x{}, the calibration is for {}x{}",
                 new.width_px, new.height_px, old.width_px, old.height_px
             ),
-            "Set the camera to the mode that it was calibrated in; another mode may crop or scale the sensor.",
+            "Set the camera to the mode it was calibrated in. Other modes may crop or scale the picture.",
         ),
-        NoDrift::FewViews { usable, outside: 0 } => (
-            format!("NO VERDICT: {usable} usable views, two opposed pairs are wanted"),
-            "Show the poses that are asked for.",
-        ),
+        NoDrift::FewViews { usable, outside: 0 } => {
+            (format!("Not finished: {usable} of 4 views"), "Follow the outline once more.")
+        }
         NoDrift::FewViews { usable, outside } => (
             format!(
-                "NO VERDICT: {outside} views lie where the old calibration has seen no board, {usable} can be used, 4 are wanted"
+                "Not finished: {usable} of 4 views; {outside} more lie outside the part of the picture that the old calibration covers"
             ),
-            "Hold the board where the old boards were, or calibrate anew: outside of them the test is blind.",
+            "Hold the board where it was for the old calibration, or recalibrate.",
         ),
         NoDrift::Undetermined => (
-            "NO VERDICT: the views do not determine focal length and principal point".into(),
-            "Tip the board 30 to 50°, in opposed pairs.",
+            "NO VERDICT: the views aren't enough to measure focal length and principal point"
+                .into(),
+            "Tip the board by 30 to 50°, in opposed pairs.",
         ),
     }
 }
@@ -120,15 +116,15 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
 pub fn other_camera(old: &str, new: &str) -> (String, &'static str) {
     (
         format!("NO VERDICT: the calibration is of {old:?}, this camera is {new:?}"),
-        "If it is the same camera under another name, say --same-camera.",
+        "If it's the same camera under a different name, add --same-camera.",
     )
 }
 
 /// Why a calibration with a focal length for every view gets no verdict, and what to do.
 pub fn focal_varied() -> (String, &'static str) {
     (
-        "NO VERDICT: in the old calibration each view has its own focal length".into(),
-        "Lock focus and zoom, and calibrate anew; then it can be checked.",
+        "NO VERDICT: the old calibration has a separate focal length for each view".into(),
+        "Lock focus and zoom and recalibrate. Then you can check it.",
     )
 }
 
@@ -136,14 +132,14 @@ pub fn focal_varied() -> (String, &'static str) {
 pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     let mut doubts = Vec::new();
     if old.verdict == Some(Verdict::Untrustworthy) {
-        doubts.push("The old calibration itself is NOT TRUSTWORTHY; its findings say why".into());
+        doubts.push("The old calibration is NOT TRUSTWORTHY; its findings say why".into());
     }
     if old.camera_count > 1 {
-        doubts.push(format!("The file has {} cameras; this is about the first", old.camera_count));
+        doubts.push(format!("The file has {} cameras; the first is used", old.camera_count));
     }
     if old.outlines.is_empty() {
         doubts.push(
-            "The old file does not say where its boards were: hold the board where they were, elsewhere the test is blind"
+            "The old file doesn't say where its boards were. Hold the board where it was then; elsewhere a change can't be detected"
                 .into(),
         );
     }
@@ -152,16 +148,16 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
 
 /// What an export of such a calibration holds.
 pub fn focal_is_a_mean() -> &'static str {
-    "Each view has its own focal length; the file gets their mean. views-csv has them all"
+    "Each view has a separate focal length; the file gets the mean. views-csv lists them all"
 }
 
-/// That a control stands otherwise than when the old calibration was made; `None` if it does not.
+/// That a control differs from when the old calibration was made; `None` if it doesn't.
 pub fn lock_differs(control: Control, was: i64, is: Lock) -> Option<String> {
     if is == (Lock::Locked { value: was }) {
         return None;
     }
     let (name, is) = (camera::control(control), camera::lock(is));
-    Some(format!("The {name} was locked at {was} when the camera was calibrated; now it is {is}"))
+    Some(format!("The {name} was locked at {was} when the camera was calibrated, now it's {is}"))
 }
 
 #[cfg(test)]
@@ -169,10 +165,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_control_that_stands_otherwise_is_told() {
+    fn only_a_control_that_differs_is_reported() {
         assert_eq!(lock_differs(Control::Focus, 30, Lock::Locked { value: 30 }), None);
-        let told = lock_differs(Control::Focus, 30, Lock::Locked { value: 0 });
-        assert!(told.is_some_and(|told| told.contains("30") && told.contains("locked at 0")));
+        let said = lock_differs(Control::Focus, 30, Lock::Locked { value: 0 });
+        assert!(said.is_some_and(|said| said.contains("30") && said.contains("locked at 0")));
         assert!(lock_differs(Control::Zoom, 100, Lock::Unknown).is_some());
     }
 }

@@ -1,27 +1,27 @@
 //! The words of the explore page.
 
 /// What the page shows.
-pub const INTRODUCTION: &str = "Drag the board, or turn its direction. Lens distortion deflects its principal line, and most where the board is off its line's centre: across it. Add the opposed partner and the offsets cancel.";
+pub const INTRODUCTION: &str = "Drag the board or change its direction. Lens distortion bends its principal line away from the principal point, most when the board is off to the side of the line. Add the opposed partner, and the offsets cancel.";
 /// What is drawn.
-pub const PICTURE: &str = "Boards, principal lines and principal point; drag to move the board";
+pub const PICTURE: &str = "Boards, principal lines and principal point. Drag to move the board";
 /// Heading of the enlarged part.
-pub const ENLARGED: &str = "Around the principal point, 8 times";
+pub const ENLARGED: &str = "Around the principal point, enlarged 8×";
 /// Names of the choices of boards, with what they show.
 pub const BOARDS: [(&str, &str); 4] = [
-    ("One board", "Its line misses the principal point by what the lens does to it."),
+    ("One board", "Distortion makes its line miss the principal point."),
     (
         "With its partner",
-        "The opposed board: the offsets cancel, the angle between the lines stays.",
+        "With the opposed board the offsets cancel; the angle between the lines stays.",
     ),
     ("Two pairs", "At right angles: their lines meet in the principal point."),
-    ("Eight slots", "Every 45°: leave some out and see the estimate drift."),
+    ("Eight slots", "Every 45°. Leave some out and watch the estimate drift."),
 ];
 /// Names of the sliders, with what they are.
 pub const SLIDERS: [(&str, &str); 7] = [
-    ("Direction", "In which the board turns about the optical axis, with its shift."),
-    ("Across", "Shift of the board across its principal line: deflects it."),
-    ("Along", "Shift along its principal line: does nothing."),
-    ("k1", "Radial distortion: negative is barrel."),
+    ("Direction", "Turns the board about the optical axis, with its shift."),
+    ("Across", "Shift across the principal line: bends it."),
+    ("Along", "Shift along the principal line: no effect."),
+    ("k1", "Radial distortion. Negative is barrel."),
     ("k2", "Second coefficient of radial distortion."),
     ("Tilt", "Angle between board and picture."),
     ("Distance", "From the camera to the board's middle."),
@@ -29,7 +29,7 @@ pub const SLIDERS: [(&str, &str); 7] = [
 /// Name of the slider of slots left out.
 pub const SKIPPED: (&str, &str) = (
     "Slots left out",
-    "Consecutive ones, once from each slot on; each gives an estimate of its own.",
+    "n neighbouring slots removed, starting at each slot in turn. Each gives a separate estimate.",
 );
 /// Back to the start.
 pub const RESET: (&str, &str) = (
@@ -46,12 +46,12 @@ pub fn deflection(offset_px: f64, angle_rad: f64) -> [Line; 2] {
         (
             "Offset of its line",
             format!("{:.2} px", offset_px.abs()),
-            "Distance of the board's principal line from the true principal point.",
+            "Distance from the board's principal line to the true principal point.",
         ),
         (
             "Turn of its line",
             format!("{:.3}°", angle_rad.abs().to_degrees()),
-            "Against the line of the same board without shift.",
+            "Relative to the line of the same board without shift.",
         ),
     ]
 }
@@ -61,7 +61,7 @@ pub fn no_line() -> Line {
     (
         "Its line",
         "none: it faces the camera".into(),
-        "A board that is not tilted has no principal line.",
+        "A board that isn't tilted has no principal line.",
     )
 }
 
@@ -76,7 +76,7 @@ pub fn pair(sum_px: f64, angle_rad: f64) -> [Line; 2] {
         (
             "Angle between the pair's lines",
             format!("{:.3}°", angle_rad.to_degrees()),
-            "The direction does not cancel: both turn the same way.",
+            "The direction doesn't cancel: both turn the same way.",
         ),
     ]
 }
@@ -90,7 +90,7 @@ pub fn meet(error_px: f64) -> Line {
         } else {
             format!("{error_px:.2} px off")
         },
-        "Distance of the point that fits all lines from the true principal point.",
+        "Distance from the best common point of all lines to the true principal point.",
     )
 }
 
@@ -99,7 +99,7 @@ pub fn skipped(count: usize, rms_px: f64) -> Line {
     (
         "With slots left out",
         format!("{count} estimates, {rms_px:.2} px off (RMS)"),
-        "A small scatter says nothing of the truth: all may be off in the same way.",
+        "A small scatter says nothing about accuracy: all may be off in the same way.",
     )
 }
 

@@ -1,8 +1,11 @@
-//! What speaks for or against a result: what was seen, and what to do.
+//! Warnings about a result: what was found, and what to do.
 
-use super::acceptance;
+use super::{acceptance, apart};
 use crate::{
-    calibration::{Finding, FindingCode, NotCalibrated, Verdict, files::FindingWords},
+    calibration::{
+        Calibration, Finding, FindingCode, NotCalibrated, Severity, Verdict, files::FindingWords,
+        is_unfinished,
+    },
     session::ViewSummary,
 };
 
@@ -10,12 +13,19 @@ use crate::{
 pub const FINDING_WORDS: FindingWords =
     FindingWords { finding, not_calibrated, acceptance: acceptance::acceptance };
 
-/// What the verdict means.
-pub fn verdict(verdict: Verdict) -> &'static str {
+/// The verdict on a calibration.
+pub fn verdict_on(calibration: &Calibration) -> &'static str {
+    let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
+    verdict(calibration.verdict, is_unfinished(bad.map(|finding| finding.code.code())))
+}
+
+/// What a verdict means; `unfinished` if more views would put right what is bad.
+pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     match verdict {
-        Verdict::Good => "GOOD: nothing speaks against this calibration",
-        Verdict::Care => "USABLE WITH CARE: read the findings",
-        Verdict::Untrustworthy => "NOT TRUSTWORTHY: do not use this calibration",
+        Verdict::Untrustworthy if unfinished => "UNFINISHED: take more views",
+        Verdict::Good => "GOOD: all checks passed",
+        Verdict::Care => "USE WITH CARE: see the warnings below",
+        Verdict::Untrustworthy => "NOT TRUSTWORTHY: don't use this calibration",
     }
 }
 
@@ -29,7 +39,7 @@ pub fn of_source(source: &str, verdict: &str) -> String {
     if is_simulated(source) { format!("SIMULATED: {verdict}") } else { verdict.to_owned() }
 }
 
-/// One finding: what was seen, and what to do about it. Views are called by their place in the calibration,
+/// One finding: what was found, and what to do about it. Views are called by their place in the calibration,
 /// from 1, as in its file and report.
 pub fn finding(finding: &Finding) -> (String, &'static str) {
     finding_of_views(finding, &|place| place + 1)
@@ -45,59 +55,63 @@ pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, 
 fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
     match finding.code {
         FindingCode::FewViews { distinct, wanted } => (
-            format!("Only {distinct} different views, want {wanted}"),
-            "Take more views, tipped in other directions.",
+            format!("Not enough views: {distinct} of at least {wanted}"),
+            "Take more views, tipped in different directions.",
         ),
         FindingCode::ViewsAlike { views, distinct } => (
-            format!("{views} views, but only {distinct} of them differ"),
-            "Move and tip the board between views; copies of a view add nothing.",
+            format!("Only {distinct} of {views} views differ"),
+            "Move and tip the board between views. Copies of a view add nothing.",
         ),
         FindingCode::TiltLow { tilted_views, wanted_views, max_tilt_rad, wanted_tilt_rad } => (
             format!(
-                "{tilted_views} views are tipped by at least {:.0}°, want {wanted_views}; the steepest has {:.0}°",
+                "Too few tipped views: {tilted_views} of at least {wanted_views} with {:.0}° or more (steepest: {:.0}°)",
                 wanted_tilt_rad.to_degrees(),
                 max_tilt_rad.to_degrees()
             ),
-            "Tip the board 30 to 50°, away at the left, the right, the top and the bottom.",
+            "Tip the board by 30 to 50°: left, right, top and bottom edge away in turn.",
         ),
         FindingCode::DirectionsFew { spread, wanted } => (
-            format!(
-                "All views are tipped in about the same direction (spread {spread:.2}, want {wanted:.2})"
-            ),
-            "Tip the board towards other directions, 90° apart.",
+            {
+                let (spread, wanted) = apart(spread, wanted, 2);
+                format!(
+                    "The board was always tipped about the same axis (spread {spread}, at least {wanted})"
+                )
+            },
+            "Tip it in other directions too, 90° apart.",
         ),
         FindingCode::CoverageLow { share, wanted } => (
-            format!(
-                "The boards covered {:.0} % of the picture, want {:.0} %",
-                100.0 * share,
-                100.0 * wanted
-            ),
-            "Hold the board closer, and into the corners of the picture.",
+            {
+                let (share, least) = apart(100.0 * share, 100.0 * wanted, 0);
+                format!("The board covered {share} % of the picture (at least {least} %)")
+            },
+            "Hold the board closer, and reach into the corners of the picture.",
         ),
         FindingCode::PriorUsed { focal_length } => (
             if focal_length {
-                "The views alone do not fix focal length and lens: usual values were assumed".into()
+                "Too few views to measure the focal length and lens. Typical values were used instead".into()
             } else {
-                "The views alone do not fix the lens: usual values were assumed".into()
+                "Too few views to measure the lens. Typical values were used instead".into()
             },
             "Take more tipped views.",
         ),
         FindingCode::LensSimple { model, statistic, limit } => (
             format!(
-                "The lens model {:?} is too simple: a richer one moves the principal point (χ² {statistic:.1}, limit {limit:.1})",
+                "The simple lens model {:?} doesn't fit this lens (χ² {statistic:.1}, limit {limit:.1})",
                 model.code()
             ),
-            "Take more views that fill the picture; check that the board is flat.",
+            "Take more views that fill the picture. Check that the board is flat.",
         ),
         FindingCode::LensFolds { unmapped, of } => (
-            format!("The lens model has no ray for {unmapped} of {of} places in the picture"),
+            format!(
+                "The lens model doesn't cover the whole picture: {unmapped} of {of} places are missing"
+            ),
             "Take views that reach into the corners of the picture.",
         ),
         FindingCode::CheckDisagrees { distance_px, sigmas, limit } => (
             format!(
-                "The independent check puts the principal point {distance_px:.1} px away ({sigmas:.1} sd, limit {limit:.1})"
+                "The independent check disagrees: its principal point is {distance_px:.1} px away ({sigmas:.1} sd, limit {limit:.1})"
             ),
-            "Check that the board is flat and focus and zoom are locked; take the views again.",
+            "Check that the board is flat and that focus and zoom are locked. Then take the views again.",
         ),
         FindingCode::LensContradicts { statistic, limit } => (
             format!(
@@ -106,18 +120,18 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             "If focus or zoom was touched, calibrate without --hold.",
         ),
         FindingCode::CheckMissing => (
-            "There is no independent check of the principal point".into(),
+            "No independent check of the principal point".into(),
             "Take more tipped views in different directions.",
         ),
         FindingCode::ViewsDisagree { ratio, limit } => (
             format!(
-                "Leaving single views out moves the principal point {ratio:.1} times as far as it should (limit {limit:.1})"
+                "Leaving out one view moves the principal point {ratio:.1} times as far as expected (limit {limit:.1})"
             ),
-            "Look at the view with the largest residual; take it again.",
+            "Check the view with the largest residual and retake it.",
         ),
         FindingCode::ViewOdd { view, rms_px, typical_px } => (
-            format!("View {} fits badly: {rms_px:.2} px, others {typical_px:.2} px", called(view)),
-            "Remove it, or take it again.",
+            format!("View {} fits badly: {rms_px:.2} px (others {typical_px:.2} px)", called(view)),
+            "Remove or retake it.",
         ),
         FindingCode::PlOutlier { view, distance_px, sigmas } => (
             format!(
@@ -125,125 +139,135 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
                 called(view),
                 distance_px.abs()
             ),
-            "Show that pose again and remove this view; check that the board is flat.",
+            "Retake that pose and remove this view. Check that the board is flat.",
         ),
         FindingCode::FocusMoved { relative_sd, .. } => (
             format!(
-                "The focal length changes from view to view, by {:.2} % (sd): focus or zoom moved",
+                "The focus or zoom moved: the focal length varies by {:.2} % (sd) between views",
                 100.0 * relative_sd
             ),
-            "The principal point given needs no common focal length and may be used, each view with its own; lock focus and zoom and start again for one lens.",
+            "The principal point is still usable. For one focal length, lock focus and zoom and start over.",
         ),
         FindingCode::FocalVaries { f_px, scatter_px } => (
             format!(
-                "Each view has its own focal length, as asked: {f_px:.1} px on average, {scatter_px:.1} px sd between views"
+                "Each view has a separate focal length, as requested: {f_px:.1} px on average, {scatter_px:.1} px sd between views"
             ),
-            "Use the principal point with each view's own focal length.",
+            "Use the principal point with each view's focal length.",
         ),
         FindingCode::ViewsMixed { odd_views, view, f_ratio, shift_px, .. } => (
             format!(
-                "{odd_views} views, the first of them view {}, are of another camera, mode or size: focal length times {f_ratio:.3}, principal point {shift_px:.1} px away",
+                "{odd_views} views (first: view {}) come from a different camera, mode or size: focal length × {f_ratio:.3}, principal point {shift_px:.1} px away",
                 called(view)
             ),
-            "Calibrate each camera, mode and orientation by itself; switch off automatic rotation, zoom and framing.",
+            "Calibrate each camera, mode and orientation separately. Switch off automatic rotation, zoom and framing.",
         ),
         FindingCode::PixelsNotSquare { aspect, .. } => (
-            format!(
-                "Pixels are {aspect:.4} times as high in focal length as wide: they are not square"
-            ),
-            "If the camera stretches its pictures, calibrate with --set calibration.square_pixels=false; else measure the board both ways.",
+            format!("The pixels aren't square: height to width {aspect:.4}"),
+            "If the camera stretches its pictures, calibrate with --set calibration.square_pixels=false. Otherwise measure the board in both directions.",
         ),
         FindingCode::BoardStretched { aspect, .. } => (
-            format!("The board's squares are {aspect:.4} times as high as wide"),
-            "Measure the board over five squares both ways; print it without \"fit to page\".",
+            format!("The board's squares aren't square: height to width {aspect:.4}"),
+            "Measure five squares in both directions. Print without \"fit to page\".",
         ),
         FindingCode::BoardBent { depth_m, .. } => (
-            format!("The board is not flat, by {:.2} mm", 1000.0 * depth_m),
-            "Mount it on glass, aluminium or thick board, and take the views again.",
+            format!("The board isn't flat: it bends by {:.2} mm", 1000.0 * depth_m),
+            "Mount it on glass, aluminium or thick board. Then take the views again.",
         ),
         FindingCode::RollingShutter { shear_px, .. } => (
             format!(
-                "Each view is sheared its own way, by {shear_px:.1} px from top to bottom: something moved while the picture was read out"
+                "Something moved while the pictures were read out: each view is sheared differently, by {shear_px:.1} px from top to bottom"
             ),
-            "Rest the board and the camera before each view; use more light and a shorter exposure.",
+            "Rest the board and the camera before each view. Use more light and a shorter exposure.",
         ),
         FindingCode::LensOther { .. } => (
-            "The lens has a shape that no model here describes".into(),
-            "Use the result only where the boards were; a fisheye or mirror needs another model.",
+            "No available lens model fits this lens".into(),
+            "Use the result only where the board was. A fisheye or mirror lens needs a different model.",
         ),
         FindingCode::CornersOutside { view, views } => (
             format!(
-                "{views} views, the first of them view {}, have corners outside of the picture",
+                "{views} views (first: view {}) have corners outside the picture",
                 called(view)
             ),
-            "Give the true --image-size; do not mix pictures of different size or orientation.",
+            "Give the true --image-size. Don't mix pictures of different size or orientation.",
         ),
         FindingCode::CornerOdd { view, corner, off_px, times, count } => (
             format!(
-                "Corner {} of view {} lies {off_px:.1} px from where it should, {times:.0} times the usual ({count} such corners)",
+                "Corner {} of view {} is off by {off_px:.1} px, {times:.0} times the typical error ({count} such corners)",
                 corner + 1,
                 called(view)
             ),
-            "Look at that view; remove it, or take it again.",
+            "Check that view. Remove or retake it.",
         ),
         FindingCode::PrincipalPointFar { distance_px, share } => (
             format!(
-                "The principal point lies {distance_px:.0} px from the middle of the picture, {:.0} % of its width",
+                "The principal point is {distance_px:.0} px from the middle of the picture ({:.0} % of its width)",
                 100.0 * share
             ),
-            "Check that the picture's size is right and that the camera does not crop it.",
+            "Check the picture size, and that the camera doesn't crop the picture.",
         ),
         FindingCode::HeldOut { view, rms_px, expected_px } => (
             format!(
-                "The other views do not predict view {}: {rms_px:.2} px, expected {expected_px:.2} px",
+                "The other views don't predict view {}: {rms_px:.2} px (expected {expected_px:.2} px)",
                 called(view)
             ),
-            "Take more views; look at this one.",
+            "Take more views, and check this one.",
         ),
         FindingCode::Mirrored { view } => (
             format!("View {} is a mirror image", called(view)),
-            "Switch mirroring off in the camera or the driver.",
+            "Switch off mirroring in the camera or the driver.",
         ),
         FindingCode::NoiseHigh { noise_px, limit_px } => (
-            format!("Corners err by {noise_px:.2} px, want at most {limit_px:.2} px"),
-            "Focus the lens, hold still, use more light, and a flat board of the stated size.",
+            {
+                let (noise, most) = apart(noise_px, limit_px, 2);
+                format!("Corners are noisy: {noise} px (limit {most} px)")
+            },
+            "Focus the lens, hold still, add light, and use a flat board of the stated size.",
         ),
         FindingCode::NoiseCorrelated { share, length_px, noise_px, residual_px } => (
             format!(
-                "Neighbouring corners err alike: {:.0} % of their error, over some {length_px:.0} px. They err by {noise_px:.2} px, though the residuals show only {residual_px:.2} px; the uncertainty allows for it",
+                "Neighbouring corners share {:.0} % of their error, over about {length_px:.0} px. The true error is {noise_px:.2} px, though residuals show only {residual_px:.2} px. The stated uncertainty allows for it",
                 100.0 * share
             ),
             "Focus the lens, light the board evenly, and mount it flat.",
         ),
         FindingCode::NoiseUnderstated { noise_px, measured_px } => (
             format!(
-                "The fit leaves residuals of {noise_px:.2} px, but the corners of a board held still scatter by {measured_px:.2} px: the uncertainty is understated"
+                "The uncertainty is understated: residuals are {noise_px:.2} px, but corners scatter by {measured_px:.2} px while holding still"
             ),
-            "Hold the board still until a view is taken; take more views.",
+            "Hold the board still until each view is taken. Take more views.",
         ),
         FindingCode::NoiseExceeded { noise_px, measured_px } => (
             format!(
-                "Residuals are {noise_px:.2} px, but the corners of a board held still scatter by only {measured_px:.2} px: the rest is the same in every picture"
+                "Residuals are {noise_px:.2} px, but corners scatter by only {measured_px:.2} px while holding still: the rest is the same in every picture"
             ),
-            "Check that the board is flat and its squares are equal; the uncertainty allows for it.",
+            "Check that the board is flat and its squares are equal. The stated uncertainty allows for it.",
         ),
         FindingCode::PrincipalPointUncertain { sd_px, wanted_px } => (
-            format!("The principal point is known to {sd_px:.1} px, want {wanted_px:.1} px"),
+            {
+                let (sd, most) = apart(sd_px, wanted_px, 1);
+                format!("The principal point is uncertain by {sd} px (limit {most} px)")
+            },
             "Take more views that fill the picture, in opposed pairs.",
         ),
         FindingCode::FocalLengthUncertain { sd_px, wanted_px } => (
-            format!("The focal length is known to {sd_px:.1} px, want {wanted_px:.1} px"),
+            {
+                let (sd, most) = apart(sd_px, wanted_px, 1);
+                format!("The focal length is uncertain by {sd} px (limit {most} px)")
+            },
             "Take more views, tipped by 40 to 50°.",
         ),
         FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px } => (
-            format!(
-                "Projection is known to {mean_px:.2} px on average and {max_px:.2} px at worst, want {wanted_px:.2} px on average"
-            ),
+            {
+                let (mean, most) = apart(mean_px, wanted_px, 2);
+                format!(
+                    "Projection is uncertain by {mean} px on average (limit {most} px) and {max_px:.2} px at worst"
+                )
+            },
             "Take more views that fill the picture.",
         ),
         FindingCode::NotConverged => (
-            "The solver did not reach a minimum".into(),
-            "Look at the views with large residuals; take more views.",
+            "The solver didn't converge".into(),
+            "Check the views with large residuals. Take more views.",
         ),
     }
 }
@@ -251,33 +275,33 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
 /// Why there is no calibration at all, and what to do.
 pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
     match *reason {
-        NotCalibrated::NoViews => ("There is no view of the board".into(), "Show the whole board."),
-        NotCalibrated::NoModels => ("There is no lens model to try".into(), "Name one."),
+        NotCalibrated::NoViews => ("No view of the board".into(), "Show the whole board."),
+        NotCalibrated::NoModels => ("No lens model to try".into(), "Name one."),
         NotCalibrated::NoPicture { width_px, height_px } => {
             (format!("The picture is {width_px}x{height_px}"), "Give the true --image-size.")
         }
         NotCalibrated::CornerCount { view, got, want } => (
             format!("View {} has {got} corners, the board has {want}", view + 1),
-            "Check --board: it counts inner corners, one less than squares each way.",
+            "Check --board: it counts inner corners, one fewer than squares in each direction.",
         ),
         NotCalibrated::CornerValue { view, corner } => (
             format!("Corner {} of view {} is not a number", corner + 1, view + 1),
-            "Mend the corner table.",
+            "Fix the corner table.",
         ),
         NotCalibrated::NoHomography { view } => (
-            format!("The corners of view {} are not those of a flat board", view + 1),
+            format!("The corners of view {} aren't those of a flat board", view + 1),
             "Check the order of the corners: row by row over the board.",
         ),
         NotCalibrated::NoGrid { view } => (
             format!(
-                "The corners of view {} do not run row by row over a board of this size",
+                "The corners of view {} don't run row by row over a board of this size",
                 view + 1
             ),
             "Check --board (columns x rows of inner corners) and the order of the corners.",
         ),
         NotCalibrated::Undetermined { distinct } => (
-            format!("{distinct} different views do not determine the lens"),
-            "Take views with the board tipped 30 to 50° in different directions.",
+            format!("{distinct} different views aren't enough to measure the lens"),
+            "Tip the board by 30 to 50° in different directions.",
         ),
     }
 }

@@ -40,45 +40,40 @@ impl Gauge {
     pub fn tip(self) -> &'static str {
         match self {
             Self::Tilt => "How far the board is tipped away from the camera.",
-            Self::Direction => "How far its direction is from the one asked for.",
+            Self::Direction => "How far the tilt direction is from the target.",
             Self::Size => "How much of the picture's width or height the corners span.",
             Self::Across => {
-                "How far the board's middle is from where it should be, across its principal line: only this deflects the line."
+                "How far the board's middle is from the target, across its principal line. Only this bends the line."
             }
             Self::Still => "How far the corners move while the shutter is open.",
             Self::Sharp => "Width of the blur of the board's edges.",
         }
     }
 
-    /// What was measured and what is wanted, in words; a dash for `None`.
+    /// The measured value and its limits, in words; a dash for `None`.
     pub fn words(self, value: Option<f64>, wanted: (f64, f64)) -> String {
         let (low, high) = wanted;
         let measured = |unit: &dyn Fn(f64) -> String| value.map_or("–".into(), unit);
         match self {
             Self::Tilt => {
-                format!(
-                    "{}, want {}–{}°",
-                    measured(&|v| format!("{}°", deg(v))),
-                    deg(low),
-                    deg(high)
-                )
+                format!("{} ({}–{}°)", measured(&|v| format!("{}°", deg(v))), deg(low), deg(high))
             }
             Self::Direction => format!(
-                "{}, want within {}°",
+                "{} (within {}°)",
                 measured(&|v| format!("{}° off", deg(v.abs()))),
                 deg(high)
             ),
             Self::Size => {
-                format!("{}, want {} or more", measured(&|v| percent(v)), percent(low))
+                format!("{} (at least {})", measured(&|v| percent(v)), percent(low))
             }
             Self::Across => {
-                format!("{}, want within {high:.0} px", measured(&|v| format!("{:.0} px", v.abs())))
+                format!("{} (within {high:.0} px)", measured(&|v| format!("{:.0} px", v.abs())))
             }
             Self::Still => {
-                format!("{}, want at most {high:.2} px", measured(&|v| format!("{v:.2} px")))
+                format!("{} (at most {high:.2} px)", measured(&|v| format!("{v:.2} px")))
             }
             Self::Sharp => {
-                format!("{}, want at most {high:.1} px", measured(&|v| format!("{v:.1} px")))
+                format!("{} (at most {high:.1} px)", measured(&|v| format!("{v:.1} px")))
             }
         }
     }
@@ -89,9 +84,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gauges_say_measured_and_wanted() {
+    fn gauges_give_the_value_and_its_limits() {
         let limits = (30_f64.to_radians(), 55_f64.to_radians());
-        assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22°, want 30–55°");
-        assert_eq!(Gauge::Still.words(None, (0.0, 0.35)), "–, want at most 0.35 px");
+        assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22° (30–55°)");
+        assert_eq!(Gauge::Still.words(None, (0.0, 0.35)), "– (at most 0.35 px)");
     }
 }

@@ -32,116 +32,138 @@ pub use drift::{
 };
 pub use findings::{
     FINDING_WORDS, finding, finding_in_session, is_simulated, not_calibrated, of_source, verdict,
+    verdict_on,
 };
 pub use run::{resuming, views_are_safe};
 pub use target::{does_not_fit, other_square, target_lines, target_steps};
 
 use crate::{
     detection::{Miss, Side},
-    guidance::{Advice, Progress, Refusal, Role, direction_difference_rad},
-    session::{Outcome, Snapshot, ViewNumber},
+    guidance::{Progress, Refusal, Role},
+    session::{Across, Edge, Outcome, Prompt, Snapshot, Upright, ViewNumber},
 };
 
-/// What to do next, in one sentence; `no_board` is why the newest frame shows none.
-pub fn advice(advice: &Advice, no_board: Option<&Miss>) -> String {
-    match *advice {
-        Advice::ShowBoard => no_board.map_or_else(|| miss(&Miss::NoBoard), miss),
-        Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad } => {
-            format!("Tip the {} edge away", edge(wanted_rad))
+/// What to do now: six words at most and no number, so that it's read from afar and at a glance.
+pub fn prompt(prompt: Prompt) -> String {
+    match prompt {
+        Prompt::Complete => "Done!".into(),
+        Prompt::Exhausted => "More views won't help".into(),
+        Prompt::Failed => "The session has stopped".into(),
+        Prompt::CameraLost => "Camera lost. Reconnecting…".into(),
+        Prompt::Frozen => "The picture is frozen".into(),
+        Prompt::LensMoved(control) => {
+            format!("{} changed. Set it back", camera::capital(camera::control(control)))
         }
-        Advice::TipTowards { tilt_azimuth_rad: Some(now_rad), wanted_rad } => {
-            let (now, wanted) = (edge(now_rad), edge(wanted_rad));
-            if now == wanted {
-                let turn_rad = direction_difference_rad(wanted_rad, now_rad);
-                let way = if turn_rad > 0.0 { "clockwise" } else { "counterclockwise" };
-                format!("Tip the {wanted} edge away, {}° more {way}", deg(turn_rad.abs()))
-            } else {
-                format!("Tip the {wanted} edge away, not the {now}")
-            }
+        Prompt::Paused => "Paused".into(),
+        Prompt::SourceEnded => "End of recording".into(),
+        Prompt::Taken => "Got it!".into(),
+        Prompt::ShowBoard => "Show the whole board".into(),
+        Prompt::CutOff(Side::Left) => "Move right: the board's cut off".into(),
+        Prompt::CutOff(Side::Right) => "Move left: the board's cut off".into(),
+        Prompt::CutOff(Side::Top) => "Move down: the board's cut off".into(),
+        Prompt::CutOff(Side::Bottom) => "Move up: the board's cut off".into(),
+        Prompt::Uncover => "Something covers the board".into(),
+        Prompt::Glare => "Too much glare. Tilt the board".into(),
+        Prompt::OtherBoard { .. } => "This is a different board".into(),
+        Prompt::Closer => "Come closer".into(),
+        Prompt::Farther => "Step back a little".into(),
+        Prompt::Blurred => "Blurry. Hold still or refocus".into(),
+        Prompt::Dark => "Too dark. Add light".into(),
+        Prompt::Busy => "Busy background. Try a plain wall".into(),
+        Prompt::Tip(away) => format!("Tip the {} edge away", edge(away)),
+        Prompt::TipInstead(away) => format!("Wrong side: {} edge away", edge(away)),
+        Prompt::TurnTilt { clockwise: true } => "Turn the tilt clockwise".into(),
+        Prompt::TurnTilt { clockwise: false } => "Turn the tilt counterclockwise".into(),
+        Prompt::TipFurther(away) => format!("Tip the {} edge further", edge(away)),
+        Prompt::TipLess => "Tip it back a little".into(),
+        Prompt::TipMore => "Tip the board more".into(),
+        Prompt::Shift(across, upright) => {
+            let across = across.map(|across| match across {
+                Across::Left => "left",
+                Across::Right => "right",
+            });
+            let upright = upright.map(|upright| match upright {
+                Upright::Up => "up",
+                Upright::Down => "down",
+            });
+            let ways: Vec<&str> = across.into_iter().chain(upright).collect();
+            format!("Move {}", ways.join(" and "))
         }
-        Advice::Tilt { tilt_rad, wanted_rad, tilt_azimuth_rad } => {
-            let way = if tilt_rad < wanted_rad { "away" } else { "back" };
-            format!(
-                "Tip the {} edge {way}: {}°, want {}°",
-                edge(tilt_azimuth_rad),
-                deg(tilt_rad),
-                deg(wanted_rad)
-            )
-        }
-        Advice::Distance { span_fraction, wanted } => {
-            let way = if span_fraction < wanted { "Come closer" } else { "Step back" };
-            format!("{way}: board {}, want {}", percent(span_fraction), percent(wanted))
-        }
-        Advice::Shift { right_px, down_px } => {
-            let (x, y) = (right_px.abs().round(), down_px.abs().round());
-            let across = if right_px < 0.0 { "left" } else { "right" };
-            let down = if down_px < 0.0 { "up" } else { "down" };
-            match (x >= 10.0, y >= 10.0) {
-                (true, false) => format!("Move {across}: {x} px"),
-                (false, true) => format!("Move {down}: {y} px"),
-                _ => format!("Move {across} {x} px and {down} {y} px"),
-            }
-        }
-        Advice::HoldStill { .. } => "Hold still".into(),
-        Advice::SteadyTheBoard => "Rest your elbows, or lean the board on something".into(),
-        Advice::Holding { progress } => format!("Hold still: {}", percent(progress)),
-        Advice::Mend { refusal: ref reason } => refusal(reason),
-        Advice::Finished => "Finished".into(),
+        Prompt::ToTheMiddle => "Move the board to the middle".into(),
+        Prompt::OntoTheOutline => "Almost. Move onto the outline".into(),
+        Prompt::FollowTheOutline => "Follow the outline".into(),
+        Prompt::Clearer => "Tip it more, or come closer".into(),
+        Prompt::Contradicts => "Doesn't fit. Is the board flat?".into(),
+        Prompt::HoldStill => "Hold still".into(),
+        Prompt::SteadyTheBoard => "Rest your elbows on something".into(),
+        Prompt::CameraNotReady => "The camera isn't ready".into(),
+        Prompt::OtherSize => "The picture size has changed".into(),
     }
 }
 
-/// Why a view was not taken: what was measured and what is wanted.
+/// Why a view wasn't taken, with the measured value and its limit.
 pub fn refusal(refusal: &Refusal) -> String {
     match *refusal {
         Refusal::NotFound => "No board found".into(),
-        Refusal::NoLine => "The board faces the camera: tip it".into(),
+        Refusal::NoLine => "The board faces the camera. Tip it".into(),
         Refusal::OutsideLens { outside, of } => format!(
-            "{outside} of {of} corners are where the lens isn't known yet: move the board to the middle"
+            "Move the board to the middle: {outside} of {of} corners are beyond the part of the lens measured so far"
         ),
         Refusal::TooFlat { tilt_rad, wanted_rad } => {
-            format!("Tip the board more: {}°, want at least {}°", deg(tilt_rad), deg(wanted_rad))
+            let (tilt, least) = apart(tilt_rad.to_degrees(), wanted_rad.to_degrees(), 0);
+            format!("Tip the board more: {tilt}° (at least {least}°)")
         }
         Refusal::TooSteep { tilt_rad, wanted_rad } => {
-            format!("Tip the board less: {}°, want at most {}°", deg(tilt_rad), deg(wanted_rad))
+            let (tilt, most) = apart(tilt_rad.to_degrees(), wanted_rad.to_degrees(), 0);
+            format!("Tip the board less: {tilt}° (at most {most}°)")
         }
-        Refusal::Unclear { sigma_rad, wanted_rad } => format!(
-            "Its direction is unclear by {:.1}°, want {:.1}°: come closer or tip it more",
-            sigma_rad.to_degrees(),
-            wanted_rad.to_degrees()
-        ),
+        Refusal::Unclear { sigma_rad, wanted_rad } => {
+            let (sigma, most) = apart(sigma_rad.to_degrees(), wanted_rad.to_degrees(), 1);
+            format!(
+                "Tip it more, or come closer: its direction is uncertain by {sigma}° (limit {most}°)"
+            )
+        }
         Refusal::TooFar { span_fraction, wanted } => {
-            let (board, wanted) = (percent(span_fraction), percent(wanted));
-            format!("Come closer: board {board}, want at least {wanted}")
+            let (board, least) = apart(100.0 * span_fraction, 100.0 * wanted, 0);
+            format!("Come closer: the board fills {board} % (at least {least} %)")
         }
-        Refusal::AtTheEdge { margin_px, wanted_px } => format!(
-            "Too close to the picture's edge: {margin_px:.0} px, want {wanted_px:.0} px; step back"
-        ),
-        Refusal::Blurred { blur_px, wanted_px } => format!(
-            "Blurred: {blur_px:.1} px, want at most {wanted_px:.1} px; hold still or focus the lens"
-        ),
-        Refusal::AlreadyCovered { nearest_rad, wanted_rad } => format!(
-            "This direction is there already: {}° from the nearest, want {}°",
-            deg(nearest_rad),
-            deg(wanted_rad)
-        ),
-        Refusal::PartnerOff { offset_px, wanted_px } => format!(
-            "Opposite, but {offset_px:.0} px beside the mirrored place, want at most {wanted_px:.0} px"
-        ),
-        Refusal::TellsLittle { worth, wanted } => format!(
-            "Follow the outline: this view tells {} of what that one would; it needs {} now",
-            percent(worth),
-            percent(wanted)
-        ),
-        Refusal::Inconsistent { sigmas, wanted } => format!(
-            "This view contradicts the others by {sigmas:.1} sd, limit {wanted:.1}: is the board flat, the focus unchanged?"
-        ),
+        Refusal::AtTheEdge { margin_px, wanted_px } => {
+            let (margin, least) = apart(margin_px, wanted_px, 0);
+            format!("Step back: {margin} px from the edge of the picture (at least {least} px)")
+        }
+        Refusal::Blurred { blur_px, wanted_px } => {
+            let (blur, most) = apart(blur_px, wanted_px, 1);
+            format!("Hold still or focus the lens: blurred by {blur} px (limit {most} px)")
+        }
+        Refusal::AlreadyCovered { nearest_rad, wanted_rad } => {
+            let (nearest, least) = apart(nearest_rad.to_degrees(), wanted_rad.to_degrees(), 0);
+            format!("Already have this angle: {nearest}° from the nearest view (at least {least}°)")
+        }
+        Refusal::PartnerOff { offset_px, wanted_px } => {
+            let (offset, most) = apart(offset_px, wanted_px, 0);
+            format!("Move onto the outline: {offset} px off (limit {most} px)")
+        }
+        Refusal::TellsLittle { worth, wanted } => {
+            let (worth, least) = apart(100.0 * worth, 100.0 * wanted, 0);
+            format!(
+                "Follow the outline: this view is worth {worth} % of that one (at least {least} %)"
+            )
+        }
+        Refusal::Inconsistent { sigmas, wanted } => {
+            let (sigmas, most) = apart(sigmas, wanted, 1);
+            format!(
+                "This view doesn't fit the others: off by {sigmas} sd (limit {most}). Is the board flat? Did the focus move?"
+            )
+        }
         Refusal::Moving { smear_px: Some(smear_px), wanted_smear_px: Some(wanted_px), .. }
             if smear_px > wanted_px =>
         {
-            format!("Hold still: smeared by {smear_px:.1} px, limit {wanted_px:.1} px")
+            let (smear, most) = apart(smear_px, wanted_px, 1);
+            format!("Hold still: smeared by {smear} px (limit {most} px)")
         }
         Refusal::Moving { speed_px_per_s: Some(speed_px_per_s), wanted_px_per_s, .. } => {
-            format!("Hold still: {speed_px_per_s:.0} px/s, limit {wanted_px_per_s:.0} px/s")
+            let (speed, most) = apart(speed_px_per_s, wanted_px_per_s, 0);
+            format!("Hold still: {speed} px/s (limit {most} px/s)")
         }
         Refusal::Moving { speed_px_per_s: None, .. } => "Hold still".into(),
         Refusal::Holding { progress } => format!("Hold still: {}", percent(progress)),
@@ -149,47 +171,48 @@ pub fn refusal(refusal: &Refusal) -> String {
             "This picture is {}x{}, the session's are {}x{}",
             size_px.0, size_px.1, wanted_px.0, wanted_px.1
         ),
-        Refusal::CameraNotReady => "The camera is not ready".into(),
-        Refusal::NotCollecting => "Not taking views now".into(),
+        Refusal::CameraNotReady => "The camera isn't ready".into(),
+        Refusal::NotCollecting => "No views are being taken now".into(),
     }
 }
 
-/// Why no board was found, with what to do.
+/// Why no board was found, with what to do and the measured value.
 pub fn miss(miss: &Miss) -> String {
     match *miss {
         Miss::NoBoard => "Show the whole board".into(),
         Miss::PartialBoard { found, wanted, cut_off_by: Some(side) } => {
-            let side = match side {
-                Side::Left => "left",
-                Side::Right => "right",
-                Side::Top => "top",
-                Side::Bottom => "bottom",
+            let way = match side {
+                Side::Left => "right",
+                Side::Right => "left",
+                Side::Top => "down",
+                Side::Bottom => "up",
             };
             format!(
-                "The {side} edge of the picture cuts the board off: {found} of {wanted} corners"
+                "Move {way}: part of the board is out of view, {found} of {wanted} corners found"
             )
         }
         Miss::PartialBoard { found, wanted, cut_off_by: None } => {
-            format!("Some corners are hidden: {found} of {wanted} found")
+            format!("Something covers the board: {found} of {wanted} corners found")
         }
         Miss::Glare { found, wanted } => format!(
-            "Light blinds the camera on the board: {found} of {wanted} corners; turn it out of the reflection"
+            "Too much glare: {found} of {wanted} corners found. Tilt the board away from the light"
         ),
         Miss::OtherBoard { columns, rows } => format!(
-            "I see a board of {columns}x{rows} inner corners, not the one you named: try --board {columns}x{rows}"
+            "Different board: it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}"
         ),
         Miss::TooSmall { square_px, needed_px } => {
-            format!("Come closer: squares of {square_px:.0} px, want {needed_px:.0} px")
+            let (square, least) = apart(square_px, needed_px, 0);
+            format!("Come closer: squares of {square} px (at least {least} px)")
         }
-        Miss::Blurred { blur_px, limit_px } => format!(
-            "Too blurred to measure: {blur_px:.1} px, want at most {limit_px:.1} px; hold still or focus the lens"
-        ),
+        Miss::Blurred { blur_px, limit_px } => {
+            let (blur, most) = apart(blur_px, limit_px, 1);
+            format!("Hold still or focus the lens: blurred by {blur} px (limit {most} px)")
+        }
         Miss::LowContrast { contrast, needed } => {
-            format!("Too little contrast: {contrast:.0} grey levels, want {needed:.0}; more light")
+            let (contrast, least) = apart(contrast, needed, 0);
+            format!("Too dark. Add light: {contrast} grey levels of contrast (at least {least})")
         }
-        Miss::OutOfTime => {
-            "The picture is too busy to search in time: a plainer background helps".into()
-        }
+        Miss::OutOfTime => "Background too busy. Use a plain wall".into(),
     }
 }
 
@@ -214,7 +237,8 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
                 String::new(),
                 |summary| {
                     let tilt = summary.tilt_rad.map_or("?".into(), deg);
-                    format!(", {} edge away, tilt {tilt}°", edge(summary.tilt_azimuth_rad))
+                    let away = edge(Edge::towards(summary.tilt_azimuth_rad));
+                    format!(", {away} edge away, tilt {tilt}°")
                 },
             );
             Some(format!("Taken: {}, {what}{slot}", view_name(view)))
@@ -229,19 +253,25 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
 pub fn progress(progress: Progress) -> &'static str {
     match progress {
         Progress::Collecting => "The session ended before the plan was complete",
-        Progress::Complete => "The plan is complete",
+        Progress::Complete => "Done: the plan is complete",
         Progress::Exhausted => {
-            "No further view would help, and the wanted precision is not reached"
+            "More views won't help, and the goal isn't reached: check the focus and the board"
         }
     }
 }
 
-/// The edge of the board that points towards `direction_rad` in the picture, in words.
-fn edge(direction_rad: f64) -> &'static str {
-    const EDGES: [&str; 8] =
-        ["right", "bottom right", "bottom", "bottom left", "left", "top left", "top", "top right"];
-    let eighth = (direction_rad / std::f64::consts::FRAC_PI_4).round().rem_euclid(8.0);
-    EDGES[eighth as usize % EDGES.len()]
+/// An edge of the board, in words.
+fn edge(edge: Edge) -> &'static str {
+    match edge {
+        Edge::Right => "right",
+        Edge::BottomRight => "bottom right",
+        Edge::Bottom => "bottom",
+        Edge::BottomLeft => "bottom left",
+        Edge::Left => "left",
+        Edge::TopLeft => "top left",
+        Edge::Top => "top",
+        Edge::TopRight => "top right",
+    }
 }
 
 fn deg(angle_rad: f64) -> String {
@@ -252,41 +282,80 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
+/// A measured value and its limit with `places` decimals, or with as many more, up to three, as tell them apart.
+fn apart(measured: f64, limit: f64, places: usize) -> (String, String) {
+    let both = |places: usize| (format!("{measured:.places$}"), format!("{limit:.places$}"));
+    (places..places + 3)
+        .map(both)
+        .find(|(measured, limit)| measured != limit)
+        .unwrap_or_else(|| both(places + 3))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Control;
 
     #[test]
-    fn edges_go_clockwise_from_the_right() {
-        assert_eq!(edge(0.0), "right");
-        assert_eq!(edge(90_f64.to_radians()), "bottom");
-        assert_eq!(edge(-0.1), "right");
-        assert_eq!(edge(359_f64.to_radians()), "right");
-        assert_eq!(edge(315_f64.to_radians()), "top right");
+    fn a_prompt_has_six_words_at_most_and_no_number() {
+        let edges = [Edge::Right, Edge::BottomLeft, Edge::TopRight];
+        let shifts = [
+            Prompt::Shift(Some(Across::Left), Some(Upright::Down)),
+            Prompt::Shift(Some(Across::Right), None),
+            Prompt::Shift(None, Some(Upright::Up)),
+        ];
+        let all = edges
+            .into_iter()
+            .flat_map(|edge| {
+                [Prompt::Tip(edge), Prompt::TipInstead(edge), Prompt::TipFurther(edge)]
+            })
+            .chain(shifts)
+            .chain([Side::Left, Side::Right, Side::Top, Side::Bottom].map(Prompt::CutOff))
+            .chain([true, false].map(|clockwise| Prompt::TurnTilt { clockwise }))
+            .chain(Control::ALL.map(Prompt::LensMoved))
+            .chain([
+                Prompt::Complete,
+                Prompt::Exhausted,
+                Prompt::Failed,
+                Prompt::CameraLost,
+                Prompt::Frozen,
+                Prompt::Paused,
+                Prompt::SourceEnded,
+                Prompt::Taken,
+                Prompt::ShowBoard,
+                Prompt::Uncover,
+                Prompt::Glare,
+                Prompt::OtherBoard { columns: 7, rows: 5 },
+                Prompt::Closer,
+                Prompt::Farther,
+                Prompt::Blurred,
+                Prompt::Dark,
+                Prompt::Busy,
+                Prompt::TipLess,
+                Prompt::TipMore,
+                Prompt::ToTheMiddle,
+                Prompt::OntoTheOutline,
+                Prompt::FollowTheOutline,
+                Prompt::Clearer,
+                Prompt::Contradicts,
+                Prompt::HoldStill,
+                Prompt::SteadyTheBoard,
+                Prompt::CameraNotReady,
+                Prompt::OtherSize,
+            ]);
+        for asked in all {
+            let words = prompt(asked);
+            assert!(words.split_whitespace().count() <= 6, "{words}");
+            assert!(!words.contains(|c: char| c.is_ascii_digit()), "{words}");
+        }
     }
 
     #[test]
-    fn nobody_is_told_to_tip_an_edge_and_not_to() {
-        let off = |from: f64, to: f64| Advice::TipTowards {
-            tilt_azimuth_rad: Some(from.to_radians()),
-            wanted_rad: to.to_radians(),
-        };
-        assert_eq!(advice(&off(0.0, 180.0), None), "Tip the left edge away, not the right");
-        let clockwise = "Tip the bottom left edge away, 18° more clockwise";
-        assert_eq!(advice(&off(120.0, 138.0), None), clockwise);
-        let back = "Tip the right edge away, 20° more counterclockwise";
-        assert_eq!(advice(&off(5.0, 345.0), None), back);
-    }
-
-    #[test]
-    fn sentences_say_measured_and_wanted() {
-        let tilt = Advice::Tilt {
-            tilt_rad: 22_f64.to_radians(),
-            wanted_rad: 40_f64.to_radians(),
-            tilt_azimuth_rad: 270_f64.to_radians(),
-        };
-        assert_eq!(advice(&tilt, None), "Tip the top edge away: 22°, want 40°");
-        let far = Advice::Distance { span_fraction: 0.38, wanted: 0.65 };
-        assert_eq!(advice(&far, None), "Come closer: board 38 %, want 65 %");
+    fn a_value_never_reads_like_the_limit_that_it_misses() {
+        assert_eq!(apart(39.7, 40.0, 0), ("39.7".into(), "40.0".into()));
+        assert_eq!(apart(22.0, 40.0, 0), ("22".into(), "40".into()));
+        assert_eq!(apart(2.004, 2.0, 1), ("2.004".into(), "2.000".into()));
+        let far = Refusal::TooFar { span_fraction: 0.497, wanted: 0.5 };
+        assert_eq!(refusal(&far), "Come closer: the board fills 49.7 % (at least 50.0 %)");
     }
 }

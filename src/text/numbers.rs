@@ -14,12 +14,12 @@ pub fn principal_point(snapshot: &Snapshot) -> String {
             let [_, _, sd_x, sd_y, ..] = calibration.sd();
             format!("{x:.1} ± {}, {y:.1} ± {} px", small(sd_x), small(sd_y))
         }
-        None => "not known yet".into(),
+        None => "unknown yet".into(),
     }
 }
 
 /// A standard deviation to two significant digits at most.
-fn small(sd: f64) -> String {
+pub(super) fn small(sd: f64) -> String {
     if sd < 0.095 { format!("{sd:.2}") } else { format!("{sd:.1}") }
 }
 
@@ -30,20 +30,21 @@ pub fn focal_length(snapshot: &Snapshot) -> String {
             let (f_px, sd_px) = (calibration.camera.f_px.x, calibration.sd()[0]);
             format!("{f_px:.1} ± {} px", small(sd_px))
         }
-        None => "not known yet".into(),
+        None => "unknown yet".into(),
     }
 }
 
-/// Number of views and the forecast: "5, about 3 to go".
+/// Number of views and the forecast: "3 taken, about 3 more".
 pub fn views(snapshot: &Snapshot) -> String {
     let views = snapshot.views.len();
     match snapshot.views_to_go {
-        Some(to_go) => format!("{views}, about {to_go} to go"),
-        None => format!("{views}"),
+        Some(0) | None => format!("{views} taken"),
+        Some(more) => format!("{views} taken, about {more} more"),
     }
 }
 
-/// Precision reached and wanted; `None` without a calibration.
+/// Accuracy of the principal point, or the error bound of a goal, with what is to be reached; `None` without a
+/// calibration.
 pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
     if let Some(judged) = &calibration.acceptance {
@@ -53,15 +54,27 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let guidance = &snapshot.setup.guidance;
     let size = snapshot.setup.image_size;
     let f_to_width = calibration.camera.f_px.x / f64::from(size.width_px.max(size.height_px));
-    let reached = sd[2].max(sd[3]);
-    let (reached, over_all) = (small(reached), small(calibration.projection_sd.mean_px));
+    let reached = small(sd[2].max(sd[3]));
     Some(match guidance.plan {
-        Plan::Adaptive => format!(
-            "{reached} of {:.1} px, all {over_all} of {:.1} px",
-            guidance.pp_goal_px(f_to_width),
-            guidance.stop_projection_sigma_px
-        ),
-        Plan::Quick | Plan::Full => format!("{reached} px, all {over_all} px"),
+        Plan::Adaptive => format!("{reached} px (goal {:.1} px)", guidance.pp_goal_px(f_to_width)),
+        Plan::Quick | Plan::Full => format!("{reached} px"),
+    })
+}
+
+/// Accuracy of projection over the whole picture, with what is to be reached; `None` without a calibration, and where
+/// a goal takes its place.
+pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
+    let calibration = snapshot.calibration.as_ref()?;
+    if calibration.acceptance.is_some() {
+        return None;
+    }
+    let guidance = &snapshot.setup.guidance;
+    let reached = small(calibration.projection_sd.mean_px);
+    Some(match guidance.plan {
+        Plan::Adaptive => {
+            format!("{reached} px (goal {:.1} px)", guidance.stop_projection_sigma_px)
+        }
+        Plan::Quick | Plan::Full => format!("{reached} px"),
     })
 }
 
@@ -98,38 +111,39 @@ pub fn coverage(snapshot: &Snapshot) -> String {
 }
 
 /// Labels and tooltips of the numbers beside the picture.
-pub const NUMBERS: [(&str, &str); 9] = [
+pub const NUMBERS: [(&str, &str); 10] = [
     (
-        "PP",
+        "Centre",
         "Principal point: where the optical axis meets the picture, with one standard deviation.",
     ),
-    ("f", "Focal length with one standard deviation, from all views together."),
+    ("Focal length", "Focal length from all views, with one standard deviation."),
     (
-        "sd",
-        "Standard deviation of the principal point on its worse axis, and of projection over the whole picture; and what is wanted. With a goal (--accept), the 95 % bound of its error instead.",
+        "Accuracy",
+        "Standard deviation of the principal point on its worse axis. With --accept: the 95 % error bound.",
     ),
-    ("Views", "Taken so far, and the forecast of how many it will take."),
+    ("Over picture", "Standard deviation of projection over the whole picture."),
+    ("Views", "Views taken so far, and how many more are likely needed."),
     (
-        "Pair",
-        "How far the newest opposed pair's lines pass the principal point on average: 0 if what the lens does to them cancels.",
+        "Pair balance",
+        "How far the newest opposed pair's lines miss the principal point on average. 0 if the lens errors cancel.",
     ),
-    ("Area", "Share of the picture in which a board has stood."),
+    ("Covered", "Share of the picture covered by the board so far."),
     (
-        "f here",
-        "Focal length from the newest accepted view alone: a jump says that focus or zoom moved.",
+        "This view",
+        "Focal length from the newest view alone. A jump means that focus or zoom moved.",
     ),
     (
-        "Unseen",
-        "How well the views before the newest pair predicted it: root mean square distance of its corners.",
+        "Prediction",
+        "How well the earlier views predicted the newest pair (RMS distance of its corners).",
     ),
-    ("Noise", "Error of a corner from picture to picture, measured while the board was held."),
+    ("Noise", "Corner error from picture to picture, measured while the board was held."),
 ];
 
 /// Focal length of the newest view alone.
 pub fn newest_focal(views: &[ViewSummary]) -> String {
     match views.iter().rev().find_map(|view| view.focal) {
         Some(focal) => format!("{:.0} ± {:.0} px", focal.f_px, focal.sigma_px),
-        None => "not known yet".into(),
+        None => "unknown yet".into(),
     }
 }
 

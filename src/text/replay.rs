@@ -13,7 +13,7 @@ pub fn why(snapshot: &Snapshot) -> String {
         Outcome::Refused { refusal } => {
             format!("Not taken: {}", super::window::refused(refusal, snapshot.live.as_deref()))
         }
-        Outcome::Noted => "Nothing changed for the views: a command, or the camera's words".into(),
+        Outcome::Noted => "Not a frame: a command or a camera event".into(),
         outcome => super::outcome(outcome, snapshot).unwrap_or_default(),
     }
 }
@@ -27,32 +27,33 @@ pub fn place(step: usize, steps: usize, frame: Option<u64>, secs: f64) -> String
 }
 
 /// The decision is not the recorded one.
-pub const DIFFERS: &str = "The recording decided differently here";
+pub const DIFFERS: &str = "The recording has a different decision here";
 /// No picture of this frame was stored.
-pub const NO_PICTURE: &str = "The picture of this frame was not stored; its corners were";
+pub const NO_PICTURE: &str = "This frame was recorded without its picture";
 /// The slider.
 pub const SCRUBBER: &str = "Decision";
 /// What the strip shows.
-pub const STRIP: &str = "All decisions: green taken, amber good and being held, grey not taken, red different from the recording";
+pub const STRIP: &str =
+    "All decisions: green taken, amber held, grey not taken, red different from the recording";
 
 /// Heading where no recording is open.
 pub const PICK: &str = "Open a recording";
 /// Before the field for its folder.
 pub const FOLDER: &str = "Folder:";
 /// See [`FOLDER`].
-pub const FOLDER_TIP: &str = "A session's folder: type its path, choose a session below, or drop the folder onto the window. Nothing in it is changed.";
+pub const FOLDER_TIP: &str = "Type the path of a session folder, choose one below, or drop it onto the window. Opens read-only.";
 /// The button that opens it.
 pub const OPEN: &str = "Open";
 /// Heading of the list.
 pub const RECENT: &str = "Sessions";
 /// If there are none.
-pub const NO_RECORDINGS: &str = "There are no recorded sessions yet.";
+pub const NO_RECORDINGS: &str = "No recorded sessions yet. Each session you finish appears here.";
 /// Back to the list.
-pub const ANOTHER: &str = "Another recording";
+pub const ANOTHER: &str = "Open another";
 /// See [`ANOTHER`].
-pub const ANOTHER_TIP: &str = "Close this recording and choose another one.";
+pub const ANOTHER_TIP: &str = "Close this recording and choose another.";
 /// It could not be opened and nobody knows why.
-pub const NOT_OPENED: &str = "The recording could not be opened";
+pub const NOT_OPENED: &str = "The recording couldn't be opened";
 
 /// While it is being opened.
 pub fn opening(folder: &Path) -> String {
@@ -71,34 +72,33 @@ pub fn recording(created: &str, source: &str, size: ImageSize) -> String {
 }
 
 /// The last journal line was cut.
-pub const CUT: &str =
-    "The last line was cut before anything in it was shown as done. It is left out.";
+pub const CUT: &str = "The last entry was incomplete (never shown as saved) and was dropped.";
 
 /// This build would have accepted other views than the recorded ones.
 pub fn restored(views: usize) -> String {
     let views = if views == 1 {
-        "its 1 view stands".to_owned()
+        "its 1 view is kept".to_owned()
     } else {
-        format!("its {views} views stand")
+        format!("its {views} views are kept")
     };
     format!(
-        "Another version decided this session: {views} as recorded, though this version would decide differently."
+        "Recorded by another version: {views} as recorded, though this version would decide differently."
     )
 }
 
 /// The rules of guidance have changed since the recording was made.
-pub const EARLIER_RULES: &str = "Recorded under earlier rules, so this version decides many pictures differently: stillness is now judged by the smear during the exposure instead of speed (still_widths_per_sec), a hold fades instead of starting over (hold_secs), a small board counts for little instead of being refused (min_fill), and any open direction is taken, not only the one asked for.";
+pub const EARLIER_RULES: &str = "Recorded under earlier rules, so many decisions differ: stillness is now judged by smear during the exposure instead of speed (still_widths_per_sec), a hold decays instead of restarting (hold_secs), a small board counts for little instead of being refused (min_fill), and any open direction is taken, not only the requested one.";
 
 /// A control: label, key, what it does.
 pub type Step = (&'static str, &'static str, &'static str);
 
 /// To the decision before.
-pub const BACK: Step = ("Back", "Left", "One decision back.");
+pub const BACK: Step = ("Back", "Left", "Previous decision.");
 /// To the next decision.
-pub const ON: Step = ("On", "Right", "One decision on.");
+pub const ON: Step = ("Next", "Right", "Next decision.");
 /// To the view taken before.
-pub const VIEW_BACK: Step = ("View before", "PageUp", "Back to the view taken before.");
+pub const VIEW_BACK: Step = ("Previous view", "PageUp", "Previous view taken.");
 /// To the next view taken.
-pub const VIEW_ON: Step = ("Next view", "PageDown", "On to the next view taken.");
+pub const VIEW_ON: Step = ("Next view", "PageDown", "Next view taken.");
 /// Play or stop.
-pub const PLAY: Step = ("Play", "Space", "Play at the speed of the recording, or stop.");
+pub const PLAY: Step = ("Play", "Space", "Play at recorded speed, or pause.");

@@ -70,8 +70,8 @@ impl Section {
             Self::Numbers => "Numbers",
             Self::Findings => "Findings",
             Self::Fan => "Principal lines",
-            Self::Estimates => "Principal point by every method",
-            Self::EstimatesNear => "Those that model the lens",
+            Self::Estimates => "Principal point by method",
+            Self::EstimatesNear => "Methods that model the lens",
             Self::Skip => "Estimates with n views left out",
             Self::Projection => "Projection uncertainty",
             Self::Lens => "Distortion",
@@ -79,8 +79,8 @@ impl Section {
             Self::Residuals => "Residuals",
             Self::Views => "Views",
             Self::Drift => "Drift",
-            Self::Refused => "What was refused, and why",
-            Self::Provenance => "Versions, and how to repeat it",
+            Self::Refused => "Pictures not used, and why",
+            Self::Provenance => "Versions and how to repeat",
         }
     }
 }
@@ -90,13 +90,13 @@ pub fn title(name: &str) -> String {
     format!("Calibration report: {name}")
 }
 
-/// The verdict in words, from its stable name; what is unknown is not to be trusted.
-pub fn verdict(code: &str) -> &'static str {
+/// The verdict in words, from its stable name; an unknown one isn't to be trusted. See [`super::verdict`].
+pub fn verdict(code: &str, unfinished: bool) -> &'static str {
     let known = [Verdict::Good, Verdict::Care].into_iter().find(|verdict| verdict.code() == code);
-    super::verdict(known.unwrap_or(Verdict::Untrustworthy))
+    super::verdict(known.unwrap_or(Verdict::Untrustworthy), unfinished)
 }
 
-/// A sign that stands for a calibration's or a check's verdict, told apart by its shape.
+/// The sign of a calibration's or a check's verdict, recognisable by its shape.
 pub fn verdict_sign(code: &str) -> &'static str {
     match code {
         "good" | "ok" => "✓",
@@ -107,12 +107,15 @@ pub fn verdict_sign(code: &str) -> &'static str {
 }
 
 /// The calibration's verdict on the page of a check.
-pub fn by_themselves(code: &str) -> String {
-    format!("The check's own views as a calibration: {}", verdict(code))
+pub fn by_themselves(code: &str, unfinished: bool) -> String {
+    format!("The check's views, taken as a calibration: {}", verdict(code, unfinished))
 }
 
-/// What to do with a calibration that nothing speaks against.
-pub const USE_IT: &str = "Use it. Keep focus, zoom and picture size as they are, and keep this calibration to check the camera against later.";
+/// What to do with a good calibration.
+pub const USE_IT: &str = "Use it. Don't change focus, zoom or picture size. Keep the file to check the camera against it later.";
+
+/// Above the verdict on a simulated camera.
+pub const SIMULATED: &str = "SIMULATED CAMERA: not a calibration of any real camera";
 
 /// Before the next action.
 pub const NEXT: &str = "Next:";
@@ -121,38 +124,39 @@ pub const NEXT: &str = "Next:";
 pub const GOAL: &str = "Goal:";
 
 /// Where there is no calibration.
-pub const NO_CALIBRATION: &str = "There is no calibration to show.";
+pub const NO_CALIBRATION: &str = "No calibration yet.";
 
 /// Where the corners would be needed.
-pub const NEEDS_CORNERS: &str = "Not shown: this file does not hold the corners. The report of the session, or `calibrate --report`, has them.";
+pub const NEEDS_CORNERS: &str =
+    "Not shown: this file has no corners. The session report and `calibrate --report` have them.";
 
 /// Where the covariance would be needed.
-pub const NEEDS_COVARIANCE: &str = "Its uncertainty is not in this file.";
+pub const NEEDS_COVARIANCE: &str = "This file has no uncertainty.";
 
 /// Where there are too few lines or views for a drawing.
-pub const TOO_FEW: &str = "Not shown: there are too few views for it.";
+pub const TOO_FEW: &str = "Not shown: too few views.";
 
 /// Where nothing was found.
-pub const NO_FINDINGS: &str = "None of the checks found anything.";
+pub const NO_FINDINGS: &str = "All checks passed.";
 
 /// Where nothing was refused.
-pub const NOTHING_REFUSED: &str = "Nothing was refused.";
+pub const NOTHING_REFUSED: &str = "Every picture was used.";
 
 /// Below the first reasons.
 pub fn more_reasons(count: usize) -> String {
-    format!("And {count} more; on a screen all of them open below.")
+    format!("And {count} more. On screen, open the full list below.")
 }
 
 /// What opens the list of everything that was refused.
-pub const ALL_REFUSED: &str = "Everything that was refused";
+pub const ALL_REFUSED: &str = "All pictures not used";
 
 /// Below a command that does not fit on paper.
-pub const CUT_ON_PAPER: &str = "(On paper it is cut; the file has it whole.)";
+pub const CUT_ON_PAPER: &str = "(Shortened on paper; complete in the file.)";
 
 /// Severity in a word.
 pub fn severity(code: &str) -> &'static str {
     match code {
-        "info" => "good to know",
+        "info" => "note",
         "care" => "care",
         _ => "bad",
     }
@@ -177,28 +181,28 @@ pub const THE_RESULT: &str = "the result";
 pub const METHOD_COLUMNS: [&str; 4] = ["method", "x px", "y px", "from the result px"];
 
 /// Below the fan.
-pub const FAN_NOTE: &str = "Each view's line as seen in the picture, numbered; opposed views share a dash. They meet in the principal point (cross; ellipse 2 sd) as far as the lens does not bend them.";
+pub const FAN_NOTE: &str = "Each view's line as seen in the picture, numbered; opposed views share a dash pattern. They meet in the principal point (cross; ellipse 2 sd), except as far as the lens bends them.";
 
 /// Below the estimates.
-pub const ESTIMATES_NOTE: &str = "Ellipses hold 2 sd. Principal lines are of the corners as seen: distortion pulls them towards the middle of the boards.";
+pub const ESTIMATES_NOTE: &str = "Ellipses: 2 sd. Principal lines come from raw corners: distortion pulls them towards the middle of the boards, as expected.";
 
 /// Below the estimates of the methods that model the lens.
-pub const ESTIMATES_NEAR_NOTE: &str = "The free homographies need no common focal length: the independent check of the bundle adjustment.";
+pub const ESTIMATES_NEAR_NOTE: &str = "Free homographies assume no common focal length. They're the independent check of the bundle adjustment.";
 
 /// Below the cloud.
-pub const SKIP_NOTE: &str = "Every n views that follow each other in direction left out, once from each view on. The scatter says how much the result hangs on single views. It is stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
+pub const SKIP_NOTE: &str = "n neighbouring views removed, starting at each view in turn. The scatter shows how much the result depends on single views. It measures stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
 
 /// Where each view has its own focal length.
 pub const SKIP_NO_BUNDLE: &str =
-    "Each view has its own focal length, so there is no bundle adjustment to repeat.";
+    "Each view has a separate focal length, so there's no bundle adjustment to repeat.";
 
 /// Where the corners would be needed to adjust them again.
 pub const SKIP_NEEDS_CORNERS: &str =
-    "Bundle adjustment needs the corners, which this file does not hold.";
+    "Bundle adjustment needs the corners, which this file doesn't have.";
 
 /// Where there were more views than starts.
 pub fn skip_starts(starts: usize, views: usize) -> String {
-    format!("Bundle adjustment: from {starts} of the {views} views on.")
+    format!("Bundle adjustment: starting at {starts} of the {views} views.")
 }
 
 /// Above the table of estimates with views left out.
@@ -209,23 +213,23 @@ pub const SKIP_COLUMNS: [&str; 3] = ["estimates", "centroid x, y px", "sd x, y p
 
 /// Below the map.
 pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
-    let places = if hatched { " Hatched: the lens model has no ray there." } else { "" };
+    let places = if hatched { " Hatched: not covered by the lens model." } else { "" };
     format!(
-        "Standard deviation in px of where a ray is seen, a turn of the camera set aside: {mean_px} px on average, {max_px} px at worst; darker is less certain.{places}"
+        "Uncertainty (1 sd, px) of a projected point, ignoring camera rotation: {mean_px} px on average, {max_px} px at worst. Darker is less certain.{places}"
     )
 }
 
 /// Below the distortion curve.
-pub const LENS_NOTE: &str = "How far the lens moves a point outwards, against its distance from the principal point; the band holds 2 sd. Beyond the dotted line no board has been.";
+pub const LENS_NOTE: &str = "Radial distortion vs. distance from the principal point; band: 2 sd. Right of the dotted line is extrapolated.";
 
 /// Tangential distortion at the farthest corner.
 pub fn tangential(shift_px: &str) -> String {
-    format!("Tangential distortion moves points by up to {shift_px} px more.")
+    format!("Tangential distortion adds up to {shift_px} px.")
 }
 
 /// Below the map of outlines.
 pub const COVERAGE_NOTE: &str =
-    "Outlines of the boards' inner corners. Hatched: no board has been there.";
+    "Outlines of the boards' inner corners. Hatched: not covered by any board.";
 
 /// Share of the picture that was covered.
 pub fn covered(percent: &str) -> String {
@@ -236,7 +240,7 @@ pub fn covered(percent: &str) -> String {
 pub fn residuals_note(times: &str, shown: usize, of: usize) -> String {
     let which =
         if shown < of { format!("{shown} of {of} corners") } else { format!("{of} corners") };
-    format!("Measured less predicted, {times} times as long as they are; {which}.")
+    format!("Measured minus predicted, enlarged {times}×; {which}.")
 }
 
 /// Below the views.
@@ -244,12 +248,12 @@ pub fn views_note(shown: usize, of: usize) -> String {
     let more =
         if shown < of { format!(" The first {shown} of {of} are shown.") } else { String::new() };
     format!(
-        "Number; tilt, to the direction in which the board recedes (0° is right, 90° down); focal length from this view alone; residual. Bold line: its principal line.{more}"
+        "Number; tilt and its direction (0° is right, 90° down); focal length from this view alone; residual. Bold line: principal line.{more}"
     )
 }
 
 /// Where views have no picture.
-pub const NO_PICTURES: &str = "Pictures are not at hand: the boards' outlines are shown.";
+pub const NO_PICTURES: &str = "Pictures not available: showing the boards' outlines.";
 
 /// Columns of the table of views.
 pub const VIEW_COLUMNS: [&str; 7] =
@@ -259,7 +263,7 @@ pub const VIEW_COLUMNS: [&str; 7] =
 pub const VIEW_TABLE: &str = "All views as a table";
 
 /// Where no changes of the camera are recorded.
-pub const NO_CHANGES: &str = "No change was recorded while the views were taken.";
+pub const NO_CHANGES: &str = "No changes while the views were taken.";
 
 /// Names of rows and axes.
 #[expect(missing_docs, reason = "the words say it")]
@@ -274,15 +278,15 @@ pub mod name {
     pub const PRINCIPAL_POINT: &str = "Principal point x, y";
     pub const FOCAL_LENGTH: &str = "Focal length";
     pub const FOCAL_LENGTHS: &str = "Focal lengths x, y";
-    pub const FOCAL_MEAN: &str = "Focal length, mean of the views' own";
-    pub const FOCAL_SCATTER: &str = "Its sd from view to view";
+    pub const FOCAL_MEAN: &str = "Focal length, mean of all views";
+    pub const FOCAL_SCATTER: &str = "Its sd between views";
     pub const LENS_MODEL: &str = "Lens model";
     pub const PROJECTION: &str = "Projection sd, mean and max";
-    pub const NOISE: &str = "Error of a corner";
-    pub const NOISE_FLOOR: &str = "The same, measured on a board held still";
+    pub const NOISE: &str = "Corner error";
+    pub const NOISE_FLOOR: &str = "Corner error, measured while holding still";
     pub const COVERAGE: &str = "Coverage";
     pub const VIEWS: &str = "Views used";
-    pub const RMS: &str = "Reprojection RMS (no measure of quality)";
+    pub const RMS: &str = "Reprojection error (RMS). Not a quality measure alone.";
     pub const SKIPPED: &str = "n";
     pub const RADIUS: &str = "distance from the principal point (px)";
     pub const SHIFT: &str = "outwards (px)";
@@ -314,9 +318,9 @@ pub mod drift {
     pub const OLD: &str = "Old calibration";
     pub const CHANGE_F: &str = "Change of focal length";
     pub const CHANGE_PP: &str = "Change of principal point x, y";
-    pub const SMALLEST_F: &str = "Smallest change of focal length that would have been seen";
-    pub const SMALLEST_PP: &str = "Smallest change of principal point that would have been seen";
-    pub const NOTE: &str = "Change of the principal point against the old calibration (0, 0); ellipse 2 sd, dotted circle the smallest change that would have been seen.";
+    pub const SMALLEST_F: &str = "Smallest detectable change of focal length";
+    pub const SMALLEST_PP: &str = "Smallest detectable change of principal point";
+    pub const NOTE: &str = "Change of the principal point from the old calibration (0, 0). Ellipse: 2 sd. Dotted circle: smallest detectable change.";
     pub const X: &str = "change of x (px)";
     pub const Y: &str = "change of y (px)";
 }
@@ -325,31 +329,31 @@ pub mod drift {
 pub fn refusal_kind(code: &str) -> &str {
     match code {
         "no_board" | "not_found" => "No board found",
-        "partial_board" => "Part of the board hidden or outside of the picture",
-        "glare" => "Light blinded the camera on the board",
-        "other_board" => "Another board than the one named",
+        "partial_board" => "Part of the board hidden or out of view",
+        "glare" => "Too much glare",
+        "other_board" => "Different board",
         "too_small" => "Squares too small to measure",
         "blurred" => "Blurred",
-        "low_contrast" => "Too little contrast",
-        "out_of_time" => "Picture too busy to search in time",
+        "low_contrast" => "Too dark",
+        "out_of_time" => "Background too busy",
         "no_line" => "Board faced the camera",
-        "outside_lens" => "Board reached beyond the lens estimate",
+        "outside_lens" => "Board outside the part of the lens measured so far",
         "too_flat" => "Board not tipped enough",
         "too_steep" => "Board tipped too far",
-        "unclear" => "Direction of the board unclear",
+        "unclear" => "Direction of the board uncertain",
         "too_far" => "Board too far away",
         "at_the_edge" => "Board too close to the picture's edge",
-        "already_covered" => "Direction already taken",
-        "partner_off" => "Opposite, but beside the mirrored place",
+        "already_covered" => "Angle already taken",
+        "partner_off" => "Opposite tilt, but off the outline",
         "between_slots" => "Between two directions",
-        "tells_little" => "Told little beside what the pose asked for would have",
-        "inconsistent" => "Contradicted the other views",
+        "tells_little" => "Worth little compared with the requested pose",
+        "inconsistent" => "Didn't fit the other views",
         "moving" => "Board moved",
-        "holding" => "Held still, another frame of the hold was taken or it was cut short",
-        "other_size" => "Picture of another size",
+        "holding" => "A sharper photo of the same pose was used",
+        "other_size" => "Different picture size",
         "camera_not_ready" => "Camera lost, frozen, or its focus or zoom moved",
-        "not_collecting" => "While no views were taken",
-        "removed" => "View taken back",
+        "not_collecting" => "Capture was paused or over",
+        "removed" => "View removed",
         other => other,
     }
 }
@@ -360,7 +364,7 @@ pub fn at_frame(frame: Option<u64>) -> String {
 }
 
 /// The session went on after an interruption.
-pub const RESUMED: &str = "The session went on after an interruption";
+pub const RESUMED: &str = "The session resumed after an interruption";
 
 /// A worker failed.
 pub fn failed(worker: &str, reason: &str) -> String {
@@ -375,16 +379,17 @@ pub fn files(folder: &str, count: usize) -> String {
 
 /// Frames of a session.
 pub fn frames(looked_at: usize, taken: usize) -> String {
-    format!("{looked_at} looked at, {taken} taken")
+    format!("{looked_at} examined, {taken} taken")
 }
 
 /// Where the page could not be written at the end of a session.
 pub fn not_written(session: &std::path::Path) -> String {
-    format!("The report could not be written; try again: boresight report {}", session.display())
+    format!("The report couldn't be written. Try again: boresight report {}", session.display())
 }
 
 /// Where the folder's result holds other numbers than its journal gives.
-pub const OTHER_RESULT: &str = "calibration.json in this folder holds other numbers than the journal gives now: it is older than the last view, or of another version. This page shows what the journal gives.";
+pub const OTHER_RESULT: &str = "calibration.json in this folder differs from the journal: it's older than the last view or from another version. This page shows the journal's numbers.";
 
 /// Where a cut or damaged journal was read as far as it is whole.
-pub const CUT: &str = "The journal's last line was cut; it is left out.";
+pub const CUT: &str =
+    "The journal's last entry was incomplete (never shown as saved) and was dropped.";

@@ -3,23 +3,86 @@
 use std::path::Path;
 
 use super::{acceptance, percent};
-use crate::calibration::{Calibration, PrincipalPoints};
+use crate::{
+    calibration::{Calibration, PrincipalPoints},
+    session::{Prompt, Snapshot},
+};
 
 /// Before the buttons that export.
 pub const EXPORT: &str = "Export:";
 /// On the result page before there is one.
 pub const NO_RESULT: &str =
-    "There is no calibration yet: it needs two views that are tipped in different directions.";
-/// If nothing was found.
-pub const NO_FINDINGS: &str = "Every check passed.";
+    "No calibration yet. It needs two views with the board tipped in different directions.";
 /// Heading of the principal point by every method.
-pub const METHODS: &str = "Principal point by every method";
+pub const METHODS: &str = "Principal point by method";
 /// What it means.
-pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lines from corners as seen are pulled towards the middle of the boards by the lens.";
+pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lens distortion pulls raw principal lines towards the middle of the boards; that is expected.";
+
+/// The two accuracies that matter, each with its goal.
+pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
+    let has_goal = snapshot.calibration.as_ref().is_some_and(|c| c.acceptance.is_some());
+    let first = if has_goal { "Error" } else { "Principal point" };
+    let both = [
+        (first, super::numbers::precision(snapshot)),
+        ("Projection", super::numbers::precision_over_picture(snapshot)),
+    ];
+    both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
+}
+
+/// Which corners of the picture no board has covered, and what would help; `None` if all are. `open` goes clockwise
+/// from the top left.
+pub fn open_corners(open: [bool; 4]) -> Option<String> {
+    const NAMES: [&str; 4] = ["top left", "top right", "bottom right", "bottom left"];
+    let names: Vec<&str> =
+        NAMES.into_iter().zip(open).filter_map(|(name, open)| open.then_some(name)).collect();
+    let [first, .., last] = names.as_slice() else {
+        let only = names.first()?;
+        return Some(format!(
+            "No board covered the {only} corner: there the lens is extrapolated. Two opposed views there would help."
+        ));
+    };
+    let corners = match names.as_slice() {
+        [_, _] => format!("{first} and {last}"),
+        [_, second, _] => format!("{first}, {second} and {last}"),
+        _ => format!("{first}, {}, {} and {last}", names[1], names[2]),
+    };
+    Some(format!(
+        "No board covered the {corners} corners: there the lens is extrapolated. Two opposed views that reach them would help."
+    ))
+}
+
+/// How to take them.
+pub const TAKE_THEM: &str = "Continue (G) to take them.";
+
+/// How far the independent check is from the result; `None` without one.
+pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
+    let off_px = (points.free_homography?.px - points.bundle?.px).norm();
+    Some(format!("Independent check: agrees within {} px", super::numbers::small(off_px)))
+}
+
+/// Why there is no view, from how often frames asked for what.
+pub fn most_often(asked: &[(Prompt, usize)]) -> Option<String> {
+    let most: Vec<String> = asked
+        .iter()
+        .take(3)
+        .map(|(prompt, count)| {
+            let pictures = if *count == 1 { "picture" } else { "pictures" };
+            format!("\u{201c}{}\u{201d} ({count} {pictures})", super::prompt(*prompt))
+        })
+        .collect();
+    (!most.is_empty()).then(|| format!("Most often: {}.", most.join(", ")))
+}
+
+/// Headings of the page.
+pub const NUMBERS_HEADING: &str = "Numbers";
+/// On the result page without a view.
+pub const NO_VIEW_TAKEN: &str = "No view was taken";
+/// What to try then.
+pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board in Settings is the one in your hands.";
 
 /// What the button for a format does.
 pub fn export_tip(format: &str) -> String {
-    format!("Write the result as {format} into the session's folder.")
+    format!("Save the result as {format} in the session folder.")
 }
 
 /// A file that was written.
@@ -35,16 +98,16 @@ pub fn show_tip(file: &Path) -> String {
 /// Before the field for an older calibration.
 pub const COMPARE: &str = "Compare with an older calibration:";
 /// See [`COMPARE`].
-pub const COMPARE_TIP: &str = "What has changed since: principal point, focal length and projection, each with its uncertainty. Type the path of a calibration.json, or a file of OpenCV, ROS, Kalibr or mrcal, choose one, or drop the file onto the window. The older file is left as it is; what is found goes into this session's report.";
+pub const COMPARE_TIP: &str = "Show what has changed since: principal point, focal length and projection, each with its uncertainty. Choose or drop a calibration.json, or a file from OpenCV, ROS, Kalibr or mrcal. The older file isn't changed. The findings go into this session's report.";
 /// In the empty field.
-pub const COMPARE_HINT: &str = "path of its file";
+pub const COMPARE_HINT: &str = "path of the file";
 /// The button that begins.
 pub const COMPARE_BUTTON: &str = "Compare";
 /// Meanwhile.
 pub const COMPARING: &str = "Comparing";
 
 /// The desktop does not say how to show a file.
-pub const NO_VIEWER: &str = "There is no program to show files with (xdg-open)";
+pub const NO_VIEWER: &str = "No program found to open files (xdg-open)";
 
 /// Where the session is stored.
 pub fn stored_in(folder: &Path) -> String {
@@ -85,7 +148,10 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     ));
     lines.push((
         "Corners",
-        format!("{:.3} px RMS in {} views", calibration.rms_px, calibration.views.len()),
+        match calibration.views.len() {
+            1 => format!("{:.3} px RMS in 1 view", calibration.rms_px),
+            views => format!("{:.3} px RMS in {views} views", calibration.rms_px),
+        },
     ));
     if let Some(measured_px) = calibration.noise_floor_px {
         lines.push(("Corner noise", noise(calibration.noise_px, measured_px)));
@@ -96,7 +162,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
 
 /// Noise of a corner by the fit, beside the measured one.
 pub fn noise(fit_px: f64, measured_px: f64) -> String {
-    format!("{fit_px:.3} px by the fit, {measured_px:.3} px measured on a board held still")
+    format!("{fit_px:.3} px (fit), {measured_px:.3} px (held still)")
 }
 
 /// The principal point by every method: name, value, what it is.
@@ -105,23 +171,27 @@ pub fn method_lines(points: &PrincipalPoints) -> Vec<(&'static str, String, &'st
         (
             "Bundle adjustment",
             points.bundle,
-            "The result: all corners, the lens model that they support.",
+            "The result: all corners, with the lens model that they support.",
         ),
         (
             "Free homographies",
             points.free_homography,
-            "The independent check: no common focal length.",
+            "The independent check: assumes no common focal length.",
         ),
-        ("Principal lines, weighted", points.pl_weighted, "Of the corners as seen."),
+        (
+            "Principal lines, weighted",
+            points.pl_weighted,
+            "From raw corners. Pulled by distortion, as expected.",
+        ),
         (
             "Principal lines",
             points.pl_unweighted,
-            "Of the corners as seen, as in the source paper.",
+            "From raw corners, as in the source paper. Pulled by distortion, as expected.",
         ),
         (
             "Principal lines and ring",
             points.pl_ring,
-            "Of the corners as seen, with a common focal length.",
+            "From raw corners, with a common focal length. Pulled by distortion, as expected.",
         ),
         ("Zhang", points.zhang, "Zhang's method with k1, k2 and two focal lengths."),
     ];
@@ -141,4 +211,31 @@ pub fn method_lines(points: &PrincipalPoints) -> Vec<(&'static str, String, &'st
             Some((name, value, tip))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_without_a_board_are_named() {
+        assert_eq!(open_corners([false; 4]), None);
+        let one = open_corners([false, true, false, false]).expect("one is open");
+        assert!(one.starts_with("No board covered the top right corner:"), "{one}");
+        let all = open_corners([true; 4]).expect("all are open");
+        assert!(all.contains("top left, top right, bottom right and bottom left corners"), "{all}");
+        let three = open_corners([true, true, false, true]).expect("three are open");
+        assert!(three.contains("top left, top right and bottom left corners"), "{three}");
+    }
+
+    #[test]
+    fn the_commonest_reasons_are_counted() {
+        let asked = [(Prompt::Closer, 12), (Prompt::Glare, 1)];
+        let said = most_often(&asked).expect("there are reasons");
+        assert_eq!(
+            said,
+            "Most often: “Come closer” (12 pictures), “Too much glare. Tilt the board” (1 picture)."
+        );
+        assert_eq!(most_often(&[]), None);
+    }
 }

@@ -9,8 +9,5 @@ pub fn resuming(views: usize) -> String {
 
 /// The session ended because a worker failed.
 pub fn views_are_safe(session: &Path) -> String {
-    format!(
-        "Every view that was shown as taken is safe. To resume: boresight guide --session {}",
-        session.display()
-    )
+    format!("Your views are safe. To resume: boresight guide --session {}", session.display())
 }

@@ -1,4 +1,4 @@
-//! What a session finds out on its way, one sentence each.
+//! What a session finds out on the way, one sentence each.
 
 use super::percent;
 use crate::session::{FarBoard, HeldOutPair, Snapshot};
@@ -9,21 +9,21 @@ pub fn far_board(far: &FarBoard) -> String {
     let size = percent(far.span_fraction);
     let twice = far.twice_the_size.map_or(String::new(), |twice| {
         format!(
-            " A board twice the size: {} and {}.",
+            " With a board twice the size: {} and {}.",
             px(twice.pp_sigma_px),
             px(twice.projection_sigma_px)
         )
     });
     format!(
-        "At {size} of the picture this board can fix the principal point to about {pp}, projection to {projection}.{twice} Judging by projection."
+        "At {size} of the picture, this board can measure the principal point to about {pp} and projection to {projection}.{twice} Judging by projection."
     )
 }
 
-/// How well the newest pair was predicted: "Predicted views 3 and 4 unseen to 0.11 px".
+/// How well the newest pair was predicted: "Earlier views predicted views 3 and 4 to 0.11 px".
 pub fn held_out(pair: &HeldOutPair, snapshot: &Snapshot) -> Option<String> {
     let [first, second] = pair.views.map(|index| snapshot.views.get(index));
     let (first, second) = (first?.number, second?.number);
-    Some(format!("Predicted views {first} and {second} unseen to {}", px(pair.rms_px)))
+    Some(format!("Earlier views predicted views {first} and {second} to {}", px(pair.rms_px)))
 }
 
 fn px(value_px: f64) -> String {
@@ -46,7 +46,7 @@ mod tests {
         let far = FarBoard { span_fraction: 0.28, reach, twice_the_size: Some(twice) };
         assert_eq!(
             far_board(&far),
-            "At 28 % of the picture this board can fix the principal point to about 6.2 px, projection to 1.2 px. A board twice the size: 1.6 px and 0.31 px. Judging by projection."
+            "At 28 % of the picture, this board can measure the principal point to about 6.2 px and projection to 1.2 px. With a board twice the size: 1.6 px and 0.31 px. Judging by projection."
         );
         let alone = far_board(&FarBoard { twice_the_size: None, ..far });
         assert!(alone.ends_with("projection to 1.2 px. Judging by projection."), "{alone}");

@@ -2,15 +2,12 @@
 
 use crate::target::{DoesNotFit, LINES, Plan};
 
-/// What stands on the sheet beside the ruler.
+/// What is printed beside the ruler.
 pub fn target_lines(plan: &Plan) -> [String; LINES] {
     let Plan { columns, rows, ruler_mm, .. } = plan;
     let (square, width) = (millimetres(plan.square_mm), millimetres(plan.board_width_mm()));
     let [show, mount] = if plan.page.pixels.is_some() {
-        [
-            "Show at 100 %, nothing scaled, full brightness.",
-            "Clean the screen; keep reflections off it.",
-        ]
+        ["Show at 100 %, unscaled, full brightness.", "Clean the screen; keep reflections off it."]
     } else {
         [
             "Print at 100 % (actual size), not \"fit to page\".",
@@ -32,25 +29,25 @@ pub fn target_steps(plan: &Plan) -> Vec<String> {
     let (across, width) = (plan.columns + 1, millimetres(plan.board_width_mm()));
     let measure = |again: &str| {
         format!(
-            "Measure with a steel rule: the printed ruler is {ruler} long, the board's {across} squares are {width} wide. If not, {again}, or pass the width that you measure, divided by {across}, as --square."
+            "Check with a steel ruler: the printed ruler is {ruler} long, and the board's {across} squares are {width} wide. If not, {again}, or give the measured width divided by {across} as --square."
         )
     };
     let mut steps = if plan.page.pixels.is_some() {
         vec![
-            "Show it full screen at 100 %, so that each of its pixels is one of the screen's.".into(),
+            "Show it full screen at 100 %, one image pixel per screen pixel.".into(),
             measure("correct --dpi"),
-            "Clean the screen, turn it to full brightness, and keep reflections off it. It is flat enough if it is not curved.".into(),
+            "Clean the screen, set full brightness, and keep reflections off it. Any screen that isn't curved is flat enough.".into(),
         ]
     } else {
         vec![
-            "Print it at 100 % (\"actual size\", never \"fit to page\") on matt paper.".into(),
+            "Print at 100 % (\"actual size\", not \"fit to page\") on matt paper.".into(),
             measure("print again"),
-            "Glue it all over to something stiff and flat (glass, aluminium, board of 5 mm or more). Lay a straight edge along both diagonals: three sheets of office paper, 0.3 mm, must not slip under it.".into(),
+            "Glue the whole sheet to something stiff and flat (glass, aluminium, board of 5 mm or more). Lay a straight edge along both diagonals: three sheets of office paper (0.3 mm) must not slip under it.".into(),
         ]
     };
     if plan.white_mm() < 0.999 * plan.square_mm {
         steps.push(format!(
-            "The white around the board is {} wide, narrower than a square: keep what lies behind the paper's edge light, and hands off the squares.",
+            "The white margin is {} wide, narrower than a square: keep the background light, and don't cover the squares with your fingers.",
             millimetres((10.0 * plan.white_mm()).floor() / 10.0)
         ));
     }
@@ -64,13 +61,13 @@ pub fn does_not_fit(err: &DoesNotFit) -> String {
         DoesNotFit::TooLarge { largest_mm, paper, .. } => {
             let largest = match largest_mm {
                 Some(mm) => {
-                    format!("the largest squares that fit there are {}", millimetres(*mm))
+                    format!("the largest squares that fit are {}", millimetres(*mm))
                 }
-                None => "no squares fit there: take fewer of them".into(),
+                None => "no squares fit: use fewer of them".into(),
             };
             let paper = match paper {
-                Some(paper) => format!("{} is the smallest paper for it", paper.name()),
-                None => "neither A4, Letter nor A3 holds it".into(),
+                Some(paper) => format!("the smallest paper that works is {}", paper.name()),
+                None => "it doesn't fit on A4, Letter or A3".into(),
             };
             format!("{largest}; {paper}")
         }
@@ -80,7 +77,7 @@ pub fn does_not_fit(err: &DoesNotFit) -> String {
     }
 }
 
-/// That the squares are others than asked for, if they are: a screen's squares are whole pixels.
+/// That the squares have another size than requested, if they have: a screen's squares are whole pixels.
 pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
     ((plan.square_mm - asked_mm).abs() > 5e-4).then(|| {
         format!(

@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use egui::{Context, ThemePreference, Ui, ViewportCommand};
+use egui::{Context, Ui, ViewportCommand};
 
 #[cfg(feature = "study")]
 use super::explore::{self, Explored};
@@ -22,7 +22,7 @@ use super::{
     session_state::{Running, SessionState},
     settings,
     sound::{Sound, Tone},
-    theme::background,
+    theme::{background, switch},
     user_error,
 };
 use crate::{
@@ -36,6 +36,8 @@ use crate::{
 const MOVING: Duration = Duration::from_millis(16);
 /// How often the window looks around while nothing comes.
 const IDLE: Duration = Duration::from_millis(500);
+/// A session is shown in big letters once mouse and keys have rested for this long.
+const UNTOUCHED_SECS: f64 = 2.0;
 /// How long the flash and the words after a view move.
 const FLASH_SECS: f64 = 1.3;
 
@@ -74,6 +76,10 @@ pub struct App {
     adjusted: BTreeMap<Control, i64>,
     shelf: RecordingBrowser,
     sound: Sound,
+    /// Big letters whether or not somebody is at the computer.
+    wants_distance: bool,
+    /// When mouse or keys were used last, by the window's clock.
+    touched_secs: f64,
     help: bool,
     note: Option<String>,
     exported: Option<Result<PathBuf, UserError>>,
@@ -106,6 +112,8 @@ impl App {
             adjusted: BTreeMap::new(),
             shelf: RecordingBrowser::default(),
             sound: Sound::new(),
+            wants_distance: false,
+            touched_secs: 0.0,
             help: false,
             note: None,
             exported: None,
@@ -118,6 +126,25 @@ impl App {
     /// What the panels see now.
     pub fn screen(&self) -> &Screen {
         &self.screen
+    }
+
+    /// Shows a running session in big letters while nobody is at the computer.
+    fn notice_hands(&mut self, ctx: &Context) {
+        let touched = ctx.input(|input| {
+            // A window without a person, as in a test, has no focus to gain or lose.
+            input.viewport().focused.is_none()
+                || input.pointer.delta() != egui::Vec2::ZERO
+                || input.pointer.any_down()
+                || !input.keys_down.is_empty()
+                || input.smooth_scroll_delta() != egui::Vec2::ZERO
+        });
+        let now_secs = self.screen.now_secs;
+        if touched {
+            self.touched_secs = now_secs;
+        }
+        let runs = matches!(self.stage, SessionState::Running(_)) && self.page == Page::Guide;
+        let rests = now_secs - self.touched_secs > UNTOUCHED_SECS;
+        self.screen.distance = runs && (self.wants_distance || rests);
     }
 
     /// What is seen now.
@@ -136,6 +163,7 @@ impl App {
     /// What needs no painting, also while the window is hidden: the session goes on and ends by itself.
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
+        self.notice_hands(ctx);
         if self.host.interrupted() {
             ctx.send_viewport_cmd(ViewportCommand::Close);
         }
@@ -206,7 +234,9 @@ impl App {
             .filter(|act| !(replaying && keys::is_of_session(*act)))
             .map(UiAction::Act)
             .collect();
-        self.bar(ui, &mut asks);
+        if !self.screen.distance {
+            self.bar(ui, &mut asks);
+        }
         match (&self.stage, self.page) {
             (SessionState::NotStarted(trouble), Page::Guide) => {
                 user_error::show(ui, trouble, &self.wish, &mut asks);
@@ -334,14 +364,14 @@ impl App {
                 Act::Tone => preferences.tone ^= true,
                 Act::Speech => preferences.speech ^= true,
                 Act::Panels => preferences.panels ^= true,
+                Act::Lines => preferences.lines ^= true,
+                Act::Distance => self.wants_distance ^= true,
                 Act::FullScreen => {
                     let full = ctx.input(|input| input.viewport().fullscreen.unwrap_or(false));
                     ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!full));
                 }
                 Act::Theme => {
-                    let dark = ctx.theme() == egui::Theme::Dark;
-                    let other = if dark { ThemePreference::Light } else { ThemePreference::Dark };
-                    ctx.set_theme(other);
+                    switch(ctx);
                 }
                 Act::Help => self.help ^= true,
                 Act::GuidePage => self.page = Page::Guide,

@@ -8,7 +8,7 @@ use image::GrayImage;
 use super::picture::Picture;
 use crate::{
     device::{Adjustable, Control, Lock, Locks},
-    session::{Snapshot, ViewNumber},
+    session::{Outcome, Prompt, Snapshot, Stream, ViewNumber},
 };
 
 /// Width of a thumbnail's texture.
@@ -25,11 +25,13 @@ pub struct Preferences {
     pub speech: bool,
     /// Numbers beside the picture.
     pub panels: bool,
+    /// Principal lines on the picture.
+    pub lines: bool,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self { mirrored: false, tone: true, speech: false, panels: true }
+        Self { mirrored: false, tone: true, speech: false, panels: true, lines: false }
     }
 }
 
@@ -42,6 +44,8 @@ pub struct Screen {
     pub picture: Picture,
     /// Small pictures of the accepted views, by their numbers.
     pub thumbnails: BTreeMap<ViewNumber, TextureHandle>,
+    /// What refused frames asked for, and how many did, most often first.
+    pub asked: Vec<(Prompt, usize)>,
     /// What the source calls itself.
     pub source: String,
     /// Where the session is stored.
@@ -58,6 +62,8 @@ pub struct Screen {
     pub first_locks: Locks,
     /// What was asked of a control and is not read back yet.
     pub adjusting: BTreeMap<Control, Adjusting>,
+    /// Whether it's read from afar: big letters, no panels.
+    pub distance: bool,
     /// A moment of a recording, in which nothing can be changed.
     pub is_recorded: bool,
     /// See [`Preferences`].
@@ -91,7 +97,21 @@ impl Screen {
         self.adjusting.retain(|control, adjusting| {
             locks.of(*control) == adjusting.before && now_secs < adjusting.until_secs
         });
+        self.count(&snapshot);
         self.snapshot = Some(snapshot);
+    }
+
+    fn count(&mut self, snapshot: &Snapshot) {
+        let (Outcome::Refused { .. }, Some(live)) = (snapshot.decision.outcome, &snapshot.live)
+        else {
+            return;
+        };
+        let prompt = Prompt::of_decision(&snapshot.decision, live.corners_px.as_ref().err());
+        match self.asked.iter_mut().find(|(asked, _)| *asked == prompt) {
+            Some((_, count)) => *count += 1,
+            None => self.asked.push((prompt, 1)),
+        }
+        self.asked.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     }
 
     /// Remembers that `control` was asked to be at `value`.
@@ -122,6 +142,13 @@ impl Screen {
         let pixels = ColorImage::from_gray(size, small.as_raw());
         let texture = ctx.load_texture(format!("view {view}"), pixels, TextureOptions::LINEAR);
         self.thumbnails.insert(view, texture);
+    }
+
+    /// How long the camera has been lost; `None` if it isn't.
+    pub fn lost_secs(&self) -> Option<f64> {
+        let camera = &self.snapshot.as_ref()?.camera;
+        matches!(camera.stream, Stream::Lost { .. })
+            .then(|| self.now_secs - self.picture.came_secs.unwrap_or(self.now_secs))
     }
 
     /// How long ago the last view was taken.

@@ -1,6 +1,9 @@
 //! Colours. Those on the picture hold on bright and dark pictures; the rest follow the theme.
 
-use egui::{Color32, Context, Stroke, Theme, Visuals, ecolor::Hsva};
+use egui::{
+    Color32, Context, FontId, Frame, Stroke, TextStyle, Theme, ThemePreference, Vec2, Visuals,
+    ecolor::Hsva,
+};
 
 /// What is right.
 pub(super) const GREEN: Color32 = Color32::from_rgb(60, 210, 90);
@@ -12,6 +15,20 @@ pub(super) const RED: Color32 = Color32::from_rgb(240, 80, 60);
 pub(super) const GREY: Color32 = Color32::from_rgb(190, 190, 190);
 /// What was measured in this frame.
 pub(super) const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
+/// Letters of details …
+pub(super) const SMALL: f32 = 11.0;
+/// … of what is read …
+pub(super) const BODY: f32 = 14.0;
+/// … of headings …
+pub(super) const TITLE: f32 = 18.0;
+/// … and of the verdict.
+pub(super) const VERDICT: f32 = 24.0;
+/// Spacing is in multiples of this.
+pub(super) const UNIT: f32 = 8.0;
+/// Behind the sentence.
+pub(super) const BAND: Color32 = Color32::from_gray(18);
+/// Where boards have been.
+pub(super) const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 30);
 /// Behind words on the picture.
 pub(super) const SHADE: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
 
@@ -40,17 +57,171 @@ pub(super) fn strokes(width: f32, color: Color32, opacity: f32) -> [Stroke; 2] {
     ]
 }
 
+/// A line that contrasts with any picture, whose neighbours it covers: black below, `color` above.
+pub(super) fn outline(width: f32, color: Color32) -> [Stroke; 2] {
+    [Stroke::new(width + 4.0, Color32::BLACK), Stroke::new(width, color)]
+}
+
+/// Colours of words on a page.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Palette {
+    /// What is right.
+    pub(super) good: Color32,
+    /// What needs care.
+    pub(super) care: Color32,
+    /// What is wrong.
+    pub(super) bad: Color32,
+    /// What is only good to know.
+    pub(super) info: Color32,
+}
+
+const ON_DARK: Palette =
+    Palette { good: GREEN, care: AMBER, bad: Color32::from_rgb(255, 110, 90), info: GREY };
+const ON_LIGHT: Palette = Palette {
+    good: Color32::from_rgb(0, 105, 40),
+    care: Color32::from_rgb(135, 75, 0),
+    bad: Color32::from_rgb(175, 20, 10),
+    info: Color32::from_rgb(85, 85, 85),
+};
+/// For a screen in sunlight.
+const IN_SUNLIGHT: Palette = Palette {
+    good: Color32::from_rgb(0, 65, 20),
+    care: Color32::from_rgb(90, 45, 0),
+    bad: Color32::from_rgb(130, 0, 0),
+    info: Color32::BLACK,
+};
+
+/// The palette for `visuals`.
+pub(super) fn palette(visuals: &Visuals) -> Palette {
+    match (visuals.dark_mode, visuals.panel_fill == Color32::WHITE) {
+        (true, _) => ON_DARK,
+        (false, false) => ON_LIGHT,
+        (false, true) => IN_SUNLIGHT,
+    }
+}
+
 /// What is seen where no panel stands.
 pub(super) fn background(visuals: &Visuals) -> [f32; 4] {
     visuals.panel_fill.to_normalized_gamma_f32()
 }
 
-/// Sets what differs from the toolkit's own style: words that are read from farther away.
+/// Sets what differs from the toolkit's style: larger words of four sizes, one unit of spacing, calmer surfaces.
 pub fn apply(ctx: &Context) {
-    for (theme, words) in [(Theme::Dark, 215), (Theme::Light, 25)] {
+    for theme in [Theme::Dark, Theme::Light] {
         ctx.style_mut_of(theme, |style| {
-            style.visuals.widgets.noninteractive.fg_stroke.color = Color32::from_gray(words);
-            style.visuals.weak_text_alpha = 0.75;
+            let dark = theme == Theme::Dark;
+            let visuals = &mut style.visuals;
+            let words = Color32::from_gray(if dark { 225 } else { 20 });
+            visuals.widgets.noninteractive.fg_stroke.color = words;
+            visuals.widgets.inactive.fg_stroke.color = words;
+            visuals.weak_text_alpha = 0.8;
+            visuals.panel_fill = Color32::from_gray(if dark { 24 } else { 244 });
+            visuals.faint_bg_color = Color32::from_gray(if dark { 34 } else { 255 });
+            visuals.widgets.noninteractive.bg_stroke.color =
+                Color32::from_gray(if dark { 52 } else { 208 });
+            for (style_name, size) in [
+                (TextStyle::Small, SMALL),
+                (TextStyle::Body, BODY),
+                (TextStyle::Button, BODY),
+                (TextStyle::Heading, TITLE),
+            ] {
+                style.text_styles.insert(style_name, FontId::proportional(size));
+            }
+            style.spacing.item_spacing = Vec2::new(UNIT, 0.5 * UNIT);
         });
+    }
+}
+
+/// The next of dark, light and sunlight.
+pub(super) fn switch(ctx: &Context) {
+    let visuals = ctx.style_of(ctx.theme()).visuals.clone();
+    let sunlit = !visuals.dark_mode && visuals.panel_fill == Color32::WHITE;
+    apply(ctx);
+    if visuals.dark_mode {
+        ctx.set_theme(ThemePreference::Light);
+    } else if sunlit {
+        ctx.set_theme(ThemePreference::Dark);
+    } else {
+        ctx.style_mut_of(Theme::Light, |style| sunlight(&mut style.visuals));
+    }
+}
+
+/// Black on white, so that it's read in sunlight.
+fn sunlight(visuals: &mut Visuals) {
+    visuals.panel_fill = Color32::WHITE;
+    visuals.window_fill = Color32::WHITE;
+    visuals.faint_bg_color = Color32::WHITE;
+    visuals.override_text_color = Some(Color32::BLACK);
+    visuals.weak_text_alpha = 1.0;
+    visuals.widgets.noninteractive.bg_stroke.color = Color32::BLACK;
+}
+
+/// A surface for what belongs together.
+pub(super) fn card(visuals: &Visuals) -> Frame {
+    Frame::new()
+        .fill(visuals.faint_bg_color)
+        .stroke(visuals.widgets.noninteractive.bg_stroke)
+        .corner_radius(UNIT)
+        .inner_margin(1.5 * UNIT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative luminance of an opaque colour, WCAG 2.1.
+    fn luminance(color: Color32) -> f64 {
+        let linear = |level: u8| {
+            let share = f64::from(level) / 255.0;
+            if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * linear(color.r()) + 0.7152 * linear(color.g()) + 0.0722 * linear(color.b())
+    }
+
+    fn contrast(a: Color32, b: Color32) -> f64 {
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn an_outline_contrasts_with_any_picture() {
+        let approaching = (0..=20).map(|i| approach(i as f32 / 20.0));
+        for color in approaching.chain([Color32::WHITE, GREEN]) {
+            let [below, above] = outline(3.0, color);
+            assert_eq!((below.color.a(), above.color.a()), (255, 255), "nothing shines through");
+            for level in 0..=255 {
+                let picture = Color32::from_gray(level);
+                let best = contrast(above.color, picture).max(contrast(below.color, picture));
+                assert!(best >= 3.0, "{color:?} on {level}: {best}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_verdict_is_read_in_every_palette() {
+        let ctx = Context::default();
+        apply(&ctx);
+        let dark = ctx.style_of(Theme::Dark).visuals.clone();
+        let light = ctx.style_of(Theme::Light).visuals.clone();
+        let mut sunlit = light.clone();
+        sunlight(&mut sunlit);
+        let mut palettes = Vec::new();
+        for visuals in [dark, light, sunlit] {
+            let Palette { good, care, bad, info } = palette(&visuals);
+            for color in [good, care, bad, info] {
+                for behind in [visuals.panel_fill, visuals.faint_bg_color] {
+                    assert!(contrast(color, behind) >= 4.5, "{color:?} on {behind:?}");
+                }
+            }
+            palettes.push(palette(&visuals));
+        }
+        assert!(palettes[0] != palettes[1] && palettes[1] != palettes[2]);
+    }
+
+    #[test]
+    fn the_sentence_contrasts_with_its_band() {
+        for color in [GREEN, AMBER, RED, GREY, Color32::WHITE] {
+            assert!(contrast(color, BAND) >= 4.5, "{color:?}: {}", contrast(color, BAND));
+        }
     }
 }

@@ -332,7 +332,7 @@ fn beyond_the_fold_of_the_lens_nothing_is_measured() {
     assert_eq!(
         text::refusal(&refusal),
         format!(
-            "{outside} of 54 corners are where the lens isn't known yet: move the board to the middle"
+            "Move the board to the middle: {outside} of 54 corners are beyond the part of the lens measured so far"
         )
     );
 }

@@ -295,7 +295,10 @@ fn a_session_outlives_its_network_camera() {
     wait_for("Taken: view 1");
     up.store(false, Ordering::SeqCst);
     let line = wait_for("NET-LOST");
-    assert!(line.contains("The network stream has stopped") && line.contains("Wait:"), "{line}");
+    assert!(
+        line.contains("The network stream has stopped") && line.contains("Reconnecting"),
+        "{line}"
+    );
     up.store(true, Ordering::SeqCst);
     wait_for("The camera is back.");
     let sent = Command::new("kill").arg("-INT").arg(child.id().to_string()).status();

@@ -45,7 +45,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     );
     let check = ["check", "--against", old, "--json", "--same-camera", "--source"];
     let ended = boresight(folder, &[&check[..], &[&same, "--out", "first"]].concat());
-    says(&ended, 0, &["OK", "smallest change", "first/check.json", "first/report.html"]);
+    says(&ended, 0, &["OK", "smallest detectable change", "first/check.json", "first/report.html"]);
     let page = fs::read_to_string(folder.join("first/report.html")).expect("readable");
     assert!(page.contains("id=\"drift\"") && page.contains(old));
     let found = verdict(&ended.stdout);
@@ -60,7 +60,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     let moved = scene(folder, "moved.toml", "image_size_px = [640, 480]\npp_px = [317, 238]");
     let again = ["--out", "second", "--recalibrate"];
     let ended = boresight(folder, &[&check[..], &[&moved], &again[..]].concat());
-    says(&ended, 0, &["RECALIBRATE", "Calibrate anew", "GOOD"]);
+    says(&ended, 0, &["RECALIBRATE", "Recalibrate.", "GOOD"]);
     let checked = fs::read_to_string(folder.join("second/check.json")).expect("readable");
     let found: Value = serde_json::from_str(&checked).expect("JSON");
     assert_eq!(found["verdict"], "recalibrate");

@@ -174,7 +174,7 @@ fn too_little_to_calibrate_from_says_what_is_missing() {
         fs::copy(folder.path().join("0.png"), folder.path().join(&name)).expect("copied");
         copies.push(name);
     }
-    says(&calibrate(folder.path(), &copies, &[]), 3, &["copies of a view add nothing"]);
+    says(&calibrate(folder.path(), &copies, &[]), 3, &["Copies of a view add nothing"]);
 
     let flat: Vec<(String, f64)> = (0..4).map(|i| (format!("flat{i}.png"), f64::from(i))).collect();
     for (name, i) in &flat {
@@ -216,7 +216,15 @@ fn wrong_words_are_usage_errors_that_teach() {
         "target",
     ] {
         let help = boresight(folder.path(), &[command, "--help"]);
-        assert!(help.code == 0 && help.stdout.contains("Example:"), "{}", help.stdout);
+        assert!(
+            help.code == 0 && help.stdout.contains("Examples:\n  boresight"),
+            "{}",
+            help.stdout
+        );
+        let words = format!(" {} ", help.stdout.split_whitespace().collect::<Vec<_>>().join(" "));
+        for never in ["want", "wants", "mend", "anew", "go on", "told", "by itself", "of another"] {
+            assert!(!words.contains(&format!(" {never} ")), "{command}: {never}");
+        }
     }
     // Without a command, the options are those of `guide`.
     says(&boresight(folder.path(), &["--headless", "--source", "nowhere"]), 1, &["nowhere"]);

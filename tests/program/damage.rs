@@ -54,10 +54,10 @@ fn a_folder_with_something_in_it_is_not_made_a_session() {
     drop(empty_session(&place.path().join("session")));
     let before = contents(place.path());
     for (taken, next_step) in [
-        ("holiday", "Name a new folder"),
-        ("orphan", "Name a new folder"),
+        ("holiday", "Choose a new folder"),
+        ("orphan", "Choose a new folder"),
         ("session", "--session"),
-        ("pictures", "Name a new folder"),
+        ("pictures", "Choose a new folder"),
     ] {
         let ended = boresight(place.path(), &guide("pictures", taken));
         says(&ended, 1, &["already", taken, next_step]);
@@ -120,15 +120,15 @@ fn a_read_only_folder_is_named() {
     let at = |name: &str| read_only.place.path().join(name).display().to_string();
     let session = at("session");
     let ended = boresight(place.path(), &guide("pictures", &session));
-    says(&ended, 1, &[&session, "may be written"]);
+    says(&ended, 1, &[&session, "is writable"]);
     let result = at("result.json");
     let files = ["calibrate", "--board", "9x6", "pictures/0.png", "pictures/1.png"];
     let ended = boresight(place.path(), &[&files[..], &["--out", &result]].concat());
-    says(&ended, 1, &[&result, "may be written"]);
+    says(&ended, 1, &[&result, "is writable"]);
     drop(empty_session(&place.path().join("good")));
     let saved = at("saved");
     let ended = boresight(place.path(), &["doctor", "good", "--recover", &saved]);
-    says(&ended, 1, &[&saved, "may be written"]);
+    says(&ended, 1, &[&saved, "is writable"]);
 }
 
 #[test]

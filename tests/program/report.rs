@@ -146,7 +146,7 @@ fn the_page_has_the_numbers_of_the_file() {
     }
     // The verdict stands first, in words and in a sign, with the command to repeat it at the end.
     let verdict = text(part(&document, "verdict"));
-    let word = ["GOOD", "USABLE WITH CARE", "NOT TRUSTWORTHY"][["good", "care", "untrustworthy"]
+    let word = ["GOOD", "USE WITH CARE", "NOT TRUSTWORTHY"][["good", "care", "untrustworthy"]
         .iter()
         .position(|v| result["verdict"] == *v)
         .expect("known")];
@@ -221,14 +221,14 @@ fn a_session_ends_with_its_report() {
     let mut stale = result.clone();
     stale["result"]["pp_px"][0] = json!(1.0);
     fs::write(folder.path().join("session/calibration.json"), stale.to_string()).expect("written");
-    says(&boresight(folder.path(), &["report", "session"]), code, &["other numbers"]);
-    // Without its pictures the outlines are shown.
+    says(&boresight(folder.path(), &["report", "session"]), code, &["differs from the journal"]);
+    // Without its pictures the showing the boards' outlines.
     fs::remove_dir_all(folder.path().join("session/frames")).expect("removed");
     boresight(folder.path(), &["report", "session"]);
     let html = read(&page);
     checked(&html, &PARTS);
     assert_eq!(html.matches("data:image").count(), 0);
-    assert!(html.contains("outlines are shown"));
+    assert!(html.contains("showing the boards' outlines"));
 }
 
 #[test]
@@ -241,7 +241,7 @@ fn a_file_by_itself_shows_what_it_holds() {
     let document = checked(&html, &PARTS);
     // The pictures lie beside it; the corners are nowhere.
     assert_eq!(html.matches("data:image/jpeg").count(), 4);
-    assert!(text(part(&document, "residuals")).contains("does not hold the corners"));
+    assert!(text(part(&document, "residuals")).contains("this file has no corners"));
     // Names that lead elsewhere bring no picture.
     let away = read(&folder.path().join("pictures/result.json"))
         .replace("\"0.png\"", "\"../pictures/0.png\"");
@@ -285,7 +285,7 @@ fn one_view_and_none_have_a_page_too() {
     let html = read(&folder.path().join("none.html"));
     let document = checked(&html, &PARTS);
     assert!(text(part(&document, "verdict")).contains("NOT TRUSTWORTHY"));
-    assert!(text(part(&document, "numbers")).contains("no calibration"));
+    assert!(text(part(&document, "numbers")).contains("No calibration"));
 }
 
 #[test]
@@ -335,7 +335,7 @@ fn drift_is_shown_where_it_is_known() {
     });
     let check = json!({
         "schema": "boresight.check/1", "against": "old <1>.json", "verdict": "recalibrate",
-        "message": "RECALIBRATE: it has changed", "action": "Calibrate anew.",
+        "message": "RECALIBRATE: it has changed", "action": "Recalibrate.",
         "change": { "f_px": 3.25, "pp_px": [-2.5, 0.25], "sigma": { "f_px": 0.7, "pp_px": [0.6, 0.5] } },
         "visible": { "pp_px": 2.2, "f_px": 2.1 }, "uncertainty_of_old": "assumed",
     });
@@ -357,7 +357,7 @@ fn drift_is_shown_where_it_is_known() {
     let html = page(&report);
     let document = checked(&html, &PARTS);
     let section = part(&document, "drift");
-    for words in ["RECALIBRATE", "old <1>.json", "Calibrate anew.", "states no uncertainty"] {
+    for words in ["RECALIBRATE", "old <1>.json", "Recalibrate.", "states no uncertainty"] {
         assert!(text(section).contains(words), "{words}");
     }
     let shown = numbers(section);
@@ -366,7 +366,7 @@ fn drift_is_shown_where_it_is_known() {
     }
     // On the page of a check its verdict stands first.
     let verdict = text(part(&document, "verdict"));
-    let (first, then) = (verdict.find("RECALIBRATE"), verdict.find("USABLE WITH CARE"));
+    let (first, then) = (verdict.find("RECALIBRATE"), verdict.find("USE WITH CARE"));
     assert!(first.is_some() && first < then, "{verdict}");
     // Without a verdict it is said why.
     let none = json!({ "schema": "boresight.check/1", "against": "old.json", "verdict": null, "message": "NO VERDICT: other size",

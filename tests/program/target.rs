@@ -43,7 +43,7 @@ fn the_command_writes_and_says_what_to_do() {
     says(&["--paper", "screen"], 1, &["--dpi"]);
     let screen = ["--paper", "screen", "--dpi", "92", "--square", "25mm", "--pixels", "1280x800"];
     says(&screen, 0, &["25.124 mm instead of 25 mm", "checkerboard-9x6-25.124mm.png"]);
-    says(&["--square", "40mm"], 1, &["25 mm", "neither"]);
+    says(&["--square", "40mm"], 1, &["25 mm", "doesn't fit"]);
     says(&["--square", "30mm"], 1, &["25 mm", "A3"]);
     says(&["--out", "board.jpg"], 1, &["board.jpg", ".pdf", ".svg", ".png"]);
     says(&["--out", "board"], 1, &[".pdf"]);

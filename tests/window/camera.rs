@@ -53,9 +53,9 @@ fn a_control_is_set_by_its_number_and_undone() {
     page.state_mut().screen.show(after);
     page.run();
     page.get_by_label("locked at 79");
-    page.get_by_role_and_label(Role::Button, "back to 156").scroll_to_me();
+    page.get_by_role_and_label(Role::Button, "reset to 156").scroll_to_me();
     page.run();
-    page.get_by_role_and_label(Role::Button, "back to 156").click();
+    page.get_by_role_and_label(Role::Button, "reset to 156").click();
     page.run();
     let undone = UiAction::Adjust { control: Control::Exposure, value: 156 };
     assert_eq!(page.state().asks.last(), Some(&undone));
@@ -191,9 +191,9 @@ fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
     let exposure =
         |kernel: &SimKernel| kernel.world().cameras[0].controls[&crate::cameras::EXPOSURE].value;
     assert_eq!(exposure(&kernel), 80);
-    window.get_by_role_and_label(Role::Button, "back to 156").scroll_to_me();
+    window.get_by_role_and_label(Role::Button, "reset to 156").scroll_to_me();
     app::settle(&mut window);
-    window.get_by_role_and_label(Role::Button, "back to 156").click();
+    window.get_by_role_and_label(Role::Button, "reset to 156").click();
     app::until(&mut window, "the first value", |window| reads(window, "locked at 156"));
     assert_eq!(exposure(&kernel), 156);
     window.get_by_role_and_label(Role::SpinButton, "Exposure").focus();
@@ -204,7 +204,7 @@ fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
     app::until(&mut window, "the third value", |window| reads(window, "locked at 90"));
 
     // The next session with the same camera begins with it.
-    window.get_by_role_and_label(Role::Button, "End").click();
+    window.get_by_role_and_label(Role::Button, "Finish").click();
     app::until(&mut window, "the end", |window| app::app(window).ended().is_some());
     let before = [80, 156, 90].map(|value| boresight::device::Lock::Locked { value });
     let lines = SessionFolder::journal(&folder.path().join("1")).expect("whole").lines;
@@ -226,5 +226,5 @@ fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
     window.step();
     let modes = window.get_all_by_role(Role::ComboBox).count();
     assert_eq!(modes, 2, "sources and modes can be chosen");
-    window.get_by_label("from the next session on");
+    window.get_by_label("applies to the next session");
 }

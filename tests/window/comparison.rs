@@ -90,11 +90,11 @@ fn a_change_is_told_with_its_uncertainty_and_what_to_do() {
     let lens = done.snapshot.calibration.as_ref().expect("calibrated");
     let mut page = harness(Page::Result, &done, Theme::Dark, 1.0);
     for (moved_px, verdict, action) in [
-        (0.0, "OK: no change that these views could show.", "Keep the calibration."),
+        (0.0, "OK: no change detected", "Keep the calibration."),
         (
             5.0,
-            "RECALIBRATE: the camera has changed",
-            "Calibrate anew; look for a loose lens, mount, or a changed focus or zoom.",
+            "RECALIBRATE: shifted by up to",
+            "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom.",
         ),
     ] {
         let comparison = compared(&done.snapshot, Vector2::new(moved_px, 0.0));
@@ -116,7 +116,7 @@ fn a_change_is_told_with_its_uncertainty_and_what_to_do() {
     page.state_mut().result.comparison.outcome = Outcome::Done(Err(trouble));
     page.run();
     page.get_by_label("could not read \"nowhere.json\"");
-    page.get_by_label("Change: This needs an older calibration to compare with.");
+    page.get_by_label("Change: Compare with an older calibration to see this.");
 }
 
 #[test]

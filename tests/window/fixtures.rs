@@ -8,7 +8,7 @@ use boresight::{
     device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, PixelLayout},
     frame::CaptureTime,
     guidance::{Advice, Purpose, Refusal},
-    session::{Command, Input, Outcome, Session, Snapshot},
+    session::{Command, Input, Outcome, Prompt, Session, Shown, Snapshot},
     text,
 };
 
@@ -38,35 +38,36 @@ pub(crate) fn moments() -> Vec<Moment> {
     add("fresh", &fresh(), "Show the whole board");
     add("searching", &missed(Miss::NoBoard), "Show the whole board");
     let cut = Miss::PartialBoard { found: 40, wanted: 54, cut_off_by: Some(Side::Left) };
-    let words = "The left edge of the picture cuts the board off: 40 of 54 corners";
-    add("cut off", &missed(cut), words);
+    add("cut off", &missed(cut), "Move right: the board's cut off");
     let first = |is: &dyn Fn(&Snapshot) -> bool| {
         story.iter().find(|snapshot| is(snapshot)).expect("a session has this moment")
     };
     let holding =
         first(&|s| matches!(s.decision.advice, Advice::Holding { progress } if progress > 0.4));
-    let Advice::Holding { progress } = holding.decision.advice else { unreachable!() };
-    add("holding", holding, &format!("Hold still: {:.0} %", 100.0 * progress));
+    add("holding", holding, "Hold still");
     let accepted = first(&|s| matches!(s.decision.outcome, Outcome::Accepted { .. }));
-    let of = 1 + accepted.views_to_go.expect("not done after one view");
-    add("accepted", accepted, &format!("Taken: 1 of {of}"));
+    add("accepted", accepted, "Got it!");
     let partner = first(&|s| {
         matches!(s.target.as_ref().map(|t| t.purpose), Some(Purpose::Partner { .. }))
             && matches!(s.decision.advice, Advice::TipTowards { .. } | Advice::Holding { .. })
     });
-    add("partner wanted", partner, &text::advice(&partner.decision.advice, None));
+    let mut partner = partner.clone();
+    partner.shown = asking(Prompt::of_advice(&partner.decision.advice, None));
+    add("partner wanted", &partner, &text::prompt(partner.shown.prompt));
     let done = story.last().expect("a session has an end");
-    add("done good", done, "The plan is complete");
-    add("done untrustworthy", &untrustworthy(done), "The plan is complete");
+    add("done good", done, "Done!");
+    add("done untrustworthy", &untrustworthy(done), "Done!");
     let middle = first(&|s| s.views.len() == 2 && s.live.is_some());
     for refusal in refusals() {
         let mut snapshot = middle.clone();
         snapshot.decision.outcome = Outcome::Refused { refusal };
         snapshot.decision.advice = Advice::Mend { refusal };
-        add(&format!("refused: {refusal:?}"), &snapshot, &text::refusal(&refusal));
+        snapshot.shown = asking(Prompt::of_advice(&snapshot.decision.advice, None));
+        let words = text::prompt(snapshot.shown.prompt);
+        add(&format!("refused: {refusal:?}"), &snapshot, &words);
     }
     let lost = CameraEvent::Lost { fault: Fault::Unplugged, detail: String::new() };
-    add("camera lost", &after(vec![started(), lost]), "The camera is unplugged");
+    add("camera lost", &after(vec![started(), lost]), "Camera lost. Reconnecting…");
     let change = ControlChange {
         control: Control::Focus,
         from: 30,
@@ -76,26 +77,29 @@ pub(crate) fn moments() -> Vec<Moment> {
     add(
         "focus moved",
         &after(vec![started(), locked(), CameraEvent::ControlChanged(change)]),
-        "Focus moved from 30 to 45: nothing is taken until it is back",
+        "Focus changed. Set it back",
     );
     let set = CameraEvent::ControlSet {
         control: Control::Focus,
         lock: Lock::Locked { value: 45 },
         good_from: CaptureTime { nanos: 0 },
     };
-    add(
-        "focus set by hand",
-        &with_views(&set),
-        "Focus was set from 30 to 45: nothing is taken until it is back",
-    );
+    add("focus set by hand", &with_views(&set), "Focus changed. Set it back");
     add("camera with controls", &after(vec![started(), locked()]), "Show the whole board");
     let mut paused = middle.clone();
     paused.paused = true;
+    paused.shown = asking(Prompt::Paused);
     add("paused", &paused, "Paused");
     let mut failed = middle.clone();
     failed.failures = vec![("detector".into(), "out of memory".into())];
+    failed.shown = asking(Prompt::Failed);
     add("worker failed", &failed, "The session has stopped");
     moments
+}
+
+/// What is shown that asks for `prompt`.
+fn asking(prompt: Prompt) -> Shown {
+    Shown { prompt, advice: None }
 }
 
 /// The snapshot after every input of a guided session.

@@ -7,10 +7,12 @@ mod camera;
 #[path = "../common/cameras.rs"]
 mod cameras;
 mod comparison;
+mod contrast;
 mod fits;
 mod fixtures;
 mod paint;
 mod picker;
+mod screenshots;
 #[path = "../common/world.rs"]
 mod world;
 
@@ -21,7 +23,7 @@ use boresight::{
     },
     device::{Adjustable, Control},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
-    guidance::{Plan, Progress},
+    guidance::Plan,
     session::{Outcome, Snapshot},
     text::{Act, charts::Chart},
     ui::{
@@ -192,16 +194,23 @@ fn every_moment_is_read_on_every_page() {
             node.accesskit_node().label().is_some_and(|l| l.starts_with("Directions: "))
         };
         assert_eq!(guide.get_all_by_role(Role::Image).filter(wheel).count(), 1, "{}", moment.name);
-        for name in ["Tilt", "Direction", "Size", "Off the line", "Motion", "Blur", "PP", "Views"] {
+        for name in
+            ["Tilt", "Direction", "Size", "Off the line", "Motion", "Blur", "Centre", "Views"]
+        {
             guide.get_by_label(name);
         }
         for number in 1..=moment.snapshot.views.len() {
             guide.get_by_role_and_label(Role::Button, &format!("Remove view {number}"));
         }
-        let result = harness(Page::Result, &moment, Theme::Dark, 1.0);
+        let mut result = harness(Page::Result, &moment, Theme::Dark, 1.0);
         match &moment.snapshot.calibration {
             Some(calibration) => {
-                result.get_by_label(boresight::text::verdict(calibration.verdict));
+                let verdict = boresight::text::verdict_on(calibration);
+                result.get_by_label(&format!("SIMULATED: {verdict}"));
+                result.get_by_label("Principal point by method").scroll_to_me();
+                result.run();
+                result.get_by_label("Principal point by method").click();
+                result.run();
                 result.get_by_label("Bundle adjustment");
                 for finding in &calibration.findings {
                     let (what, action) = boresight::text::finding(finding);
@@ -224,22 +233,12 @@ fn every_moment_is_read_on_every_page() {
 
 fn replay_is_read(moment: &Moment) {
     let page = harness(Page::Replay, moment, Theme::Dark, 1.0);
-    let snapshot = &moment.snapshot;
-    // It plays through the moment after each view, too.
-    let taken = matches!(snapshot.decision.outcome, Outcome::Accepted { .. })
-        && snapshot.decision.progress == Progress::Collecting
-        && snapshot.failures.is_empty();
-    let sentence = if taken {
-        boresight::text::window::taken(snapshot.views.len(), snapshot.views_to_go)
-    } else {
-        moment.sentence.clone()
-    };
-    page.get_by_role_and_label(Role::Status, &sentence);
+    page.get_by_role_and_label(Role::Status, &moment.sentence);
     page.get_by_label(&boresight::text::replay::why(&moment.snapshot));
     page.get_by_label_contains("Decision 1 of 1");
     page.get_by_role_and_label(Role::Image, boresight::text::replay::STRIP);
     page.get_by_role_and_label(Role::Slider, boresight::text::replay::SCRUBBER);
-    for name in ["View before", "Back", "Play", "On", "Next view"] {
+    for name in ["Previous view", "Back", "Play", "Next", "Next view"] {
         page.get_by_role_and_label(Role::Button, name);
     }
 }
@@ -254,10 +253,10 @@ fn settings_are_read(page: &Harness<'_, Table>) {
     for name in ["Quick", "Full", "Adaptive"] {
         page.get_by_role_and_label(Role::RadioButton, name);
     }
-    for name in ["Start a new session", "Mirror", "Speak", "Light or dark"] {
+    for name in ["Start a new session", "Mirror", "Speak", "Colours"] {
         page.get_by_role_and_label(Role::Button, name);
     }
-    page.get_by_role_and_label(Role::Slider, "Size of everything");
+    page.get_by_role_and_label(Role::Slider, "Interface size");
 }
 
 #[test]
@@ -310,9 +309,9 @@ fn faults_come_with_their_next_action() {
     let moments = moments();
     let at = |name: &str| moments.iter().find(|m| m.name == name).expect("a moment of that name");
     let lost = harness(Page::Guide, at("camera lost"), Theme::Dark, 1.0);
-    lost.get_by_label("Plug it in again, at any port; the session goes on with its views.");
+    lost.get_by_label("Plug it back into any port to continue. Your views are safe.");
     let moved = harness(Page::Guide, at("focus moved"), Theme::Dark, 1.0);
-    moved.get_by_label("Switch autofocus and automatic framing off in the camera's own program.");
+    moved.get_by_label("Switch off autofocus and automatic framing in the camera's own program.");
     moved.get_by_label("locked at 30");
     let failed = harness(Page::Guide, at("worker failed"), Theme::Dark, 1.0);
     failed.get_by_label("The detector failed: out of memory");
@@ -336,14 +335,14 @@ fn a_mirror_speaks_from_the_technicians_side() {
     let mut guide = harness(Page::Guide, cut, Theme::Dark, 1.0);
     guide.state_mut().screen.preferences.mirrored = true;
     guide.run();
-    let words = "The right edge of the picture cuts the board off: 40 of 54 corners";
+    let words = "Move left: the board's cut off";
     guide.get_by_role_and_label(Role::Status, words);
 }
 
 #[test]
 fn a_session_that_cannot_start_says_what_to_do() {
     let trouble = UserError {
-        what: "This user may not open the camera".into(),
+        what: "No permission to use the camera".into(),
         action: Some("Run: sudo usermod -aG video $USER, then log out and in".into()),
     };
     let wish = SessionRequest {
@@ -361,7 +360,7 @@ fn a_session_that_cannot_start_says_what_to_do() {
             move |ui, asks: &mut Vec<UiAction>| user_error::show(ui, &trouble, &asked, asks),
             Vec::new(),
         );
-    harness.get_by_label("This user may not open the camera");
+    harness.get_by_label("No permission to use the camera");
     harness.get_by_label("Try again").click();
     harness.run();
     assert_eq!(*harness.state(), [UiAction::Open(Box::new(wish))]);
@@ -404,7 +403,7 @@ fn a_replay_steps_through_decisions_and_says_why() {
     page.get_by_role_and_label(Role::Button, "Back").click();
     page.run();
     says(&page, "Not taken: Hold still");
-    page.get_by_role_and_label(Role::Button, "View before").click();
+    page.get_by_role_and_label(Role::Button, "Previous view").click();
     page.run();
     assert_eq!(page.state().at(), 0);
     for _ in 0..2 {
@@ -412,7 +411,7 @@ fn a_replay_steps_through_decisions_and_says_why() {
         page.run();
     }
     assert_eq!(page.state().at(), 2);
-    page.get_by_label("The recording decided differently here");
+    page.get_by_label("The recording has a different decision here");
 }
 
 #[test]
@@ -443,7 +442,11 @@ fn pages_look_as_they_did() {
     let moments = moments();
     let mut results = SnapshotResults::new();
     for (file, page, name, theme) in [
+        ("guide_partner", Page::Guide, "partner wanted", Theme::Dark),
         ("guide_holding", Page::Guide, "holding", Theme::Dark),
+        ("guide_searching", Page::Guide, "searching", Theme::Light),
+        ("guide_lost", Page::Guide, "camera lost", Theme::Dark),
+        ("result_unfinished", Page::Result, "partner wanted", Theme::Light),
         ("result_good", Page::Result, "done good", Theme::Dark),
         ("replay", Page::Replay, "accepted", Theme::Dark),
         ("settings_light", Page::Settings, "fresh", Theme::Light),
@@ -453,6 +456,13 @@ fn pages_look_as_they_did() {
         harness.snapshot(file);
         results.extend_harness(&mut harness);
     }
+    let partner = moments.iter().find(|m| m.name == "partner wanted").expect("there");
+    let size = egui::vec2(1920.0, 1080.0);
+    let mut afar = harness_at(Page::Guide, partner, (Theme::Dark, 1.0), size);
+    afar.state_mut().screen.distance = true;
+    afar.run();
+    afar.snapshot("guide_distance");
+    results.extend_harness(&mut afar);
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn an_empty_list_and_a_folder_that_is_none_say_so() {
         action: Some("Name a session's folder.".into()),
     };
     let mut page = page(Picker { trouble: Some(trouble), ..Picker::default() });
-    page.get_by_label("There are no recorded sessions yet.");
+    page.get_by_label("No recorded sessions yet. Each session you finish appears here.");
     page.get_by_label("could not read session.toml");
     page.get_by_label("Name a session's folder.");
     page.get_by_role_and_label(Role::Button, "Open").click();

@@ -31,6 +31,33 @@ pub enum Verdict {
     Untrustworthy,
 }
 
+/// Codes of findings that more views put right.
+const OF_TOO_FEW_VIEWS: [&str; 10] = [
+    "VIEWS-FEW",
+    "VIEWS-ALIKE",
+    "TILT-LOW",
+    "DIRECTIONS-FEW",
+    "COVERAGE-LOW",
+    "PRIOR-USED",
+    "CHECK-MISSING",
+    "PP-UNCERTAIN",
+    "F-UNCERTAIN",
+    "PROJECTION-UNCERTAIN",
+];
+
+/// Whether a calibration isn't wrong but unfinished: there are fewer than four views or one tilt axis, and nothing
+/// else is bad. `bad` are the codes of its bad findings.
+pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
+    let mut has_few = false;
+    for code in bad {
+        if !OF_TOO_FEW_VIEWS.contains(&code) {
+            return false;
+        }
+        has_few |= matches!(code, "VIEWS-FEW" | "DIRECTIONS-FEW");
+    }
+    has_few
+}
+
 /// The possible findings. Measured values come with the limit they exceed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FindingCode {
@@ -368,5 +395,22 @@ impl Verdict {
             Some(Severity::Care) => Self::Care,
             Some(Severity::Bad) => Self::Untrustworthy,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_more_views_put_right_is_unfinished() {
+        assert!(is_unfinished(["VIEWS-FEW"]));
+        assert!(is_unfinished(["PP-UNCERTAIN", "DIRECTIONS-FEW"]));
+        assert!(!is_unfinished(["VIEWS-FEW", "FOCUS-MOVED"]));
+        assert!(!is_unfinished(["PP-UNCERTAIN"]));
+        assert!(!is_unfinished([]));
+        let few = FindingCode::FewViews { distinct: 2, wanted: 4 };
+        let one_axis = FindingCode::DirectionsFew { spread: 0.1, wanted: 0.7 };
+        assert!(is_unfinished([few.code(), one_axis.code()]));
     }
 }

@@ -56,6 +56,8 @@ const TILT_NONE_RAD: f64 = 0.17;
 const TILT_USEFUL_RAD: f64 = 0.35;
 /// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`, section 3.2.
 const DIRECTIONS_WANTED: f64 = 0.7;
+/// The same of two pairs whose tilt axes are 20° apart: with less, the board was tipped about one axis only.
+const DIRECTIONS_ONE: f64 = 0.35;
 /// Fraction of the picture that the boards should cover; outside, the distortion is extrapolated. A convention.
 const COVERAGE_WANTED: f64 = 0.4;
 /// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong board, three no board at all.
@@ -152,10 +154,8 @@ fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
 
 fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let (count, distinct) = (evidence.views.len(), evidence.distinct);
-    match distinct {
-        0 | 1 => report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 2 }),
-        2 | 3 => report(Some(Severity::Care), FindingCode::FewViews { distinct, wanted: 4 }),
-        _ => {}
+    if distinct < 4 {
+        report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 4 });
     }
     if distinct < count {
         let severity = match distinct {
@@ -193,7 +193,8 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
     let spread = SymmetricEigen::new(normals).eigenvalues.min().max(0.0).sqrt();
     if distinct >= 2 && spread < DIRECTIONS_WANTED {
         let code = FindingCode::DirectionsFew { spread, wanted: DIRECTIONS_WANTED };
-        report(Some(Severity::Care), code);
+        let is_one_axis = spread < DIRECTIONS_ONE;
+        report(Some(if is_one_axis { Severity::Bad } else { Severity::Care }), code);
     }
     if evidence.coverage < COVERAGE_WANTED {
         let code = FindingCode::CoverageLow { share: evidence.coverage, wanted: COVERAGE_WANTED };

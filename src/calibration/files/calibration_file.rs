@@ -14,7 +14,10 @@ use super::{
 };
 use crate::{
     board::Checkerboard,
-    calibration::{check::finding::Verdict, solve::lens_model::LensModel},
+    calibration::{
+        check::finding::{Verdict, is_unfinished},
+        solve::lens_model::LensModel,
+    },
     geometry::{Camera, Corner},
 };
 
@@ -372,6 +375,12 @@ pub struct CameraEntry {
 }
 
 impl CalibrationFile {
+    /// Whether it isn't wrong but needs more views: see [`is_unfinished`].
+    pub fn is_unfinished(&self) -> bool {
+        let bad = self.findings.iter().filter(|finding| finding.severity == "bad");
+        is_unfinished(bad.map(|finding| finding.code.as_str()))
+    }
+
     /// Reads the tree of a JSON file. Unknown fields are skipped.
     ///
     /// # Errors

@@ -29,7 +29,7 @@ pub struct TableView {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CornerTableError {
     /// A line with fewer than three fields.
-    #[error("line {line}: wants `filename x y level`")]
+    #[error("line {line}: expected `filename x y level`")]
     Fields {
         /// Line, from 1.
         line: usize,
@@ -205,7 +205,7 @@ mod tests {
     fn what_is_wrong_is_named_with_its_line() {
         let refused = |text: &str| read(text, 2).expect_err("refused").to_string();
         assert_eq!(refused("# none\n\n"), "the table is empty");
-        assert_eq!(refused("a 1 2 0\na 1\n"), "line 2: wants `filename x y level`");
+        assert_eq!(refused("a 1 2 0\na 1\n"), "line 2: expected `filename x y level`");
         assert_eq!(refused("a 1 nan 0"), "line 1: \"1\" \"nan\" is not a position in pixels");
         assert_eq!(refused("a 1 1e999 0"), "line 1: \"1\" \"1e999\" is not a position in pixels");
         assert_eq!(refused("\na 1 2 high"), "line 2: \"high\" is not a level");

@@ -116,7 +116,7 @@ impl Streaming {
         let current = offer(&camera.camera_format()).filter(|_| offers.is_empty());
         let chosen = choose(&offers, wanted).or(current);
         let chosen = chosen.and_then(|offer| format(&offer)).ok_or_else(|| {
-            (Fault::NoFormat, format!("{} in no mode that is wanted", camera.info().human_name()))
+            (Fault::NoFormat, format!("{} has no suitable mode", camera.info().human_name()))
         })?;
         if camera.camera_format() != chosen {
             let exact = RequestedFormatType::Exact(chosen);

@@ -56,6 +56,7 @@ impl App {
                     (Act::Tone, preferences.tone),
                     (Act::Speech, preferences.speech),
                     (Act::Panels, preferences.panels),
+                    (Act::Lines, preferences.lines),
                     (Act::Help, self.help),
                 ] {
                     toggle(ui, act, on, asks);

@@ -1,24 +1,38 @@
 //! What is wrong, over the picture, with its next action.
 
-use egui::{Color32, Frame, RichText, Ui};
+use egui::{CollapsingHeader, Color32, Frame, RichText, Ui};
 
 use super::super::{keys::UiAction, screen::Screen, theme};
 use crate::{
+    device::Fault,
     guidance::Progress,
+    session::{Snapshot, Stream},
     text::{self, adjust, window as words},
 };
 
 /// Longer than this without a picture is worth saying.
 const STALLED_SECS: f64 = 2.0;
 
-/// Shows what is wrong, if anything is.
+/// Whether there is anything to show.
+pub(super) fn is_needed(screen: &Screen) -> bool {
+    let set_by_hand = |snapshot: &Snapshot| !snapshot.camera.set_by_hand.is_empty();
+    !troubles(screen).is_empty() || screen.snapshot.as_ref().is_some_and(set_by_hand)
+}
+
+/// Shows what is wrong.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
-    for (what, action) in troubles(screen) {
+    for Trouble { what, action, detail } in troubles(screen) {
         Frame::new().fill(theme::RED.gamma_multiply(0.9)).inner_margin(8.0).show(ui, |ui| {
             ui.set_width(ui.available_width());
             ui.label(RichText::new(what).size(18.0).strong().color(Color32::WHITE));
             if !action.is_empty() {
                 ui.label(RichText::new(action).size(16.0).color(Color32::WHITE));
+            }
+            if !detail.is_empty() {
+                let heading = RichText::new(words::DETAILS).color(Color32::WHITE);
+                CollapsingHeader::new(heading).id_salt(&detail).show(ui, |ui| {
+                    ui.label(RichText::new(&detail).color(Color32::WHITE));
+                });
             }
         });
     }
@@ -40,25 +54,47 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
 }
 
-/// What is wrong and what to do, most important first.
-pub(super) fn troubles(screen: &Screen) -> Vec<(String, String)> {
+/// What is wrong and what to do.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Trouble {
+    what: String,
+    action: String,
+    /// What a device or program said about it; may be empty.
+    detail: String,
+}
+
+/// Everything that is wrong, most important first.
+pub(super) fn troubles(screen: &Screen) -> Vec<Trouble> {
+    let plain = |(what, action): (String, String)| Trouble { what, action, detail: String::new() };
+    let with_detail = |fault: Fault, detail: &str| {
+        let (what, action) = text::camera::fault(fault);
+        Trouble {
+            what: what.into(),
+            action: action.into(),
+            detail: text::camera::printable(detail),
+        }
+    };
     let mut troubles = Vec::new();
     let Some(snapshot) = &screen.snapshot else { return troubles };
     for (worker, reason) in &snapshot.failures {
-        troubles.push((words::failed(worker, reason), words::FAILED_ACTION.into()));
+        troubles.push(plain((words::failed(worker, reason), words::FAILED_ACTION.into())));
     }
-    troubles.extend(text::camera::obstacle(&snapshot.camera));
+    match &snapshot.camera.stream {
+        Stream::Lost { fault, detail } => troubles.push(with_detail(*fault, detail)),
+        _ => troubles.extend(text::camera::obstacle(&snapshot.camera).map(plain)),
+    }
     for (doubt, detail) in &snapshot.camera.doubts {
-        let trouble = text::camera::with_detail(*doubt, detail);
+        let trouble = with_detail(*doubt, detail);
         if !troubles.contains(&trouble) {
             troubles.push(trouble);
         }
     }
+    troubles.extend(words::other_board(snapshot).map(plain));
     let silent = screen.picture.came_secs.map_or(0.0, |came| screen.now_secs - came);
     let collecting = snapshot.decision.progress == Progress::Collecting;
     let still_going = collecting && !snapshot.source_ended && !snapshot.paused;
     if troubles.is_empty() && still_going && silent > STALLED_SECS {
-        troubles.push((words::stalled(silent), words::STALLED_ACTION.into()));
+        troubles.push(plain((words::stalled(silent), words::STALLED_ACTION.into())));
     }
     troubles
 }

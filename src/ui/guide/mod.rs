@@ -2,8 +2,11 @@
 
 mod banner;
 mod controls;
+mod distance;
 mod gauges;
 pub(super) mod ghost;
+mod icon;
+mod lost;
 mod numbers;
 pub(super) mod overlay;
 mod sentence;
@@ -26,11 +29,23 @@ pub(super) use sentence::words as sentence_words;
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
-    Panel::top("sentence").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
-        sentence::show(ui, screen);
-        banner::show(ui, screen, asks);
-    });
-    if screen.preferences.panels {
+    let high = sentence::height(ui, screen);
+    Panel::top("sentence").frame(Frame::new()).exact_size(high).show_separator_line(false).show(
+        ui,
+        |ui| {
+            sentence::show(ui, screen);
+        },
+    );
+    if banner::is_needed(screen) {
+        Panel::top("banner").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
+            banner::show(ui, screen, asks);
+        });
+    }
+    if screen.distance {
+        Panel::bottom("hold").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
+            distance::hold(ui, screen);
+        });
+    } else if screen.preferences.panels {
         Panel::bottom("status").show_separator_line(false).show(ui, |ui| status(ui, screen));
         Panel::right("numbers").resizable(false).exact_size(252.0).show(ui, |ui| {
             // A bar that is seen: what does not fit, with a camera's controls, is below.
@@ -71,7 +86,14 @@ fn picture(ui: &mut Ui, screen: &Screen) {
     if let Some(texture) = screen.picture.texture() {
         Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
     }
-    overlay::paint(&ui.painter_at(placed.rect), &placed, screen);
+    let painter = ui.painter_at(placed.rect);
+    overlay::paint(&painter, &placed, screen);
+    if screen.distance {
+        distance::count(&painter, placed.rect, screen);
+    }
+    if let Some(secs) = screen.lost_secs() {
+        lost::paint(&painter, placed.rect, secs);
+    }
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::PICTURE));
 }
 
@@ -93,7 +115,8 @@ fn status(ui: &mut Ui, screen: &Screen) {
         // A picture that did not come from a running source is one of a recording.
         let is_recording = screen.picture.texture().is_some() && screen.picture.came_secs.is_none();
         if !is_recording {
-            let frames = words::frames(screen.picture.per_sec(), screen.frames_replaced);
+            let rate = screen.picture.per_sec().filter(|_| screen.lost_secs().is_none());
+            let frames = words::frames(rate, screen.frames_replaced);
             ui.label(RichText::new(frames).small()).on_hover_text(words::FRAMES_TIP);
         }
         ui.label(RichText::new(&screen.source).small().weak());

@@ -12,6 +12,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
         Some(words::principal_point(snapshot)),
         Some(words::focal_length(snapshot)),
         words::precision(snapshot),
+        words::precision_over_picture(snapshot),
         Some(words::views(snapshot)),
         Some(words::pair_balance(snapshot)),
         Some(words::coverage(snapshot)),
@@ -19,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
         words::predicted(snapshot),
         words::measured_noise(snapshot),
     ];
-    Grid::new("numbers").num_columns(2).spacing([8.0, 1.0]).show(ui, |ui| {
+    Grid::new("numbers").num_columns(2).min_row_height(16.0).spacing([8.0, 1.0]).show(ui, |ui| {
         for ((name, tip), value) in words::NUMBERS.into_iter().zip(values) {
             let Some(value) = value else { continue };
             ui.label(RichText::new(name).size(11.0).weak()).on_hover_text(tip);

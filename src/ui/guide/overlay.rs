@@ -1,14 +1,16 @@
 //! What is drawn on the live picture. It comes from an older frame than the picture and fades with its age.
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2};
-use nalgebra::{Matrix2, Point2, SymmetricEigen};
+use egui::{
+    Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, epaint::TextShape, pos2,
+};
+use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 
 use super::{
     super::{picture::Placed, screen::Screen, theme},
     ghost,
 };
 use crate::{
-    geometry::{Camera, PrincipalLine},
+    geometry::{BoardOutline, Camera, GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px},
     guidance::Advice,
     session::Snapshot,
     text,
@@ -25,10 +27,21 @@ const FLASH_SECS: f64 = 0.45;
 pub(super) fn paint(painter: &Painter, placed: &Placed, screen: &Screen) {
     let Some(snapshot) = &screen.snapshot else { return };
     let opacity = opacity(screen.overlay_age_secs());
-    views(painter, placed, snapshot);
-    ghost::paint(painter, placed, snapshot);
-    live(painter, placed, snapshot, opacity);
-    principal_point(painter, placed, snapshot);
+    let lines = screen.preferences.lines;
+    coverage(painter, placed, snapshot);
+    if lines {
+        views(painter, placed, snapshot);
+    }
+    if snapshot.camera.may_take() {
+        ghost::paint(painter, placed, snapshot);
+    }
+    live(painter, placed, snapshot, lines, opacity);
+    if lines {
+        principal_point(painter, placed, snapshot);
+    }
+    if text::is_simulated(&screen.source) {
+        simulated(painter, placed);
+    }
     if let Advice::Holding { progress } = snapshot.decision.advice {
         ring(painter, placed, snapshot, progress as f32);
     }
@@ -42,7 +55,7 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, screen: &Screen) {
             egui::StrokeKind::Middle,
         );
     }
-    if let Some(age_secs) = screen.overlay_age_secs() {
+    if let Some(age_secs) = screen.overlay_age_secs().filter(|_| screen.lost_secs().is_none()) {
         let words = text::window::overlay_age(age_secs);
         let at = placed.rect.right_bottom() - Vec2::splat(8.0);
         shaded_text(painter, at, Align2::RIGHT_BOTTOM, &words, 12.0);
@@ -55,6 +68,45 @@ fn opacity(age_secs: Option<f64>) -> f32 {
     (1.0 - (age_secs - FRESH_SECS) / (OLD_SECS - FRESH_SECS)).clamp(0.15, 1.0) as f32
 }
 
+/// The part of the picture in which boards have been.
+fn coverage(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
+    let (size, columns) = (snapshot.setup.image_size, snapshot.setup.board.columns());
+    let outlines: Vec<BoardOutline> = snapshot
+        .views
+        .iter()
+        .filter_map(|view| BoardOutline::of(&view.corners_px, columns))
+        .collect();
+    let half_px = Vector2::new(
+        0.5 * f64::from(size.width_px) / f64::from(GRID_COLUMNS),
+        0.5 * f64::from(size.height_px) / f64::from(GRID_ROWS),
+    );
+    for centre_px in cell_centres_px(size) {
+        if outlines.iter().any(|outline| outline.covers(&centre_px)) {
+            let corners = [centre_px - half_px, centre_px + half_px].map(|px| placed.pos(&px));
+            let cell = Rect::from_two_pos(corners[0], corners[1]);
+            painter.rect_filled(cell, 0.0, theme::COVERED);
+        }
+    }
+}
+
+/// Says across the picture that the camera is simulated.
+fn simulated(painter: &Painter, placed: &Placed) {
+    let size = 0.11 * placed.rect.width();
+    let font = FontId::proportional(size);
+    let words = text::window::SIMULATED_CAMERA;
+    for (shift, color) in
+        [(1.5, Color32::from_black_alpha(70)), (0.0, Color32::from_white_alpha(60))]
+    {
+        let galley = painter.layout_no_wrap(words.into(), font.clone(), color);
+        let angle = -placed.rect.height().atan2(placed.rect.width());
+        let (sin, cos) = angle.sin_cos();
+        let half = 0.5 * galley.size();
+        let turned = Vec2::new(cos * half.x - sin * half.y, sin * half.x + cos * half.y);
+        let at = placed.rect.center() - turned + Vec2::splat(shift);
+        painter.add(TextShape::new(at, galley, color).with_angle(angle));
+    }
+}
+
 /// The accepted views' lines: thin, one colour per direction.
 fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     for view in snapshot.views.iter() {
@@ -65,8 +117,8 @@ fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     }
 }
 
-/// This frame's corners and its line, bold.
-fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
+/// This frame's corners; its line, bold, with `lines`.
+fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, lines: bool, opacity: f32) {
     let Some(live) = &snapshot.live else { return };
     let Ok(corners_px) = &live.corners_px else { return };
     let radius = (0.0025 * placed.rect.width()).clamp(2.0, 5.0);
@@ -79,7 +131,7 @@ fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
         );
         painter.circle_filled(at, radius, theme::LIVE.gamma_multiply(opacity));
     }
-    if let Some(measured) = &live.measured {
+    if let Some(measured) = live.measured.as_ref().filter(|_| lines) {
         let line = line_on_screen(placed, snapshot, &measured.line);
         for stroke in theme::strokes(4.0, theme::LIVE, opacity) {
             painter.add(Shape::line(line.clone(), stroke));

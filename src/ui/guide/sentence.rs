@@ -1,67 +1,109 @@
-//! One sentence, as large as the width allows.
+//! One sentence in letters of one size, with a sign of the movement that it asks for.
 
-use egui::{Align2, Color32, FontId, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role};
+use egui::{
+    Align2, Color32, FontId, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2,
+};
 
-use super::super::{screen::Screen, theme};
-use crate::{guidance::Advice, guidance::Progress, session::Snapshot, text};
+use super::{
+    super::{screen::Screen, theme},
+    icon,
+};
+use crate::{
+    session::Prompt,
+    text::{self, window as words},
+};
 
-/// Sizes of the letters. A few sizes only, so that few letters are redrawn when a number changes.
-const SIZES: [f32; 8] = [84.0, 72.0, 62.0, 54.0, 46.0, 40.0, 34.0, 28.0];
-/// How long "Taken" stands.
-const TAKEN_SECS: f64 = 1.2;
+/// How large letters are, whatever the sentence.
+struct Size {
+    /// Height of the band as a share of the window's.
+    band: f32,
+    /// Height of letters as a share of the band's …
+    letters: f32,
+    /// … and at most as a share of the width that a line of the longest sentence has.
+    across: f32,
+}
+
+/// At the computer: one line.
+const NEAR: Size = Size { band: 0.14, letters: 0.6, across: 1.0 / 17.5 };
+/// From afar: up to two lines.
+const FAR: Size = Size { band: 0.3, letters: 0.4, across: 1.0 / 9.5 };
+
+/// Side of the sign as a share of the band's height.
+const SIGN: f32 = 0.8;
 
 /// What is to be read, and its colour.
 pub(in super::super) fn words(screen: &Screen) -> (String, Color32) {
     let Some(snapshot) = &screen.snapshot else {
-        return (text::window::STARTING.into(), theme::GREY);
+        return (words::STARTING.into(), theme::GREY);
     };
-    let over = snapshot.decision.progress != Progress::Collecting;
-    let just_taken = screen.since_taken_secs().is_some_and(|since| since < TAKEN_SECS);
-    if just_taken && !over && snapshot.failures.is_empty() && snapshot.camera.may_take() {
-        return (text::window::taken(snapshot.views.len(), snapshot.views_to_go), theme::GREEN);
-    }
-    let sentence = text::window::sentence(snapshot, screen.preferences.mirrored);
-    (sentence, color(snapshot))
+    let mirrored = screen.preferences.mirrored;
+    (words::sentence(snapshot, mirrored), color(snapshot.shown.prompt))
 }
 
-fn color(snapshot: &Snapshot) -> Color32 {
-    if !snapshot.failures.is_empty() || !snapshot.camera.may_take() {
-        return theme::RED;
-    }
-    match (snapshot.decision.progress, snapshot.decision.advice) {
-        (Progress::Complete, _) | (_, Advice::Holding { .. } | Advice::HoldStill { .. }) => {
-            theme::GREEN
-        }
-        (Progress::Exhausted, _) | (_, Advice::Mend { .. }) => theme::AMBER,
+fn color(prompt: Prompt) -> Color32 {
+    match prompt {
+        Prompt::Failed | Prompt::CameraLost | Prompt::Frozen | Prompt::LensMoved(_) => theme::RED,
+        Prompt::Complete | Prompt::Taken | Prompt::HoldStill => theme::GREEN,
+        Prompt::Exhausted
+        | Prompt::CameraNotReady
+        | Prompt::Uncover
+        | Prompt::Glare
+        | Prompt::OtherBoard { .. }
+        | Prompt::Blurred
+        | Prompt::Dark
+        | Prompt::Busy
+        | Prompt::Contradicts
+        | Prompt::OtherSize => theme::AMBER,
         _ => Color32::WHITE,
     }
+}
+
+fn size(screen: &Screen) -> Size {
+    if screen.distance { FAR } else { NEAR }
+}
+
+/// Height of the band.
+pub(super) fn height(ui: &Ui, screen: &Screen) -> f32 {
+    (size(screen).band * ui.ctx().content_rect().height()).max(64.0)
 }
 
 /// Shows it over the full width.
 pub(super) fn show(ui: &mut Ui, screen: &Screen) -> Response {
     let (words, color) = words(screen);
     let width = ui.available_width();
-    let high = (ui.ctx().content_rect().height() * 0.14).clamp(64.0, 130.0);
+    let Size { letters, across, .. } = size(screen);
+    let high = height(ui, screen);
     let (rect, response) = ui.allocate_exact_size(Vec2::new(width, high), Sense::hover());
     let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 0.0, Color32::from_gray(18));
-    let room = rect.shrink2(Vec2::new(16.0, 2.0)).size();
-    let fitting = SIZES
-        .iter()
-        .map(|size| painter.layout(words.clone(), FontId::proportional(*size), color, room.x));
-    // The largest in which it fits; letters of one line read best from afar.
-    let mut galley = None;
-    for next in fitting {
-        let fits = next.size().y <= room.y && next.size().x <= room.x;
-        galley = Some(next);
-        if fits {
-            break;
-        }
+    painter.rect_filled(rect, 0.0, theme::BAND);
+    let prompt =
+        screen.snapshot.as_ref().map(|s| text::window::prompt(s, screen.preferences.mirrored));
+    let sign = prompt.and_then(icon::of);
+    let side = if sign.is_some() { SIGN * high } else { 0.0 };
+    // One size for every sentence: a change of size is a change that says nothing.
+    let room = width - SIGN * high - 3.0 * theme::UNIT;
+    let size = (letters * high).min(across * room).floor();
+    let font = FontId::proportional(size);
+    let mut galley = if screen.distance {
+        painter.layout(words.clone(), font, color, room)
+    } else {
+        painter.layout_no_wrap(words.clone(), font, color)
+    };
+    let fits = (room / galley.size().x).min(high / galley.size().y);
+    if fits < 1.0 {
+        // Longer than any sentence of a session.
+        let fitting = FontId::proportional((size * fits).floor().max(1.0));
+        galley = painter.layout(words.clone(), fitting, color, room);
     }
-    if let Some(galley) = galley {
-        let at = Align2::CENTER_CENTER.anchor_size(rect.center(), galley.size());
-        painter.galley(at.min, galley, color);
+    let gap = if sign.is_some() { theme::UNIT } else { 0.0 };
+    let both = Vec2::new(side + gap + galley.size().x, galley.size().y);
+    let at = Align2::CENTER_CENTER.anchor_size(rect.center(), both);
+    if let Some(sign) = sign {
+        let middle = pos2(at.left() + 0.5 * side, rect.center().y);
+        let place = Rect::from_center_size(middle, Vec2::splat(side));
+        icon::paint(&painter, place.shrink(0.12 * side), sign, color);
     }
+    painter.galley(pos2(at.left() + side + gap, at.top()), galley, color);
     response.widget_info(|| WidgetInfo::labeled(Role::Status, true, &words));
     response
 }

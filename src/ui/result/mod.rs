@@ -60,7 +60,7 @@ pub fn show(
             ui.label(RichText::new(words::ENDING).size(22.0));
         }
         State::Ended(ended) => {
-            actions(ui, ended, context, asks);
+            actions(ui, ended, (context, has_result), asks);
             if has_result {
                 comparison::ask(ui, &mut table.comparison, asks);
             }
@@ -79,17 +79,24 @@ pub fn show(
     });
 }
 
-fn actions(ui: &mut Ui, ended: &Ended, context: &Context<'_>, asks: &mut Vec<UiAction>) {
+fn actions(
+    ui: &mut Ui,
+    ended: &Ended,
+    (context, has_result): (&Context<'_>, bool),
+    asks: &mut Vec<UiAction>,
+) {
     if let Some(trouble) = &ended.trouble {
         error_lines(ui, trouble);
     }
     ui.horizontal_wrapped(|ui| {
         ui.label(words::EXPORT);
-        for (index, name) in context.formats.iter().enumerate() {
-            if ui.button(*name).on_hover_text(words::export_tip(name)).clicked() {
-                asks.push(UiAction::Export(index));
+        ui.add_enabled_ui(has_result, |ui| {
+            for (index, name) in context.formats.iter().enumerate() {
+                if ui.button(*name).on_hover_text(words::export_tip(name)).clicked() {
+                    asks.push(UiAction::Export(index));
+                }
             }
-        }
+        });
     });
     match context.exported {
         Some(Ok(file)) => {

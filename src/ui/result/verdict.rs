@@ -1,13 +1,17 @@
 //! The verdict in words, with the findings and the numbers.
 
-use egui::{Grid, RichText, Sense, Ui, Vec2};
+use egui::{
+    CollapsingHeader, Color32, Grid, Painter, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2,
+};
 
 use super::{
     super::{screen::Screen, theme},
     comparison::{self, Comparison},
 };
 use crate::{
-    calibration::{Severity, Verdict},
+    calibration::{Calibration, Severity, Verdict},
+    geometry::{BoardOutline, open_corners},
+    session::Snapshot,
     text::{self, window as words},
 };
 
@@ -16,48 +20,133 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
     let snapshot = screen.snapshot.as_ref();
     let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
     let Some((snapshot, calibration)) = shown else {
-        ui.label(RichText::new(words::NO_RESULT).size(22.0));
+        nothing(ui, screen);
         return;
     };
+    let card = theme::card(ui.visuals());
+    card.show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        verdict(ui, screen, snapshot, calibration);
+    });
+    if !calibration.findings.is_empty() {
+        ui.add_space(theme::UNIT);
+        card.show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            findings(ui, snapshot, calibration);
+        });
+    }
+    comparison::show(ui, compared);
+    ui.add_space(theme::UNIT);
+    card.show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.label(RichText::new(words::NUMBERS_HEADING).size(theme::TITLE).strong());
+        table(ui, "result", words::result_lines(calibration).into_iter().map(|(n, v)| (n, v, "")));
+    });
+    ui.add_space(theme::UNIT);
+    let heading = RichText::new(words::METHODS).strong();
+    let fold = CollapsingHeader::new(heading).show(ui, |ui| {
+        table(ui, "methods", words::method_lines(&calibration.principal_point).into_iter());
+    });
+    fold.header_response.on_hover_text(words::METHODS_TIP);
+}
+
+/// Why there is no result, and what to try.
+fn nothing(ui: &mut Ui, screen: &Screen) {
+    let has_views = screen.snapshot.as_ref().is_some_and(|snapshot| !snapshot.views.is_empty());
+    theme::card(ui.visuals()).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        if has_views || screen.asked.is_empty() {
+            ui.label(RichText::new(words::NO_RESULT).size(theme::TITLE));
+            return;
+        }
+        ui.label(RichText::new(words::NO_VIEW_TAKEN).size(theme::TITLE).strong());
+        if let Some(reasons) = words::most_often(&screen.asked) {
+            ui.label(reasons);
+        }
+        ui.label(words::TRY);
+    });
+}
+
+/// The verdict, the two numbers that matter, and where no board has been.
+fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Calibration) {
+    let palette = theme::palette(ui.visuals());
     let color = match calibration.verdict {
-        Verdict::Good => theme::GREEN,
-        Verdict::Care => theme::AMBER,
-        Verdict::Untrustworthy => theme::RED,
+        Verdict::Good => palette.good,
+        Verdict::Care => palette.care,
+        Verdict::Untrustworthy => palette.bad,
     };
-    ui.label(RichText::new(text::verdict(calibration.verdict)).size(28.0).strong().color(color));
-    ui.add_space(6.0);
+    let verdict = text::of_source(&screen.source, text::verdict_on(calibration));
+    ui.horizontal_wrapped(|ui| {
+        let (rect, _) = ui.allocate_exact_size(Vec2::splat(theme::VERDICT), Sense::hover());
+        sign(ui.painter(), rect, calibration.verdict, color);
+        ui.label(RichText::new(verdict).size(theme::VERDICT).strong().color(color));
+    });
+    for accuracy in words::accuracies(snapshot) {
+        ui.label(RichText::new(accuracy).size(theme::TITLE));
+    }
+    if let Some(check) = words::independent_check(&calibration.principal_point) {
+        ui.label(RichText::new(check).size(theme::TITLE));
+    }
+    let columns = snapshot.setup.board.columns();
+    let outlines: Vec<BoardOutline> = snapshot
+        .views
+        .iter()
+        .filter_map(|view| BoardOutline::of(&view.corners_px, columns))
+        .collect();
+    if calibration.verdict != Verdict::Untrustworthy
+        && let Some(open) = words::open_corners(open_corners(&outlines, calibration.image_size))
+    {
+        ui.label(format!("{open} {}", words::TAKE_THEM));
+    }
+}
+
+/// A sign that is told apart by its shape: a tick, an exclamation mark or a cross.
+fn sign(painter: &Painter, rect: Rect, verdict: Verdict, color: Color32) {
+    let (middle, half) = (rect.center(), 0.5 * rect.width());
+    let stroke = Stroke::new(0.16 * half, color);
+    let at = |x: f32, y: f32| middle + half * Vec2::new(x, y);
+    painter.circle_stroke(middle, 0.9 * half, stroke);
+    match verdict {
+        Verdict::Good => {
+            painter.add(Shape::line(vec![at(-0.45, 0.0), at(-0.1, 0.35), at(0.45, -0.35)], stroke));
+        }
+        Verdict::Care => {
+            painter.line_segment([at(0.0, -0.5), at(0.0, 0.15)], stroke);
+            painter.circle_filled(at(0.0, 0.45), 0.1 * half, color);
+        }
+        Verdict::Untrustworthy => {
+            painter.line_segment([at(-0.4, -0.4), at(0.4, 0.4)], stroke);
+            painter.line_segment([at(-0.4, 0.4), at(0.4, -0.4)], stroke);
+        }
+    }
+}
+
+fn findings(ui: &mut Ui, snapshot: &Snapshot, calibration: &Calibration) {
+    let palette = theme::palette(ui.visuals());
     for finding in &calibration.findings {
         let (what, action) = text::finding_in_session(finding, &snapshot.views);
         let mark = match finding.severity {
-            Severity::Info => theme::GREY,
-            Severity::Care => theme::AMBER,
-            Severity::Bad => theme::RED,
+            Severity::Info => palette.info,
+            Severity::Care => palette.care,
+            Severity::Bad => palette.bad,
         };
         ui.horizontal_wrapped(|ui| {
-            let (dot, _) = ui.allocate_exact_size(Vec2::splat(16.0), Sense::hover());
+            let (dot, _) = ui.allocate_exact_size(Vec2::splat(2.0 * theme::UNIT), Sense::hover());
             ui.painter().circle_filled(dot.center(), 5.0, mark);
-            ui.label(RichText::new(format!("{what}.")).size(16.0))
-                .on_hover_text(finding.code.code());
-            ui.label(RichText::new(action).size(16.0).strong());
+            ui.label(format!("{what}.")).on_hover_text(finding.code.code());
+            ui.label(RichText::new(action).strong());
         });
     }
-    if calibration.findings.is_empty() {
-        ui.label(words::NO_FINDINGS);
-    }
-    comparison::show(ui, compared);
-    ui.add_space(8.0);
-    Grid::new("result").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
-        for (name, value) in words::result_lines(calibration) {
-            ui.label(RichText::new(name).weak());
-            ui.label(value);
-            ui.end_row();
-        }
-    });
-    ui.add_space(8.0);
-    ui.label(RichText::new(words::METHODS).strong()).on_hover_text(words::METHODS_TIP);
-    Grid::new("methods").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
-        for (name, value, tip) in words::method_lines(&calibration.principal_point) {
-            ui.label(RichText::new(name).weak()).on_hover_text(tip);
+}
+
+fn table<'a>(ui: &mut Ui, name: &str, lines: impl Iterator<Item = (&'a str, String, &'a str)>) {
+    let spacing = [3.0 * theme::UNIT, 0.5 * theme::UNIT];
+    Grid::new(name).num_columns(2).spacing(spacing).show(ui, |ui| {
+        for (name, value, tip) in lines {
+            let name = ui.label(RichText::new(name).weak());
+            if !tip.is_empty() {
+                name.on_hover_text(tip);
+            }
             ui.label(value);
             ui.end_row();
         }

@@ -1,0 +1,38 @@
+//! What is read from afar: how far the hold is along the bottom edge, and how many views there are.
+
+use egui::{Align2, Color32, FontId, Painter, Rect, Sense, Ui, Vec2};
+
+use super::super::{screen::Screen, theme};
+use crate::guidance::Advice;
+
+/// Height of the bar as a share of the window's.
+const BAR: f32 = 0.035;
+/// Height of the count as a share of the picture's.
+const COUNT: f32 = 0.3;
+
+/// The bar, whose place is kept while nothing is held.
+pub(super) fn hold(ui: &mut Ui, screen: &Screen) {
+    let high = BAR * ui.ctx().content_rect().height();
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), high), Sense::hover());
+    ui.painter().rect_filled(rect, 0.0, theme::BAND);
+    let advice = screen.snapshot.as_ref().map(|snapshot| snapshot.decision.advice);
+    if let Some(Advice::Holding { progress }) = advice {
+        let width = rect.width() * progress.clamp(0.0, 1.0) as f32;
+        let done = Rect::from_min_size(rect.min, Vec2::new(width, rect.height()));
+        ui.painter().rect_filled(done, 0.0, theme::GREEN);
+    }
+}
+
+/// The number of views, in a corner of the picture.
+pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
+    let Some(snapshot) = screen.snapshot.as_ref().filter(|snapshot| !snapshot.views.is_empty())
+    else {
+        return;
+    };
+    let font = FontId::proportional(COUNT * rect.height());
+    let at = rect.right_bottom() - Vec2::splat(2.0 * theme::UNIT);
+    let number = snapshot.views.len().to_string();
+    let shade = Color32::from_black_alpha(160);
+    painter.text(at + Vec2::splat(3.0), Align2::RIGHT_BOTTOM, &number, font.clone(), shade);
+    painter.text(at, Align2::RIGHT_BOTTOM, number, font, Color32::from_white_alpha(200));
+}

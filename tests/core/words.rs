@@ -1,0 +1,122 @@
+//! Words that give a translation away don't return.
+
+use std::path::{Path, PathBuf};
+
+/// Never in a sentence for a person.
+const NEVER: [&str; 17] = [
+    "want",
+    "wants",
+    "wanted",
+    "mend",
+    "anew",
+    "go on",
+    "goes on",
+    "going on",
+    "gone on",
+    "stands",
+    "told",
+    "by itself",
+    "by themselves",
+    "of another",
+    "there already",
+    "plug it out",
+    "may not be",
+];
+
+/// The string literals of a source file outside its tests, with what is inserted into them left out.
+fn literals(source: &str) -> Vec<String> {
+    let source = source.split("#[cfg(test)]").next().unwrap_or_default();
+    let mut found = Vec::new();
+    let mut letters = source.chars().peekable();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '/' if letters.peek() == Some(&'/') => {
+                letters.by_ref().find(|letter| *letter == '\n');
+            }
+            '\'' => {
+                // A character, or a lifetime.
+                let mut ahead = letters.clone();
+                let first = ahead.next();
+                if first == Some('\\') || ahead.next() == Some('\'') {
+                    let escaped = letters.next() == Some('\\');
+                    if escaped {
+                        letters.next();
+                    }
+                    letters.find(|letter| *letter == '\'');
+                }
+            }
+            '"' => {
+                let (mut words, mut depth) = (String::new(), 0);
+                while let Some(letter) = letters.next() {
+                    match letter {
+                        '"' => break,
+                        '\\' => {
+                            letters.next();
+                        }
+                        '{' => depth += 1,
+                        '}' => depth -= 1,
+                        letter if depth == 0 => words.push(letter),
+                        _ => {}
+                    }
+                }
+                found.push(words);
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// The words of `NEVER` in `sentence`.
+fn foreign(sentence: &str) -> Vec<&'static str> {
+    let words: Vec<String> = sentence
+        .split(|letter: char| !letter.is_alphanumeric() && letter != '\'')
+        .filter(|word| !word.is_empty())
+        .map(str::to_lowercase)
+        .collect();
+    let padded = format!(" {} ", words.join(" "));
+    NEVER.into_iter().filter(|never| padded.contains(&format!(" {never} "))).collect()
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+#[test]
+fn sentences_read_as_if_written_in_english() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut count = 0;
+    for room in ["text", "cli", "app", "ui"] {
+        for path in sources(&source.join(room)) {
+            let text = std::fs::read_to_string(&path).expect("readable");
+            for sentence in literals(&text) {
+                count += usize::from(sentence.contains(' '));
+                assert_eq!(foreign(&sentence), [""; 0], "{}: {sentence:?}", path.display());
+            }
+        }
+    }
+    assert!(count > 300, "{count} sentences found");
+}
+
+#[test]
+fn the_scanner_sees_sentences_only() {
+    let source = r#"
+        // "a comment wants this"
+        fn f<'a>(c: char) { if c == '"' || c == '\'' { say("Tip it: {wanted_px} px") } }
+        const B: &str = "He said \"told\" twice";
+    "#;
+    assert_eq!(literals(source), ["Tip it:  px", "He said told twice"]);
+    assert_eq!(foreign("He said told twice"), ["told"]);
+    assert_eq!(foreign("Tip it: 22°, want 40°"), ["want"]);
+    assert_eq!(foreign("It wants more; go on"), ["wants", "go on"]);
+    assert_eq!(foreign("Wantedness, storytold"), [""; 0]);
+}

@@ -1,0 +1,87 @@
+//! Makes the pictures in `fixtures/screenshots` from a session that was recorded with all of its pictures:
+//! `BORESIGHT_SCREENSHOTS=SESSION cargo test --test window screenshots`.
+
+use std::path::Path;
+
+use boresight::{
+    app::recordings,
+    frame::{CaptureTime, Frame, FrameId, FrameKind},
+    guidance::{Advice, Purpose},
+    session::{Outcome, Prompt, Snapshot},
+};
+use egui::{Theme, Vec2};
+use image::imageops::FilterType;
+
+use crate::{Page, fixtures::Moment, harness_at};
+
+type Picked = (&'static str, Page, fn(&Snapshot) -> bool);
+
+const PICTURES: [Picked; 5] = [
+    ("guide_tilting", Page::Guide, |step| is_about_the_pose(step) && sees_a_board(step)),
+    (
+        "guide_holding",
+        Page::Guide,
+        |step| matches!(step.decision.advice, Advice::Holding { progress } if progress > 0.5),
+    ),
+    ("guide_taken", Page::Guide, |step| matches!(step.decision.outcome, Outcome::Accepted { .. })),
+    ("guide_partner_wanted", Page::Guide, |step| {
+        let partner = |purpose| matches!(purpose, Purpose::Partner { .. });
+        step.target.as_ref().is_some_and(|target| partner(target.purpose))
+            && is_about_the_pose(step)
+            && sees_a_board(step)
+    }),
+    ("result", Page::Result, |step| step.shown.prompt == Prompt::Complete),
+];
+
+fn is_about_the_pose(step: &Snapshot) -> bool {
+    use Prompt::{Shift, Tip, TipFurther, TipInstead, TurnTilt};
+    matches!(
+        step.shown.prompt,
+        Tip(_) | TipInstead(_) | TipFurther(_) | TurnTilt { .. } | Shift(..)
+    )
+}
+
+fn sees_a_board(step: &Snapshot) -> bool {
+    step.live.as_ref().is_some_and(|live| live.corners_px.is_ok())
+}
+
+#[test]
+fn the_pictures_of_the_documents_are_painted() {
+    let Some(folder) = std::env::var_os("BORESIGHT_SCREENSHOTS") else { return };
+    let recording = recordings::open(Path::new(&folder)).expect("a session");
+    let into = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/screenshots");
+    for (name, page, is_it) in PICTURES {
+        let step = recording.steps.iter().find(|step| is_it(step)).expect("a moment like this");
+        let moment = Moment {
+            name: name.into(),
+            snapshot: step.clone(),
+            sentence: String::new(),
+            taken: false,
+        };
+        let mut painted = harness_at(page, &moment, (Theme::Dark, 1.0), Vec2::new(1280.0, 800.0));
+        let frame = step.live.as_ref().and_then(|live| (recording.load)(live.frame_id.0));
+        if let Some(image) = frame {
+            let captured_at =
+                step.live.as_ref().map_or(CaptureTime { nanos: 0 }, |live| live.captured_at);
+            let frame = Frame {
+                id: FrameId(2),
+                captured_at,
+                kind: FrameKind::Video,
+                name: String::new(),
+                image,
+            };
+            let ctx = painted.ctx.clone();
+            painted.state_mut().screen.picture.show_frame(&ctx, &frame, 9.99);
+        }
+        for view in step.views.iter() {
+            if let Some(image) = (recording.load)(view.frame_id.0) {
+                let ctx = painted.ctx.clone();
+                painted.state_mut().screen.add_thumbnail(&ctx, view.number, &image);
+            }
+        }
+        painted.run();
+        let picture = painted.render().expect("painted");
+        let small = image::imageops::resize(&picture, 800, 500, FilterType::Lanczos3);
+        small.save(into.join(format!("{name}.png"))).expect("written");
+    }
+}
