@@ -167,7 +167,7 @@ pub fn check_file(
 ///
 /// # Errors
 ///
-/// [`crate::recording::RecordingError::Write`].
+/// [`crate::files::FileError::Write`].
 pub fn store(session: &Path, check: &CheckFile) -> anyhow::Result<PathBuf> {
     let file = session.join(CHECK_FILE);
     save(&file, serde_json::to_string_pretty(&check.to_json()?)?.as_bytes(), Overwrite::Allowed)?;

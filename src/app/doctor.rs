@@ -96,7 +96,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     let is_whole = problems.is_empty();
     if is_whole {
         let missing = missing_lines(path, &contents).or_else(|| fewer_views(path, &contents));
-        problems.extend(missing.map(text::doctor::lines_missing));
+        problems.extend(missing.map(|reason| text::doctor::lines_missing(&reason)));
     }
     let is_proven = contents.header_crc32.is_some();
     let reading = JournalReading::new(path, header, contents);

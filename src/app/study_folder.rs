@@ -70,7 +70,7 @@ impl StudyFolder {
     ///
     /// # Errors
     ///
-    /// [`crate::recording::RecordingError::Write`].
+    /// [`crate::files::FileError::Write`].
     pub fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
         Ok(save(&self.path.join(name), bytes, Overwrite::Allowed)?)
     }

@@ -49,7 +49,7 @@ pub const TRUTH_SCHEMA: &str = "boresight.truth/1";
 ///
 /// # Errors
 ///
-/// [`crate::recording::RecordingError::Write`].
+/// [`crate::files::FileError::Write`].
 pub fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<()> {
     let path = session.join("truth.json");
     let mut frames = earlier_frames(&path);
@@ -57,7 +57,7 @@ pub fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<
         let t = &cam_from_board.translation.vector;
         let q = cam_from_board.rotation.quaternion();
         FramePose {
-            frame: frame.0 + first_frame,
+            frame: frame.0.saturating_add(first_frame),
             rotation_wxyz: [q.w, q.i, q.j, q.k],
             translation_m: [t.x, t.y, t.z],
         }

@@ -13,7 +13,7 @@ use super::{
     solve::{
         bundle::{InvalidCorners, Observations},
         free_homography::{self, DistortionCentrePrior},
-        initial_guess::{NotPlanar, as_seen, distinct_views, start},
+        initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, start},
         lens_model::{LensModel, LensPrior},
         model_choice::{ModelChoice, ModelSearch, fit_models},
     },
@@ -115,6 +115,7 @@ pub fn calibrate(
         free = fit_free(&observations);
     }
     let problem = Inputs {
+        noise_floor: noise_floor(&views),
         views: &views,
         board,
         board_m: &board_m,
@@ -173,7 +174,7 @@ impl Inputs<'_> {
                 allowed: &self.params.models,
                 square_pixels: self.params.square_pixels,
                 prior,
-                noise_floor: self.noise_floor(),
+                noise_floor: self.noise_floor,
             };
             fit_models(&search, start.clone())
         };
@@ -192,7 +193,7 @@ impl Inputs<'_> {
     }
 
     fn is_determined(&self, choice: &ModelChoice) -> bool {
-        let noise_factor = choice.fit().noise_factor.max(self.noise_floor());
+        let noise_factor = choice.fit().noise_factor.max(self.noise_floor);
         choice.bundle().covariance(noise_factor).is_some_and(|covariance| {
             let f_px = choice.fit().camera.f_px.x;
             covariance[(0, 0)].sqrt() < F_UNDETERMINED * f_px

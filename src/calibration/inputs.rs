@@ -3,9 +3,7 @@ use nalgebra::Point2;
 use super::{
     params::CalibrationParams,
     solve::{
-        bundle::Observations,
-        free_homography::FreeHomographies,
-        initial_guess::{AsSeen, noise_floor},
+        bundle::Observations, free_homography::FreeHomographies, initial_guess::AsSeen,
         model_choice::ModelChoice,
     },
 };
@@ -27,6 +25,8 @@ pub(super) struct Inputs<'a> {
     pub(super) distinct: usize,
     /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
     pub(super) excess_px: f64,
+    /// Smallest [`noise_factor`](crate::calibration::Bundle::noise_factor) that is believed.
+    pub(super) noise_floor: f64,
 }
 
 /// The lens models fitted, and which priors that took.
@@ -34,11 +34,4 @@ pub(super) struct Solution {
     pub(super) choice: ModelChoice,
     pub(super) prior_used: bool,
     pub(super) focal_prior_used: bool,
-}
-
-impl Inputs<'_> {
-    /// Smallest [`noise_factor`](crate::calibration::Bundle::noise_factor) that is believed.
-    pub(super) fn noise_floor(&self) -> f64 {
-        noise_floor(self.views)
-    }
 }

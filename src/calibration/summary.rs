@@ -48,7 +48,7 @@ struct Lens {
 pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calibration> {
     let choice = &solution.choice;
     let bundle = choice.bundle();
-    let noise_floor = inputs.noise_floor();
+    let noise_floor = inputs.noise_floor;
     let correlation = inputs.noise_correlation(choice);
     let overcount = correlation
         .as_ref()
@@ -210,7 +210,7 @@ impl Inputs<'_> {
         let richest = choice.bundles.last();
         match richest {
             Some(richest) if self.distinct >= VIEWS_WITHOUT_PRIOR => {
-                causes(&self.observations, richest, self.image_size, self.noise_floor(), noise_gain)
+                causes(&self.observations, richest, self.image_size, self.noise_floor, noise_gain)
             }
             _ => Causes::none(),
         }
@@ -293,12 +293,12 @@ impl Inputs<'_> {
         pp_covariance_px2: &Matrix2<f64>,
         noise_factor: f64,
     ) -> Option<FocalLength> {
+        let variance = noise_factor.max(self.noise_floor).powi(2);
         let corners: Vec<Corner> = self.views[view]
             .iter()
             .map(|corner| {
                 let px = camera.undistort_px(&corner.px)?;
-                let covariance_px2 =
-                    corner.covariance_px2 * noise_factor.max(self.noise_floor()).powi(2);
+                let covariance_px2 = corner.covariance_px2 * variance;
                 Some(Corner { px, covariance_px2 })
             })
             .collect::<Option<_>>()?;
@@ -321,7 +321,7 @@ impl Inputs<'_> {
         free: Option<&FreeHomographies>,
         of_bundle_px2: Matrix2<f64>,
     ) -> PrincipalPoints {
-        let variance = choice.fit().noise_factor.max(self.noise_floor()).powi(2);
+        let variance = choice.fit().noise_factor.max(self.noise_floor).powi(2);
         let camera = choice.fit().camera;
         let estimate =
             |px, covariance_px2, f_px| PrincipalPointEstimate { px, covariance_px2, f_px };
@@ -330,7 +330,7 @@ impl Inputs<'_> {
             .filter(|_| self.distinct >= 2)
             .and_then(|poses| zhang::refined(&self.observations, LensModel::K1K2, camera, poses))
             .map(|bundle| {
-                let noise_factor = bundle.noise_factor().max(self.noise_floor());
+                let noise_factor = bundle.noise_factor().max(self.noise_floor);
                 let covariance = bundle
                     .covariance(noise_factor)
                     .map(|covariance| covariance.fixed_view::<2, 2>(2, 2).into());
@@ -346,7 +346,7 @@ impl Inputs<'_> {
                 estimate(ring.pp_px, Some(covariance * variance), Some(f_px))
             }),
             free_homography: free.map(|free| {
-                let variance = free.noise_factor().max(self.noise_floor()).powi(2);
+                let variance = free.noise_factor().max(self.noise_floor).powi(2);
                 estimate(free.pp_px, Some(free.pp_unit_covariance_px2 * variance), None)
             }),
             bundle: Some(estimate(camera.pp_px, Some(of_bundle_px2), Some(camera.f_px))),

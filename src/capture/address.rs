@@ -39,6 +39,7 @@ pub fn without_secrets(name: &str) -> String {
 }
 
 /// `words` of another program about the source called `name`, without the secrets of its address.
+#[cfg(all(unix, feature = "live"))]
 pub(super) fn words_without_secrets(words: &str, name: &str) -> String {
     let shown = words.replace(name, &without_secrets(name));
     let mut rest = shown.as_str();
@@ -85,6 +86,7 @@ mod tests {
         }
     }
 
+    #[cfg(all(unix, feature = "live"))]
     #[test]
     fn words_of_ffmpeg_hide_them_too() {
         let name = "rtsp://admin:s3cret@cam/stream";

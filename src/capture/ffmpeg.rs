@@ -215,6 +215,7 @@ impl Run {
             count: 0,
             messages: Messages { err, line: Vec::new(), kept: Vec::new(), ended: false },
             times: VecDeque::new(),
+            has_times: !has_no_times(name),
             first: None,
         };
         Ok(Self { child, pictures })
@@ -246,7 +247,8 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
         command.args(["-fflags", "nobuffer", "-flags", "low_delay"]);
     }
     if has_no_times(name) {
-        // ffmpeg would take them for 25 pictures per second, whatever they are.
+        // ffmpeg would take them for 25 pictures per second, whatever they are. As it is, it counts them in steps of
+        // 1/25 s, enough to leave some out; their times are those of their arrival.
         command.args(["-use_wallclock_as_timestamps", "1"]);
     }
     // A damaged picture is left out, not repaired.
@@ -285,6 +287,8 @@ struct Pictures {
     messages: Messages,
     /// Times in the stream of pictures that have not come yet.
     times: VecDeque<Option<i64>>,
+    /// Whether these are worth more than the time of arrival.
+    has_times: bool,
     /// Time in the stream and arrival of the first picture.
     first: Option<(Option<i64>, Instant)>,
 }
@@ -378,7 +382,7 @@ impl Pictures {
         while self.times.is_empty() && self.messages.is_readable() {
             self.times.extend(self.messages.read());
         }
-        let time = self.times.pop_front().flatten();
+        let time = self.times.pop_front().flatten().filter(|_| self.has_times);
         let (first, came) = *self.first.get_or_insert((time, Instant::now()));
         match time.zip(first) {
             Some((time, first)) => {

@@ -5,7 +5,7 @@ pub const FOREIGN_HEADER: &str =
     "every decision comes out differently: session.toml doesn't belong to this journal";
 
 /// Lines are missing from the journal, as `reason` shows.
-pub fn lines_missing(reason: String) -> String {
+pub fn lines_missing(reason: &str) -> String {
     format!("lines are missing from journal.jsonl: {reason}")
 }
 

@@ -10,6 +10,7 @@ mod world;
 mod acceptance;
 mod bad_calibrations;
 mod calibration_anywhere;
+mod calibration_cost;
 mod calibration_monte_carlo;
 mod calibration_reference;
 mod calm;

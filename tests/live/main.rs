@@ -16,6 +16,8 @@ mod device_faults;
 mod failing_calls;
 #[cfg(unix)]
 mod ffmpeg;
+#[cfg(target_os = "linux")]
+mod long_runs;
 mod pipeline;
 #[cfg(target_os = "linux")]
 mod slow_cameras;

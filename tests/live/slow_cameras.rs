@@ -6,6 +6,7 @@ use std::time::Duration;
 use boresight::{
     capture::FrameSource,
     device::{CameraEvent, Fault},
+    session::{CameraState, Stream},
     simulation::kernel::{SimCamera, SimKernel},
     text,
 };
@@ -200,9 +201,8 @@ fn a_camera_that_returns_with_another_mode_is_waited_for() {
     kernel.world().cameras[0].present = true;
     let back = run(&mut source, &kernel, 10.0);
     assert!(back.lost().contains(&Fault::OtherMode) && !back.returned(), "{:?}", back.events);
-    let mut camera = boresight::session::CameraState::default();
-    camera.stream =
-        boresight::session::Stream::Lost { fault: Fault::OtherMode, detail: String::new() };
+    let stream = Stream::Lost { fault: Fault::OtherMode, detail: String::new() };
+    let camera = CameraState { stream, ..CameraState::default() };
     let (_, action) = text::camera::obstacle(&camera).expect("told");
     assert!(action.contains("until the camera grants it"), "{action}");
 }

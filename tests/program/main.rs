@@ -1,6 +1,6 @@
 //! The program as a process: what it says, how it ends, and what it leaves on the disk.
 
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod person;
 #[path = "../common/pictures.rs"]

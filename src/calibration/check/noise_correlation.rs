@@ -62,10 +62,12 @@ pub(in crate::calibration) struct NoiseCorrelation {
     independent: LensMatrix,
 }
 
-/// One view under the lens of the bundle: a row per corner for each coordinate.
+/// One view under the lens of the bundle, thinned: a row per corner for each coordinate.
 struct View {
     rows: [DMatrix<f64>; 2],
     distance_px: DMatrix<f64>,
+    /// Mean distance of these corners from the nearest one of all.
+    spacing_px: f64,
 }
 
 /// Models the noise around the minimum of `bundle`, the richest one. `None` if a covariance is singular.
@@ -74,12 +76,10 @@ pub(in crate::calibration) fn noise_correlation(
     bundle: &Bundle,
 ) -> Option<NoiseCorrelation> {
     let step = (observations.board_m().len() / CORNERS).max(1);
-    let all: Vec<View> = (0..observations.view_count())
-        .map(|view| View::of(observations, bundle, view))
+    let views: Vec<View> = (0..observations.view_count())
+        .map(|view| View::of(observations, bundle, view, step))
         .collect::<Option<_>>()?;
-    let spacing_px = all.iter().map(View::spacing_px).sum::<f64>() / all.len() as f64;
-    let views: Vec<View> =
-        all.iter().enumerate().map(|(index, view)| view.thinned(step, index % step)).collect();
+    let spacing_px = views.iter().map(|view| view.spacing_px).sum::<f64>() / views.len() as f64;
     let count: f64 = views.iter().map(|view| 2.0 * view.count() as f64).sum();
     let left = count - (bundle.freedom.count() + 6 * views.len()) as f64;
     if left < 1.0 || spacing_px.is_nan() || spacing_px <= 0.0 {
@@ -165,8 +165,12 @@ impl NoiseCorrelation {
 }
 
 impl View {
-    fn of(observations: &Observations, bundle: &Bundle, view: usize) -> Option<Self> {
-        let corners = observations.view(view);
+    /// Every `step`-th corner of a view. The others are only looked at: pairs of all corners of a large board would
+    /// take gigabytes.
+    fn of(observations: &Observations, bundle: &Bundle, view: usize, step: usize) -> Option<Self> {
+        let all = observations.view(view);
+        let first = view % step;
+        let corners: Vec<_> = all.iter().skip(first).step_by(step).collect();
         let (camera, pose) = (&bundle.state.camera, bundle.state.cam_from_board.get(view)?);
         let mut rows = [(); 2].map(|()| DMatrix::zeros(corners.len(), COLUMNS));
         for (i, corner) in corners.iter().enumerate() {
@@ -189,32 +193,16 @@ impl View {
         let count = corners.len();
         let distance_px =
             DMatrix::from_fn(count, count, |i, j| (corners[i].px - corners[j].px).norm());
-        Some(Self { rows, distance_px })
-    }
-
-    /// Every `step`-th corner from `first` on.
-    fn thinned(&self, step: usize, first: usize) -> Self {
-        let kept: Vec<usize> = (first..self.count()).step_by(step).collect();
-        Self {
-            rows: self.rows.each_ref().map(|rows| rows.select_rows(&kept)),
-            distance_px: self.distance_px.select_rows(&kept).select_columns(&kept),
-        }
+        let nearest = |i: usize| {
+            let others = all.iter().enumerate().filter(|(j, _)| *j != first + i * step);
+            others.map(|(_, other)| (corners[i].px - other.px).norm()).fold(f64::INFINITY, f64::min)
+        };
+        let spacing_px = (0..count).map(nearest).sum::<f64>() / count.max(1) as f64;
+        Some(Self { rows, distance_px, spacing_px })
     }
 
     fn count(&self) -> usize {
         self.distance_px.nrows()
-    }
-
-    /// Mean distance of a corner from its nearest neighbour.
-    fn spacing_px(&self) -> f64 {
-        let count = self.count();
-        let nearest = |i: usize| {
-            (0..count)
-                .filter(|j| *j != i)
-                .map(|j| self.distance_px[(i, j)])
-                .fold(f64::INFINITY, f64::min)
-        };
-        (0..count).map(nearest).sum::<f64>() / count.max(1) as f64
     }
 
     fn smooth(&self, length_px: f64) -> DMatrix<f64> {

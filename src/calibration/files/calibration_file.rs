@@ -388,6 +388,9 @@ impl CalibrationFile {
     /// [`NotRead`] if it is of another schema, or a field is missing or of another type.
     pub fn read(tree: &Value) -> Result<Self, NotRead> {
         let file: Self = schema::read(tree, CALIBRATION_SCHEMA)?;
+        if !has_sane_numbers(tree) {
+            return Err(NotRead::Field { reason: "a number is far too large".into() });
+        }
         match file.nonsense() {
             None => Ok(file),
             Some(reason) => Err(NotRead::Field { reason: reason.into() }),
@@ -452,6 +455,17 @@ impl CalibrationFile {
     /// The used views, numbered from 1.
     pub fn used(&self) -> impl Iterator<Item = (usize, &ViewEntry)> {
         self.views.iter().filter(|view| view.used).enumerate().map(|(i, view)| (i + 1, view))
+    }
+}
+
+/// Whether no number is so large that drawing it would overflow.
+fn has_sane_numbers(tree: &Value) -> bool {
+    const LARGEST: f64 = 1e15;
+    match tree {
+        Value::Number(number) => number.as_f64().is_some_and(|number| number.abs() <= LARGEST),
+        Value::Array(items) => items.iter().all(has_sane_numbers),
+        Value::Object(fields) => fields.values().all(has_sane_numbers),
+        Value::Null | Value::Bool(_) | Value::String(_) => true,
     }
 }
 

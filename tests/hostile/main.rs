@@ -1,0 +1,24 @@
+//! Hostile input: whatever comes in is accepted or refused, quickly, in little memory, and what is accepted makes
+//! sense. One target a file; each mutates good inputs for a second, or for `BORESIGHT_FUZZ_SECS`.
+//!
+//! A failure prints its seed and writes the input to a file; put that file into `corpus/<target>/`: it's tried
+//! first from then on.
+
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod harness;
+mod mutator;
+#[path = "../common/world.rs"]
+mod world;
+
+mod corners;
+mod header;
+mod import;
+mod journal;
+mod jpeg;
+mod page;
+mod picture;
+mod scene;
+mod settings;
+mod study;
+mod table;

@@ -1,0 +1,90 @@
+//! Picture files: what is read is searched.
+
+use std::{fs, io::Cursor};
+
+use boresight::{
+    board::Checkerboard,
+    capture::read_picture,
+    detection::{Detector, DetectorParams},
+};
+use image::{DynamicImage, GrayImage, ImageFormat, Luma};
+
+use crate::{
+    harness::{run, scratch},
+    jpeg::jpegs,
+};
+
+fn pngs() -> Vec<Vec<u8>> {
+    let board = GrayImage::from_fn(160, 120, |x, y| {
+        let inside = (15..145).contains(&x) && (15..105).contains(&y);
+        Luma([if inside && (x / 13 + y / 13) % 2 == 0 { 30 } else { 220 }])
+    });
+    let grey = DynamicImage::from(board);
+    let all = [
+        grey.clone(),
+        grey.to_rgb8().into(),
+        grey.to_rgba8().into(),
+        grey.to_luma16().into(),
+        grey.to_luma_alpha8().into(),
+        grey.to_rgb16().into(),
+    ];
+    let encoded = |image: DynamicImage| {
+        let mut bytes = Cursor::new(Vec::new());
+        image.write_to(&mut bytes, ImageFormat::Png).expect("encodes");
+        bytes.into_inner()
+    };
+    all.into_iter().map(encoded).collect()
+}
+
+/// Checksums of a PNG's chunks, made right again: damage behind them is what decoders don't expect.
+fn mend(png: &mut [u8]) {
+    let mut at = 8;
+    while at + 12 <= png.len() && png.starts_with(b"\x89PNG\r\n\x1a\n") {
+        let length = u32::from_be_bytes([png[at], png[at + 1], png[at + 2], png[at + 3]]) as usize;
+        let Some(end) = at.checked_add(8 + length).filter(|end| end + 4 <= png.len()) else {
+            return;
+        };
+        let checksum = crc32fast::hash(&png[at + 4..end]).to_be_bytes();
+        png[end..end + 4].copy_from_slice(&checksum);
+        at = end + 4;
+    }
+}
+
+#[test]
+fn pictures() {
+    let place = scratch();
+    let file = place.path().join("picture");
+    let seeds = [pngs(), jpegs()].concat();
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let mut detector = Detector::new(DetectorParams::default());
+    run(
+        "picture",
+        |mutator| {
+            let mut bytes = mutator.bytes(&seeds);
+            if mutator.chance(0.7) {
+                mend(&mut bytes);
+            }
+            bytes
+        },
+        |input| {
+            fs::write(&file, input).expect("written");
+            let image = match read_picture(&file) {
+                Ok(image) => image,
+                Err(err) if err.to_string().is_empty() => return Err("no words".into()),
+                Err(_) => return Ok(false),
+            };
+            if let Ok(found) = detector.detect(&image, &board) {
+                let (width, height) = (f64::from(image.width()), f64::from(image.height()));
+                for corner in &found.corners {
+                    let inside = (-0.5..width).contains(&corner.px.x)
+                        && (-0.5..height).contains(&corner.px.y);
+                    let variance = corner.covariance_px2.trace();
+                    if !(inside && variance > 0.0 && variance.is_finite()) {
+                        return Err(format!("a corner that can't be: {corner:?}"));
+                    }
+                }
+            }
+            Ok(true)
+        },
+    );
+}

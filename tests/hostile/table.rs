@@ -1,0 +1,40 @@
+//! Corner tables.
+
+use boresight::{calibration::files::corner_table, geometry::Corner};
+use nalgebra::Point2;
+
+use crate::harness::{only_numbers, run};
+
+const CORNERS: usize = 6;
+
+#[test]
+fn tables() {
+    let corners: Vec<Corner> =
+        (0..CORNERS).map(|i| Corner::isotropic(Point2::new(10.5 * i as f64, 7.25), 0.1)).collect();
+    let seeds = [
+        corner_table::write([("a.png", Some(corners.as_slice())), ("b.png", None)]),
+        "a 1 2 0\na 3 4 -\nb - - -\n# c\n\nc 1 2\n".to_owned(),
+    ];
+    run(
+        "table",
+        |mutator| mutator.text(&seeds),
+        |input| {
+            let text = String::from_utf8_lossy(input);
+            let Ok(views) = corner_table::read(&text, CORNERS) else { return Ok(false) };
+            // Names may say anything.
+            only_numbers(&views.iter().map(|view| &view.corners).collect::<Vec<_>>())?;
+            let lines = views.iter().map(|view| (view.name.as_str(), view.corners.as_deref()));
+            let again = corner_table::read(&corner_table::write(lines), CORNERS);
+            let again = again.map_err(|err| format!("what is written reads back as: {err}"))?;
+            let px = |views: &[corner_table::TableView]| -> Vec<Point2<f64>> {
+                views.iter().flat_map(|v| v.corners.iter().flatten()).map(|c| c.px).collect()
+            };
+            // Two names may become one, then the table is refused above.
+            if px(&again) == px(&views) {
+                Ok(true)
+            } else {
+                Err("corners read back otherwise".into())
+            }
+        },
+    );
+}
