@@ -127,7 +127,7 @@ fn views_that_may_have_another_lens_are_taken_back() {
     let left: Vec<_> = session.accepted().iter().map(|taken| taken.number).collect();
     assert_eq!(left, [before[0].number, before[1].number]);
     let said = text::camera::obstacle(session.camera()).expect("an obstacle");
-    assert_eq!(said.0, "Zoom moved from 30 to 45: nothing is taken until it is back");
+    assert_eq!(said.0, "Zoom changed (30 to 45). Set it back to continue");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use boresight::{
     app::recordings,
     frame::{CaptureTime, Frame, FrameId, FrameKind},
-    guidance::{Advice, Purpose},
+    guidance::Advice,
     session::{Outcome, Prompt, Snapshot},
 };
 use egui::{Theme, Vec2};
@@ -16,7 +16,7 @@ use crate::{Page, fixtures::Moment, harness_at};
 
 type Picked = (&'static str, Page, fn(&Snapshot) -> bool);
 
-const PICTURES: [Picked; 5] = [
+const PICTURES: [Picked; 4] = [
     ("guide_tilting", Page::Guide, |step| is_about_the_pose(step) && sees_a_board(step)),
     (
         "guide_holding",
@@ -24,12 +24,6 @@ const PICTURES: [Picked; 5] = [
         |step| matches!(step.decision.advice, Advice::Holding { progress } if progress > 0.5),
     ),
     ("guide_taken", Page::Guide, |step| matches!(step.decision.outcome, Outcome::Accepted { .. })),
-    ("guide_partner_wanted", Page::Guide, |step| {
-        let partner = |purpose| matches!(purpose, Purpose::Partner { .. });
-        step.target.as_ref().is_some_and(|target| partner(target.purpose))
-            && is_about_the_pose(step)
-            && sees_a_board(step)
-    }),
     ("result", Page::Result, |step| step.shown.prompt == Prompt::Complete),
 ];
 

@@ -93,7 +93,7 @@ fn a_camera_that_this_user_may_not_open_is_named_with_the_remedy() {
     let mut refused = Started::new(&node, NOBODY);
     let said = refused.says(Fault::NotPermitted.code());
     assert!(said.contains(node.to_str().expect("text")), "{said}");
-    let remedy = refused.says("This user may not open the camera. Run: sudo usermod -aG video");
+    let remedy = refused.says("No permission to use the camera. Run: sudo usermod -aG video");
     assert_eq!(refused.code(), Some(1));
 
     permit(&node);
@@ -123,7 +123,7 @@ fn a_camera_that_another_program_has_is_named_with_that_program() {
     let said = second.says(Fault::Busy.code());
     let who = format!("boresight, process {}", holder.child.id());
     assert!(said.contains(&who), "no {who:?} in {said}");
-    let remedy = second.says("Another program uses the camera. Close that program.");
+    let remedy = second.says("Another program is using the camera. Close that program.");
     assert_eq!(second.code(), Some(1));
 
     let ended_at = Instant::now();
