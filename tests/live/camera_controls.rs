@@ -141,7 +141,7 @@ fn a_session_keeps_to_one_focus() {
     hand(&mut session, Control::Focus, 45);
     assert!(!session.camera().may_take());
     let (what, action) = text::camera::obstacle(session.camera()).expect("told");
-    assert_eq!(what, "Focus was set from 60 to 45: nothing is taken until it is back");
+    assert_eq!(what, "Focus was set by hand (60 to 45). Capture is paused");
     assert!(action.starts_with("The views were taken at 60. Set it back to 60"), "{action}");
     hand(&mut session, Control::Focus, 50);
     assert!(!session.camera().may_take(), "still another one");

@@ -205,7 +205,7 @@ fn doctor_is_not_fooled() {
         says(
             &ends_soon(place.path(), command),
             1,
-            &["another session.toml", "Put the session.toml back"],
+            &["another session.toml", "Restore the session.toml"],
         );
     }
     let recover = ["doctor", "session", "--recover", "new"];
