@@ -1,16 +1,12 @@
 //! What the simulated camera sees, and the surroundings of the principal point enlarged.
 
 use egui::{
-    Align2, Color32, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role,
-    pos2,
+    Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo,
+    accesskit::Role, pos2,
 };
 use nalgebra::Point2;
 
-use super::super::{
-    guide::{ghost::square, overlay::shaded_text},
-    picture::Placed,
-    theme,
-};
+use super::super::{guide::overlay::shaded_text, picture::Placed, theme};
 use crate::{
     frame::ImageSize,
     geometry::PrincipalLine,
@@ -124,4 +120,17 @@ fn enlarged(painter: &Painter, placed: &Placed, wish: &ExploreSetup, seen: &Seen
         words::ENLARGED,
         11.0,
     );
+}
+
+/// The four corners of a square, around it, among the inner corners in rows of `columns`; `column` and `row`
+/// are those of its first corner and must not be the last ones.
+fn square(
+    placed: &Placed,
+    corners_px: &[Point2<f64>],
+    columns: usize,
+    (column, row): (usize, usize),
+) -> Vec<Pos2> {
+    [(0, 0), (1, 0), (1, 1), (0, 1)]
+        .map(|(right, down)| placed.pos(&corners_px[(row + down) * columns + column + right]))
+        .into()
 }

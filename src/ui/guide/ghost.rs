@@ -292,19 +292,6 @@ impl Sheet<'_> {
     }
 }
 
-/// The four corners of a square, around it, among the inner corners in rows of `columns`; `column` and `row`
-/// are those of its first corner and must not be the last ones.
-pub(in super::super) fn square(
-    placed: &Placed,
-    corners_px: &[Point2<f64>],
-    columns: usize,
-    (column, row): (usize, usize),
-) -> Vec<Pos2> {
-    [(0, 0), (1, 0), (1, 1), (0, 1)]
-        .map(|(right, down)| placed.pos(&corners_px[(row + down) * columns + column + right]))
-        .into()
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::{UnitQuaternion, Vector2, Vector3};
