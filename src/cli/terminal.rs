@@ -7,7 +7,7 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use anyhow::Context;
@@ -61,7 +61,12 @@ pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
         while !again.load(Ordering::Relaxed) {
             std::thread::sleep(LOOK);
         }
-        say(text::window::ENDED_AT_ONCE);
+        // What hangs may be the terminal.
+        let said = std::thread::Builder::new().spawn(|| say(text::window::ENDED_AT_ONCE));
+        let began = Instant::now();
+        while said.as_ref().is_ok_and(|said| !said.is_finished()) && began.elapsed() < ONE_REQUEST {
+            std::thread::sleep(LOOK);
+        }
         std::process::exit(INTERRUPTED);
     })?;
     Ok(stop)
