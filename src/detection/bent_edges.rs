@@ -14,85 +14,118 @@ use crate::geometry::Corner;
 /// Standard deviation of a correction as a share of it: ⟨t²⟩ is computed for a whole patch of even weights.
 const CORRECTION_ERROR: f64 = 0.1;
 
-/// Moves the corners of `fits`, row by row, onto the bent edges. `corners` has one for each fit; corners of a board
-/// that isn't whole stay where they are.
-pub(super) fn correct(fits: &[Option<EdgeFit>], columns: usize, corners: &mut [Corner]) {
-    let rows = fits.len() / columns.max(1);
-    let at = |column: usize, row: usize| fits.get(row * columns + column)?.as_ref();
-    for (index, corner) in corners.iter_mut().enumerate() {
-        let (column, row) = (index % columns, index / columns);
-        let Some(fit) = at(column, row) else { continue };
-        let across = Line { count: columns, place: column };
-        let down = Line { count: rows, place: row };
-        let along_row = across.bend(|column| at(column, row).map(|fit| fit.corner.px));
-        let along_column = down.bend(|row| at(column, row).map(|fit| fit.corner.px));
-        let (Some(first), Some(second)) = (along_row, along_column) else { continue };
-        let [first_px2, second_px2] = fit.mean_squared_reach_px2();
-        let normals = Matrix2::from_rows(&[first.normal.transpose(), second.normal.transpose()]);
-        let offsets_px = Vector2::new(
-            0.5 * first.curvature_per_px * first_px2,
-            0.5 * second.curvature_per_px * second_px2,
-        );
-        let Some(shift_px) = normals.lu().solve(&offsets_px) else { continue };
-        corner.px -= shift_px;
-        let error_px = shift_px * CORRECTION_ERROR;
-        corner.covariance_px2 += error_px * error_px.transpose();
+/// Moves corners onto the bent edges. Reuses its buffer.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BentEdges {
+    /// Of each column of corners.
+    down: Vec<Option<Curvature>>,
+}
+
+impl BentEdges {
+    /// Moves the corners of `fits`, row by row, onto the bent edges. `corners` has one for each fit; corners of a
+    /// board that isn't whole stay where they are.
+    pub(super) fn correct(
+        &mut self,
+        fits: &[Option<EdgeFit>],
+        columns: usize,
+        corners: &mut [Corner],
+    ) {
+        let rows = fits.len() / columns.max(1);
+        let fit = |column: usize, row: usize| fits.get(row * columns + column)?.as_ref();
+        let px = |column: usize, row: usize| fit(column, row).map(|fit| fit.corner.px);
+        self.down.clear();
+        self.down.extend((0..columns).map(|column| Curvature::along(rows, |row| px(column, row))));
+        for row in 0..rows {
+            let Some(across) = Curvature::along(columns, |column| px(column, row)) else {
+                continue;
+            };
+            for (column, down) in self.down.iter().enumerate() {
+                let (Some(down), Some(fit)) = (down, fit(column, row)) else { continue };
+                let normals = normal(columns, column, |column| px(column, row)).zip(normal(
+                    rows,
+                    row,
+                    |row| px(column, row),
+                ));
+                let Some((first, second)) = normals else { continue };
+                let [first_px2, second_px2] = fit.mean_squared_reach_px2();
+                let offsets_px = Vector2::new(
+                    0.5 * across.at(column) * first_px2,
+                    0.5 * down.at(row) * second_px2,
+                );
+                let normals = Matrix2::from_rows(&[first.transpose(), second.transpose()]);
+                let Some(shift_px) = normals.lu().solve(&offsets_px) else { continue };
+                let corner = &mut corners[row * columns + column];
+                corner.px -= shift_px;
+                let error_px = shift_px * CORRECTION_ERROR;
+                corner.covariance_px2 += error_px * error_px.transpose();
+            }
+        }
     }
 }
 
-/// A corner's place in a row or column of corners.
-#[derive(Clone, Copy)]
-struct Line {
-    count: usize,
-    place: usize,
-}
-
-/// How an edge bends at a corner: towards `normal` if the curvature is positive.
+/// The curvature of a row or column of corners per pixel, towards [`normal`] if positive. A lens bends a straight line
+/// about evenly, so it's a line fitted to the curvatures at the inner corners, or their mean if there are fewer than
+/// three: less noise, and the ends have one, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Bend {
-    curvature_per_px: f64,
-    /// Unit vector across the edge.
-    normal: Vector2<f64>,
+struct Curvature {
+    mean: f64,
+    /// Change from one corner to the next.
+    slope: f64,
+    /// Place of the mean.
+    middle: f64,
 }
 
-impl Line {
-    /// The bend at the corner. A lens bends a straight line about evenly, so the curvature is that of a line fitted to
-    /// the curvatures along the row or column, or their mean if there are fewer than three: less noise, and the ends have
-    /// one, too. `None` with fewer than three corners.
-    fn bend(self, px: impl Fn(usize) -> Option<Point2<f64>>) -> Option<Bend> {
-        let Self { count, place } = self;
+impl Curvature {
+    /// `None` with fewer than three corners, or without one of them.
+    fn along(count: usize, px: impl Fn(usize) -> Option<Point2<f64>>) -> Option<Self> {
         if count < 3 {
             return None;
         }
-        let inner = |place: usize| Bend::of(px(place - 1)?, px(place)?, px(place + 1)?);
         let middle = (count as f64 - 1.0) / 2.0;
         let (mut sum, mut moment, mut squares) = (0.0, 0.0, 0.0);
         for place in 1..count - 1 {
-            let (from_middle, curvature) = (place as f64 - middle, inner(place)?.curvature_per_px);
+            let curvature = parabola(px(place - 1)?, px(place)?, px(place + 1)?)?;
+            let from_middle = place as f64 - middle;
             sum += curvature;
             moment += from_middle * curvature;
             squares += from_middle * from_middle;
         }
         let slope = if count >= 5 { moment / squares } else { 0.0 };
-        let curvature_per_px = sum / (count as f64 - 2.0) + slope * (place as f64 - middle);
-        let normal = inner(place.clamp(1, count - 2))?.normal;
-        Some(Bend { curvature_per_px, normal })
+        Some(Self { mean: sum / (count as f64 - 2.0), slope, middle })
+    }
+
+    fn at(&self, place: usize) -> f64 {
+        self.mean + self.slope * (place as f64 - self.middle)
     }
 }
 
-impl Bend {
-    /// The parabola through three points. `None` if two coincide.
-    fn of(before: Point2<f64>, at: Point2<f64>, after: Point2<f64>) -> Option<Self> {
-        let along = (after - before).try_normalize(1e-9)?;
-        let normal = Vector2::new(-along.y, along.x);
-        let (back, ahead) = (before - at, after - at);
-        let (back_px, ahead_px) = (-along.dot(&back), along.dot(&ahead));
-        if !(back_px > 0.0 && ahead_px > 0.0) {
-            return None;
-        }
-        let slopes = normal.dot(&ahead) / ahead_px + normal.dot(&back) / back_px;
-        Some(Self { curvature_per_px: 2.0 * slopes / (back_px + ahead_px), normal })
+/// Unit vector across a line of at least three corners at `place`, at the ends that of the next corner. `None` if a
+/// corner is missing or two coincide.
+fn normal(
+    count: usize,
+    place: usize,
+    px: impl Fn(usize) -> Option<Point2<f64>>,
+) -> Option<Vector2<f64>> {
+    let inner = place.clamp(1, count - 2);
+    let along = (px(inner + 1)? - px(inner - 1)?).try_normalize(1e-9)?;
+    Some(across(along))
+}
+
+fn across(along: Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-along.y, along.x)
+}
+
+/// Curvature of the parabola through three points. `None` if they don't lie one behind the other.
+fn parabola(before: Point2<f64>, at: Point2<f64>, after: Point2<f64>) -> Option<f64> {
+    let along = (after - before).try_normalize(1e-9)?;
+    let normal = across(along);
+    let (back, ahead) = (before - at, after - at);
+    let (back_px, ahead_px) = (-along.dot(&back), along.dot(&ahead));
+    if !(back_px > 0.0 && ahead_px > 0.0) {
+        return None;
     }
+    let slopes = normal.dot(&ahead) / ahead_px + normal.dot(&back) / back_px;
+    Some(2.0 * slopes / (back_px + ahead_px))
 }
 
 #[cfg(test)]
@@ -114,15 +147,17 @@ mod tests {
         for count in [3, 4, 7] {
             let points = circle(2000.0, 30.0, count);
             for place in 0..count {
-                let bend = Line { count, place }.bend(|i| points.get(i).copied()).expect("a line");
-                let relative = bend.curvature_per_px * bend.normal.y.signum() * 2000.0;
+                let px = |i: usize| points.get(i).copied();
+                let curvature = Curvature::along(count, px).expect("a line").at(place);
+                let normal = normal(count, place, px).expect("a line");
+                let relative = curvature * normal.y.signum() * 2000.0;
                 assert!(
                     (relative - 1.0).abs() < 2e-3,
                     "{count} corners, place {place}: {relative}"
                 );
             }
         }
-        assert!(Line { count: 2, place: 0 }.bend(|_| Some(Point2::origin())).is_none());
+        assert!(Curvature::along(2, |_| Some(Point2::origin())).is_none());
     }
 
     #[test]
@@ -132,8 +167,8 @@ mod tests {
             Some(Point2::new(10.0 + 30.0 * t, 5.0 + 12.0 * t) / (1.0 + 0.1 * t))
         };
         for place in 0..5 {
-            let bend = Line { count: 5, place }.bend(px).expect("a line");
-            assert!(bend.curvature_per_px.abs() < 1e-12, "{bend:?}");
+            let curvature = Curvature::along(5, px).expect("a line").at(place);
+            assert!(curvature.abs() < 1e-12, "{curvature}");
         }
     }
 }

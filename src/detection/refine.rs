@@ -4,7 +4,7 @@ use image::GrayImage;
 use nalgebra::Point2;
 
 use super::{
-    bent_edges,
+    bent_edges::BentEdges,
     edge_model::{self, EdgeFit, Known},
     motion::motion_px,
     outcome::{Detection, Miss, Quality},
@@ -26,6 +26,7 @@ pub(super) struct Refiner {
     fits: Vec<Option<EdgeFit>>,
     sorted: Vec<f64>,
     scratch: edge_model::Scratch,
+    bent_edges: BentEdges,
 }
 
 impl Refiner {
@@ -88,7 +89,7 @@ impl Refiner {
         let glare = fits().filter(|fit| fit.light() >= 252.0).count() as f64 / wanted as f64;
         let mut corners = Vec::with_capacity(wanted);
         corners.extend(fits().map(|fit| fit.corner));
-        bent_edges::correct(&self.fits, columns, &mut corners);
+        self.bent_edges.correct(&self.fits, columns, &mut corners);
         let motion_px = motion_px(image, &self.fits, &mut self.scratch);
         Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
     }
