@@ -47,7 +47,7 @@ fn file(err: &FileError) -> Option<String> {
                 ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
                     "The disk is full: free some space."
                 }
-                // EIO has no kind of its own.
+                // `ErrorKind` has no variant for EIO.
                 _ if source.raw_os_error() == Some(5) => {
                     "The disk fails: save what is on it, and use another one."
                 }

@@ -9,9 +9,9 @@ use super::{
     source::{OpenSource, SourceName},
 };
 use crate::{
+    calibration::import::OldCalibration,
     capture::is_address,
     config::{Backend, Config},
-    frame::ImageSize,
     recording::{Header, SessionFolder},
     session::Session,
     text,
@@ -81,31 +81,24 @@ impl Opening {
                 if let Some(line) = far {
                     announcer.say(&line);
                 }
-                self.begin(announcer)
+                self.begin(old.as_ref().filter(|_| self.hold), announcer)
             }
         }
     }
 
-    fn begin(&self, announcer: &Announcer) -> anyhow::Result<Run> {
-        let config = self.with_backend(&self.config);
+    /// A new session, held to the lens of `known` if that is given.
+    fn begin(&self, known: Option<&OldCalibration>, announcer: &Announcer) -> anyhow::Result<Run> {
+        let mut config = self.with_backend(&self.config);
         let name = SourceName::parse(&self.source, &config, announcer)?;
         let open = name.open(self.max_frames)?;
+        if let Some(old) = known {
+            let lens = comparison::known_lens(old, open.image_size()?);
+            let lens = lens
+                .with_context(|| format!("could not hold the calibration to {:?}", self.against))?;
+            config.calibration.known_lens = Some(lens);
+        }
         let run = self.begin_with(&name.stable_name(&self.source), open, config)?;
         Ok(Run { note: self.note(&name), ..run })
-    }
-
-    /// `config` with the lens of the older calibration, if the new one is to be held to it.
-    fn held_to_known_lens(
-        &self,
-        mut config: Config,
-        image_size: ImageSize,
-    ) -> anyhow::Result<Config> {
-        if let Some(path) = self.against.as_deref().filter(|_| self.hold) {
-            let known = comparison::known_lens(&comparison::read(path)?, image_size)
-                .with_context(|| format!("could not hold the calibration to {path:?}"))?;
-            config.calibration.known_lens = Some(known);
-        }
-        Ok(config)
     }
 
     /// A new session with a source that is open; its recording calls it `source`.
@@ -120,7 +113,6 @@ impl Opening {
         config: Config,
     ) -> anyhow::Result<Run> {
         let image_size = open.image_size()?;
-        let config = self.held_to_known_lens(config, image_size)?;
         let session = Session::new(config.session(image_size)?);
         let header = Header::new(source, image_size, config).of_camera(open.source.camera_facts());
         let header = match &self.against {

@@ -61,11 +61,12 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
     let doubt = causes.doubt + correlated;
     let free = inputs.free.as_ref();
     let pp_doubt_px2: Matrix2<f64> = doubt.fixed_view::<2, 2>(2, 2).into();
-    // Lines of symmetry pass the principal point only if pixels are square.
-    let comparable = free.filter(|_| inputs.params.square_pixels);
-    let contradiction = comparable.map_or(1.0, |free| {
-        Disagreement::between(choice, free, noise_floor, &pp_doubt_px2).variance_factor()
-    });
+    let disagreement =
+        free.map(|free| Disagreement::between(choice, free, noise_floor, &pp_doubt_px2));
+    // Lines of symmetry pass through the principal point only if pixels are square.
+    let contradiction = disagreement
+        .filter(|_| inputs.params.square_pixels)
+        .map_or(1.0, |disagreement| disagreement.variance_factor());
     let varying = free
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
         .and_then(|free| varying_focal(free, noise_floor));
@@ -124,7 +125,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         odd_corners: &odd_corners,
         held_out,
         known_lens: combined.as_ref(),
-        pp_doubt_px2,
+        disagreement,
         projection_sd: &projection_sd,
         pp_covariance_px2,
         f_sd_px: covariance[(0, 0)].sqrt(),

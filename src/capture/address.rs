@@ -38,7 +38,7 @@ pub fn without_secrets(name: &str) -> String {
     format!("{scheme}://{host}{}", path.join("/"))
 }
 
-/// `words` of another program about the source called `name`, without the secrets of its address.
+/// Removes the secrets in the address `name` from `words`, another program's message about that source.
 #[cfg(all(unix, feature = "live"))]
 pub(super) fn words_without_secrets(words: &str, name: &str) -> String {
     let shown = words.replace(name, &without_secrets(name));

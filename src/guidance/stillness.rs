@@ -19,7 +19,7 @@ const PATIENCE_SECS: f64 = 3.0;
 const STEP_SECS: f64 = 1.5;
 const STEP: f64 = 1.25;
 const MOST_STEPS: f64 = 5.0;
-/// When a person whose hands aren't steady enough is told what helps.
+/// After this long without steady hands, the guide says what helps.
 const ADVICE_SECS: f64 = 5.0;
 /// A pose that is lost for less than this is still the same attempt.
 const GAP_SECS: f64 = 1.1;

@@ -317,15 +317,16 @@ fn restored(session: &Session, seen: &BTreeMap<FrameId, Observation>) -> Option<
     Some(restored)
 }
 
+/// Roles hold indices at the time of acceptance.
+fn without_roles(views: &[ViewSummary]) -> Vec<ViewSummary> {
+    views.iter().map(|view| ViewSummary { role: Role::NewDirection, ..view.clone() }).collect()
+}
+
 /// The views, their pairs and the lens from them, as text; roles hold indices at the time of acceptance.
 fn of_views(session: &Session) -> String {
     let decision = session.clone().handle(&Input::Stop);
     let snapshot = session.snapshot(decision);
-    let views: Vec<ViewSummary> = snapshot
-        .views
-        .iter()
-        .map(|view| ViewSummary { role: Role::NewDirection, ..view.clone() })
-        .collect();
+    let views = without_roles(&snapshot.views);
     let calibration = snapshot.calibration.map(|c| (c.camera, c.covariance));
     format!("{:?}", (views, snapshot.pairs, calibration))
 }
@@ -334,11 +335,7 @@ fn of_views(session: &Session) -> String {
 fn plan(session: &Session) -> String {
     let decision = session.clone().handle(&Input::Stop);
     let snapshot = session.snapshot(decision);
-    let views: Vec<ViewSummary> = snapshot
-        .views
-        .iter()
-        .map(|view| ViewSummary { role: Role::NewDirection, ..view.clone() })
-        .collect();
+    let views = without_roles(&snapshot.views);
     format!(
         "{:?}",
         (

@@ -101,8 +101,8 @@ pub(in crate::calibration) struct Evidence<'a> {
     pub(in crate::calibration) held_out: Option<HeldOutView>,
     /// The result together with an earlier calibration, if one was given.
     pub(in crate::calibration) known_lens: Option<&'a Combined>,
-    /// Covariance of the principal point from not knowing the cause of a misfit.
-    pub(in crate::calibration) pp_doubt_px2: Matrix2<f64>,
+    /// The independent check beside the bundle; there if `free` is.
+    pub(in crate::calibration) disagreement: Option<Disagreement>,
     pub(in crate::calibration) projection_sd: &'a ProjectionSd,
     pub(in crate::calibration) pp_covariance_px2: Matrix2<f64>,
     pub(in crate::calibration) f_sd_px: f64,
@@ -254,15 +254,11 @@ fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
         let code = FindingCode::LensContradicts { statistic: *statistic, limit: *limit };
         report(above(*statistic, *limit, f64::INFINITY), code);
     }
-    if let Some(free) = evidence.free {
-        let Disagreement { distance_px, sigmas } = Disagreement::between(
-            evidence.choice,
-            free,
-            evidence.noise_floor,
-            &evidence.pp_doubt_px2,
-        );
+    if let Some(Disagreement { distance_px, sigmas }) = evidence.disagreement {
         let code = FindingCode::CheckDisagrees { distance_px, sigmas, limit: CONTRADICTION_SIGMAS };
         report(above(sigmas, CONTRADICTION_SIGMAS, CHECK_BAD_SIGMAS), code);
+    }
+    if let Some(free) = evidence.free {
         outliers(free, report);
     } else if evidence.distinct >= 3 {
         report(Some(Severity::Care), FindingCode::CheckMissing);

@@ -189,7 +189,7 @@ impl Stream {
             self.slowest_nanos = gap.max(self.slowest_nanos - self.slowest_nanos / 16);
         }
         let picture = round.newest.and_then(|_| self.unpack(now));
-        // A whole picture of another size is no damage of a cable.
+        // A complete picture of a different size doesn't point to a damaged cable.
         let is_other_size = matches!(picture, Some(Err(Flaw::OtherSize)));
         let is_flawed = matches!(picture, Some(Err(_))) && !is_other_size;
         let damaged = round.bad as u32 + u32::from(is_flawed);

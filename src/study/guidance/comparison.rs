@@ -307,7 +307,7 @@ fn figures(params: &Params, parts: &[Runs], hand: Hand, limits: &[Limit]) -> Vec
             "PP error, field-of-view lens",
             "error (px)",
             curves(2, |mark| mark.fitted.pp_error_px),
-            "The lens is of another family and is fitted with k1 and k2.",
+            "The lens is from a different model family and is fitted with k1 and k2.",
         ),
     ]
 }

@@ -28,7 +28,7 @@ const PP_OFF_PX: f64 = 60.0;
 pub enum TrueLens {
     /// A lens of the family that is fitted.
     Brown(Camera),
-    /// A lens of another family. A ray at the distance `r` from the axis appears at
+    /// A lens from a different model family. A ray at the distance `r` from the axis appears at
     /// `f atan(2 r tan(w/2)) / (2 tan(w/2))`, so that `f` is its focal length at the principal point. Source:
     /// Devernay & Faugeras, "Straight lines have to be straight", 2001, section 2.2.
     FieldOfView {
@@ -40,7 +40,7 @@ pub enum TrueLens {
 }
 
 impl TrueLens {
-    /// The camera, its distortion left out if it's of another family.
+    /// The camera, without distortion if the lens is from a different model family.
     pub fn camera(&self) -> &Camera {
         match self {
             Self::Brown(camera) | Self::FieldOfView { pinhole: camera, .. } => camera,

@@ -100,7 +100,7 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     }
 }
 
-/// A sign that is told apart by its shape: a tick, an exclamation mark or a cross.
+/// A sign that its shape alone identifies: a tick, an exclamation mark or a cross.
 fn sign(painter: &Painter, rect: Rect, verdict: Verdict, color: Color32) {
     let (middle, half) = (rect.center(), 0.5 * rect.width());
     let stroke = Stroke::new(0.16 * half, color);
