@@ -31,6 +31,8 @@ mod announcer;
 pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
+#[cfg(feature = "report")]
+pub mod certificate;
 pub mod comparison;
 mod cue_link;
 #[cfg(all(target_os = "linux", feature = "live"))]
@@ -43,6 +45,7 @@ pub mod host;
 pub mod json;
 mod missing_feature;
 pub mod opening;
+pub mod printed_board;
 pub mod recordings;
 pub mod redetect;
 #[cfg(feature = "report")]
@@ -65,7 +68,7 @@ pub use announcer::Announcer;
 pub use explain::explain;
 pub use host::AppHost;
 pub use missing_feature::MissingFeature;
-pub use opening::Opening;
+pub use opening::{BoardFromCode, Opening};
 pub use run::{FinishedRun, Run};
 pub use saved_session::{JournalReading, SavedSession};
 #[cfg(feature = "study")]

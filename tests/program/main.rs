@@ -14,6 +14,7 @@ mod crash;
 mod damage;
 #[cfg(unix)]
 mod files;
+mod manual;
 mod power_cut;
 mod report;
 mod saved_session;
