@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use super::{
     extended_bundle::Cause,
     misfit_models::{Explanation, explain},
+    torn_views,
 };
 use crate::{
     calibration::solve::{
@@ -86,6 +87,7 @@ pub(in crate::calibration) fn causes(
     ];
     all.extend(square_pixels.then_some(Cause::PixelAspect));
     all.extend(likeliest_split(bundle).map(Cause::Mixed));
+    all.extend(torn_views::suspects(observations, &bundle.state).map(Cause::Torn));
     let mut hypotheses: Vec<Hypothesis> = all
         .into_iter()
         .filter_map(|cause| {
