@@ -9,6 +9,7 @@ use super::{
     },
     inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
     params::{CalibrationParams, NotCalibrated},
+    repeats::Repeats,
     result::Calibration,
     solve::{
         bundle::{Bundle, BundleState, InvalidCorners, Observations},
@@ -33,6 +34,8 @@ const SUSPICIOUS: f64 = 1.5;
 /// Each view has one corner per board corner, in the board's order and in distorted pixels of a picture of
 /// `image_size`. Four different views determine the lens without priors, and eight are advised; with fewer,
 /// [`CalibrationParams::weak_priors`] must be on. Deterministic.
+///
+/// Views that repeat others, as copies of a picture do, count once.
 ///
 /// Bundle adjustment from closed forms, for nested lens models of which BIC chooses one; corner covariances are
 /// inflated to what the residuals show. See `docs/method.md`, section 2.
@@ -98,41 +101,77 @@ pub fn calibrate(
         return Err(NotCalibrated::NoPicture { width_px, height_px });
     }
     let board_m = board.corners_in_board_m();
-    let mut observations = observations(views, &board_m)?;
+    let observations = observations(views, &board_m)?;
     if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
         return Err(NotCalibrated::NoGrid { view });
     }
-    let as_seen = as_seen(views, &board_m, image_size)
-        .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
-    let distinct = distinct_views(views, image_size);
-    let prior = DistortionCentrePrior::of(image_size);
-    let fit_free = |observations: &Observations| {
-        free_homography::fit(observations, prior, &as_seen.image_from_board)
+    let given = Given { count: views.len(), board, board_m: &board_m, image_size, params };
+    let Some(repeats) = Repeats::among(views, image_size) else {
+        return given.calibrate(views, observations);
     };
-    let mut free = fit_free(&observations);
-    let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
-    let mut views = Cow::Borrowed(views);
-    if rho > 0.0 {
-        views = Cow::Owned(inflated(&views, rho));
-        observations = self::observations(&views, &board_m)?;
-        free = fit_free(&observations);
+    let kept = repeats.without(views);
+    let found = self::observations(&kept, &board_m)
+        .and_then(|observations| given.calibrate(&kept, observations))
+        .map_err(|reason| match reason {
+            NotCalibrated::NoHomography { view } => {
+                NotCalibrated::NoHomography { view: repeats.number(view) }
+            }
+            other => other,
+        })?;
+    Ok(repeats.restored(found, views, &board_m))
+}
+
+/// What a calibration is given beside the views.
+struct Given<'a> {
+    /// Number of views, those of one held pose included.
+    count: usize,
+    board: &'a Checkerboard,
+    board_m: &'a [Point2<f64>],
+    image_size: ImageSize,
+    params: &'a CalibrationParams,
+}
+
+impl Given<'_> {
+    /// Calibrates from `views`, of which none repeats another.
+    fn calibrate(
+        &self,
+        views: &[Vec<Corner>],
+        mut observations: Observations,
+    ) -> Result<Calibration, NotCalibrated> {
+        let Self { count: given, board, board_m, image_size, params } = *self;
+        let as_seen = as_seen(views, board_m, image_size)
+            .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
+        let distinct = distinct_views(views, image_size);
+        let prior = DistortionCentrePrior::of(image_size);
+        let fit_free = |observations: &Observations| {
+            free_homography::fit(observations, prior, &as_seen.image_from_board)
+        };
+        let mut free = fit_free(&observations);
+        let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
+        let mut views = Cow::Borrowed(views);
+        if rho > 0.0 {
+            views = Cow::Owned(inflated(&views, rho));
+            observations = self::observations(&views, board_m)?;
+            free = fit_free(&observations);
+        }
+        let problem = Inputs {
+            noise_floor: noise_floor(&views),
+            views: &views,
+            board,
+            board_m,
+            image_size,
+            params,
+            observations,
+            as_seen,
+            free,
+            distinct,
+            given,
+            excess_px: rho.sqrt(),
+        };
+        let undetermined = NotCalibrated::Undetermined { distinct };
+        let solution = problem.solve()?;
+        assemble(&problem, &solution).ok_or(undetermined)
     }
-    let problem = Inputs {
-        noise_floor: noise_floor(&views),
-        views: &views,
-        board,
-        board_m: &board_m,
-        image_size,
-        params,
-        observations,
-        as_seen,
-        free,
-        distinct,
-        excess_px: rho.sqrt(),
-    };
-    let undetermined = NotCalibrated::Undetermined { distinct };
-    let solution = problem.solve()?;
-    assemble(&problem, &solution).ok_or(undetermined)
 }
 
 fn observations(

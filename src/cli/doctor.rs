@@ -62,7 +62,11 @@ impl Arguments {
                 "To copy the undamaged part into a new session: boresight doctor {} --recover NEW",
                 self.session.display()
             ));
-            bail!("{} problems in {:?}", problems.len(), self.session);
+            let count = match problems.len() {
+                1 => "1 problem".to_owned(),
+                count => format!("{count} problems"),
+            };
+            bail!("{count} in {:?}", self.session);
         }
         say("Whole.");
         Ok(Exit::Good)

@@ -6,6 +6,7 @@ use statrs::function::factorial::ln_binomial;
 use super::{
     extended_bundle::Cause,
     misfit_models::{Explanation, explain},
+    torn_views,
 };
 use crate::{
     calibration::solve::{
@@ -87,6 +88,7 @@ pub(in crate::calibration) fn causes(
     ];
     all.extend(square_pixels.then_some(Cause::PixelAspect));
     all.extend(likeliest_split(bundle).map(Cause::Mixed));
+    all.extend(torn_views::suspects(observations, &bundle.state).map(Cause::Torn));
     let mut hypotheses: Vec<Hypothesis> = all
         .into_iter()
         .filter_map(|cause| {

@@ -182,7 +182,7 @@ pub(in crate::calibration) fn distinct_views(
 
 /// Root mean square distance between corresponding corners, or between opposite ones if that is less: some boards look the
 /// same upside down.
-fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
+pub(in crate::calibration) fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
     let mean = |pairs: &mut dyn Iterator<Item = (Point2<f64>, Point2<f64>)>| {
         pairs.map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len().max(1) as f64
     };
