@@ -64,7 +64,7 @@ fn picture(snapshot: &Snapshot) -> GrayImage {
         let last = corners.len().checked_sub(1)?;
         square_to([corners[0], corners[columns - 1], corners[last], corners[last + 1 - columns]])
     });
-    let unit_from_image = image_from_unit.and_then(|matrix| matrix.try_inverse());
+    let unit_from_image = image_from_unit.and_then(Matrix3::try_inverse);
     GrayImage::from_fn(size.width_px, size.height_px, |x, y| {
         let room = 70 + 60 * x / size.width_px + 40 * ((x / 160 + y / 120) % 2);
         let seen = unit_from_image.and_then(|matrix| {
