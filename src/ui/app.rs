@@ -256,6 +256,9 @@ impl App {
         let before = self.wish.board;
         let wish = SessionRequest { board, go_on_with: None, first: None, ..self.wish.clone() };
         self.start.draft.board = board;
+        if self.memory.board.is_some() {
+            self.memorise(Memory { board: Some(board), ..self.memory.clone() });
+        }
         self.open(ctx, wish);
         self.note = Some(text::start::switched(board, before));
     }

@@ -252,6 +252,18 @@ mod tests {
     }
 
     #[test]
+    fn a_palette_is_found_again_by_its_name() {
+        let ctx = Context::default();
+        apply(&ctx);
+        for wanted in NAMES.into_iter().chain(NAMES.into_iter().rev()) {
+            choose(&ctx, wanted);
+            assert_eq!(name(&ctx), wanted);
+        }
+        choose(&ctx, "plaid");
+        assert_eq!(name(&ctx), "dark", "the one before stays");
+    }
+
+    #[test]
     fn the_sentence_contrasts_with_its_band() {
         assert!(contrast(Color32::WHITE, ALARM) >= 4.5 && contrast(ON_ACCENT, ACCENT) >= 4.5);
         for color in [GREEN, AMBER, RED, GREY, Color32::WHITE] {
