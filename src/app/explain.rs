@@ -1,5 +1,6 @@
 //! The next action for an error.
 
+use super::host::UserError;
 use crate::{
     calibration::files::import::NotImported, capture::CaptureError, config::ConfigError,
     files::FileError, pipeline::PipelineError, recording::RecordingError, text,
@@ -32,6 +33,15 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
     })
 }
 
+/// What happened and what to do, for a window: a camera's fault in words, without its code.
+pub(super) fn user_error(err: &anyhow::Error) -> UserError {
+    if let Some(CaptureError::Camera { fault, detail }) = err.downcast_ref() {
+        let (what, action) = text::camera::with_detail(*fault, detail);
+        return UserError { what, action: Some(action) };
+    }
+    UserError { what: format!("{err:#}"), action: explain(err) }
+}
+
 fn file(err: &FileError) -> Option<String> {
     use std::io::ErrorKind;
     match err {
@@ -58,9 +68,9 @@ fn file(err: &FileError) -> Option<String> {
         FileError::Exists { .. } => {
             Some("Choose another name, or add --force to overwrite the file.".into())
         }
-        FileError::NotAFile { .. } => {
-            Some("Name a file; links, devices and FIFOs are not replaced. Without --out, export writes to stdout.".into())
-        }
+        FileError::NotAFile { .. } => Some(
+            "Name a plain file: links, devices and FIFOs are neither read nor replaced.".into(),
+        ),
         FileError::Read { .. } => {
             Some("Check the name; a session is the folder that holds session.toml.".into())
         }

@@ -22,12 +22,15 @@
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
+//! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
+//! | `board_from_code` | the board that a code in its margin names |
 //! | `explain` | the next action for an error |
 //! | `missing_feature` | what this build leaves out |
 //!
 //! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain`] turns one into the next action.
 
 mod announcer;
+pub mod board_from_code;
 pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
@@ -43,9 +46,11 @@ mod explain;
 pub mod export;
 pub mod host;
 pub mod json;
+mod lookout;
+mod memory;
 mod missing_feature;
 pub mod opening;
-pub mod printed_board;
+mod printed_board;
 pub mod recordings;
 pub mod redetect;
 #[cfg(feature = "report")]
@@ -67,6 +72,7 @@ mod window_host;
 pub use announcer::Announcer;
 pub use explain::explain;
 pub use host::AppHost;
+pub use memory::usual_path as usual_memory;
 pub use missing_feature::MissingFeature;
 pub use opening::{BoardFromCode, Opening};
 pub use run::{FinishedRun, Run};

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 
 use super::{
-    Announcer, Run, SavedSession, comparison,
-    printed_board::board_from_source,
+    Announcer, Run, SavedSession,
+    board_from_code::board_from_source,
+    comparison,
     source::{OpenSource, SourceName},
 };
 use crate::{

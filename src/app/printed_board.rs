@@ -1,200 +1,95 @@
-//! The board that a printed code names, so that nobody types it.
+//! The board on paper, written from the window: the largest squares that fit.
 
-use std::{collections::VecDeque, path::PathBuf, time::Duration};
+use std::path::{Path, PathBuf};
 
-use image::GrayImage;
+use anyhow::anyhow;
 
-use super::{Announcer, source::OpenSource};
+use super::host::PrintedBoard;
 use crate::{
     board::Checkerboard,
-    board_code::BoardCode,
-    capture::{Arrival, CaptureError, FrameSource, SourceIdentity, read_picture},
-    config::Config,
-    detection::{Detection, Detector, DetectorParams, Miss, read_code},
-    device::{Adjustable, CameraInfo, Control, ControlBefore},
+    board_code::{BoardCode, BoardId},
+    files::{Links, Overwrite, read, save},
+    target::{Paper, Plan, Sheet, Square, pdf, plan, sheet},
     text,
 };
 
-/// Pictures in which a code is looked for; frames of a live camera, which are closer to each other.
-const PICTURES: usize = 10;
-const LIVE_FRAMES: usize = 45;
-/// Boards that are tried where the usual one is seen in part only: a smaller one looks so.
-const SMALLER: [(u16, u16); 8] = [(8, 6), (8, 5), (7, 6), (7, 5), (6, 5), (6, 4), (5, 4), (4, 3)];
-/// Searches for boards in all pictures together.
-const SEARCHES: usize = 80;
-/// Waits for a frame that may find nothing.
-const WAITS: usize = 20;
-const PATIENCE: Duration = Duration::from_millis(250);
+/// A sheet with a board is far smaller.
+const LIMIT: u64 = 16 << 20;
+/// Names tried for a sheet that differs from one of the same name.
+const NAMES: u32 = 100;
 
-/// Reads codes, whichever board is in the picture.
-struct CodeReader {
-    detector: Detector,
-    /// The board that is tried first.
-    usual: Checkerboard,
-    searches_left: usize,
+/// Names of the papers.
+pub(super) fn papers() -> Vec<&'static str> {
+    Paper::ALL.map(Paper::name).into()
 }
 
-impl CodeReader {
-    fn new(usual: Checkerboard) -> Self {
-        let detector = Detector::new(DetectorParams::default());
-        Self { detector, usual, searches_left: SEARCHES }
-    }
-
-    fn read(&mut self, image: &GrayImage) -> Option<BoardCode> {
-        match self.search(image, self.usual)? {
-            Ok(detection) => read_code(image, &self.usual, &detection.corners),
-            Err(Miss::OtherBoard { columns, rows }) => {
-                let count = |count: usize| u16::try_from(count).ok();
-                self.read_as(image, (count(columns)?, count(rows)?))
-            }
-            Err(Miss::PartialBoard { .. } | Miss::Glare { .. }) => {
-                SMALLER.into_iter().find_map(|size| self.read_as(image, size))
-            }
-            Err(_) => None,
-        }
-    }
-
-    fn read_as(&mut self, image: &GrayImage, (columns, rows): (u16, u16)) -> Option<BoardCode> {
-        let board = Checkerboard::new(columns, rows, self.usual.square_m()).ok()?;
-        let seen = self.search(image, board)?.ok()?;
-        read_code(image, &board, &seen.corners)
-    }
-
-    /// `None` once there were enough searches.
-    fn search(
-        &mut self,
-        image: &GrayImage,
-        board: Checkerboard,
-    ) -> Option<Result<Detection, Miss>> {
-        self.searches_left = self.searches_left.checked_sub(1)?;
-        Some(self.detector.detect(image, &board))
-    }
-}
-
-/// Takes the board from the code in the first of `pictures` that shows one, and announces it. Without a code nothing
-/// changes. A picture that can't be read is left to whoever needs it.
+/// Writes a sheet with a board of `columns` × `rows` inner corners into `folder`. A file that holds the same sheet is
+/// kept; any other one is left alone.
 ///
 /// # Errors
 ///
-/// If `config` names no usable board.
-pub fn board_from_pictures(
-    pictures: &[PathBuf],
-    config: &mut Config,
-    keeps_square: bool,
-    announcer: &Announcer,
-) -> anyhow::Result<()> {
-    let mut reader = CodeReader::new(config.board()?);
-    let mut images = pictures.iter().take(PICTURES).filter_map(|path| read_picture(path).ok());
-    if let Some(code) = images.find_map(|image| reader.read(&image)) {
-        take(&code, config, keeps_square, announcer);
-    }
-    Ok(())
+/// If the board doesn't fit on the paper of that number, or the file can't be written.
+pub(super) fn print(
+    folder: &Path,
+    [columns, rows]: [u16; 2],
+    paper: usize,
+) -> anyhow::Result<PrintedBoard> {
+    let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
+    let plan = plan(columns, rows, Square::Largest, &paper.pages())
+        .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
+    let name = format!("checkerboard-{columns}x{rows}-{}mm-{}", plan.square_mm, paper.name());
+    let bytes = pdf(&with_code(&plan, &name)?);
+    let file = free_or_same(folder, &name, &bytes)?;
+    Ok(PrintedBoard {
+        file,
+        square_m: 1e-3 * plan.square_mm,
+        steps: text::target_steps(&plan).into_iter().take(3).collect(),
+    })
 }
 
-/// The same with the first frames of a source. A folder's or recording's frames come again; a live camera's are over.
-///
-/// # Errors
-///
-/// If `config` names no usable board, or the source is broken.
-pub fn board_from_source(
-    open: OpenSource,
-    config: &mut Config,
-    keeps_square: bool,
-    announcer: &Announcer,
-) -> anyhow::Result<OpenSource> {
-    if open.truth.is_some() {
-        return Ok(open);
-    }
-    let mut reader = CodeReader::new(config.board()?);
-    let OpenSource { mut source, on_frame, truth } = open;
-    let keeps_frames = source.waits();
-    let mut first = VecDeque::new();
-    let (mut frames, mut waits) = (if keeps_frames { PICTURES } else { LIVE_FRAMES }, WAITS);
-    while frames > 0 && waits > 0 {
-        let arrival = source.next_frame(PATIENCE)?;
-        let code = match &arrival {
-            Arrival::Frame(frame) => {
-                frames -= 1;
-                reader.read(&frame.image)
-            }
-            Arrival::NothingYet => {
-                waits -= 1;
-                continue;
-            }
-            Arrival::Event(_) => None,
-            Arrival::End => {
-                first.push_back(arrival);
-                break;
-            }
-        };
-        if keeps_frames || matches!(arrival, Arrival::Event(_)) {
-            first.push_back(arrival);
-        }
-        if let Some(code) = code {
-            take(&code, config, keeps_square, announcer);
+/// The sheet with its code, if there is room; the same name gives the same ID.
+fn with_code(plan: &Plan, name: &str) -> anyhow::Result<Sheet> {
+    let board = Checkerboard::new(plan.columns, plan.rows, 1e-3 * plan.square_mm)?;
+    let id = BoardId::from_number(crc32fast::hash(name.as_bytes()));
+    let code = BoardCode::new(&board, id).filter(|_| !plan.edges_with_room().is_empty());
+    let id = code.as_ref().map(|code| code.id().to_string());
+    let plain = sheet(plan, &text::target_lines(plan, id.as_deref()));
+    Ok(match &code {
+        Some(code) => plain.with_code(plan, code),
+        None => plain,
+    })
+}
+
+fn free_or_same(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<PathBuf> {
+    let mut path = folder.join(format!("{name}.pdf"));
+    for number in 2..NAMES {
+        if !path.exists() {
             break;
         }
-    }
-    Ok(OpenSource { source: Box::new(Again { first, source }), on_frame, truth })
-}
-
-/// Puts the board that `code` names into `config`, with its measured square if the settings have one.
-fn take(code: &BoardCode, config: &mut Config, keeps_square: bool, announcer: &Announcer) {
-    let Some(board) = code.board() else { return };
-    let id = code.id().to_string();
-    let printed_mm = board.square_m() * 1e3;
-    let measured = config.boards.iter().find(|(key, _)| key.parse() == Ok(code.id()));
-    let measured = measured.map(|(_, board)| board.clone());
-    // Both are at most 99.
-    (config.board.columns, config.board.rows) = (board.columns() as u16, board.rows() as u16);
-    if !keeps_square {
-        // Micrometres, as printed.
-        let printed_mm = (printed_mm * 1e3).round() / 1e3;
-        config.board.square_mm = measured.as_ref().map_or(printed_mm, |board| board.square_mm);
-    }
-    announcer.say(&text::board_from_code(&board, &id, config.board.square_mm));
-    let certificate = &mut config.certificate;
-    certificate.board_id = id;
-    if let Some(measured) = measured.filter(|_| certificate.square_measured.is_empty()) {
-        certificate.square_measured = measured.measured_with;
-    }
-}
-
-/// A source whose first arrivals come once more.
-struct Again {
-    first: VecDeque<Arrival>,
-    source: Box<dyn FrameSource>,
-}
-
-impl FrameSource for Again {
-    fn identity(&self) -> SourceIdentity {
-        self.source.identity()
-    }
-
-    fn waits(&self) -> bool {
-        self.source.waits()
-    }
-
-    fn camera_facts(&self) -> Option<CameraInfo> {
-        self.source.camera_facts()
-    }
-
-    fn adjustables(&mut self) -> Vec<Adjustable> {
-        self.source.adjustables()
-    }
-
-    fn adjust(&mut self, control: Control, value: i64) {
-        self.source.adjust(control, value);
-    }
-
-    fn put_back_at_end(&mut self, before: &[ControlBefore]) {
-        self.source.put_back_at_end(before);
-    }
-
-    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
-        match self.first.pop_front() {
-            Some(arrival) => Ok(arrival),
-            None => self.source.next_frame(patience),
+        if read(&path, LIMIT, Links::Refused).is_ok_and(|before| before == bytes) {
+            return Ok(path);
         }
+        path = folder.join(format!("{name}-{number}.pdf"));
+    }
+    save(&path, bytes, Overwrite::Never)?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_is_written_once_and_nothing_is_overwritten() -> anyhow::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let first = print(folder.path(), [9, 6], 0)?;
+        assert!((first.square_m - 0.02).abs() < 0.01, "{first:?}");
+        assert_eq!(print(folder.path(), [9, 6], 0)?.file, first.file);
+        save(&first.file, b"mine", Overwrite::Allowed)?;
+        let second = print(folder.path(), [9, 6], 0)?;
+        assert_ne!(second.file, first.file);
+        assert_eq!(read(&first.file, LIMIT, Links::Refused)?, b"mine");
+        assert!(print(folder.path(), [99, 99], 0).is_err(), "squares too small to print");
+        Ok(())
     }
 }

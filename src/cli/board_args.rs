@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::terminal::announcer;
 use crate::{
-    app::{BoardFromCode, printed_board::board_from_pictures},
+    app::{BoardFromCode, board_from_code::board_from_pictures},
     board::Checkerboard,
     config::Config,
     files::{Links, TEXT_LIMIT, read_text},
@@ -82,6 +82,15 @@ impl BoardArguments {
         }
         config.board()?;
         Ok(config)
+    }
+
+    /// Whether any of them is given.
+    #[cfg(feature = "window")]
+    pub(super) fn says_something(&self) -> bool {
+        self.board.is_some()
+            || self.square.is_some()
+            || self.config.is_some()
+            || !self.settings.is_empty()
     }
 
     /// Whether anything here names the size of the squares, or it is the default's.

@@ -11,7 +11,8 @@
 //! | `leave_out` | repeats the estimate with views left out |
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
-//! | `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed views) and compares them |
+//! | `torn_views` | finds views put together from two pictures |
+//! | `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
 //! | `trust_checks` | turns all evidence into findings |
 //! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
@@ -29,4 +30,5 @@ pub mod noise_findings;
 pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
 pub(super) mod projection_sd;
+mod torn_views;
 pub(super) mod trust_checks;

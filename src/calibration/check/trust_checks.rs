@@ -104,6 +104,8 @@ pub(in crate::calibration) struct Evidence<'a> {
     pub(in crate::calibration) skip_one_ratio: Option<f64>,
     pub(in crate::calibration) coverage: f64,
     pub(in crate::calibration) distinct: usize,
+    /// Views given, those of one held pose included.
+    pub(in crate::calibration) given: usize,
     pub(in crate::calibration) noise_px: f64,
     pub(in crate::calibration) noise_correlation: Option<&'a NoiseCorrelation>,
     pub(in crate::calibration) noise_floor_px: Option<f64>,
@@ -154,7 +156,7 @@ fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
 }
 
 fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
-    let (count, distinct) = (evidence.views.len(), evidence.distinct);
+    let (count, distinct) = (evidence.given, evidence.distinct);
     let wanted = evidence.limits().views;
     if distinct < wanted {
         report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted });
@@ -343,6 +345,15 @@ fn cause(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
         Cause::RollingShutter => {
             let shear_px = state.shear_px();
             report(Some(Severity::Care), FindingCode::RollingShutter { shear_px, gain });
+        }
+        Cause::Torn(rows) => {
+            let shift_px = |view: usize| state.local[view][0].hypot(state.local[view][1]);
+            let torn = rows.iter().enumerate().filter_map(|(view, row)| Some((view, (*row)?)));
+            let first = torn.clone().max_by(|a, b| shift_px(a.0).total_cmp(&shift_px(b.0)));
+            let Some((view, row_px)) = first else { return };
+            let (views, shift_px) = (torn.count(), shift_px(view));
+            let code = FindingCode::ViewTorn { view, row_px, shift_px, views, gain };
+            report(Some(Severity::Care), code);
         }
         Cause::LensShape => report(Some(Severity::Care), FindingCode::LensOther { gain }),
     }
