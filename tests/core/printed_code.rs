@@ -270,9 +270,10 @@ fn survey(pictures: u64, seed: u64) -> Survey {
 fn the_code_is_read_from_pictures_and_never_misread() {
     let survey = survey(96, 1);
     assert_eq!(survey.wrong, 0, "{survey:?}");
-    let [_, _, _, near, nearest] = survey.by_cell;
-    let (found, read) = (near.0 + nearest.0, near.1 + nearest.1);
-    assert!(found > 10 && read * 10 >= found * 9, "{survey:?}");
+    // From near by, the margin may be outside of the picture.
+    let found: usize = survey.by_cell.iter().map(|(found, _)| found).sum();
+    let read: usize = survey.by_cell.iter().map(|(_, read)| read).sum();
+    assert!(found >= 20 && 4 * read >= 3 * found, "{survey:?}");
     assert!(survey.others > 30, "{survey:?}");
 }
 
