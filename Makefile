@@ -9,6 +9,8 @@ PACKAGES = gcc libc6-dev libclang-dev
 WINDOW_PACKAGES = libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
 # What reads network streams and video files.
 VIDEO_PACKAGES = ffmpeg
+# The RTSP server that the tests watch: it isn't ours, and isn't ffmpeg's.
+RTSP_PACKAGES = gir1.2-gst-rtsp-server-1.0 python3-gi gstreamer1.0-plugins-good
 # What the tests on the kernel's own camera drivers need (tests/vm).
 VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3
 
@@ -30,7 +32,7 @@ run: setup
 	@[ -x $(TARGET)/release/boresight ] || echo "Building boresight (about $(RUN_MINUTES) minutes the first time) …"
 	@cargo run --release $(RUN_FEATURES) -- $(or $(ARGS),--source auto)
 
-test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(VM_PACKAGES)
+test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(VM_PACKAGES)
 test: setup msrv lint features doc
 	cargo test
 	tests/vm/run.sh

@@ -68,9 +68,9 @@ fn file(err: &FileError) -> Option<String> {
         FileError::Exists { .. } => {
             Some("Choose another name, or add --force to overwrite the file.".into())
         }
-        FileError::NotAFile { .. } => {
-            Some("Name a file; links, devices and FIFOs are not replaced. Without --out, export writes to stdout.".into())
-        }
+        FileError::NotAFile { .. } => Some(
+            "Name a plain file: links, devices and FIFOs are neither read nor replaced.".into(),
+        ),
         FileError::Read { .. } => {
             Some("Check the name; a session is the folder that holds session.toml.".into())
         }

@@ -9,11 +9,12 @@ use super::{
     },
     inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
     params::{CalibrationParams, NotCalibrated},
+    repeats::Repeats,
     result::Calibration,
     solve::{
-        bundle::{InvalidCorners, Observations},
+        bundle::{Bundle, BundleState, InvalidCorners, Observations},
         free_homography::{self, DistortionCentrePrior},
-        initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, start},
+        initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, starts},
         lens_model::{LensModel, LensPrior},
         model_choice::{ModelChoice, ModelSearch, fit_models},
     },
@@ -25,11 +26,16 @@ use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 /// purpose: it only separates views that leave the focal length open from those that don't.
 const F_UNDETERMINED: f64 = 0.2;
 
+/// Noise factor of the bundle, relative to that of free homographies, above which other starts are tried.
+const SUSPICIOUS: f64 = 1.5;
+
 /// Estimates the lens and all poses from the corners of `views`, and checks the result.
 ///
 /// Each view has one corner per board corner, in the board's order and in distorted pixels of a picture of
 /// `image_size`. Four different views determine the lens without priors, and eight are advised; with fewer,
 /// [`CalibrationParams::weak_priors`] must be on. Deterministic.
+///
+/// Views that repeat others, as copies of a picture do, count once.
 ///
 /// Bundle adjustment from closed forms, for nested lens models of which BIC chooses one; corner covariances are
 /// inflated to what the residuals show. See `docs/method.md`, section 2.
@@ -95,41 +101,77 @@ pub fn calibrate(
         return Err(NotCalibrated::NoPicture { width_px, height_px });
     }
     let board_m = board.corners_in_board_m();
-    let mut observations = observations(views, &board_m)?;
+    let observations = observations(views, &board_m)?;
     if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
         return Err(NotCalibrated::NoGrid { view });
     }
-    let as_seen = as_seen(views, &board_m, image_size)
-        .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
-    let distinct = distinct_views(views, image_size);
-    let prior = DistortionCentrePrior::of(image_size);
-    let fit_free = |observations: &Observations| {
-        free_homography::fit(observations, prior, &as_seen.image_from_board)
+    let given = Given { count: views.len(), board, board_m: &board_m, image_size, params };
+    let Some(repeats) = Repeats::among(views, image_size) else {
+        return given.calibrate(views, observations);
     };
-    let mut free = fit_free(&observations);
-    let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
-    let mut views = Cow::Borrowed(views);
-    if rho > 0.0 {
-        views = Cow::Owned(inflated(&views, rho));
-        observations = self::observations(&views, &board_m)?;
-        free = fit_free(&observations);
+    let kept = repeats.without(views);
+    let found = self::observations(&kept, &board_m)
+        .and_then(|observations| given.calibrate(&kept, observations))
+        .map_err(|reason| match reason {
+            NotCalibrated::NoHomography { view } => {
+                NotCalibrated::NoHomography { view: repeats.number(view) }
+            }
+            other => other,
+        })?;
+    Ok(repeats.restored(found, views, &board_m))
+}
+
+/// What a calibration is given beside the views.
+struct Given<'a> {
+    /// Number of views, those of one held pose included.
+    count: usize,
+    board: &'a Checkerboard,
+    board_m: &'a [Point2<f64>],
+    image_size: ImageSize,
+    params: &'a CalibrationParams,
+}
+
+impl Given<'_> {
+    /// Calibrates from `views`, of which none repeats another.
+    fn calibrate(
+        &self,
+        views: &[Vec<Corner>],
+        mut observations: Observations,
+    ) -> Result<Calibration, NotCalibrated> {
+        let Self { count: given, board, board_m, image_size, params } = *self;
+        let as_seen = as_seen(views, board_m, image_size)
+            .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
+        let distinct = distinct_views(views, image_size);
+        let prior = DistortionCentrePrior::of(image_size);
+        let fit_free = |observations: &Observations| {
+            free_homography::fit(observations, prior, &as_seen.image_from_board)
+        };
+        let mut free = fit_free(&observations);
+        let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
+        let mut views = Cow::Borrowed(views);
+        if rho > 0.0 {
+            views = Cow::Owned(inflated(&views, rho));
+            observations = self::observations(&views, board_m)?;
+            free = fit_free(&observations);
+        }
+        let problem = Inputs {
+            noise_floor: noise_floor(&views),
+            views: &views,
+            board,
+            board_m,
+            image_size,
+            params,
+            observations,
+            as_seen,
+            free,
+            distinct,
+            given,
+            excess_px: rho.sqrt(),
+        };
+        let undetermined = NotCalibrated::Undetermined { distinct };
+        let solution = problem.solve()?;
+        assemble(&problem, &solution).ok_or(undetermined)
     }
-    let problem = Inputs {
-        noise_floor: noise_floor(&views),
-        views: &views,
-        board,
-        board_m: &board_m,
-        image_size,
-        params,
-        observations,
-        as_seen,
-        free,
-        distinct,
-        excess_px: rho.sqrt(),
-    };
-    let undetermined = NotCalibrated::Undetermined { distinct };
-    let solution = problem.solve()?;
-    assemble(&problem, &solution).ok_or(undetermined)
 }
 
 fn observations(
@@ -162,8 +204,8 @@ impl Inputs<'_> {
     /// Fits the models; if the views leave the focal length open, again with a prior on it.
     fn solve(&self) -> Result<Solution, NotCalibrated> {
         let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
-        let start =
-            start(&self.observations, &self.as_seen, self.image_size).ok_or(undetermined)?;
+        let starts = starts(&self.observations, &self.as_seen, self.image_size);
+        let f_px = starts.first().ok_or(undetermined)?.camera.f_px.x;
         let models = self.models();
         let weak = LensPrior::weak(self.image_size);
         let prior_used = self.params.weak_priors && self.distinct < VIEWS_WITHOUT_PRIOR;
@@ -176,7 +218,7 @@ impl Inputs<'_> {
                 prior,
                 noise_floor: self.noise_floor,
             };
-            fit_models(&search, start.clone())
+            self.lowest(&search, &starts)
         };
         if let Some(choice) = search(prior_used.then_some(&weak))
             && self.is_determined(&choice)
@@ -186,10 +228,30 @@ impl Inputs<'_> {
         if !self.params.weak_priors {
             return Err(undetermined);
         }
-        let f_px = start.camera.f_px.x;
         let with_focal_prior = weak.with_focal_length(f_px, 0.5 * f_px);
         let choice = search(Some(&with_focal_prior)).ok_or(undetermined)?;
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
+    }
+
+    /// The fit from the first start; from the others, too, if it leaves residuals that views without a common focal
+    /// length don't have: it may have ended in the wrong minimum.
+    fn lowest(&self, search: &ModelSearch<'_>, starts: &[BundleState]) -> Option<ModelChoice> {
+        let (first, others) = starts.split_first()?;
+        let mut best = fit_models(search, first.clone());
+        let floor = self.free.as_ref().map(|free| free.noise_factor().max(self.noise_floor));
+        let noise_factor = |choice: &ModelChoice| {
+            choice.bundles.last().map_or(f64::INFINITY, Bundle::noise_factor)
+        };
+        for other in others {
+            let least = best.as_ref().map_or(f64::INFINITY, &noise_factor);
+            if floor.is_none_or(|floor| least <= SUSPICIOUS * floor) {
+                break;
+            }
+            best = fit_models(search, other.clone())
+                .filter(|choice| noise_factor(choice) < least)
+                .or(best);
+        }
+        best
     }
 
     fn is_determined(&self, choice: &ModelChoice) -> bool {

@@ -23,6 +23,8 @@ pub(super) struct Inputs<'a> {
     pub(super) as_seen: AsSeen,
     pub(super) free: Option<FreeHomographies>,
     pub(super) distinct: usize,
+    /// Views given, those of one held pose included.
+    pub(super) given: usize,
     /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
     pub(super) excess_px: f64,
     /// Smallest [`noise_factor`](crate::calibration::Bundle::noise_factor) that is believed.

@@ -7,6 +7,7 @@
 //! | [`files`] | calibrations as files: the formats of other programs, read and written |
 //! | `params`, `inputs` | what to estimate; the corners and everything derived from them before adjustment |
 //! | `calibrate`, `summary`, `result` | runs the stages; turns the minimum into a [`Calibration`] |
+//! | `repeats` | pictures of one held pose count once |
 //! | [`acceptance`](mod@acceptance) | whether the result is good enough for a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
 //!
@@ -21,6 +22,7 @@ pub mod files;
 mod inputs;
 mod known_lens;
 mod params;
+mod repeats;
 mod result;
 pub mod solve;
 mod summary;
@@ -30,6 +32,7 @@ pub use calibrate::calibrate;
 pub use check::{
     finding::{Finding, FindingCode, Severity, Verdict, is_unfinished},
     leave_out,
+    limits::Limits,
     noise_findings::noise_finding,
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian},
 };

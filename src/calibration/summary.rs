@@ -132,6 +132,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         skip_one_ratio,
         coverage,
         distinct: inputs.distinct,
+        given: inputs.given,
         noise_px,
         noise_correlation: correlation.as_ref(),
         noise_floor_px: inputs.params.noise_floor_px,

@@ -20,7 +20,8 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::{
     Arrival, CaptureError, FrameSource, SourceIdentity,
-    address::{is_address, without_secrets, words_without_secrets},
+    address::{is_address, without_secrets},
+    reader_words::{meaning, refusal},
 };
 use crate::{
     device::{CameraEvent, Fault, Mode, PixelLayout},
@@ -100,11 +101,8 @@ impl Ffmpeg {
         let first = match run.pictures.next(START_PATIENCE, false) {
             Ok(Next::Picture(first)) => first,
             Ok(Next::Nothing) => return Err(failed((Fault::NoFirstFrame, without_secrets(name)))),
-            Ok(Next::End) => return Err(failed((Fault::ReaderFailed, run.pictures.words(name)))),
-            Err(err) => {
-                let detail = format!("{err}; {}", run.pictures.words(name));
-                return Err(failed((Fault::ReaderFailed, detail)));
-            }
+            Ok(Next::End) => return Err(failed(meaning(&run.pictures.words(), name))),
+            Err(err) => return Err(failed((Fault::ReaderFailed, err.to_string()))),
         };
         let mut source = Self {
             program: program.into(),
@@ -392,39 +390,15 @@ impl Pictures {
         }
     }
 
-    /// The program's last messages about the source called `name`, in one line.
-    fn words(&mut self, name: &str) -> String {
+    /// The program's last messages.
+    fn words(&mut self) -> String {
         while self.messages.is_readable() {
             self.times.extend(self.messages.read());
         }
         let text = [&self.messages.kept[..], &self.messages.line[..]].concat();
-        let text = words_without_secrets(&String::from_utf8_lossy(&text), name);
-        plain_words(&text)
+        String::from_utf8_lossy(&text).into_owned()
     }
 }
-
-/// ffmpeg's messages as a person reads them: those of its libraries about single packets are left out, the same
-/// one isn't repeated, and none has an address of memory.
-fn plain_words(text: &str) -> String {
-    let mut kept: Vec<&str> = Vec::new();
-    for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-        // `[h264 @ 0x55d2c8] co located POCs unavailable`
-        let of_library = line.strip_prefix('[').and_then(|rest| rest.split_once("] "));
-        let (library, words) = match of_library {
-            Some((library, words)) if library.contains(" @ 0x") => (Some(library), words),
-            _ => (None, line),
-        };
-        let is_decoder = library
-            .is_some_and(|library| DECODERS.iter().any(|decoder| library.starts_with(decoder)));
-        if !is_decoder && !words.contains("0x") && !kept.contains(&words) {
-            kept.push(words);
-        }
-    }
-    kept.join("; ")
-}
-
-/// Libraries whose words are about single packets.
-const DECODERS: [&str; 8] = ["h264", "hevc", "mjpeg", "mpeg", "vp8", "vp9", "av1", "swscaler"];
 
 /// The program's standard error: the time of each picture, and messages.
 struct Messages {
@@ -554,16 +528,18 @@ impl FrameSource for Ffmpeg {
                 return self.broken((fault, detail));
             }
             Ok(Next::End) => {
-                let words = run.pictures.words(&self.name);
-                return match (self.is_live, words.is_empty()) {
-                    (true, _) => self.broken((Fault::StreamLost, words)),
-                    (false, false) => self.broken((Fault::ReaderFailed, words)),
-                    (false, true) => Ok(Arrival::End),
+                let words = run.pictures.words();
+                if self.is_live {
+                    let fault = refusal(&words, &self.name).unwrap_or(Fault::StreamLost);
+                    return self.broken((fault, String::new()));
+                }
+                return match meaning(&words, &self.name) {
+                    (_, detail) if detail.is_empty() => Ok(Arrival::End),
+                    loss => self.broken(loss),
                 };
             }
             Err(err) => {
-                let detail = format!("{err}; {}", run.pictures.words(&self.name));
-                return self.broken((Fault::ReaderFailed, detail));
+                return self.broken((Fault::ReaderFailed, err.to_string()));
             }
         };
         let waited = std::mem::take(&mut self.waited);

@@ -83,6 +83,7 @@ pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     let decode = |reason: String| CaptureError::Decode { reason, path: path.to_path_buf() };
     let file = open(path, Links::Followed).map_err(|err| match err {
         FileError::Read { source, path } => CaptureError::Read { source, path },
+        FileError::NotAFile { what, .. } => decode(format!("this is {what}, not a file")),
         other => decode(other.to_string()),
     })?;
     let reader = ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(read)?;

@@ -11,6 +11,8 @@ pub mod integrity;
 #[cfg(feature = "nokhwa")]
 pub mod nokhwa;
 mod pixel_format;
+#[cfg(all(unix, feature = "live"))]
+mod reader_words;
 mod recorded;
 mod renumbered;
 #[cfg(all(target_os = "linux", feature = "live"))]

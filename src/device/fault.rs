@@ -57,11 +57,17 @@ pub enum Fault {
     ReaderFailed,
     /// A network stream ended or went silent.
     StreamLost,
+    /// The network camera wants another user name or password.
+    NotLoggedIn,
+    /// The network camera has no stream at this address.
+    NoSuchStream,
+    /// Nothing answers at the address.
+    Unreachable,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 30] = [
         Self::NotFound,
         Self::NotPermitted,
         Self::Busy,
@@ -89,6 +95,9 @@ impl Fault {
         Self::NoReader,
         Self::ReaderFailed,
         Self::StreamLost,
+        Self::NotLoggedIn,
+        Self::NoSuchStream,
+        Self::Unreachable,
     ];
 
     /// Stable name, for recordings, machines and support.
@@ -121,6 +130,9 @@ impl Fault {
             Self::NoReader => "FFM-NONE",
             Self::ReaderFailed => "FFM-END",
             Self::StreamLost => "NET-LOST",
+            Self::NotLoggedIn => "NET-LOGIN",
+            Self::NoSuchStream => "NET-PATH",
+            Self::Unreachable => "NET-REACH",
         }
     }
 

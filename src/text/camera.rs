@@ -108,11 +108,23 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::ReaderFailed => (
             "ffmpeg couldn't read this source",
-            "Check the address. Try it with `ffmpeg -i` in a terminal.",
+            "Check the name or address. Try it with `ffmpeg -i` in a terminal.",
         ),
         Fault::StreamLost => (
             "The network stream has stopped",
             "Reconnecting… Your views are safe. Check the camera's power and the network.",
+        ),
+        Fault::NotLoggedIn => (
+            "The network camera refuses this user name or password",
+            "Give both in the address: rtsp://USER:PASSWORD@CAMERA/… In a password, write %40 for @, %2F for / and %3A for :.",
+        ),
+        Fault::NoSuchStream => (
+            "The network camera has no stream at this address",
+            "Check the part after the host name; the camera's manual or its web page names it.",
+        ),
+        Fault::Unreachable => (
+            "No network camera answers at this address",
+            "Check the host name and port, the camera's power, and that this computer is on its network.",
         ),
     }
 }

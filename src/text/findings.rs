@@ -179,6 +179,14 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             ),
             "Rest the board and the camera before each view. Use more light and a shorter exposure.",
         ),
+        FindingCode::ViewTorn { view, row_px, shift_px, views, .. } => (
+            format!(
+                "View {} is torn: below row {row_px:.0} it shows another moment, {shift_px:.1} px away{}",
+                called(view),
+                if views > 1 { format!(" ({views} such views)") } else { String::new() }
+            ),
+            "Remove it and take that pose again. If it happens again, use another cable, port or picture mode.",
+        ),
         FindingCode::LensOther { .. } => (
             "No available lens model fits this lens".into(),
             "Use the result only where the board was. A fisheye or mirror lens needs a different model.",

@@ -2,7 +2,7 @@
 
 use boresight::{
     board::Checkerboard,
-    calibration::{Calibration, CalibrationParams, NotCalibrated, Verdict, calibrate},
+    calibration::{Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate},
     frame::ImageSize,
     geometry::{Camera, Corner, Distortion},
 };
@@ -56,6 +56,8 @@ const SCRIPTS: &[Script] = &[
     Script { name: "blurred", right: &["NOISE-HIGH"], make: blurred },
     Script { name: "one view shaken", right: &["VIEW-ODD"], make: shaken },
     Script { name: "rolling shutter", right: &["ROLLING-SHUTTER"], make: rolling },
+    Script { name: "one view torn", right: &["VIEW-TORN"], make: torn },
+    Script { name: "two views torn", right: &["VIEW-TORN"], make: torn_twice },
     Script { name: "focus moved at view 5", right: &["FOCUS-MOVED"], make: refocused },
     Script { name: "focus hunting", right: &["FOCUS-MOVED"], make: hunting },
     Script { name: "two views", right: &["VIEWS-FEW"], make: two_views },
@@ -213,6 +215,30 @@ fn rolling(scene: &mut Scene) -> Given {
         still + speeds[view] * (still.y / f64::from(SIZE.height_px) - 0.5)
     };
     scene.seen(&poses, see).into()
+}
+
+/// Below half the height the picture shows the board a moment earlier.
+fn tear(view: &mut [Corner], shift_px: Vector2<f64>) {
+    let row_px = 0.5 * f64::from(SIZE.height_px);
+    for corner in view.iter_mut().filter(|corner| corner.px.y > row_px) {
+        corner.px += shift_px;
+    }
+}
+
+/// A hand that holds still moves by a pixel or so in the time between two pictures.
+fn torn(scene: &mut Scene) -> Given {
+    let plan = scene.plan(8);
+    let mut views = scene.views(&plan);
+    tear(&mut views[1], Vector2::new(1.4, 0.6));
+    views.into()
+}
+
+fn torn_twice(scene: &mut Scene) -> Given {
+    let plan = scene.plan(8);
+    let mut views = scene.views(&plan);
+    tear(&mut views[1], Vector2::new(1.4, 0.6));
+    tear(&mut views[2], Vector2::new(-0.7, 0.9));
+    views.into()
 }
 
 fn with_focal(scene: &mut Scene, factors: &[f64]) -> Given {
@@ -400,4 +426,83 @@ fn good_calibrations_are_not_accused() {
     }
     println!("accused {accused} of 50");
     assert!(accused <= 1, "{accused}");
+}
+
+#[test]
+fn of_torn_views_the_worst_is_named() {
+    let mut named = 0;
+    for seed in 0..20 {
+        let mut scene = Scene::ordinary(3000 + seed);
+        let result = run(&torn(&mut scene)).expect("calibrates");
+        let view = result.findings.iter().find_map(|finding| match finding.code {
+            FindingCode::ViewTorn { view, .. } => Some(view),
+            _ => None,
+        });
+        if view != Some(1) {
+            println!("#{seed}, noise {:.2} px: {view:?} {:?}", scene.noise_px, codes(&Ok(result)));
+        }
+        named += u32::from(view == Some(1));
+    }
+    println!("named {named} of 20");
+    assert!(named >= 18, "{named}");
+}
+
+/// Each of `views` several times over.
+fn repeated(views: &[Vec<Corner>], times: usize) -> Given {
+    std::iter::repeat_n(views, times).flatten().cloned().collect::<Vec<_>>().into()
+}
+
+#[test]
+fn copies_of_pictures_say_nothing_new() {
+    for seed in 0..6 {
+        let mut scene = Scene::ordinary(4000 + seed);
+        let plan = scene.plan(4);
+        let views = scene.views(&plan);
+        let once = run(&views.clone().into()).expect("calibrates");
+        let often = run(&repeated(&views, 20)).expect("calibrates");
+        assert_eq!(often.covariance_all, once.covariance_all, "#{seed}");
+        assert_eq!((often.model, often.camera), (once.model, once.camera), "#{seed}");
+        let mut told = codes(&Ok(often.clone()));
+        told.retain(|code| *code != "VIEWS-ALIKE");
+        assert_eq!(told, codes(&Ok(once.clone())), "#{seed}");
+        assert_eq!(often.views.len(), 80);
+        assert_eq!(often.views[41].cam_from_board, once.views[1].cam_from_board);
+        let alike = FindingCode::ViewsAlike { views: 80, distinct: 4 };
+        assert!(often.findings.iter().any(|finding| finding.code == alike), "#{seed}");
+    }
+}
+
+/// The board stands on a shelf, and the camera takes twenty pictures of it: noise falls, doubt about the rest doesn't.
+#[test]
+fn pictures_of_one_held_pose_count_once() {
+    let mut scene = Scene::ordinary(4100);
+    scene.noise_px = 0.1;
+    let plan = scene.plan(4);
+    let poses = scene.poses(&plan);
+    let camera = scene.camera;
+    let held: Vec<_> = std::iter::repeat_n(&poses, 20).flatten().copied().collect();
+    let views = scene.seen(&held, |_, pose, point| px(&camera, pose, point));
+    let once = run(&views[..4].to_vec().into()).expect("calibrates");
+    let often = run(&views.clone().into()).expect("calibrates");
+    assert_eq!(often.covariance_all, once.covariance_all);
+    // Each picture has its own pose and residual all the same.
+    for (view, result) in often.views.iter().enumerate() {
+        assert!(result.residual_rms_px > 0.05 && result.residual_rms_px < 0.15, "{view}");
+    }
+    assert!(often.views[4].cam_from_board != often.views[0].cam_from_board);
+}
+
+#[test]
+fn a_finding_names_the_view_by_its_number_among_all() {
+    let mut scene = Scene::ordinary(4200);
+    let plan = scene.plan(8);
+    let mut views = scene.views(&plan);
+    views.insert(1, views[0].clone());
+    flip(&mut views[5]);
+    let found = run(&views.into()).expect("calibrates");
+    assert!(
+        found.findings.iter().any(|finding| finding.code == FindingCode::Mirrored { view: 5 }),
+        "{:?}",
+        found.findings
+    );
 }

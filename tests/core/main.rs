@@ -25,6 +25,8 @@ mod geometry_reference;
 mod guided_session;
 mod imports;
 mod layering;
+mod natural_views;
+mod printed_code;
 mod recording;
 mod recordings;
 mod session;

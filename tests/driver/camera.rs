@@ -4,6 +4,7 @@
 //! needs to see. Ignored elsewhere: they would plug and unplug whatever camera is there.
 
 mod nokhwa;
+mod odd_frames;
 mod rates;
 mod refused;
 

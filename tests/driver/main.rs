@@ -5,3 +5,4 @@
 
 mod camera;
 mod session;
+mod slow_controls;

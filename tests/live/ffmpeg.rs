@@ -1,31 +1,15 @@
 //! Streams and video files are read through a child program that always ends.
 
-use std::{
-    fs,
-    io::{BufRead, BufReader, Read, Write},
-    net::TcpListener,
-    os::unix::fs::PermissionsExt,
-    path::Path,
-    process::{Command, Stdio},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    thread::Builder,
-    time::Duration,
-};
+use std::{fs, os::unix::fs::PermissionsExt, path::Path, process::Command, time::Duration};
 
 use boresight::{
     capture::{Arrival, CaptureError, Ffmpeg, FrameSource},
     device::{CameraEvent, Fault},
     frame::CaptureTime,
 };
-use image::{GrayImage, Luma, codecs::jpeg::JpegEncoder};
 use tempfile::TempDir;
 
-use crate::pictures::{PAIRS, picture};
-
-const PATIENCE: Duration = Duration::from_secs(5);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A program in ffmpeg's place that does what `script` says; it writes its number to `pid`.
 fn stand_in(place: &Path, script: &str) -> String {
@@ -88,8 +72,8 @@ fn what_goes_wrong_is_named() {
     assert_eq!(refused("no such program anywhere", "clip.mp4"), Fault::NoReader);
     let says = stand_in(place.path(), "echo 'Connection refused' >&2; exit 1");
     match Ffmpeg::open_with(&says, "rtsp://camera/1") {
-        Err(CaptureError::Camera { fault: Fault::ReaderFailed, detail }) => {
-            assert_eq!(detail, "Connection refused");
+        Err(CaptureError::Camera { fault: Fault::Unreachable, detail }) => {
+            assert_eq!(detail, "connection refused");
         }
         _ => panic!("another error"),
     }
@@ -108,7 +92,7 @@ fn what_goes_wrong_is_named() {
 }
 
 /// Arrivals until one is as wanted.
-fn until(source: &mut Ffmpeg, wanted: impl Fn(&Arrival) -> bool) -> Vec<Arrival> {
+pub(crate) fn until(source: &mut Ffmpeg, wanted: impl Fn(&Arrival) -> bool) -> Vec<Arrival> {
     let mut seen = Vec::new();
     loop {
         seen.push(source.next_frame(PATIENCE).expect("a stream never breaks"));
@@ -118,21 +102,21 @@ fn until(source: &mut Ffmpeg, wanted: impl Fn(&Arrival) -> bool) -> Vec<Arrival>
     }
 }
 
-fn frame_number(arrival: &Arrival) -> Option<u64> {
+pub(crate) fn frame_number(arrival: &Arrival) -> Option<u64> {
     match arrival {
         Arrival::Frame(frame) => Some(frame.id.0),
         _ => None,
     }
 }
 
-fn lost(arrival: &Arrival) -> Option<(Fault, &str)> {
+pub(crate) fn lost(arrival: &Arrival) -> Option<(Fault, &str)> {
     match arrival {
         Arrival::Event(CameraEvent::Lost { fault, detail }) => Some((*fault, detail)),
         _ => None,
     }
 }
 
-fn returned(arrival: &Arrival) -> Option<CaptureTime> {
+pub(crate) fn returned(arrival: &Arrival) -> Option<CaptureTime> {
     match arrival {
         Arrival::Event(CameraEvent::Returned { good_from, .. }) => Some(*good_from),
         _ => None,
@@ -207,172 +191,19 @@ fn a_stream_that_is_away_can_be_left() {
     assert!(!runs(place.path()));
 }
 
-/// A network camera: pictures as motion JPEG over HTTP, to everyone who asks, while it is `up`.
-fn network_camera(up: &Arc<AtomicBool>, picture: &GrayImage, rate_hz: f64) -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = format!("http://{}/video.mjpg", listener.local_addr().expect("bound"));
-    let up = Arc::clone(up);
-    // Two in turn, as noise would have it: equal pictures would count as one.
-    let jpegs = [90, 91].map(|quality| {
-        let mut jpeg = Vec::new();
-        JpegEncoder::new_with_quality(&mut jpeg, quality).encode_image(picture).expect("encodes");
-        jpeg
-    });
-    let serve = move || {
-        for client in listener.incoming() {
-            let mut client = client.expect("a client");
-            if !up.load(Ordering::SeqCst) {
-                continue;
-            }
-            let mut request = [0; 2048];
-            let head = "HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=frame\r\n\r\n";
-            let began = client.read(&mut request).and_then(|_| client.write_all(head.as_bytes()));
-            let mut sent = began;
-            for jpeg in jpegs.iter().cycle() {
-                if sent.is_err() || !up.load(Ordering::SeqCst) {
-                    break;
-                }
-                let head = format!(
-                    "--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n",
-                    jpeg.len()
-                );
-                sent = client
-                    .write_all(head.as_bytes())
-                    .and_then(|()| client.write_all(jpeg))
-                    .and_then(|()| client.write_all(b"\r\n"));
-                std::thread::sleep(Duration::from_secs_f64(1.0 / rate_hz));
-            }
-        }
-    };
-    Builder::new().name("network camera".into()).spawn(serve).expect("a thread");
-    address
-}
-
-#[test]
-fn ffmpeg_itself_loses_a_network_camera_and_finds_it_again() {
-    let up = Arc::new(AtomicBool::new(true));
-    let picture = GrayImage::from_fn(320, 240, |x, y| Luma([(x ^ y) as u8]));
-    let address = network_camera(&up, &picture, 30.0);
-    let mut source = Ffmpeg::open(&address).expect("opens");
-    for _ in 0..2 {
-        until(&mut source, |arrival| frame_number(arrival).is_some());
-        up.store(false, Ordering::SeqCst);
-        let seen = until(&mut source, |arrival| lost(arrival).is_some());
-        assert_eq!(seen.last().and_then(lost).map(|(fault, _)| fault), Some(Fault::StreamLost));
-        up.store(true, Ordering::SeqCst);
-        let seen = until(&mut source, |arrival| returned(arrival).is_some());
-        assert!(seen.iter().all(|arrival| frame_number(arrival).is_none()), "{seen:?}");
-    }
-    let seen = until(&mut source, |arrival| frame_number(arrival).is_some());
-    let Some(Arrival::Frame(frame)) = seen.last() else { panic!("a frame") };
-    assert_eq!(frame.image.dimensions(), (320, 240));
-}
-
-#[test]
-fn a_session_outlives_its_network_camera() {
-    let place = TempDir::new().expect("folder");
-    let up = Arc::new(AtomicBool::new(true));
-    let (tilt_deg, slot_deg) = PAIRS[0];
-    let address = network_camera(&up, &picture(tilt_deg, slot_deg), 30.0);
-    let address = address.replace("http://", "http://admin:s3cret@") + "?pwd=s3cret";
-    let arguments = ["guide", "--headless", "--out", "session", "--source", &address];
-    let mut child = Command::new(env!("CARGO_BIN_EXE_boresight"))
-        .current_dir(place.path())
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("started");
-    let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
-    let mut said = Vec::new();
-    let mut wait_for = |words: &str| {
-        while !said.last().is_some_and(|line: &String| line.contains(words)) {
-            let line = lines.next().and_then(Result::ok);
-            said.push(line.unwrap_or_else(|| panic!("never {words:?}: {said:#?}")));
-        }
-        said.last().cloned().unwrap_or_default()
-    };
-    wait_for("Taken: view 1");
-    up.store(false, Ordering::SeqCst);
-    let line = wait_for("NET-LOST");
-    assert!(
-        line.contains("The network stream has stopped") && line.contains("Reconnecting"),
-        "{line}"
-    );
-    up.store(true, Ordering::SeqCst);
-    wait_for("The camera is back.");
-    let sent = Command::new("kill").arg("-INT").arg(child.id().to_string()).status();
-    assert!(sent.expect("kill is there").success());
-    wait_for("Result:");
-    said.extend(lines.map_while(Result::ok));
-    child.wait().expect("ended");
-    let journal = fs::read_to_string(place.path().join("session/journal.jsonl")).expect("there");
-    assert_eq!(journal.matches("NET-LOST").count(), 1);
-    let frames = fs::read_dir(place.path().join("session/frames")).expect("there");
-    assert_eq!(frames.count(), 1, "the view is kept");
-    // The address is known, its password isn't; so it's asked for.
-    for file in ["session.toml", "journal.jsonl", "calibration.json", "report.html"] {
-        let text = fs::read_to_string(place.path().join("session").join(file)).expect(file);
-        assert!(!text.contains("s3cret") && !text.contains("admin"), "{file}");
-        assert!(file.starts_with('j') || text.contains("http://127.0.0.1:"), "{file}");
-    }
-    assert!(!said.concat().contains("s3cret"), "{said:#?}");
-    let resumed = Command::new(env!("CARGO_BIN_EXE_boresight"))
-        .current_dir(place.path())
-        .args(["guide", "--headless", "--session", "session"])
-        .output()
-        .expect("started");
-    let words = String::from_utf8_lossy(&resumed.stderr).into_owned();
-    assert_eq!(resumed.status.code(), Some(1), "{words}");
-    assert!(words.contains("give the address again") && !words.contains("s3cret"), "{words}");
-}
-
-#[test]
-fn pictures_over_http_have_the_time_of_their_arrival() {
-    for rate_hz in [5.0, 10.0, 15.0, 60.0] {
-        let up = Arc::new(AtomicBool::new(true));
-        let picture = GrayImage::from_fn(320, 240, |x, y| Luma([(x ^ y) as u8]));
-        let address = network_camera(&up, &picture, rate_hz);
-        let mut source = Ffmpeg::open(&address).expect("opens");
-        let mut times: Vec<(Duration, Duration)> = Vec::new();
-        let began = std::time::Instant::now();
-        // The first ones come at once: they waited while ffmpeg looked at the stream.
-        while began.elapsed() < Duration::from_secs(6) {
-            if let Arrival::Frame(frame) =
-                source.next_frame(PATIENCE).expect("a stream never breaks")
-            {
-                let captured = Duration::from_nanos(frame.captured_at.nanos);
-                if began.elapsed() > Duration::from_secs(2) {
-                    times.push((began.elapsed(), captured));
-                }
-            }
-        }
-        let (first, last) = (times[0], times[times.len() - 1]);
-        let (arrived, captured) = (last.0 - first.0, last.1 - first.1);
-        let ratio = captured.as_secs_f64() / arrived.as_secs_f64();
-        println!("{rate_hz} pictures per second: {} frames, time runs at {ratio:.3}", times.len());
-        assert!((0.85..1.15).contains(&ratio), "{rate_hz}: {ratio}");
-        let per_second = times.len() as f64 / arrived.as_secs_f64();
-        assert!(per_second < 33.0, "{rate_hz}: {per_second}");
-    }
-}
-
 #[test]
 fn words_of_the_program_are_for_people() {
     let place = TempDir::new().expect("folder");
     let says = stand_in(
         place.path(),
         "echo '[h264 @ 0x55ff01] co located POCs unavailable' >&2; \
-         echo '[tcp @ 0x55ff02] Connection to tcp://admin:s3cret@cam:554?timeout=0 failed' >&2; \
-         echo 'rtsp://admin:s3cret@cam/1: Connection refused' >&2; \
-         echo 'rtsp://admin:s3cret@cam/1: Connection refused' >&2; exit 1",
+         echo '[tcp @ 0x55ff02] Nothing good from tcp://admin:s3cret@cam:554?timeout=0' >&2; \
+         echo 'rtsp://admin:s3cret@cam/1: It is odd' >&2; \
+         echo 'rtsp://admin:s3cret@cam/1: It is odd' >&2; exit 1",
     );
     match Ffmpeg::open_with(&says, "rtsp://admin:s3cret@cam/1") {
         Err(CaptureError::Camera { fault: Fault::ReaderFailed, detail }) => {
-            assert_eq!(
-                detail,
-                "Connection to tcp://cam:554 failed; rtsp://cam/1: Connection refused"
-            );
+            assert_eq!(detail, "Nothing good from tcp://cam:554; rtsp://cam/1: It is odd");
         }
         _ => panic!("another error"),
     }

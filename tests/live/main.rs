@@ -18,6 +18,8 @@ mod failing_calls;
 mod ffmpeg;
 #[cfg(target_os = "linux")]
 mod long_runs;
+#[cfg(unix)]
+mod network_cameras;
 mod pipeline;
 #[cfg(target_os = "linux")]
 mod slow_cameras;

@@ -64,6 +64,46 @@ fn pictures_become_a_calibration_near_the_truth() {
     assert_ne!(forced.code, 1, "{}", forced.stderr);
 }
 
+/// A result that can't be written is better known before the pictures are searched: here, there are none to search.
+#[test]
+fn outputs_are_looked_at_before_the_work() {
+    let folder = TempDir::new().expect("folder");
+    fs::write(folder.path().join("there.json"), "mine").expect("written");
+    let refused = |more: &[&str], words: &[&str]| {
+        says(&calibrate(folder.path(), &["no.png".into()], more), 1, words);
+    };
+    refused(&["--out", "there.json"], &["already", "there.json", "--force"]);
+    refused(&["--report", "there.json"], &["already", "there.json", "--force"]);
+    refused(&["--out", "nowhere/new.json"], &["nowhere/new.json", "folder exists"]);
+    refused(&["--out", "new", "--report", "new"], &["same file"]);
+    assert_eq!(fs::read_to_string(folder.path().join("there.json")).expect("there"), "mine");
+}
+
+#[cfg(unix)]
+#[test]
+fn names_of_files_command_neither_terminals_nor_spreadsheets() {
+    let named = |name: &str, slot_deg| (name.to_owned(), 40.0, slot_deg);
+    let all = [named("=cmd.png", 0.0), named("\u{1b}[31mx.png", 180.0), named("h #1.png", 90.0)];
+    let folder = views(&all);
+    let files = names(&all);
+    let mut arguments = vec!["detect", "--board", "9x6"];
+    arguments.extend(files.iter().map(String::as_str));
+    let table = boresight(folder.path(), &arguments);
+    assert_eq!(table.code, 0, "{}", table.stderr);
+    assert!(!table.stdout.contains('\u{1b}') && !table.stderr.contains('\u{1b}'));
+    // With a byte-order mark, as an editor on Windows writes it.
+    fs::write(folder.path().join("table.vnl"), format!("\u{feff}{}", table.stdout))
+        .expect("written");
+    let found = calibrate(
+        folder.path(),
+        &["table.vnl".into()],
+        &["--image-size", "640x480", "--out", "result.json"],
+    );
+    says(&found, 3, &["3 views"]);
+    let csv = boresight(folder.path(), &["export", "result.json", "--format", "views-csv"]);
+    assert!(csv.stdout.lines().any(|line| line.starts_with("'=cmd.png,")), "{}", csv.stdout);
+}
+
 #[test]
 fn corners_go_through_a_table_unchanged() {
     let folder = views(&good());
@@ -191,6 +231,8 @@ fn wrong_words_are_usage_errors_that_teach() {
     for arguments in [
         &["calibrate", "0.png", "--board", "9by6"][..],
         &["calibrate", "0.png", "--square", "25"],
+        &["detect", "0.png", "--board", "2x2"],
+        &["detect", "0.png", "--board", "65536x1"],
         &["calibrate"],
         &["guide", "--max-frames", "many"],
         &["calibate", "0.png"],

@@ -81,7 +81,7 @@ fn force_replaces_nothing_but_files() {
     {
         let before = kind(name);
         let ended = ends_soon(place.path(), &["export", "session", "--force", "--out", name]);
-        says(&ended, 1, &[name, what, "Name a file"]);
+        says(&ended, 1, &[name, what, "Name a plain file"]);
         assert_eq!(kind(name), before, "{name}");
     }
     assert_eq!(fs::read_to_string(at("target")).expect("there"), "mine");

@@ -14,6 +14,9 @@ mod crash;
 mod damage;
 #[cfg(unix)]
 mod files;
+#[cfg(target_os = "linux")]
+mod long_runs;
+mod manual;
 mod power_cut;
 mod report;
 mod saved_session;

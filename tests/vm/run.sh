@@ -43,6 +43,8 @@ part "the backend nokhwa, and a camera that freezes" $vm --uvcsim "$uvcsim" "$te
 	nokhwa::a_camera_that_freezes
 part "a guided session, and the same pictures from disk" env BORESIGHT_UVCSIM="$uvcsim" \
 	"$tests" "${options[@]}" session::
+part "whole sessions with slow controls" env BORESIGHT_UVCSIM="$uvcsim" \
+	"$tests" "${options[@]}" slow_controls::
 echo "Times are of the machine's own clock."
 echo "| fault | what the person saw | went on after |"
 echo "|---|---|---|"

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
 
 use crate::{
     calibration::solve::{
-        bundle::{BundleState, Observations},
+        bundle::{BundleState, Observations, Whitened},
         schur_lm::{NormalEquations, Problem, Step, ViewBlock},
     },
     frame::ImageSize,
@@ -39,6 +39,8 @@ pub(super) enum Cause {
     RollingShutter,
     /// Radial terms of higher order, and thin prisms.
     LensShape,
+    /// Views torn at a row in pixels: the corners below it are shifted.
+    Torn(Vec<Option<f64>>),
 }
 
 /// Lens, poses and the parameters of a cause.
@@ -71,14 +73,14 @@ impl Cause {
             Self::BoardBent => 3,
             Self::BoardStretched => 1,
             Self::Mixed(_) | Self::LensShape => 4,
-            Self::Focus | Self::PixelAspect | Self::RollingShutter => 0,
+            Self::Focus | Self::PixelAspect | Self::RollingShutter | Self::Torn(_) => 0,
         }
     }
 
     fn local_extras(&self) -> usize {
         match self {
             Self::Focus => 1,
-            Self::RollingShutter => 2,
+            Self::RollingShutter | Self::Torn(_) => 2,
             _ => 0,
         }
     }
@@ -89,6 +91,8 @@ impl Cause {
             // The mean is the common focal length.
             Self::Focus => views - 1,
             Self::PixelAspect => 1,
+            // A row and a shift for each.
+            Self::Torn(rows) => 3 * rows.iter().flatten().count(),
             _ => self.shared_extras() + self.local_extras() * views,
         }
     }
@@ -139,10 +143,10 @@ impl ExtendedProblem<'_> {
         }
     }
 
-    fn predict(&self, view: usize, at: &Parameters, point_m: &Point2<f64>) -> Option<Point2<f64>> {
+    fn predict(&self, view: usize, at: &Parameters, corner: &Whitened) -> Option<Point2<f64>> {
         let camera = Camera::from_lens_parameters(&at.lens);
         let [first, second, third, fourth] = at.shared;
-        let on_board = self.on_board(&at.shared, point_m);
+        let on_board = self.on_board(&at.shared, &corner.board_m);
         let in_cam = at.pose * on_board;
         if in_cam.z <= 1e-9 {
             return None;
@@ -168,6 +172,10 @@ impl ExtendedProblem<'_> {
                 let row = px.y / f64::from(self.image_size.height_px) - 0.5;
                 px + Vector2::from(at.local) * row
             }
+            // By where the corner was seen, so that the fit can't move it over the tear.
+            Cause::Torn(rows) if rows[view].is_some_and(|row_px| corner.px.y > row_px) => {
+                px + Vector2::from(at.local)
+            }
             _ => px,
         })
     }
@@ -177,7 +185,7 @@ impl ExtendedProblem<'_> {
         for view in 0..self.observations.view_count() {
             let at = self.parameters(state, view);
             for corner in self.observations.view(view) {
-                let predicted = self.predict(view, &at, &corner.board_m)?;
+                let predicted = self.predict(view, &at, corner)?;
                 cost += (corner.whitener * (corner.px - predicted)).norm_squared();
             }
         }
@@ -245,7 +253,7 @@ impl Problem<SHARED, LOCAL> for ExtendedProblem<'_> {
                 .map(|i| {
                     let h = match i {
                         3..6 => HALF_STEP * depth_m,
-                        6.. if *self.cause == Cause::RollingShutter => 1e-3,
+                        6.. if *self.cause != Cause::Focus => 1e-3,
                         _ => HALF_STEP,
                     };
                     (i, h, Self::with_local(&at, i, h), Self::with_local(&at, i, -h))
@@ -253,12 +261,12 @@ impl Problem<SHARED, LOCAL> for ExtendedProblem<'_> {
                 .collect();
             let mut block = ViewBlock::zeros();
             for corner in self.observations.view(view) {
-                let predicted = self.predict(view, &at, &corner.board_m)?;
+                let predicted = self.predict(view, &at, corner)?;
                 let residual = corner.whitener * (corner.px - predicted);
                 cost += residual.norm_squared();
                 let slope = |(_, h, up, down): &(usize, f64, Parameters, Parameters)| {
-                    let up = self.predict(view, up, &corner.board_m)?;
-                    let down = self.predict(view, down, &corner.board_m)?;
+                    let up = self.predict(view, up, corner)?;
+                    let down = self.predict(view, down, corner)?;
                     Some(corner.whitener * (up - down) / (2.0 * h))
                 };
                 let mut by_shared = SMatrix::<f64, 2, SHARED>::zeros();
@@ -271,7 +279,8 @@ impl Problem<SHARED, LOCAL> for ExtendedProblem<'_> {
                 }
                 block.add(&by_shared, &by_local, &residual);
             }
-            for index in local_count..LOCAL {
+            let is_whole = matches!(&self.cause, Cause::Torn(rows) if rows[view].is_none());
+            for index in if is_whole { 6 } else { local_count }..LOCAL {
                 block.local[(index, index)] = 1.0;
             }
             if *self.cause == Cause::RollingShutter {

@@ -219,6 +219,19 @@ pub enum FindingCode {
         /// Gain in BIC over views at rest.
         gain: f64,
     },
+    /// A view is put together from two pictures: below a row it shows the board at another moment.
+    ViewTorn {
+        /// The view with the largest shift.
+        view: usize,
+        /// Where it's torn, in pixels from the top.
+        row_px: f64,
+        /// Shift of the corners below, in pixels.
+        shift_px: f64,
+        /// Number of such views.
+        views: usize,
+        /// Gain in BIC over whole views.
+        gain: f64,
+    },
     /// No lens model describes the shape of the lens.
     LensOther {
         /// Gain in BIC from radial terms of higher order and thin prisms.
@@ -349,6 +362,7 @@ impl FindingCode {
             Self::BoardStretched { .. } => "BOARD-STRETCHED",
             Self::BoardBent { .. } => "BOARD-BENT",
             Self::RollingShutter { .. } => "ROLLING-SHUTTER",
+            Self::ViewTorn { .. } => "VIEW-TORN",
             Self::LensOther { .. } => "LENS-OTHER",
             Self::CornersOutside { .. } => "CORNERS-OUTSIDE",
             Self::CornerOdd { .. } => "CORNER-ODD",
@@ -363,6 +377,23 @@ impl FindingCode {
             Self::FocalLengthUncertain { .. } => "F-UNCERTAIN",
             Self::ProjectionUncertain { .. } => "PROJECTION-UNCERTAIN",
             Self::NotConverged => "NOT-CONVERGED",
+        }
+    }
+}
+
+impl FindingCode {
+    /// Replaces the view's number, where it names one, by what `number` makes of it.
+    pub(in crate::calibration) fn renumber(&mut self, number: &dyn Fn(usize) -> usize) {
+        match self {
+            Self::ViewOdd { view, .. }
+            | Self::PlOutlier { view, .. }
+            | Self::ViewsMixed { view, .. }
+            | Self::ViewTorn { view, .. }
+            | Self::CornersOutside { view, .. }
+            | Self::CornerOdd { view, .. }
+            | Self::HeldOut { view, .. }
+            | Self::Mirrored { view } => *view = number(*view),
+            _ => {}
         }
     }
 }

@@ -11,8 +11,10 @@
 //! | `leave_out` | repeats the estimate with views left out |
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
-//! | `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed views) and compares them |
+//! | `torn_views` | finds views put together from two pictures |
+//! | `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
 //! | `trust_checks` | turns all evidence into findings |
+//! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
 
 pub(super) mod disagreement;
@@ -20,6 +22,7 @@ mod extended_bundle;
 pub(super) mod finding;
 pub(super) mod held_out;
 pub mod leave_out;
+pub(super) mod limits;
 pub(super) mod misfit_diagnosis;
 pub(super) mod misfit_models;
 pub(super) mod noise_correlation;
@@ -27,4 +30,5 @@ pub mod noise_findings;
 pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
 pub(super) mod projection_sd;
+mod torn_views;
 pub(super) mod trust_checks;

@@ -4,12 +4,13 @@
 //! A request that was taken back must not be answered any more: vhci drops the device then.
 
 use std::{
-    collections::VecDeque,
+    collections::{BTreeSet, VecDeque},
     fs::File,
     io::{Read, Write},
     os::{fd::AsRawFd, unix::net::UnixStream},
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
     thread::JoinHandle,
+    time::Duration,
 };
 
 use crate::{
@@ -25,6 +26,9 @@ const HIGH_SPEED: u32 = 3;
 const STALLED: i32 = -32;
 const TAKEN_BACK: i32 = -104;
 
+/// The only size that cameras grant, whatever is asked for; also those that are plugged in later.
+pub(crate) static ONLY: Mutex<Option<(u16, u16)>> = Mutex::new(None);
+
 /// What goes wrong with the stream; numbers count down frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Faults {
@@ -37,6 +41,10 @@ pub(crate) struct Faults {
     pub(crate) stall_commit: bool,
     pub(crate) stall_stream: bool,
     pub(crate) slow_millis: u64,
+    /// Frames whose lower half is of an earlier one.
+    pub(crate) torn: u32,
+    /// How long a control takes to answer.
+    pub(crate) control_millis: u64,
 }
 
 /// A request for data of the stream: its number and the lengths of its packets.
@@ -59,6 +67,8 @@ pub(crate) struct Shared {
     pub(crate) mode: Mutex<Mode>,
     pub(crate) faults: Mutex<Faults>,
     pub(crate) controls: Mutex<Vec<Control>>,
+    /// Numbers of control requests that wait for their answers.
+    slow_requests: Mutex<BTreeSet<u32>>,
     out: Mutex<UnixStream>,
     state: Mutex<State>,
 }
@@ -97,6 +107,7 @@ impl Device {
             mode: Mutex::new(Mode::START),
             faults: Mutex::default(),
             controls: Mutex::new(controls::all()),
+            slow_requests: Mutex::default(),
             out: Mutex::new(ours.try_clone()?),
             state: Mutex::new(State { alive: true, run: 0 }),
         });
@@ -160,7 +171,7 @@ impl Shared {
     }
 
     /// Answers the kernel until it or the person ends the connection.
-    fn answer(&self, mut from: UnixStream, names: &[String; 2]) {
+    fn answer(self: &Arc<Self>, mut from: UnixStream, names: &[String; 2]) {
         let mut probe = Mode::START;
         let mut header = [0; 48];
         while from.read_exact(&mut header).is_ok() {
@@ -192,14 +203,46 @@ impl Shared {
             }
             let mut setup = [0; 8];
             setup.copy_from_slice(&header[40..48]);
-            match self.control(setup, &data, names, &mut probe) {
-                Some(mut answer) if is_in => {
-                    answer.truncate(usize::from(u16::from_le_bytes([setup[6], setup[7]])));
-                    self.reply(3, number, 0, &answer, &[]);
-                }
-                Some(_) => self.reply_out(number, data.len()),
-                None => self.reply(3, number, STALLED, &[], &[]),
+            let is_of_unit = matches!(setup[0], 0x21 | 0xa1) && setup[4] == 0 && setup[5] > 0;
+            let millis = if is_of_unit { locked(&self.faults).control_millis } else { 0 };
+            if millis == 0 {
+                let answer = self.control(setup, &data, names, &mut probe);
+                self.reply_to_control(number, setup, data.len(), is_in, answer);
+                continue;
             }
+            // The motor runs while pictures go on.
+            locked(&self.slow_requests).insert(number);
+            let (device, names) = (Arc::clone(self), names.clone());
+            let late = move || {
+                std::thread::sleep(Duration::from_millis(millis));
+                let answer = device.control(setup, &data, &names, &mut { Mode::START });
+                let mut waiting = locked(&device.slow_requests);
+                // Not if it was taken back meanwhile.
+                if waiting.remove(&number) {
+                    device.reply_to_control(number, setup, data.len(), is_in, answer);
+                }
+            };
+            if let Err(err) = std::thread::Builder::new().name("motor".into()).spawn(late) {
+                eprintln!("uvcsim: {err}");
+            }
+        }
+    }
+
+    fn reply_to_control(
+        &self,
+        number: u32,
+        setup: [u8; 8],
+        taken: usize,
+        is_in: bool,
+        answer: Option<Vec<u8>>,
+    ) {
+        match answer {
+            Some(mut answer) if is_in => {
+                answer.truncate(usize::from(u16::from_le_bytes([setup[6], setup[7]])));
+                self.reply(3, number, 0, &answer, &[]);
+            }
+            Some(_) => self.reply_out(number, taken),
+            None => self.reply(3, number, STALLED, &[], &[]),
         }
     }
 
@@ -213,6 +256,13 @@ impl Shared {
     }
 
     fn take_back(&self, number: u32, which: u32) {
+        let mut slow = locked(&self.slow_requests);
+        if slow.remove(&which) {
+            // Under the lock: it must not be answered after this.
+            self.reply(4, number, TAKEN_BACK, &[], &[]);
+            return;
+        }
+        drop(slow);
         locked(&self.state).run += 1;
         let mut requests = locked(&self.requests);
         let before = requests.waiting.len();
@@ -263,7 +313,8 @@ impl Shared {
                 _ => None,
             },
             (0x21, 1) if of_stream && data.len() >= 26 => {
-                let mode = Mode::from_block(data);
+                let mut mode = Mode::from_block(data);
+                mode.size = locked(&ONLY).unwrap_or(mode.size);
                 if high == 1 {
                     *probe = mode;
                 } else if locked(&self.faults).stall_commit {

@@ -7,6 +7,7 @@
 //! unplug          plug            name TEXT       serial TEXT     (the names hold from the next plug on)
 //! freeze          thaw            slow MILLIS     drop N          short N       badjpeg N      errbit N
 //! nodht 0|1       stall_stream    stall_commit 0|1                set CONTROL VALUE
+//! ctldelay MILLIS (of every control transfer)     torn N          only WIDTHxHEIGHT | only (from the next plug on, too)
 //! ```
 
 mod controls;
@@ -61,6 +62,7 @@ fn run() -> std::io::Result<()> {
             "plug" if device.is_none() => device = Some(plug(&name, &serial, 0)?),
             "name" => name = rest.into(),
             "serial" => serial = rest.into(),
+            "only" => *device::locked(&device::ONLY) = size(rest),
             _ => {
                 if let Some(device) = &device {
                     obey(device, command, rest);
@@ -72,6 +74,12 @@ fn run() -> std::io::Result<()> {
     loop {
         std::thread::sleep(Duration::from_secs(3600));
     }
+}
+
+/// A size such as `320x240`.
+fn size(text: &str) -> Option<(u16, u16)> {
+    let (width, height) = text.split_once('x')?;
+    Some((width.parse().ok()?, height.parse().ok()?))
 }
 
 fn obey(device: &Device, command: &str, rest: &str) {
@@ -98,6 +106,8 @@ fn obey(device: &Device, command: &str, rest: &str) {
         stall_commit,
         stall_stream,
         slow_millis,
+        torn,
+        control_millis,
     } = &mut *faults;
     match command {
         "freeze" => *freeze = true,
@@ -110,6 +120,8 @@ fn obey(device: &Device, command: &str, rest: &str) {
         "stall_commit" => *stall_commit = number != 0,
         "stall_stream" => *stall_stream = true,
         "slow" => *slow_millis = number.into(),
+        "torn" => *torn = number,
+        "ctldelay" => *control_millis = number.into(),
         _ => eprintln!("uvcsim: unknown command"),
     }
 }

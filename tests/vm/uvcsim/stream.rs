@@ -55,6 +55,14 @@ impl<'a> Stream<'a> {
             if faults.no_tables && is_jpeg {
                 frame = without_tables(&frame);
             }
+            if once(&mut faults.torn) {
+                // A reader that was overtaken: the lower half is from six frames before.
+                let before = self.pictures.frame(mode, (self.number - 1).saturating_sub(6));
+                if before.len() == frame.len() {
+                    let half = frame.len() / 2;
+                    frame[half..].copy_from_slice(&before[half..]);
+                }
+            }
             let error_bit = if once(&mut faults.error_bits) { 0x40 } else { 0 };
             if once(&mut faults.short) {
                 frame.truncate(frame.len() / 3);
