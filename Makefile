@@ -1,4 +1,5 @@
-# boresight: `make run` starts a guided session, `make test` runs all tests.
+# boresight: `make run` starts a guided session at once, with the only camera or the simulation; `make test` runs all
+# tests.
 # Both set up what they need on Debian 12 or newer with a Rust toolchain.
 
 ARGS ?=
@@ -29,7 +30,7 @@ TARGET = $(or $(CARGO_TARGET_DIR),target)
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
 	@[ -x $(TARGET)/release/boresight ] || echo "Building boresight (about $(RUN_MINUTES) minutes the first time) …"
-	@cargo run --release $(RUN_FEATURES) -- $(ARGS)
+	@cargo run --release $(RUN_FEATURES) -- $(or $(ARGS),--source auto)
 
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(VM_PACKAGES)
 test: setup msrv lint features doc

@@ -1,5 +1,6 @@
 //! The next action for an error.
 
+use super::host::UserError;
 use crate::{
     calibration::files::import::NotImported, capture::CaptureError, config::ConfigError,
     files::FileError, pipeline::PipelineError, recording::RecordingError, text,
@@ -30,6 +31,15 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
             ConfigError::Invalid { .. } => "config/default.toml lists all settings and their values; `boresight guide --help` shows how to set them.".into(),
         })
     })
+}
+
+/// What happened and what to do, for a window: a camera's fault in words, without its code.
+pub(super) fn user_error(err: &anyhow::Error) -> UserError {
+    if let Some(CaptureError::Camera { fault, detail }) = err.downcast_ref() {
+        let (what, action) = text::camera::with_detail(*fault, detail);
+        return UserError { what, action: Some(action) };
+    }
+    UserError { what: format!("{err:#}"), action: explain(err) }
 }
 
 fn file(err: &FileError) -> Option<String> {

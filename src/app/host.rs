@@ -6,6 +6,7 @@ use std::{
 };
 
 use image::GrayImage;
+use serde::{Deserialize, Serialize};
 
 use super::recordings::{DecidedRecording, Recording};
 use crate::{
@@ -19,10 +20,54 @@ use crate::{
 /// Wakes the window; may be called from any thread.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// The program around the window.
+/// The program around the window. Without a start page, what that needs can be left out.
 pub trait AppHost {
     /// What the first session is about.
     fn first_wish(&self) -> SessionRequest;
+
+    /// Whether the first session starts without asking: the person has said what it's about.
+    fn starts_at_once(&self) -> bool {
+        true
+    }
+
+    /// What the last windows have left.
+    fn remembered(&self) -> Memory {
+        Memory::default()
+    }
+
+    /// Keeps `memory` for the next window.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`]; what is kept is then as before.
+    fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
+        let _ = memory;
+        Ok(())
+    }
+
+    /// The cameras that are there, with what they see. Begins to look through them with the first call.
+    fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
+        let _ = wake;
+        Vec::new()
+    }
+
+    /// Counts the board in front of the camera called `source` from now on, or none.
+    fn count_board(&mut self, source: Option<&str>) {
+        let _ = source;
+    }
+
+    /// Closes the cameras that [`AppHost::cameras`] looks through.
+    fn stop_looking(&mut self) {}
+
+    /// Names of the papers that a board can be printed on.
+    fn papers(&self) -> Vec<&'static str>;
+
+    /// Writes a board of that many inner corners as large as fits on the paper of that number, and shows it.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if it doesn't fit, or can't be written.
+    fn print_board(&mut self, board: [u16; 2], paper: usize) -> Result<PrintedBoard, UserError>;
 
     /// Starts or resumes a session.
     ///
@@ -30,9 +75,6 @@ pub trait AppHost {
     ///
     /// [`UserError`] with what the person can do; the same wish may be tried again.
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError>;
-
-    /// Sources that can be named now: a name, and what it is.
-    fn sources(&mut self) -> Vec<(String, String)>;
 
     /// Modes of the camera of that name, as in the settings file; none if it is no live camera.
     fn modes(&mut self, source: &str) -> Vec<String>;
@@ -98,6 +140,129 @@ pub struct SessionRequest {
     pub go_on_with: Option<PathBuf>,
     /// What to do first.
     pub first: Option<Command>,
+}
+
+/// A camera, and what it sees before a session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraView {
+    /// The name that finds it again.
+    pub source: String,
+    /// What it calls itself.
+    pub name: String,
+    /// Size of its pictures; empty before the first.
+    pub mode: String,
+    /// The newest picture, small.
+    pub picture: Option<Arc<GrayImage>>,
+    /// Number of that picture.
+    pub number: u64,
+    /// Inner corners of the board in front of it, if they are counted.
+    pub board: Option<[u16; 2]>,
+    /// Why it can't be used now.
+    pub trouble: Option<UserError>,
+}
+
+impl CameraView {
+    /// A camera that hasn't been looked through yet.
+    pub fn new(source: &str, name: &str) -> Self {
+        Self {
+            source: source.into(),
+            name: name.into(),
+            mode: String::new(),
+            picture: None,
+            number: 0,
+            board: None,
+            trouble: None,
+        }
+    }
+}
+
+/// A sheet with a board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrintedBoard {
+    /// The file.
+    pub file: PathBuf,
+    /// Side of a square.
+    pub square_m: f64,
+    /// What to do with it.
+    pub steps: Vec<String>,
+}
+
+/// What is remembered from one window to the next; `None` where the person has chosen nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Memory {
+    /// Source of the last session.
+    pub source: Option<String>,
+    /// Its camera's mode.
+    pub mode: Option<String>,
+    /// Inner corners of the board.
+    pub board: Option<[u16; 2]>,
+    /// Side of a square.
+    pub square_m: Option<f64>,
+    /// How many views.
+    #[serde(with = "plan_name")]
+    pub plan: Option<Plan>,
+    /// Streams and files that were opened, newest first, without passwords.
+    pub streams: Vec<String>,
+    /// Paper for a printed board.
+    pub paper: Option<usize>,
+    /// Whether the person sees themselves as in a mirror.
+    pub mirrored: Option<bool>,
+    /// A tone for each view.
+    pub tone: Option<bool>,
+    /// The sentence spoken.
+    pub speech: Option<bool>,
+    /// Numbers beside the picture.
+    pub panels: Option<bool>,
+    /// Full screen while nobody is at the computer.
+    pub full_screen: Option<bool>,
+    /// Colours.
+    pub theme: Option<String>,
+    /// Size of the interface.
+    pub zoom: Option<f32>,
+}
+
+/// Streams remembered at most.
+const MOST_STREAMS: usize = 4;
+
+impl Memory {
+    /// Puts a stream or file first.
+    pub fn note_stream(&mut self, name: &str) {
+        self.streams.retain(|stream| stream != name);
+        self.streams.insert(0, name.into());
+        self.streams.truncate(MOST_STREAMS);
+    }
+
+    /// Without what can't be: the file may be anybody's.
+    pub(super) fn sensible(mut self) -> Self {
+        let sides = |board: &[u16; 2]| board.iter().all(|side| (3..=99).contains(side));
+        self.board = self.board.filter(sides);
+        self.square_m = self.square_m.filter(|side_m| (0.0001..=9.9).contains(side_m));
+        self.zoom = self.zoom.filter(|zoom| (0.5..=3.0).contains(zoom));
+        self.streams.truncate(MOST_STREAMS);
+        self
+    }
+}
+
+/// A plan by its name.
+mod plan_name {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::{config::PlanName, guidance::Plan};
+
+    #[expect(clippy::ref_option, reason = "serde's signature")]
+    pub(super) fn serialize<S: Serializer>(
+        plan: &Option<Plan>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        plan.map(PlanName::from).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Plan>, D::Error> {
+        Ok(Option::<PlanName>::deserialize(deserializer)?.map(Plan::from))
+    }
 }
 
 /// A running session.

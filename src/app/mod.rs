@@ -22,6 +22,7 @@
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
+//! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `explain` | the next action for an error |
 //! | `missing_feature` | what this build leaves out |
 //!
@@ -41,8 +42,11 @@ mod explain;
 pub mod export;
 pub mod host;
 pub mod json;
+mod lookout;
+mod memory;
 mod missing_feature;
 pub mod opening;
+mod printed_board;
 pub mod recordings;
 pub mod redetect;
 #[cfg(feature = "report")]
@@ -64,6 +68,7 @@ mod window_host;
 pub use announcer::Announcer;
 pub use explain::explain;
 pub use host::AppHost;
+pub use memory::usual_path as usual_memory;
 pub use missing_feature::MissingFeature;
 pub use opening::Opening;
 pub use run::{FinishedRun, Run};

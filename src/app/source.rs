@@ -76,14 +76,16 @@ impl SourceName {
     /// If nothing has that name, a scene file is wrong, or `auto` finds several cameras.
     pub fn parse(name: &str, config: &Config, announcer: &Announcer) -> anyhow::Result<Self> {
         if let Some(simulated) = name.strip_prefix("sim") {
-            let mut scene = match simulated.strip_prefix(':') {
-                None if simulated.is_empty() => Scene::default_720p(1),
+            let board = config.board()?;
+            let usual = |scene: Scene| Scene { board, ..scene };
+            let scene = match simulated.strip_prefix(':') {
+                None if simulated.is_empty() => usual(Scene::default_720p(1)),
                 Some(rest) => match rest.strip_prefix("random:") {
-                    Some(seed) => Scene::random(
+                    Some(seed) => usual(Scene::random(
                         seed.parse()
                             .with_context(|| format!("{seed:?} is no seed: a whole number"))?,
-                    ),
-                    None => SceneFile::load(Path::new(rest))?,
+                    )),
+                    None => SceneFile::load_with(Path::new(rest), board)?,
                 },
                 None => {
                     bail!(
@@ -91,7 +93,6 @@ impl SourceName {
                     )
                 }
             };
-            scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
         }
         if is_address(name) || is_video(Path::new(name)) {

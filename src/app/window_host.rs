@@ -11,16 +11,23 @@ use std::{
 };
 
 use super::{
-    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, camera, comparison, explain, export,
-    host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, camera, comparison,
+    explain::user_error,
+    export,
+    host::{
+        AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard,
+        SessionRequest, UserError, Wake,
+    },
+    lookout::{Connected, Lookout},
+    memory,
     opening::new_session_path,
+    printed_board,
     recordings::{self, Recording},
     run::Concluded,
 };
 use crate::{
     calibration::files::CalibrationFile,
-    config::PlanName,
-    guidance::Plan,
+    capture::{is_address, without_secrets},
     pipeline::{Background, Paced, Pipeline},
     text,
 };
@@ -39,36 +46,97 @@ pub struct WindowHost {
     /// Folders that hold sessions.
     session_folders: BTreeSet<PathBuf>,
     exit: Arc<Mutex<Exit>>,
+    /// Whether the first session starts without asking.
+    at_once: bool,
+    /// File of what is remembered.
+    memory: Option<PathBuf>,
+    lookout: Option<Lookout>,
+    /// The folder that the person named for the first session.
+    named: Option<PathBuf>,
 }
 
 impl AppHost for WindowHost {
     fn first_wish(&self) -> SessionRequest {
         let config = &self.opening.config;
-        let plan = match config.guidance.plan {
-            PlanName::Quick => Plan::Quick,
-            PlanName::Full => Plan::Full,
-            PlanName::Adaptive => Plan::Adaptive,
-        };
-        SessionRequest {
+        let wish = SessionRequest {
             source: self.opening.source.clone(),
             mode: config.camera.mode.clone(),
             board: [config.board.columns, config.board.rows],
             square_m: config.board.square_mm * 1e-3,
-            plan,
+            plan: config.guidance.plan.into(),
             go_on_with: self.opening.session.clone(),
             first: None,
+        };
+        if self.at_once {
+            return wish;
         }
+        let Memory { source, mode, board, square_m, plan, .. } = self.remembered();
+        SessionRequest {
+            source: source.unwrap_or(wish.source),
+            mode: mode.unwrap_or(wish.mode),
+            board: board.unwrap_or(wish.board),
+            square_m: square_m.unwrap_or(wish.square_m),
+            plan: plan.unwrap_or(wish.plan),
+            ..wish
+        }
+    }
+
+    fn starts_at_once(&self) -> bool {
+        self.at_once
+    }
+
+    fn remembered(&self) -> Memory {
+        self.memory.as_deref().map(memory::read).unwrap_or_default()
+    }
+
+    fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
+        // A password isn't kept.
+        let plain =
+            |name: &String| if is_address(name) { without_secrets(name) } else { name.clone() };
+        let memory = Memory {
+            source: memory.source.as_ref().map(plain),
+            streams: memory.streams.iter().map(plain).collect(),
+            ..memory.clone()
+        };
+        match &self.memory {
+            Some(path) => memory::write(path, &memory).map_err(|err| user_error(&err.into())),
+            None => Ok(()),
+        }
+    }
+
+    fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
+        if self.lookout.is_none() {
+            let config = self.opening.with_backend(&self.opening.config);
+            // Without a thread there are no pictures; the cameras are still found by name.
+            self.lookout = Lookout::start(Box::new(Connected(config)), Arc::clone(wake)).ok();
+        }
+        self.lookout.as_ref().map(Lookout::cameras).unwrap_or_default()
+    }
+
+    fn count_board(&mut self, source: Option<&str>) {
+        if let Some(lookout) = &self.lookout {
+            lookout.count_board(source);
+        }
+    }
+
+    fn stop_looking(&mut self) {
+        self.lookout = None;
+    }
+
+    fn papers(&self) -> Vec<&'static str> {
+        printed_board::papers()
+    }
+
+    fn print_board(&mut self, board: [u16; 2], paper: usize) -> Result<PrintedBoard, UserError> {
+        let printed = printed_board::print(Path::new("."), board, paper);
+        let printed = printed.map_err(|err| user_error(&err))?;
+        // Where nothing can show it, the person still reads the name of the file.
+        self.show(&printed.file).ok();
+        Ok(printed)
     }
 
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
         self.opened(wish, wake).map_err(|err| user_error(&err))
-    }
-
-    fn sources(&mut self) -> Vec<(String, String)> {
-        let mut sources = vec![("auto".into(), text::window::SOURCE_AUTO.into())];
-        sources.extend(camera::names());
-        sources.push(("sim".into(), text::window::SOURCE_SIMULATED.into()));
-        sources
     }
 
     fn modes(&mut self, source: &str) -> Vec<String> {
@@ -156,7 +224,23 @@ impl WindowHost {
             on_result,
             session_folders: BTreeSet::from([sessions.into()]),
             exit: Arc::new(Mutex::new(Exit::Good)),
+            at_once: true,
+            memory: None,
+            lookout: None,
+            named: None,
         }
+    }
+
+    /// Keeps choices in the file at `path`.
+    #[must_use]
+    pub fn remembering(self, path: Option<PathBuf>) -> Self {
+        Self { memory: path, ..self }
+    }
+
+    /// Asks what the first session is about instead of starting it.
+    #[must_use]
+    pub fn asking(self) -> Self {
+        Self { at_once: false, ..self }
     }
 
     /// The exit status of the session that ended last.
@@ -164,25 +248,39 @@ impl WindowHost {
         Arc::clone(&self.exit)
     }
 
+    /// A folder named for the first session is that session's. One that begins again with another board gets a
+    /// folder beside it, and any other one in `sessions`.
+    fn folder_for(&mut self, wish: &SessionRequest) -> Option<PathBuf> {
+        if wish.go_on_with.is_some() {
+            return None;
+        }
+        if let Some(out) = self.opening.out.take() {
+            self.named = Some(out.clone());
+            return Some(out);
+        }
+        let [columns, rows] = wish.board;
+        let mut beside = self.named.clone()?.into_os_string();
+        beside.push(format!("-{columns}x{rows}"));
+        let beside = PathBuf::from(beside);
+        (!beside.exists()).then_some(beside)
+    }
+
     fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
+        // Cameras that show small pictures must be free.
+        self.stop_looking();
         let mut config = self.opening.config.clone();
         [config.board.columns, config.board.rows] = wish.board;
         config.board.square_mm = wish.square_m * 1e3;
         config.camera.mode.clone_from(&wish.mode);
         // What was typed is checked as a settings file is.
         let mut config = config.with(&[])?;
-        config.guidance.plan = match wish.plan {
-            Plan::Quick => PlanName::Quick,
-            Plan::Full => PlanName::Full,
-            Plan::Adaptive => PlanName::Adaptive,
-        };
+        config.guidance.plan = wish.plan.into();
         let opening = Opening {
             source: wish.source.clone(),
             config,
             session: wish.go_on_with.clone(),
             against: self.opening.against.clone().filter(|_| wish.go_on_with.is_none()),
-            // A folder named for the first session is that session's; the next gets its own.
-            out: self.opening.out.take().filter(|_| wish.go_on_with.is_none()),
+            out: self.folder_for(wish),
             ..self.opening
         };
         let mut run = opening.open(&self.announcer).inspect_err(|_| {
@@ -222,8 +320,4 @@ impl WindowHost {
         });
         Ok(Opened { pipeline, showing, source, folder, pictures, adjustables, note, conclude })
     }
-}
-
-fn user_error(err: &anyhow::Error) -> UserError {
-    UserError { what: format!("{err:#}"), action: explain(err) }
 }

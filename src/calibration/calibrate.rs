@@ -12,9 +12,9 @@ use super::{
     repeats::Repeats,
     result::Calibration,
     solve::{
-        bundle::{InvalidCorners, Observations},
+        bundle::{Bundle, BundleState, InvalidCorners, Observations},
         free_homography::{self, DistortionCentrePrior},
-        initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, start},
+        initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, starts},
         lens_model::{LensModel, LensPrior},
         model_choice::{ModelChoice, ModelSearch, fit_models},
     },
@@ -25,6 +25,9 @@ use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 /// Relative standard deviation of the focal length above which it needs its own prior. Loose on
 /// purpose: it only separates views that leave the focal length open from those that don't.
 const F_UNDETERMINED: f64 = 0.2;
+
+/// Noise factor of the bundle, relative to that of free homographies, above which other starts are tried.
+const SUSPICIOUS: f64 = 1.5;
 
 /// Estimates the lens and all poses from the corners of `views`, and checks the result.
 ///
@@ -201,8 +204,8 @@ impl Inputs<'_> {
     /// Fits the models; if the views leave the focal length open, again with a prior on it.
     fn solve(&self) -> Result<Solution, NotCalibrated> {
         let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
-        let start =
-            start(&self.observations, &self.as_seen, self.image_size).ok_or(undetermined)?;
+        let starts = starts(&self.observations, &self.as_seen, self.image_size);
+        let f_px = starts.first().ok_or(undetermined)?.camera.f_px.x;
         let models = self.models();
         let weak = LensPrior::weak(self.image_size);
         let prior_used = self.params.weak_priors && self.distinct < VIEWS_WITHOUT_PRIOR;
@@ -215,7 +218,7 @@ impl Inputs<'_> {
                 prior,
                 noise_floor: self.noise_floor,
             };
-            fit_models(&search, start.clone())
+            self.lowest(&search, &starts)
         };
         if let Some(choice) = search(prior_used.then_some(&weak))
             && self.is_determined(&choice)
@@ -225,10 +228,30 @@ impl Inputs<'_> {
         if !self.params.weak_priors {
             return Err(undetermined);
         }
-        let f_px = start.camera.f_px.x;
         let with_focal_prior = weak.with_focal_length(f_px, 0.5 * f_px);
         let choice = search(Some(&with_focal_prior)).ok_or(undetermined)?;
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
+    }
+
+    /// The fit from the first start; from the others, too, if it leaves residuals that views without a common focal
+    /// length don't have: it may have ended in the wrong minimum.
+    fn lowest(&self, search: &ModelSearch<'_>, starts: &[BundleState]) -> Option<ModelChoice> {
+        let (first, others) = starts.split_first()?;
+        let mut best = fit_models(search, first.clone());
+        let floor = self.free.as_ref().map(|free| free.noise_factor().max(self.noise_floor));
+        let noise_factor = |choice: &ModelChoice| {
+            choice.bundles.last().map_or(f64::INFINITY, Bundle::noise_factor)
+        };
+        for other in others {
+            let least = best.as_ref().map_or(f64::INFINITY, &noise_factor);
+            if floor.is_none_or(|floor| least <= SUSPICIOUS * floor) {
+                break;
+            }
+            best = fit_models(search, other.clone())
+                .filter(|choice| noise_factor(choice) < least)
+                .or(best);
+        }
+        best
     }
 
     fn is_determined(&self, choice: &ModelChoice) -> bool {

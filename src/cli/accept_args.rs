@@ -34,6 +34,12 @@ impl AcceptArguments {
         }
     }
 
+    /// Whether any of them is given.
+    #[cfg(feature = "window")]
+    pub(super) fn says_something(&self) -> bool {
+        self.accept.is_some() || self.board_scale_error.is_some()
+    }
+
     /// Whether the board's error is given.
     #[cfg(feature = "report")]
     pub(super) fn says_scale(&self) -> bool {

@@ -82,6 +82,15 @@ impl BoardArguments {
         Ok(config)
     }
 
+    /// Whether any of them is given.
+    #[cfg(feature = "window")]
+    pub(super) fn says_something(&self) -> bool {
+        self.board.is_some()
+            || self.square.is_some()
+            || self.config.is_some()
+            || !self.settings.is_empty()
+    }
+
     /// Whether anything here names the size of the squares, or it is the default's.
     pub(super) fn says_square(&self) -> anyhow::Result<bool> {
         const SQUARE: [&str; 2] = ["board", "square_mm"];

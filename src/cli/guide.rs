@@ -19,7 +19,8 @@ use {super::window, crate::app::AppHost};
 
 /// Guide a person through the poses, take the views automatically, and calibrate.
 ///
-/// Opens a window. F12 lists its keys; you don't need any.
+/// Opens a window. Without options, its start page asks for camera, board and plan; with any, the session starts at
+/// once. F12 lists the keys; you don't need any.
 /// The session ends when the plan is complete, or at Ctrl-C. Your views are always safe: `--session DIR`
 /// resumes where you stopped.
 #[derive(Debug, Args)]
@@ -29,9 +30,10 @@ use {super::window, crate::app::AppHost};
 pub(super) struct Arguments {
     /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
     /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a video
-    /// file, or a stream such as rtsp://… or http://… (video files and streams need ffmpeg). auto: the only camera, or a simulation if there is none.
-    #[arg(long, default_value = "auto", value_name = "SOURCE")]
-    source: String,
+    /// file, or a stream such as rtsp://… or http://… (video files and streams need ffmpeg). auto, the default without
+    /// the start page: the only camera, or a simulation if there is none.
+    #[arg(long, value_name = "SOURCE")]
+    source: Option<String>,
     /// Camera backend [default: v4l on Linux, nokhwa elsewhere].
     #[arg(long, value_name = "BACKEND")]
     backend: Option<BackendName>,
@@ -73,7 +75,7 @@ impl Arguments {
         if !self.headless {
             #[cfg(feature = "window")]
             if crate::ui::has_display() {
-                return window::run(opening, self.json);
+                return window::run(opening, self.says_something(), self.json);
             }
             say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
@@ -83,14 +85,27 @@ impl Arguments {
     /// The program behind a window that shows these sessions.
     #[cfg(feature = "window")]
     pub(super) fn app_host(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
-        window::app_host(self.opening()?, paced)
+        window::app_host(self.opening()?, self.says_something(), paced)
+    }
+
+    /// Whether an option says anything about the session: then nobody needs to be asked.
+    #[cfg(feature = "window")]
+    fn says_something(&self) -> bool {
+        self.source.is_some()
+            || self.backend.is_some()
+            || self.board.says_something()
+            || self.goal.says_something()
+            || self.session.is_some()
+            || self.against.is_some()
+            || self.out.is_some()
+            || self.record_stream
     }
 
     fn opening(&self) -> anyhow::Result<Opening> {
         let mut config = self.board.config()?;
         self.goal.apply(&mut config);
         Ok(Opening {
-            source: self.source.clone(),
+            source: self.source.clone().unwrap_or_else(|| "auto".into()),
             backend: self.backend.map(Into::into),
             config,
             session: self.session.clone(),

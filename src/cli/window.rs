@@ -6,23 +6,30 @@ use anyhow::bail;
 
 use super::terminal::{announcer, print, stop_flag};
 use crate::{
-    app::{AppHost, Exit, Opening, WindowHost, recordings::DecidedRecording},
+    app::{AppHost, Exit, Opening, WindowHost, recordings::DecidedRecording, usual_memory},
     calibration::files::CalibrationFile,
     text::window as words,
     ui::{self, NoWindow},
 };
 
 /// Runs sessions in a window until it's closed. The last session's result decides the exit code.
-pub(super) fn run(opening: Opening, json: bool) -> anyhow::Result<Exit> {
-    let host = host(opening, json, true)?;
+/// Without `at_once`, the start page asks what the first one is about.
+pub(super) fn run(opening: Opening, at_once: bool, json: bool) -> anyhow::Result<Exit> {
+    let host = host(opening, json, true)?.remembering(usual_memory());
+    let host = if at_once { host } else { host.asking() };
     let exit = host.exit();
     or_say_why(ui::run(Box::new(host)))?;
     Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// The program behind a window that somebody else shows, as tests do.
-pub(super) fn app_host(opening: Opening, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
-    Ok(Box::new(host(opening, false, paced)?))
+/// The program behind a window that somebody else shows, as tests do; remembers nothing.
+pub(super) fn app_host(
+    opening: Opening,
+    at_once: bool,
+    paced: bool,
+) -> anyhow::Result<Box<dyn AppHost>> {
+    let host = host(opening, false, paced)?;
+    Ok(Box::new(if at_once { host } else { host.asking() }))
 }
 
 /// Steps through a recording in a window until it's closed.

@@ -106,6 +106,26 @@ pub enum PlanName {
     Adaptive,
 }
 
+impl From<PlanName> for Plan {
+    fn from(name: PlanName) -> Self {
+        match name {
+            PlanName::Quick => Self::Quick,
+            PlanName::Full => Self::Full,
+            PlanName::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
+impl From<Plan> for PlanName {
+    fn from(plan: Plan) -> Self {
+        match plan {
+            Plan::Quick => Self::Quick,
+            Plan::Full => Self::Full,
+            Plan::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
 /// Mirror of [`BoardRoll`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -279,11 +299,7 @@ impl Config {
     pub fn guidance(&self) -> GuidanceParams {
         let g = &self.guidance;
         GuidanceParams {
-            plan: match g.plan {
-                PlanName::Quick => Plan::Quick,
-                PlanName::Full => Plan::Full,
-                PlanName::Adaptive => Plan::Adaptive,
-            },
+            plan: g.plan.into(),
             board_roll: match g.board_roll {
                 BoardRollName::Upright => BoardRoll::Upright,
                 BoardRollName::Turn => BoardRoll::Turn,

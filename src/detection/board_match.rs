@@ -4,7 +4,7 @@ use image::GrayImage;
 
 use super::{
     lattice::{BESIDE, Lattice, Node, axes, height},
-    missing::{cut_off_by, glaring},
+    missing::{cut_off_by, ends_in_white, glaring},
     outcome::Miss,
     reduce::sample,
     saddle::settle,
@@ -25,7 +25,8 @@ const INTERPOLATED_SHARE: usize = 18;
 ///
 /// # Errors
 ///
-/// [`Miss::OtherBoard`] if the grid is larger than the board, [`Miss::PartialBoard`] if corners are missing,
+/// [`Miss::OtherBoard`] if the grid is larger than the board, or a whole smaller one that ends in white on all sides,
+/// [`Miss::PartialBoard`] if corners are missing,
 /// [`Miss::Glare`] if they are missing where the picture is saturated, [`Miss::NoBoard`] if the colours don't match.
 pub(super) fn match_board(
     image: &GrayImage,
@@ -36,7 +37,8 @@ pub(super) fn match_board(
     let wanted = board.corner_count();
     prune(lattice);
     if lattice.len() * LEAST_SHARE < wanted {
-        return Err(Miss::PartialBoard { found: lattice.len(), wanted, cut_off_by: None });
+        let partial = Miss::PartialBoard { found: lattice.len(), wanted, cut_off_by: None };
+        return Err(whole_board(image, lattice).unwrap_or(partial));
     }
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     complete(image, lattice, columns.max(rows));
@@ -51,13 +53,17 @@ pub(super) fn match_board(
         interpolate_last(image, lattice, (low, high), wanted / INTERPOLATED_SHARE);
     }
     let whole = lattice.len() as i32 == width * height;
-    if !fits && whole && width.min(height) >= 3 && width * height > columns * rows {
-        let (columns, rows) = (width.max(height) as usize, width.min(height) as usize);
-        return Err(Miss::OtherBoard { columns, rows });
-    }
     if !(fits && whole) {
-        let found = lattice.len();
+        if !fits && let Some(other) = whole_board(image, lattice) {
+            return Err(other);
+        }
+        let found = lattice.len().min(wanted);
         let cut_off_by = cut_off_by(image, lattice);
+        // Cut off, a larger board would be given a wrong number of corners.
+        let larger = !fits && whole && width.min(height) >= 3 && width * height > columns * rows;
+        if larger && cut_off_by.is_none() {
+            return Err(other_board(width, height));
+        }
         if cut_off_by.is_none() && glaring(image, lattice) {
             return Err(Miss::Glare { found, wanted });
         }
@@ -66,6 +72,34 @@ pub(super) fn match_board(
     number(image, lattice, low, (columns, rows), (width, height), into)
         .then_some(())
         .ok_or(Miss::NoBoard)
+}
+
+fn other_board(width: i32, height: i32) -> Miss {
+    Miss::OtherBoard { columns: width.max(height) as usize, rows: width.min(height) as usize }
+}
+
+/// A board that is seen whole, whatever its size: a full rectangle of corners with white all around.
+fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<Miss> {
+    let (low, high) = lattice.extent()?;
+    let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
+    let whole = width.min(height) >= 3 && lattice.len() as i32 == width * height;
+    (whole && ends_in_white(image, lattice)).then(|| other_board(width, height))
+}
+
+/// Columns and rows of inner corners of the board that is seen whole in `lattice`, whatever its size up to `longest` a
+/// side: at least as many columns as rows.
+pub(super) fn count_board(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    longest: i32,
+) -> Option<(usize, usize)> {
+    prune(lattice);
+    complete(image, lattice, longest);
+    prune(lattice);
+    match whole_board(image, lattice)? {
+        Miss::OtherBoard { columns, rows } => Some((columns, rows)),
+        _ => None,
+    }
 }
 
 /// Interpolates the last missing corners of an otherwise complete board, at most `most`. Blur and noise can hide a

@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 use super::{
-    board_match::match_board,
+    board_match::{count_board, match_board},
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
@@ -23,6 +23,9 @@ const GRIDS_KEPT: usize = 4;
 const LEAST_GRID: usize = 6;
 /// Grids with most of the board that are tried at one level; a tiled wall has no end of them.
 const LARGE_GRIDS: usize = 4;
+/// Longest side of a board that is counted, and most corners.
+const LONGEST_COUNTED: usize = 40;
+const MOST_COUNTED: usize = 1000;
 
 /// Where [`Detector::search`] starts, and when it gives up.
 #[derive(Clone, Copy)]
@@ -150,6 +153,30 @@ impl Detector {
         Err(best_miss)
     }
 
+    /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
+    /// many columns as rows. `None` without such a board.
+    pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
+        self.search_levels(image).into_iter().flatten().find_map(|level| {
+            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            read_junctions(
+                picture,
+                &self.params,
+                (&mut self.response, &mut self.peaks, &mut self.junctions),
+            );
+            let (width, height) = picture.dimensions();
+            self.grower.start(&self.junctions, width, height);
+            let (seeds, limits) = (self.params.max_seeds, (LONGEST_COUNTED, MOST_COUNTED));
+            let lattice = &mut self.lattice;
+            while self.grower.next_grid(&self.junctions, seeds, limits, lattice).is_some() {
+                let counted = count_board(picture, lattice, LONGEST_COUNTED as i32);
+                if counted.is_some() {
+                    return counted;
+                }
+            }
+            None
+        })
+    }
+
     /// Builds the halved pictures. Returns the levels to search, most promising first.
     fn search_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
         let mut primary = 0;
@@ -180,14 +207,11 @@ impl Detector {
             params, levels, response, peaks, junctions, grower, lattice, kept, corners, ..
         } = self;
         let picture = if level == 0 { image } else { &levels[level - 1] };
-        respond(picture, response);
-        let (width, height) = picture.dimensions();
-        find_peaks(response, width as usize, params.min_response, params.max_candidates, peaks);
+        read_junctions(picture, params, (response, peaks, junctions));
         if !keep_on() {
             return Err(Miss::OutOfTime);
         }
-        junctions.clear();
-        junctions.extend(peaks.iter().filter_map(|peak| junction::read(picture, peak)));
+        let (width, height) = picture.dimensions();
         grower.start(junctions, width, height);
         let wanted = board.corner_count();
         let limits = (board.columns().max(board.rows()), 3 * wanted + 100);
@@ -234,6 +258,19 @@ impl Detector {
     }
 }
 
+/// Finds the junctions of `picture`.
+fn read_junctions(
+    picture: &GrayImage,
+    params: &DetectorParams,
+    (response, peaks, junctions): (&mut Vec<i16>, &mut Vec<Peak>, &mut Vec<Junction>),
+) {
+    respond(picture, response);
+    let width = picture.width() as usize;
+    find_peaks(response, width, params.min_response, params.max_candidates, peaks);
+    junctions.clear();
+    junctions.extend(peaks.iter().filter_map(|peak| junction::read(picture, peak)));
+}
+
 /// Rank of a miss by how much it tells; the highest one is reported.
 fn closeness(miss: &Miss) -> usize {
     match *miss {
@@ -241,7 +278,7 @@ fn closeness(miss: &Miss) -> usize {
         // Many pictures without a board contain a few corners.
         Miss::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
         Miss::PartialBoard { found, .. } | Miss::Glare { found, .. } => found,
-        Miss::OtherBoard { columns, rows } => 1000 + columns * rows,
+        Miss::OtherBoard { columns, rows } => columns * rows,
         Miss::TooSmall { .. } | Miss::Blurred { .. } | Miss::LowContrast { .. } => 100_000,
     }
 }

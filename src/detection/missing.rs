@@ -3,10 +3,19 @@
 use image::GrayImage;
 
 use super::{
-    lattice::{BESIDE, Lattice, axes, height},
+    lattice::{BESIDE, Lattice, Node, axes, height},
     outcome::Side,
     reduce::sample,
 };
+
+/// Where the outer squares still have their colours, and where the white around the board is looked for: steps beyond
+/// the outer corners, which are one step from the board's edge.
+const IN_OUTER_SQUARES: f32 = 0.75;
+const IN_WHITE: f32 = 1.3;
+/// Lighter than this share of the step from dark to light squares counts as white.
+const LIGHT_FROM: f32 = 0.6;
+/// Least step from dark to light squares, in grey levels.
+const LEAST_STEP: f32 = 8.0;
 
 /// Brightness from which a square counts as saturated, in grey levels.
 const SATURATED: f32 = 248.0;
@@ -59,4 +68,50 @@ pub(super) fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
         }
     }
     bright >= 3 && 8 * bright >= missing
+}
+
+/// Whether white surrounds a full rectangle of corners: its outer squares keep their colours up to where the board must
+/// end, and beyond all is as light as its light squares. A hand, or another row of squares, isn't.
+pub(super) fn ends_in_white(image: &GrayImage, rectangle: &Lattice) -> bool {
+    rectangle.nodes().iter().all(|&(i, j)| {
+        BESIDE.into_iter().filter(|(di, dj)| !rectangle.contains((i + di, j + dj))).all(|out| {
+            let beside = (i + out.1.abs(), j + out.0.abs());
+            // The last corner of its side has no square beside it.
+            !rectangle.contains(beside)
+                || outer_square_ends_in_white(image, rectangle, [(i, j), beside], out) == Some(true)
+        })
+    })
+}
+
+/// See [`ends_in_white`], for the outer square beyond two neighbouring corners of the rim in the direction `out`.
+fn outer_square_ends_in_white(
+    image: &GrayImage,
+    rectangle: &Lattice,
+    corners: [Node; 2],
+    (di, dj): Node,
+) -> Option<bool> {
+    let between = |from: [f32; 2], to: [f32; 2], share: f32| -> [f32; 2] {
+        std::array::from_fn(|k| from[k] + share * (to[k] - from[k]))
+    };
+    let [(here, out), (beside, out_beside)] = {
+        let rim =
+            |(i, j): Node| Some((rectangle.get((i, j))?, rectangle.predict((i + di, j + dj))?.0));
+        [rim(corners[0])?, rim(corners[1])?]
+    };
+    let inner = rectangle.get((corners[0].0 - di, corners[0].1 - dj))?;
+    let beyond = |steps: f32| [between(here, out, steps), between(beside, out_beside, steps)];
+    let middle = |[one, other]: [[f32; 2]; 2]| between(one, other, 0.5);
+    let white = beyond(IN_WHITE);
+    let (right, bottom) = (image.width() as f32 - 2.0, image.height() as f32 - 2.0);
+    if !white.iter().all(|[x, y]| (1.0..right).contains(x) && (1.0..bottom).contains(y)) {
+        return Some(false);
+    }
+    let at = |[x, y]: [f32; 2]| sample(image, x, y);
+    // The square on this side of the rim has the other colour.
+    let inside = at(middle([inner, beside]));
+    let outside = at(middle(beyond(IN_OUTER_SQUARES)));
+    let (dark, light) = (inside.min(outside), inside.max(outside));
+    let is_light = |point: [f32; 2]| at(point) > dark + LIGHT_FROM * (light - dark);
+    let contrasts = light - dark > LEAST_STEP;
+    Some(contrasts && [white[0], middle(white), white[1]].into_iter().all(is_light))
 }

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     board::Checkerboard,
-    geometry::{BoardOutline, coverage},
+    geometry::{BoardOutline, coverage, open_corners},
 };
 
 /// Directions searched over the full turn.
@@ -50,6 +50,33 @@ pub(super) fn most_covering_pair(
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<(WantedPose, Isometry3<f64>)> {
+    let size = lens_estimate.image_size;
+    best_covering_pair(accepted, board, lens_estimate, params, |all| coverage(all, size))
+}
+
+/// As [`most_covering_pair`], but what reaches the corners of the picture comes first.
+pub(super) fn corner_covering_pair(
+    accepted: &[View],
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Option<(WantedPose, Isometry3<f64>)> {
+    let size = lens_estimate.image_size;
+    best_covering_pair(accepted, board, lens_estimate, params, |all| {
+        let closed = open_corners(all, size).into_iter().filter(|open| !open).count();
+        closed as f64 + coverage(all, size)
+    })
+}
+
+/// The feasible pose whose view, with its reflection, gives the highest `score` of all outlines; `None` if none gives
+/// more than there is.
+fn best_covering_pair(
+    accepted: &[View],
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+    score: impl Fn(&[BoardOutline]) -> f64,
+) -> Option<(WantedPose, Isometry3<f64>)> {
     let mut outlines: Vec<BoardOutline> = accepted
         .iter()
         .filter_map(|view| {
@@ -58,7 +85,7 @@ pub(super) fn most_covering_pair(
         })
         .collect();
     let taken = outlines.len();
-    let mut most = coverage(&outlines, lens_estimate.image_size);
+    let mut most = score(&outlines);
     let mut best = None;
     for wanted in candidates(accepted, lens_estimate, params) {
         let Some(pose) = place_board(&wanted, board, lens_estimate, params) else { continue };
@@ -67,9 +94,9 @@ pub(super) fn most_covering_pair(
         outlines.extend(pair.iter().filter_map(|pose| {
             BoardOutline::of(&seen_px(pose, board, lens_estimate), board.columns())
         }));
-        let share = coverage(&outlines, lens_estimate.image_size);
-        if share > most {
-            most = share;
+        let now = score(&outlines);
+        if now > most {
+            most = now;
             best = Some((wanted, pose));
         }
     }

@@ -52,6 +52,6 @@ pub use rules::RULES;
 pub use slots::{direction_difference_rad, slots_deg};
 pub use stillness::{Patience, Smear, StillLimits, still};
 pub use stop::{Precision, Progress, final_progress, forecast, progress};
-pub use target::{Purpose, Target, next_target};
+pub use target::{Purpose, Target, covering_target, next_target};
 pub use view::{LensEstimate, View, measure};
 pub use worth::Knowledge;

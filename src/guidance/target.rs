@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Point2};
 
 use super::{
-    candidates::{most_covering_pair, most_informative_pair},
+    candidates::{corner_covering_pair, most_covering_pair, most_informative_pair},
     independence::partner_of,
     params::{GuidanceParams, Plan},
     reach::{place_first, wanted_poses},
@@ -97,6 +97,25 @@ pub fn next_target(
         (Purpose::MostInformative, most_informative_pair(accepted, board, lens_estimate, params)?)
     };
     Some(target(purpose, &wanted, &pose, board, lens_estimate))
+}
+
+/// One view of the reflected pair that closes most of the picture's corners in which no board has been, and covers most
+/// of the rest: for a person who wants more than the plan does. First the partner of a view that has none.
+///
+/// `None` if no pose in a new direction fits.
+pub fn covering_target(
+    accepted: &[View],
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Option<Target> {
+    let unpaired = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
+    if let Some(of) = unpaired {
+        return Some(partner_target(of, &accepted[of], board, lens_estimate, params));
+    }
+    let (wanted, pose) = corner_covering_pair(accepted, board, lens_estimate, params)
+        .or_else(|| most_informative_pair(accepted, board, lens_estimate, params))?;
+    Some(target(Purpose::Coverage, &wanted, &pose, board, lens_estimate))
 }
 
 /// Direction of the first slot that is well clear of every accepted principal line, moved away from them if that

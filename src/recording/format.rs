@@ -177,6 +177,8 @@ pub enum CommandLine {
     Pause,
     /// See [`Command::Resume`].
     Resume,
+    /// See [`Command::TakeMore`].
+    TakeMore,
 }
 
 impl InputLine {
@@ -212,6 +214,7 @@ impl From<&Input> for InputLine {
                 Command::Restore => CommandLine::Restore,
                 Command::Pause => CommandLine::Pause,
                 Command::Resume => CommandLine::Resume,
+                Command::TakeMore => CommandLine::TakeMore,
             }),
             Input::Camera(event) => Self::Camera(event.into()),
             Input::WorkerFailed { worker, reason } => {
@@ -235,6 +238,7 @@ impl From<InputLine> for Input {
                 CommandLine::Restore => Command::Restore,
                 CommandLine::Pause => Command::Pause,
                 CommandLine::Resume => Command::Resume,
+                CommandLine::TakeMore => Command::TakeMore,
             }),
             InputLine::Camera(line) => Self::Camera(line.into()),
             InputLine::WorkerFailed { worker, reason } => Self::WorkerFailed { worker, reason },

@@ -13,6 +13,9 @@ use crate::{
     guidance::{Advice, Refusal, View},
 };
 
+/// Views that [`Command::TakeMore`] asks for: a view and its partner.
+const MORE_VIEWS: usize = 2;
+
 impl Session {
     /// Applies one input and returns what it decided.
     pub fn handle(&mut self, input: &Input) -> Decision {
@@ -134,6 +137,12 @@ impl Session {
             },
             Command::Remove { view } => self.remove(view),
             Command::Restore => self.restore(),
+            Command::TakeMore => {
+                self.ground.wanted_views = self.ground.accepted.len() + MORE_VIEWS;
+                self.replan();
+                self.tracking.forget_motion();
+                Outcome::Noted
+            }
         }
     }
 

@@ -67,4 +67,6 @@ pub enum Command {
     Pause,
     /// Leave the paused state.
     Resume,
+    /// Take two more views, where no board has been in the picture, though the plan is complete.
+    TakeMore,
 }

@@ -22,8 +22,8 @@ use crate::{
     geometry::{Camera, Corner},
     guidance::{
         ExposureEstimate, Hold, Knowledge, LensEstimate, MotionWindow, Patience, Precision,
-        Progress, Target, View, final_progress, forecast, measure, next_target, progress,
-        worth::pose_of,
+        Progress, Target, View, covering_target, final_progress, forecast, measure, next_target,
+        progress, worth::pose_of,
     },
 };
 
@@ -44,6 +44,8 @@ pub(super) struct Ground {
     /// Removed views that may be restored, newest last, each with its index among the accepted ones.
     pub(super) removed: Vec<(usize, AcceptedView)>,
     pub(super) next_number: ViewNumber,
+    /// Views that the person wants, whatever the plan says.
+    pub(super) wanted_views: usize,
     /// How often the accepted views or the pose asked for have changed.
     pub(super) changes: u32,
     /// Views that weren't shown by someone who follows the ghost; a view that follows halves it.
@@ -67,6 +69,8 @@ pub(super) struct Derived {
     pub(super) measured: Vec<View>,
     pub(super) progress: Progress,
     pub(super) target: Option<Target>,
+    /// Whether the person wants more than the plan.
+    wants_more: bool,
     /// What the accepted views tell, and the variance that the pose asked for would leave; infinite without one.
     pub(super) knowledge: Knowledge,
     pub(super) variance_after_target: f64,
@@ -117,7 +121,8 @@ impl Tracking {
 }
 
 impl Derived {
-    pub(super) fn of(setup: &SessionSetup, accepted: &[AcceptedView], seen: &Seen) -> Self {
+    pub(super) fn of(setup: &SessionSetup, ground: &Ground) -> Self {
+        let Ground { accepted, seen, wanted_views, .. } = ground;
         let SessionSetup { board, image_size, .. } = setup;
         let solver =
             &CalibrationParams { noise_floor_px: seen.noise_px(), ..setup.calibration.clone() };
@@ -135,9 +140,20 @@ impl Derived {
         if progress == Progress::Collecting && seen.given_up {
             progress = final_progress(precision.as_ref(), guidance);
         }
-        let target = (progress == Progress::Collecting)
-            .then(|| next_target(&measured, board, &lens_estimate, precision.as_ref(), guidance))
-            .flatten();
+        let more = wanted_views.saturating_sub(accepted.len());
+        let target = match progress {
+            Progress::Collecting => {
+                next_target(&measured, board, &lens_estimate, precision.as_ref(), guidance)
+            }
+            Progress::Complete | Progress::Exhausted if more > 0 => {
+                covering_target(&measured, board, &lens_estimate, guidance)
+            }
+            Progress::Complete | Progress::Exhausted => None,
+        };
+        let wants_more = progress != Progress::Collecting && target.is_some();
+        if wants_more {
+            progress = Progress::Collecting;
+        }
         if progress == Progress::Collecting && target.is_none() {
             progress = final_progress(precision.as_ref(), guidance);
         }
@@ -147,7 +163,10 @@ impl Derived {
         let far = guidance.is_far().then(|| FarBoard::of(board, &lens_estimate, seen, guidance));
         let held_out = held_out_pair(&measured, board, *image_size, solver);
         let views_to_go = match progress {
-            Progress::Collecting => forecast(&measured, precision.as_ref(), guidance),
+            Progress::Collecting => {
+                let planned = forecast(&measured, precision.as_ref(), guidance);
+                planned.max((more > 0).then_some(more))
+            }
             Progress::Complete | Progress::Exhausted => None,
         };
         let (views, pairs) = summaries(accepted, &measured, &lens_estimate, solved);
@@ -156,6 +175,7 @@ impl Derived {
             measured,
             progress,
             target,
+            wants_more,
             knowledge,
             variance_after_target,
             far: far.flatten(),
@@ -173,7 +193,12 @@ impl Derived {
         let Some(target) = &self.target else { return };
         let limits = seen.receded_limits(target, setup.image_size, &setup.guidance);
         let (board, precision) = (&setup.board, self.precision.as_ref());
-        let smaller = next_target(&self.measured, board, &self.lens_estimate, precision, &limits);
+        let (measured, lens) = (&self.measured, &self.lens_estimate);
+        let smaller = if self.wants_more {
+            covering_target(measured, board, lens, &limits)
+        } else {
+            next_target(measured, board, lens, precision, &limits)
+        };
         if smaller.is_some() {
             self.target = smaller;
             self.variance_after_target =
@@ -239,14 +264,14 @@ impl Session {
     /// A session without views.
     pub fn new(setup: SessionSetup) -> Self {
         let (ground, tracking) = (Ground::default(), Tracking::default());
-        let derived = Derived::of(&setup, &[], &ground.seen);
+        let derived = Derived::of(&setup, &ground);
         Self { setup: Arc::new(setup), ground, derived, tracking, calm: Calm::default() }
     }
 
     /// Recomputes [`Derived`] after the accepted views, or what frames have shown, changed.
     pub(super) fn replan(&mut self) {
         self.ground.changes += 1;
-        self.derived = Derived::of(&self.setup, &self.ground.accepted, &self.ground.seen);
+        self.derived = Derived::of(&self.setup, &self.ground);
     }
 
     /// Lets the ghost of the pose asked for recede, because the board is cut off at it.

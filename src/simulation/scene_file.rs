@@ -6,6 +6,7 @@ use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    board::Checkerboard,
     config::ConfigError,
     files::{Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
@@ -22,6 +23,8 @@ use crate::{
 pub struct SceneFile {
     name: Option<String>,
     seed: Option<u64>,
+    /// Inner corners of the board in front of the camera, if it's another than the session's.
+    board: Option<[u16; 2]>,
     image_size_px: Option<[u32; 2]>,
     f_px: Option<f64>,
     pp_px: Option<[f64; 2]>,
@@ -118,19 +121,34 @@ fn is_sensible(person: &TechnicianParams) -> bool {
 }
 
 impl SceneFile {
-    /// Reads a scene; its board comes from the configuration.
+    /// Reads a scene with the usual board, unless the file names another one.
+    ///
+    /// # Errors
+    ///
+    /// As [`load_with`](Self::load_with).
+    pub fn load(path: &Path) -> Result<Scene, ConfigError> {
+        Self::load_with(path, Scene::default_720p(1).board)
+    }
+
+    /// Reads a scene with `board` in front of the camera, unless the file names another one, whose squares are then
+    /// as large.
     ///
     /// # Errors
     ///
     /// [`ConfigError`] if the file cannot be read, has unknown names, or describes no camera.
-    pub fn load(path: &Path) -> Result<Scene, ConfigError> {
+    pub fn load_with(path: &Path, board: Checkerboard) -> Result<Scene, ConfigError> {
         let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
         let invalid = |message: &str| ConfigError::Scene {
             message: message.into(),
             origin: path.display().to_string(),
         };
         let file: Self = toml::from_str(&text).map_err(|err| invalid(err.message()))?;
-        let scene = file.over(Scene::default_720p(1));
+        let board = match file.board {
+            Some([columns, rows]) => Checkerboard::new(columns, rows, board.square_m())
+                .map_err(|err| invalid(&err.to_string()))?,
+            None => board,
+        };
+        let scene = file.over(Scene { board, ..Scene::default_720p(1) });
         let (width_px, height_px) = (scene.image_size.width_px, scene.image_size.height_px);
         let sized = (160..=8192).contains(&width_px) && (120..=8192).contains(&height_px);
         let lens = scene.camera.lens_parameters();

@@ -50,9 +50,10 @@ controls! {
     Lines, "Lines", "L", "Show or hide the principal lines.";
     Theme, "Colours", "D", "Switch between dark, light and sunlight.";
     Help, "Keys", "F12", "List all keys.";
+    StartPage, "Start", "F6", "Choose camera, board and plan.";
     GuidePage, "Guide", "F1", "Live picture and what to do next.";
     ResultPage, "Result", "F2", "Calibration so far, with checks and exports.";
     ExplorePage, "Explore", "F3", "Play with lens distortion and see what it does to a principal line.";
-    SettingsPage, "Settings", "F4", "Source, board and plan for the next session.";
+    SettingsPage, "Settings", "F4", "How the window looks and sounds.";
     ReplayPage, "Replay", "F5", "Step through a recorded session.";
 }

@@ -21,6 +21,7 @@ mod run;
 pub mod session_news;
 pub mod settings;
 pub mod source;
+pub mod start;
 mod target;
 pub mod window;
 

@@ -51,8 +51,11 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
     ))
 }
 
-/// How to take them.
-pub const TAKE_THEM: &str = "Continue (G) to take them.";
+/// The button that goes on with them.
+pub const TAKE_MORE: &str = "Take two more";
+/// See [`TAKE_MORE`].
+pub const TAKE_MORE_TIP: &str =
+    "Continue this session with two opposed views that cover most of what's missing.";
 
 /// How far the independent check is from the result; `None` without one.
 pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
@@ -78,7 +81,7 @@ pub const NUMBERS_HEADING: &str = "Numbers";
 /// On the result page without a view.
 pub const NO_VIEW_TAKEN: &str = "No view was taken";
 /// What to try then.
-pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board in Settings is the one in your hands.";
+pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board on the Start page is the one in your hands.";
 
 /// What the button for a format does.
 pub fn export_tip(format: &str) -> String {

@@ -143,11 +143,22 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
             chosen.columns(),
             chosen.rows()
         ),
-        format!(
-            "Choose {columns} × {rows} in Settings (F4), or start with --board {columns}x{rows}."
-        ),
+        if snapshot.views.is_empty() {
+            format!("Hold it a moment longer to use {columns} × {rows}.")
+        } else {
+            "Show the first board, or start a new session with this one. Your views are safe."
+                .into()
+        },
     ))
 }
+
+/// The button that uses another board.
+pub fn use_board([columns, rows]: [u16; 2]) -> String {
+    format!("Use {columns} × {rows}")
+}
+
+/// A session has ended while another page is seen.
+pub const FINISHED: &str = "Finished. See Result (F2)";
 
 /// Label of the live picture for screen readers.
 pub const PICTURE: &str = "Live picture";
@@ -220,11 +231,6 @@ pub const LOST_DISPLAY_ACTION: &str =
 pub const NO_WINDOW_ACTION: &str = "Check that DISPLAY or WAYLAND_DISPLAY names an existing display. Install what's missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless for guidance in the terminal.";
 /// The source was not named and no camera is there.
 pub const NO_CAMERA: &str = "No camera found: showing a simulation";
-/// Sources that are always there.
-pub const SOURCE_AUTO: &str = "The only camera, or a simulation if there is none.";
-/// See [`SOURCE_AUTO`].
-pub const SOURCE_SIMULATED: &str = "A simulated camera and technician.";
-
 /// Heading of the page for a session that could not be started.
 pub const NOT_STARTED: &str = "The session couldn't start";
 /// Its buttons and what they do.

@@ -18,18 +18,19 @@ use super::{
     keys::{self, UiAction},
     replay::RecordingBrowser,
     result,
-    screen::Screen,
+    screen::{Preferences, Screen},
     session_state::{Running, SessionState},
     settings,
     sound::{Sound, Tone},
-    theme::{background, switch},
+    start::{self, Choices, StartPage},
+    theme::{self, background, switch},
     user_error,
 };
 use crate::{
-    app::host::{AppHost, Ended, SessionRequest, UserError, Wake},
+    app::host::{AppHost, Ended, Memory, SessionRequest, UserError, Wake},
     device::Control,
-    session::Command,
-    text::{Act, window as words},
+    session::{Command, Prompt},
+    text::{self, Act, window as words},
 };
 
 /// How often the picture is painted while something moves that does not come from the source.
@@ -40,10 +41,16 @@ const IDLE: Duration = Duration::from_millis(500);
 const UNTOUCHED_SECS: f64 = 2.0;
 /// How long the flash and the words after a view move.
 const FLASH_SECS: f64 = 1.3;
+/// Before the first view, another board is used once it has been named for this long …
+const OTHER_BOARD_SECS: f64 = 1.5;
+/// … and so often at most, so that two boards in view don't take turns for ever.
+const MOST_SWITCHES: u32 = 3;
 
 /// What is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Page {
+    /// Camera, board and plan of the next session.
+    Start,
     /// The live picture and what to do next.
     Guide,
     /// The calibration.
@@ -61,11 +68,21 @@ pub enum Page {
 pub struct App {
     host: Box<dyn AppHost>,
     wish: SessionRequest,
-    /// What the settings page says of the next session.
-    draft: SessionRequest,
-    offered: settings::Offered,
+    start: StartPage,
+    choices: Choices,
     /// The source whose modes are offered.
     offered_of: String,
+    /// The camera whose board is counted.
+    counted: Option<String>,
+    /// Whether the cameras are being looked through.
+    looks: bool,
+    memory: Memory,
+    /// Another board that is in view, and since when.
+    other_board: Option<([u16; 2], f64)>,
+    /// How often another board was used by itself since the person started.
+    switches: u32,
+    /// Whether the window fills the screen only while nobody is at the computer.
+    fills_screen: bool,
     stage: SessionState,
     screen: Screen,
     page: Page,
@@ -94,18 +111,46 @@ impl App {
             // Not at once: several wakes within a moment paint once.
             Arc::new(move || ctx.request_repaint_after(Duration::from_millis(1)))
         };
-        super::theme::apply(ctx);
-        let wish = host.first_wish();
-        let nothing = UserError { what: String::new(), action: None };
+        theme::apply(ctx);
+        let (wish, memory) = (host.first_wish(), host.remembered());
+        let at_once = host.starts_at_once();
+        theme::choose(ctx, memory.theme.as_deref().unwrap_or_default());
+        if let Some(zoom) = memory.zoom {
+            ctx.set_zoom_factor(zoom);
+        }
+        let usual = Preferences::default();
+        let preferences = Preferences {
+            mirrored: memory.mirrored.unwrap_or(usual.mirrored),
+            tone: memory.tone.unwrap_or(usual.tone),
+            speech: memory.speech.unwrap_or(usual.speech),
+            panels: memory.panels.unwrap_or(usual.panels),
+            full_screen: memory.full_screen.unwrap_or(usual.full_screen),
+            ..usual
+        };
+        let mut start = StartPage::new(wish.clone());
+        start.paper = memory.paper.unwrap_or_default();
+        let choices = Choices {
+            streams: memory.streams.clone(),
+            papers: host.papers(),
+            mirrored: memory.mirrored,
+            full_screen: preferences.full_screen,
+            ..Choices::default()
+        };
         let mut app = Self {
             host,
             wish: wish.clone(),
-            draft: wish.clone(),
-            offered: settings::Offered::default(),
+            start,
+            choices,
             offered_of: String::new(),
-            stage: SessionState::NotStarted(nothing),
-            screen: Screen::default(),
-            page: Page::Guide,
+            counted: None,
+            looks: false,
+            memory,
+            other_board: None,
+            switches: 0,
+            fills_screen: false,
+            stage: SessionState::Idle,
+            screen: Screen { preferences, ..Screen::default() },
+            page: Page::Start,
             #[cfg(feature = "study")]
             explored: Explored::default(),
             result: result::ResultPage::default(),
@@ -119,7 +164,9 @@ impl App {
             exported: None,
             wake,
         };
-        app.open(ctx, wish);
+        if at_once {
+            app.open(ctx, wish);
+        }
         app
     }
 
@@ -145,6 +192,128 @@ impl App {
         let runs = matches!(self.stage, SessionState::Running(_)) && self.page == Page::Guide;
         let rests = now_secs - self.touched_secs > UNTOUCHED_SECS;
         self.screen.distance = runs && (self.wants_distance || rests);
+        let fills = self.screen.distance && self.screen.preferences.full_screen;
+        if fills != self.fills_screen {
+            self.fills_screen = fills;
+            ctx.send_viewport_cmd(ViewportCommand::Fullscreen(fills));
+        }
+    }
+
+    /// Looks through the cameras while the start page is seen and no session has one.
+    fn look_around(&mut self) {
+        let has_session = matches!(self.stage, SessionState::Running(_) | SessionState::Ending(_));
+        if self.page != Page::Start || has_session {
+            self.stop_looking();
+            return;
+        }
+        self.looks = true;
+        self.choices.cameras = self.host.cameras(&self.wake);
+        self.start.see(&self.choices);
+        if self.offered_of != self.start.draft.source {
+            self.offered_of.clone_from(&self.start.draft.source);
+            self.choices.modes = self.host.modes(&self.offered_of);
+        }
+        let counted = self.start.counted(&self.choices);
+        if counted != self.counted {
+            self.host.count_board(counted.as_deref());
+            self.counted = counted;
+        }
+    }
+
+    fn stop_looking(&mut self) {
+        if std::mem::take(&mut self.looks) {
+            self.host.stop_looking();
+            self.start.leave();
+            self.counted = None;
+        }
+    }
+
+    /// Before the first view, the board in view is used, whichever was chosen.
+    fn notice_other_board(&mut self, ctx: &Context) {
+        let seen = self.screen.snapshot.as_ref().filter(|snapshot| {
+            snapshot.views.is_empty() && snapshot.removed.is_none() && !snapshot.source_ended
+        });
+        let other = match seen.map(|snapshot| snapshot.shown.prompt) {
+            Some(Prompt::OtherBoard { columns, rows }) => sides(columns, rows),
+            _ => None,
+        };
+        let now_secs = self.screen.now_secs;
+        self.other_board = match (other, self.other_board) {
+            (Some(board), Some((before, since))) if board == before => Some((board, since)),
+            (other, _) => other.map(|board| (board, now_secs)),
+        };
+        if let Some((board, since)) = self.other_board
+            && now_secs - since > OTHER_BOARD_SECS
+            && self.switches < MOST_SWITCHES
+        {
+            self.switches += 1;
+            self.use_board(ctx, board);
+        }
+    }
+
+    /// Starts a new session with another board.
+    fn use_board(&mut self, ctx: &Context, board: [u16; 2]) {
+        let before = self.wish.board;
+        let wish = SessionRequest { board, go_on_with: None, first: None, ..self.wish.clone() };
+        self.start.draft.board = board;
+        if self.memory.board.is_some() {
+            self.memorise(Memory { board: Some(board), ..self.memory.clone() });
+        }
+        self.open(ctx, wish);
+        self.note = Some(text::start::switched(board, before));
+    }
+
+    /// Keeps the person's choices for the next window.
+    fn keep(&mut self, ctx: &Context) {
+        let preferences = self.screen.preferences;
+        let usual = Preferences::default();
+        let changed = |now: bool, usual: bool, before: Option<bool>| {
+            before.map(|_| now).or_else(|| (now != usual).then_some(now))
+        };
+        let before = &self.memory;
+        let memory = Memory {
+            paper: Some(self.start.paper).filter(|paper| *paper > 0),
+            mirrored: changed(preferences.mirrored, usual.mirrored, before.mirrored),
+            tone: changed(preferences.tone, usual.tone, before.tone),
+            speech: changed(preferences.speech, usual.speech, before.speech),
+            panels: changed(preferences.panels, usual.panels, before.panels),
+            full_screen: changed(preferences.full_screen, usual.full_screen, before.full_screen),
+            zoom: Some(ctx.zoom_factor()).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
+            ..before.clone()
+        };
+        self.memorise(memory);
+    }
+
+    fn memorise(&mut self, memory: Memory) {
+        if memory != self.memory {
+            if let Err(trouble) = self.host.remember(&memory) {
+                self.note = Some(trouble.what);
+            }
+            self.choices.mirrored = memory.mirrored;
+            self.choices.streams.clone_from(&memory.streams);
+            self.memory = memory;
+        }
+        self.choices.full_screen = self.screen.preferences.full_screen;
+    }
+
+    /// Keeps what a session is about that was chosen on the start page.
+    fn keep_wish(&mut self, wish: &SessionRequest) {
+        let mut memory = Memory {
+            board: Some(wish.board),
+            square_m: Some(wish.square_m),
+            plan: Some(wish.plan),
+            ..self.memory.clone()
+        };
+        // The next time, a camera is more likely wanted than the simulation.
+        if !wish.source.starts_with(start::SIMULATION) {
+            let is_camera = self.start.camera(&self.choices).is_some();
+            memory.source = is_camera.then(|| wish.source.clone()).or(memory.source);
+            memory.mode = is_camera.then(|| wish.mode.clone()).or(memory.mode);
+            if !is_camera {
+                memory.note_stream(&wish.source);
+            }
+        }
+        self.memorise(memory);
     }
 
     /// What is seen now.
@@ -178,6 +347,8 @@ impl App {
                 }
                 if news.over {
                     self.end();
+                } else {
+                    self.notice_other_board(ctx);
                 }
             }
             SessionState::Ending(ending) => {
@@ -189,7 +360,12 @@ impl App {
                     }
                     self.result.begin(&ended, self.host.older(&ended.folder));
                     self.stage = SessionState::Ended(ended);
-                    self.page = Page::Result;
+                    // Whoever looks at another page is told, and stays there.
+                    if matches!(self.page, Page::Guide | Page::Start) {
+                        self.page = Page::Result;
+                    } else if self.page != Page::Result {
+                        self.note = Some(words::FINISHED.into());
+                    }
                 } else if ending.is_over() {
                     self.stage = SessionState::NotStarted(UserError {
                         what: words::ENDING_FAILED.into(),
@@ -197,8 +373,9 @@ impl App {
                     });
                 }
             }
-            SessionState::NotStarted(_) | SessionState::Ended(_) => {}
+            SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ended(_) => {}
         }
+        self.look_around();
         self.result.look();
         self.shelf.look();
         for file in ctx.input(|input| input.raw.dropped_files.clone()) {
@@ -238,24 +415,23 @@ impl App {
             self.bar(ui, &mut asks);
         }
         match (&self.stage, self.page) {
+            (SessionState::Running(_) | SessionState::Ending(_), Page::Start) => {
+                start::show_running(ui, &mut asks);
+            }
+            (_, Page::Start) | (SessionState::Idle, Page::Guide) => {
+                start::show(ui, &mut self.start, &self.choices, &mut asks);
+            }
             (SessionState::NotStarted(trouble), Page::Guide) => {
                 user_error::show(ui, trouble, &self.wish, &mut asks);
             }
-            (_, Page::Settings) => {
-                let preferences = self.screen.preferences;
-                if self.offered_of != self.draft.source {
-                    self.offered_of.clone_from(&self.draft.source);
-                    self.offered.modes = self.host.modes(&self.draft.source);
-                }
-                settings::show(ui, &mut self.draft, &self.offered, &preferences, &mut asks);
-            }
+            (_, Page::Settings) => settings::show(ui, &self.screen.preferences, &mut asks),
             (_, Page::Replay) => self.shelf.show(ui, self.screen.preferences, &mut asks),
             #[cfg(feature = "study")]
             (_, Page::Explore) => explore::show(ui, &mut self.explored),
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
                 let state = match stage {
-                    SessionState::NotStarted(_) => result::State::Nothing,
+                    SessionState::Idle | SessionState::NotStarted(_) => result::State::Nothing,
                     SessionState::Running(_) => result::State::Running,
                     SessionState::Ending(_) => result::State::Ending,
                     SessionState::Ended(ended) => result::State::Ended(ended),
@@ -267,8 +443,15 @@ impl App {
             }
         }
         self.help(ui);
+        if self.start.shows_board {
+            self.start.shows_board = start::show_board(ui.ctx(), self.start.draft.board);
+        }
+        let asked = !asks.is_empty();
         for ask in asks {
             self.obey(ui.ctx(), ask);
+        }
+        if asked {
+            self.keep(ui.ctx());
         }
         let moving = self.screen.since_taken_secs().is_some_and(|since| since < FLASH_SECS);
         ui.ctx().request_repaint_after(if moving { MOVING } else { IDLE });
@@ -276,13 +459,16 @@ impl App {
 
     /// Stores what there is; the window is closing.
     pub fn close(&mut self) {
+        self.stop_looking();
         self.end();
         // Dropping what is being ended waits for it.
-        self.stage = SessionState::NotStarted(UserError { what: String::new(), action: None });
+        self.stage = SessionState::Idle;
     }
 
     fn open(&mut self, ctx: &Context, wish: SessionRequest) {
+        self.stop_looking();
         self.end();
+        self.other_board = None;
         let preferences = self.screen.preferences;
         self.screen = Screen { preferences, now_secs: ctx.time(), ..Screen::default() };
         (self.exported, self.note, self.page) = (None, None, Page::Guide);
@@ -313,8 +499,7 @@ impl App {
 
     /// Ends the running session, if there is one.
     fn end(&mut self) {
-        let nothing = SessionState::NotStarted(UserError { what: String::new(), action: None });
-        self.stage = match std::mem::replace(&mut self.stage, nothing) {
+        self.stage = match std::mem::replace(&mut self.stage, SessionState::Idle) {
             SessionState::Running(running) => running.end(Arc::clone(&self.wake)),
             other => other,
         };
@@ -333,7 +518,7 @@ impl App {
                 };
                 self.open(ctx, wish);
             }
-            SessionState::NotStarted(_) | SessionState::Ending(_) => {}
+            SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ending(_) => {}
         }
     }
 
@@ -372,8 +557,14 @@ impl App {
                 }
                 Act::Theme => {
                     switch(ctx);
+                    let theme = Some(theme::name(ctx).to_owned());
+                    self.memorise(Memory { theme, ..self.memory.clone() });
                 }
                 Act::Help => self.help ^= true,
+                Act::StartPage => self.page = Page::Start,
+                Act::GuidePage if matches!(self.stage, SessionState::Idle) => {
+                    self.page = Page::Start;
+                }
                 Act::GuidePage => self.page = Page::Guide,
                 Act::ResultPage => self.page = Page::Result,
                 #[cfg(feature = "study")]
@@ -384,11 +575,27 @@ impl App {
                     self.page = Page::Replay;
                     self.shelf.browse(&*self.host);
                 }
-                Act::SettingsPage => {
-                    self.page = Page::Settings;
-                    self.offered.sources = self.host.sources();
-                }
+                Act::SettingsPage => self.page = Page::Settings,
             },
+            UiAction::Mirror(mirrored) => {
+                preferences.mirrored = mirrored;
+                self.memorise(Memory { mirrored: Some(mirrored), ..self.memory.clone() });
+            }
+            UiAction::FullScreenAfar(full) => preferences.full_screen = full,
+            UiAction::Start(wish) => {
+                self.keep_wish(&wish);
+                self.switches = 0;
+                self.open(ctx, *wish);
+            }
+            UiAction::UseBoard(board) => self.use_board(ctx, board),
+            UiAction::Print { board, paper } => {
+                let printed = self.host.print_board(board, paper);
+                if let Ok(printed) = &printed {
+                    self.start.draft.square_m = printed.square_m;
+                }
+                self.start.printed = Some(printed);
+            }
+            UiAction::TakeMore => self.command(ctx, Command::TakeMore),
             UiAction::Remove(view) => self.command(ctx, Command::Remove { view }),
             UiAction::Open(wish) => self.open(ctx, *wish),
             UiAction::Adjust { control, value } => {
@@ -419,6 +626,12 @@ impl App {
             }
         }
     }
+}
+
+/// Inner corners, if a board can have so many.
+fn sides(columns: usize, rows: usize) -> Option<[u16; 2]> {
+    let side = |corners: usize| u16::try_from(corners).ok().filter(|side| (3..=99).contains(side));
+    Some([side(columns)?, side(rows)?])
 }
 
 impl eframe::App for App {

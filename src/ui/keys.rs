@@ -11,6 +11,23 @@ pub enum UiAction {
     Act(Act),
     /// Take back one view.
     Remove(ViewNumber),
+    /// Start what was chosen on the start page.
+    Start(Box<crate::app::host::SessionRequest>),
+    /// Take two more views, where no board has been.
+    TakeMore,
+    /// Start anew with a board of that many inner corners.
+    UseBoard([u16; 2]),
+    /// Print a board of that many inner corners on the paper of that number.
+    Print {
+        /// Columns and rows.
+        board: [u16; 2],
+        /// Number of the paper.
+        paper: usize,
+    },
+    /// Whether the camera faces the person, who has been asked.
+    Mirror(bool),
+    /// Whether a session fills the screen while nobody is at the computer.
+    FullScreenAfar(bool),
     /// Start with these settings.
     Open(Box<crate::app::host::SessionRequest>),
     /// Write the result in the format of this number.
@@ -51,6 +68,7 @@ fn key(act: Act) -> Key {
         Act::Lines => Key::L,
         Act::Theme => Key::D,
         Act::Help => Key::F12,
+        Act::StartPage => Key::F6,
         Act::GuidePage => Key::F1,
         Act::ResultPage => Key::F2,
         Act::ExplorePage => Key::F3,

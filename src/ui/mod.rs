@@ -12,11 +12,12 @@
 //! | `stage` | a session from its start to its stored result |
 //! | `screen`, `picture`, `theme` | what panels see, and in which colours |
 //! | `keys`, `sound` | what can be done by hand; what is heard |
+//! | `start` | camera, board and plan of the next session |
 //! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, camera controls, accepted views |
 //! | `result` | verdict, findings, numbers, exports, change since an older calibration |
 //! | `explore` | the paper's effect to play with |
 //! | `replay` | a recording, chosen from a list or by its path, decision by decision |
-//! | `settings` | the next session, and how the window looks and sounds |
+//! | `settings` | how the window looks and sounds |
 //! | `trouble` | a session that could not be started |
 
 mod app;
@@ -32,6 +33,7 @@ mod screen;
 mod session_state;
 pub mod settings;
 mod sound;
+pub mod start;
 mod theme;
 pub mod user_error;
 

@@ -8,6 +8,12 @@ use nalgebra::Point2;
 
 use crate::frame::{CaptureTime, Frame, ImageSize};
 
+/// The pixels of a small picture.
+pub(super) fn grey(image: &GrayImage) -> ColorImage {
+    let size = [image.width() as usize, image.height() as usize];
+    ColorImage::from_gray(size, image.as_raw())
+}
+
 /// The newest picture.
 #[derive(Default)]
 pub struct Picture {

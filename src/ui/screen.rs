@@ -27,11 +27,20 @@ pub struct Preferences {
     pub panels: bool,
     /// Principal lines on the picture.
     pub lines: bool,
+    /// Full screen while nobody is at the computer.
+    pub full_screen: bool,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self { mirrored: false, tone: true, speech: false, panels: true, lines: false }
+        Self {
+            mirrored: false,
+            tone: true,
+            speech: false,
+            panels: true,
+            lines: false,
+            full_screen: false,
+        }
     }
 }
 

@@ -15,6 +15,8 @@ use crate::{
 
 /// Where a session is.
 pub(super) enum SessionState {
+    /// None has been started yet.
+    Idle,
     /// It could not be started.
     NotStarted(UserError),
     /// Views are being taken.

@@ -15,6 +15,12 @@ pub(super) const RED: Color32 = Color32::from_rgb(240, 80, 60);
 pub(super) const GREY: Color32 = Color32::from_rgb(190, 190, 190);
 /// What was measured in this frame.
 pub(super) const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
+/// Behind words about what is wrong, on a picture.
+pub(super) const ALARM: Color32 = Color32::from_rgb(170, 28, 18);
+/// What can be pressed first, and words on it.
+pub(super) const ACCENT: Color32 = Color32::from_rgb(20, 120, 200);
+/// See [`ACCENT`].
+pub(super) const ON_ACCENT: Color32 = Color32::WHITE;
 /// Letters of details …
 pub(super) const SMALL: f32 = 11.0;
 /// … of what is read …
@@ -117,6 +123,8 @@ pub fn apply(ctx: &Context) {
             visuals.weak_text_alpha = 0.8;
             visuals.panel_fill = Color32::from_gray(if dark { 24 } else { 244 });
             visuals.faint_bg_color = Color32::from_gray(if dark { 34 } else { 255 });
+            // A field is seen on a card, too.
+            visuals.extreme_bg_color = Color32::from_gray(if dark { 10 } else { 232 });
             visuals.widgets.noninteractive.bg_stroke.color =
                 Color32::from_gray(if dark { 52 } else { 208 });
             for (style_name, size) in [
@@ -129,6 +137,31 @@ pub fn apply(ctx: &Context) {
             }
             style.spacing.item_spacing = Vec2::new(UNIT, 0.5 * UNIT);
         });
+    }
+}
+
+/// Names of the palettes, as they are remembered.
+const NAMES: [&str; 3] = ["dark", "light", "sunlight"];
+
+/// Name of the palette in use.
+pub(super) fn name(ctx: &Context) -> &'static str {
+    let visuals = &ctx.style_of(ctx.theme()).visuals;
+    let [dark, light, sunlight] = NAMES;
+    match (visuals.dark_mode, visuals.panel_fill == Color32::WHITE) {
+        (true, _) => dark,
+        (false, false) => light,
+        (false, true) => sunlight,
+    }
+}
+
+/// Uses the palette of that name; any other leaves it to the system.
+pub(super) fn choose(ctx: &Context, name: &str) {
+    if NAMES.contains(&name) {
+        for _ in NAMES {
+            if self::name(ctx) != name {
+                switch(ctx);
+            }
+        }
     }
 }
 
@@ -219,7 +252,20 @@ mod tests {
     }
 
     #[test]
+    fn a_palette_is_found_again_by_its_name() {
+        let ctx = Context::default();
+        apply(&ctx);
+        for wanted in NAMES.into_iter().chain(NAMES.into_iter().rev()) {
+            choose(&ctx, wanted);
+            assert_eq!(name(&ctx), wanted);
+        }
+        choose(&ctx, "plaid");
+        assert_eq!(name(&ctx), "dark", "the one before stays");
+    }
+
+    #[test]
     fn the_sentence_contrasts_with_its_band() {
+        assert!(contrast(Color32::WHITE, ALARM) >= 4.5 && contrast(ON_ACCENT, ACCENT) >= 4.5);
         for color in [GREEN, AMBER, RED, GREY, Color32::WHITE] {
             assert!(contrast(color, BAND) >= 4.5, "{color:?}: {}", contrast(color, BAND));
         }

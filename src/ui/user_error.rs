@@ -2,7 +2,7 @@
 
 use egui::{CentralPanel, RichText, Ui};
 
-use super::keys::UiAction;
+use super::{keys::UiAction, theme};
 use crate::app::host::{SessionRequest, UserError};
 use crate::text::{Act, window as words};
 
@@ -12,25 +12,25 @@ pub fn show(ui: &mut Ui, trouble: &UserError, wish: &SessionRequest, asks: &mut 
         ui.vertical_centered(|ui| {
             ui.add_space(0.12 * ui.available_height());
             ui.set_max_width(760.0);
-            ui.label(RichText::new(words::NOT_STARTED).size(40.0).strong());
+            ui.label(RichText::new(words::NOT_STARTED).size(theme::VERDICT).strong());
             ui.add_space(16.0);
-            ui.label(RichText::new(&trouble.what).size(22.0));
+            ui.label(RichText::new(&trouble.what).size(theme::TITLE));
             if let Some(action) = &trouble.action {
                 ui.add_space(8.0);
-                ui.label(RichText::new(action).size(22.0).strong());
+                ui.label(RichText::new(action).size(theme::TITLE).strong());
             }
             ui.add_space(24.0);
-            let again = RichText::new(words::TRY_AGAIN).size(20.0);
+            let again = RichText::new(words::TRY_AGAIN).size(theme::TITLE);
             if ui.button(again).on_hover_text(words::TRY_AGAIN_TIP).clicked() {
                 asks.push(UiAction::Open(Box::new(wish.clone())));
             }
             ui.add_space(8.0);
-            let other = RichText::new(words::OTHER_SOURCE).size(20.0);
-            if ui.button(other).on_hover_text(Act::SettingsPage.words().tip).clicked() {
-                asks.push(UiAction::Act(Act::SettingsPage));
+            let other = RichText::new(words::OTHER_SOURCE).size(theme::TITLE);
+            if ui.button(other).on_hover_text(Act::StartPage.words().tip).clicked() {
+                asks.push(UiAction::Act(Act::StartPage));
             }
             ui.add_space(8.0);
-            let simulated = RichText::new(words::SIMULATED).size(20.0);
+            let simulated = RichText::new(words::SIMULATED).size(theme::TITLE);
             if ui.button(simulated).on_hover_text(words::SIMULATED_TIP).clicked() {
                 let wish =
                     SessionRequest { source: "sim".into(), go_on_with: None, ..wish.clone() };

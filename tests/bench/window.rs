@@ -15,7 +15,9 @@ use std::{
 };
 
 use boresight::{
-    app::host::{AppHost, Comparing, Ended, Loading, Opened, SessionRequest, UserError, Wake},
+    app::host::{
+        AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, UserError, Wake,
+    },
     app::recordings::Recording,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
@@ -150,8 +152,12 @@ impl AppHost for Bench {
         })
     }
 
-    fn sources(&mut self) -> Vec<(String, String)> {
+    fn papers(&self) -> Vec<&'static str> {
         Vec::new()
+    }
+
+    fn print_board(&mut self, _: [u16; 2], _: usize) -> Result<PrintedBoard, UserError> {
+        unreachable!("there is no paper")
     }
 
     fn formats(&self) -> Vec<&'static str> {

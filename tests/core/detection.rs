@@ -177,19 +177,58 @@ fn a_board_that_is_cut_off_is_a_miss_with_its_side() {
 }
 
 #[test]
-fn another_board_is_named() {
+fn another_board_is_named_whatever_its_size() {
     let scene = Scene::default_720p(7);
     let picture = render_view(&scene, &pose(20.0, 200.0, 0.0, [0.0, 0.0, 0.4]));
-    for (columns, rows) in [(8, 6), (9, 5), (7, 7), (10, 6)] {
+    for (columns, rows) in [(8, 6), (9, 5), (7, 7), (4, 3), (10, 6), (9, 7), (11, 8), (18, 15)] {
         let other = Checkerboard::new(columns, rows, 0.025).expect("valid");
-        match find(&picture, &other) {
-            Err(Miss::OtherBoard { columns, rows }) => {
-                assert_eq!((columns.max(rows), columns.min(rows)), (9, 6));
-            }
-            Err(Miss::PartialBoard { .. }) if columns == 10 => {}
-            seen => panic!("{columns}x{rows}: {seen:?}"),
-        }
+        let seen = find(&picture, &other);
+        assert_eq!(seen, Err(Miss::OtherBoard { columns: 9, rows: 6 }), "{columns}x{rows}");
     }
+}
+
+#[test]
+fn a_board_of_unknown_size_is_counted() {
+    for (columns, rows, seed) in [(9, 6, 7), (7, 5, 8), (11, 8, 9), (4, 4, 10)] {
+        let board = Checkerboard::new(columns, rows, 0.02).expect("valid");
+        let scene = Scene { board, ..Scene::default_720p(seed) };
+        let picture = render_view(&scene, &pose(20.0, 40.0, 0.0, [0.0, 0.0, 0.5]));
+        let counted = Detector::new(DetectorParams::default()).count(&picture);
+        assert_eq!(counted, Some((usize::from(columns), usize::from(rows))));
+    }
+}
+
+#[test]
+fn a_board_that_is_covered_or_cut_off_is_no_other_board() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(7) };
+    let facing = pose(0.0, 0.0, 0.0, [0.0, 0.0, 0.4]);
+    let whole = render_view(&scene, &facing);
+    let px = |column: f64, row: f64| {
+        let at_m = Point2::new((column - 4.0) * 0.025, (row - 2.5) * 0.025);
+        scene.camera.px_from_board(&facing, &at_m).expect("in front")
+    };
+    // A sleeve over the last columns, ending between squares and within one.
+    for (last, grey) in [(7.0, 90), (7.5, 90), (6.8, 150)] {
+        let mut covered = whole.clone();
+        let left = px(last, 0.0).x as u32;
+        for (x, _, pixel) in covered.enumerate_pixels_mut() {
+            if x >= left {
+                pixel.0 = [grey];
+            }
+        }
+        let seen = find(&covered, &scene.board);
+        assert!(!matches!(seen, Ok(_) | Err(Miss::OtherBoard { .. })), "{last} {grey}: {seen:?}");
+        assert_eq!(Detector::new(DetectorParams::default()).count(&covered), None, "{last} {grey}");
+    }
+    // The picture ends within the board.
+    let right = px(6.6, 0.0).x as u32;
+    let cut = imageops::crop_imm(&whole, 0, 0, right, whole.height()).to_image();
+    let smaller = Checkerboard::new(5, 4, 0.025).expect("valid");
+    for board in [scene.board, smaller] {
+        let seen = find(&cut, &board);
+        assert!(matches!(seen, Err(Miss::PartialBoard { .. })), "{seen:?}");
+    }
+    assert_eq!(Detector::new(DetectorParams::default()).count(&cut), None);
 }
 
 #[test]

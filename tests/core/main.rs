@@ -25,6 +25,7 @@ mod geometry_reference;
 mod guided_session;
 mod imports;
 mod layering;
+mod natural_views;
 mod recording;
 mod recordings;
 mod session;

@@ -331,6 +331,7 @@ fn input() -> impl Strategy<Value = Input> {
             Input::Command(Command::Restore),
             Input::Command(Command::Pause),
             Input::Command(Command::Resume),
+            Input::Command(Command::TakeMore),
             Input::Resumed,
             Input::SourceEnded,
             Input::Stop,

@@ -8,7 +8,8 @@ use boresight::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::{Camera, Corner},
     guidance::{
-        Advice, GuidanceParams, LensEstimate, Progress, Refusal, Role, measure, next_target,
+        Advice, GuidanceParams, LensEstimate, Progress, Purpose, Refusal, Role, measure,
+        next_target,
     },
     session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup},
     text,
@@ -18,7 +19,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-use crate::world::{SIZE, World, setup};
+use crate::world::{SIZE, World, guided, setup};
 
 /// Shows the board until one more view is taken.
 fn take_one(world: &mut World, session: &mut Session) -> Decision {
@@ -137,6 +138,31 @@ fn a_session_without_any_possible_pose_says_so_at_once() {
     let decision = session.handle(&Input::Command(Command::Resume));
     assert_eq!((decision.progress, decision.advice), (Progress::Exhausted, Advice::Finished));
     assert_eq!(session.snapshot(decision).views_to_go, None);
+}
+
+#[test]
+fn a_complete_session_takes_two_more_where_no_board_has_been() {
+    for seed in [3, 4, 5] {
+        let (mut world, mut session, _) = guided(seed, |_, _| ());
+        assert_eq!(session.progress(), Progress::Complete, "seed {seed}");
+        let views = session.accepted().len();
+        let covered = |session: &Session| session.calibration().expect("calibrated").coverage;
+        let before = covered(&session);
+        let decision = session.handle(&Input::Command(Command::TakeMore));
+        assert_eq!(decision.progress, Progress::Collecting, "seed {seed}");
+        assert_eq!(session.snapshot(decision).views_to_go, Some(2));
+        let target = session.target().expect("a pose").clone();
+        assert_eq!(target.purpose, Purpose::Coverage, "seed {seed}");
+        take_one(&mut world, &mut session);
+        assert!(matches!(session.target().map(|t| t.purpose), Some(Purpose::Partner { .. })));
+        let last = take_one(&mut world, &mut session);
+        assert_eq!(session.accepted().len(), views + 2);
+        assert_eq!(last.progress, Progress::Complete, "seed {seed}");
+        assert!(covered(&session) > before, "seed {seed}: {} after {before}", covered(&session));
+        // A view that is taken back is asked for again.
+        let undone = session.handle(&Input::Command(Command::UndoLast));
+        assert_eq!(undone.progress, Progress::Collecting);
+    }
 }
 
 #[test]

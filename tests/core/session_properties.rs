@@ -96,6 +96,7 @@ fn happening() -> impl Strategy<Value = Happening> {
         3 => command(Command::Restore),
         1 => command(Command::Pause),
         2 => command(Command::Resume),
+        1 => command(Command::TakeMore),
         2 => any::<Index>().prop_map(Happening::RemoveOne),
         2 => (control(), 0_u64..12)
             .prop_map(|(control, frames_ago)| Happening::Moved { control, frames_ago }),

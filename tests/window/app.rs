@@ -56,7 +56,7 @@ pub(crate) fn app(window: &Window) -> &App {
     window.state().as_ref().expect("open")
 }
 
-fn click(window: &mut Window, role: Role, label: &str) {
+pub(crate) fn click(window: &mut Window, role: Role, label: &str) {
     window.get_by_role_and_label(role, label).click();
     settle(window);
 }

@@ -10,9 +10,12 @@ mod comparison;
 mod contrast;
 mod fits;
 mod fixtures;
+mod matrix;
 mod paint;
+mod paint_time;
 mod picker;
 mod screenshots;
+mod start_page;
 #[path = "../common/world.rs"]
 mod world;
 
@@ -27,11 +30,13 @@ use boresight::{
     session::{Outcome, Snapshot},
     text::{Act, charts::Chart},
     ui::{
-        Preferences, SMALLEST, Screen, UiAction, apply_theme,
+        SMALLEST, Screen, UiAction, apply_theme,
         explore::{self, Explored},
         guide,
         replay::{self, Replayed},
-        result, settings, user_error,
+        result, settings,
+        start::{self, StartPage},
+        user_error,
     },
 };
 use egui::{Theme, accesskit::Role};
@@ -51,12 +56,14 @@ struct Table {
     result: result::ResultPage,
     explored: Explored,
     replayed: Option<Replayed>,
-    draft: SessionRequest,
+    start: StartPage,
+    choices: start::Choices,
     asks: Vec<UiAction>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Page {
+    Start,
     Guide,
     Result,
     Explore,
@@ -65,7 +72,8 @@ enum Page {
 }
 
 impl Page {
-    const ALL: [Self; 5] = [Self::Guide, Self::Result, Self::Explore, Self::Replay, Self::Settings];
+    const ALL: [Self; 6] =
+        [Self::Start, Self::Guide, Self::Result, Self::Explore, Self::Replay, Self::Settings];
 }
 
 fn draft() -> SessionRequest {
@@ -77,13 +85,6 @@ fn draft() -> SessionRequest {
         plan: Plan::Adaptive,
         go_on_with: Some("sessions/one".into()),
         first: None,
-    }
-}
-
-fn offered() -> settings::Offered {
-    settings::Offered {
-        sources: vec![("sim".to_owned(), "A simulated camera".to_owned())],
-        modes: vec!["1280x720@30:MJPG".to_owned()],
     }
 }
 
@@ -106,10 +107,8 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
         }
         Page::Explore => explore::show(ui, &mut table.explored),
         Page::Replay => replay::show(ui, table.replayed.as_mut().expect("a recording")),
-        Page::Settings => {
-            let preferences = table.screen.preferences;
-            settings::show(ui, &mut table.draft, &offered(), &preferences, &mut table.asks);
-        }
+        Page::Settings => settings::show(ui, &table.screen.preferences, &mut table.asks),
+        Page::Start => start::show(ui, &mut table.start, &table.choices, &mut table.asks),
     }
 }
 
@@ -146,7 +145,8 @@ fn harness_at(
         result: result::ResultPage::default(),
         explored: Explored::default(),
         replayed: None,
-        draft: draft(),
+        start: StartPage::new(start_page::chosen()),
+        choices: start_page::choices(),
         asks: Vec::new(),
     };
     let mut table = table;
@@ -244,18 +244,10 @@ fn replay_is_read(moment: &Moment) {
 }
 
 fn settings_are_read(page: &Harness<'_, Table>) {
-    page.get_by_label("Next session");
-    for name in ["Source", "Camera mode"] {
-        page.get_by_role_and_label(Role::TextInput, name);
-        page.get_by_role_and_label(Role::ComboBox, name);
-    }
-    assert_eq!(page.get_all_by_role(Role::SpinButton).count(), 4, "columns, rows, square, size");
-    for name in ["Quick", "Full", "Adaptive"] {
-        page.get_by_role_and_label(Role::RadioButton, name);
-    }
-    for name in ["Start a new session", "Mirror", "Speak", "Colours"] {
+    for name in ["Mirror", "Speak", "Tone", "Colours", "Start"] {
         page.get_by_role_and_label(Role::Button, name);
     }
+    page.get_by_role_and_label(Role::CheckBox, boresight::text::start::FULL_SCREEN);
     page.get_by_role_and_label(Role::Slider, "Interface size");
 }
 
@@ -366,7 +358,7 @@ fn a_session_that_cannot_start_says_what_to_do() {
     assert_eq!(*harness.state(), [UiAction::Open(Box::new(wish))]);
     harness.get_by_label("Choose another source").click();
     harness.run();
-    assert_eq!(harness.state().last(), Some(&UiAction::Act(Act::SettingsPage)));
+    assert_eq!(harness.state().last(), Some(&UiAction::Act(Act::StartPage)));
 }
 
 #[test]
@@ -415,29 +407,6 @@ fn a_replay_steps_through_decisions_and_says_why() {
 }
 
 #[test]
-fn the_settings_start_the_session_that_they_say() {
-    let (draft, offered) = (draft(), offered());
-    let mut page =
-        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
-            move |ui, (draft, asks): &mut (SessionRequest, Vec<UiAction>)| {
-                settings::show(ui, draft, &offered, &Preferences::default(), asks);
-            },
-            (draft, Vec::new()),
-        );
-    page.get_by_value("25 mm");
-    page.get_by_label("Quick").click();
-    page.run();
-    page.get_by_label("Start a new session").click();
-    page.run();
-    let [UiAction::Open(wish)] = page.state().1.as_slice() else { panic!("{:?}", page.state().1) };
-    assert_eq!(wish.plan, Plan::Quick);
-    assert_eq!(wish.go_on_with, None, "a new session");
-    page.get_by_label("Speak").click();
-    page.run();
-    assert_eq!(page.state().1.last(), Some(&UiAction::Act(Act::Speech)));
-}
-
-#[test]
 fn pages_look_as_they_did() {
     let moments = moments();
     let mut results = SnapshotResults::new();
@@ -449,6 +418,8 @@ fn pages_look_as_they_did() {
         ("result_unfinished", Page::Result, "partner wanted", Theme::Light),
         ("result_good", Page::Result, "done good", Theme::Dark),
         ("replay", Page::Replay, "accepted", Theme::Dark),
+        ("start", Page::Start, "fresh", Theme::Dark),
+        ("start_light", Page::Start, "fresh", Theme::Light),
         ("settings_light", Page::Settings, "fresh", Theme::Light),
     ] {
         let moment = moments.iter().find(|m| m.name == name).expect("a moment of that name");

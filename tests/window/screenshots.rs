@@ -1,22 +1,28 @@
 //! Makes the pictures in `fixtures/screenshots` from a session that was recorded with all of its pictures:
 //! `BORESIGHT_SCREENSHOTS=SESSION cargo test --test window screenshots`.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use boresight::{
     app::recordings,
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Advice,
     session::{Outcome, Prompt, Snapshot},
+    ui::replay::Replayed,
 };
-use egui::{Theme, Vec2};
-use image::imageops::FilterType;
+use egui::{Theme, Vec2, accesskit::Role};
+use egui_kittest::kittest::Queryable;
+use image::imageops::{self, FilterType};
 
 use crate::{Page, fixtures::Moment, harness_at};
 
 type Picked = (&'static str, Page, fn(&Snapshot) -> bool);
 
-const PICTURES: [Picked; 4] = [
+const PICTURES: [Picked; 8] = [
+    ("start", Page::Start, sees_a_board),
+    ("settings", Page::Settings, |_| true),
+    ("explore", Page::Explore, |_| true),
+    ("replay", Page::Replay, |step| matches!(step.decision.outcome, Outcome::Accepted { .. })),
     ("guide_tilting", Page::Guide, |step| is_about_the_pose(step) && sees_a_board(step)),
     (
         "guide_holding",
@@ -65,7 +71,17 @@ fn the_pictures_of_the_documents_are_painted() {
                 image,
             };
             let ctx = painted.ctx.clone();
-            painted.state_mut().screen.picture.show_frame(&ctx, &frame, 9.99);
+            let table = painted.state_mut();
+            table.screen.picture.show_frame(&ctx, &frame, 9.99);
+            let camera = &mut table.choices.cameras[0];
+            camera.picture = Some(Arc::new(imageops::thumbnail(&frame.image, 480, 270)));
+            camera.number += 1;
+        }
+        if page == Page::Replay {
+            let again = recordings::open(Path::new(&folder)).expect("a session");
+            painted.state_mut().replayed = Replayed::new(again);
+            painted.run();
+            painted.get_by_role_and_label(Role::Button, "Next view").click();
         }
         for view in step.views.iter() {
             if let Some(image) = (recording.load)(view.frame_id.0) {
@@ -75,7 +91,7 @@ fn the_pictures_of_the_documents_are_painted() {
         }
         painted.run();
         let picture = painted.render().expect("painted");
-        let small = image::imageops::resize(&picture, 800, 500, FilterType::Lanczos3);
+        let small = imageops::resize(&picture, 800, 500, FilterType::Lanczos3);
         small.save(into.join(format!("{name}.png"))).expect("written");
     }
 }

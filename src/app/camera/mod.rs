@@ -18,4 +18,9 @@ mod backend;
 #[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod wanted;
 
-pub use backend::{ChosenCamera, is_name, modes, names};
+use super::host::UserError;
+
+pub use backend::{ChosenCamera, is_name, modes, names, near};
+
+/// A camera that is there and can't be used: its node, its name, and why.
+pub type Unusable = (String, String, UserError);

@@ -4,6 +4,7 @@ use anyhow::bail;
 
 use super::{
     super::{Announcer, MissingFeature},
+    Unusable,
     wanted::{several, wanted},
 };
 use crate::{
@@ -41,6 +42,11 @@ pub fn names() -> Vec<(String, String)> {
         .into_iter()
         .map(|camera| (camera.source, text::camera::printable(&camera.name)))
         .collect()
+}
+
+/// The connected cameras, as [`names`]; those that can't be used aren't known here.
+pub fn near() -> (Vec<(String, String)>, Vec<Unusable>) {
+    (names(), Vec::new())
 }
 
 impl ChosenCamera {

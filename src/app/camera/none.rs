@@ -2,7 +2,10 @@
 
 use anyhow::bail;
 
-use super::super::{Announcer, MissingFeature};
+use super::{
+    super::{Announcer, MissingFeature},
+    Unusable,
+};
 use crate::{capture::FrameSource, config::Config};
 
 /// Whether `name` can only mean a live camera.
@@ -17,6 +20,11 @@ pub enum ChosenCamera {}
 /// The connected cameras, of which this build sees none.
 pub fn names() -> Vec<(String, String)> {
     Vec::new()
+}
+
+/// No cameras, and none that can't be used.
+pub fn near() -> (Vec<(String, String)>, Vec<Unusable>) {
+    (names(), Vec::new())
 }
 
 /// The modes of a camera, of which this build knows none.

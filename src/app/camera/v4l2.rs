@@ -5,7 +5,8 @@ use anyhow::bail;
 #[cfg(not(feature = "nokhwa"))]
 use super::super::MissingFeature;
 use super::{
-    super::Announcer,
+    super::{Announcer, host::UserError},
+    Unusable,
     wanted::{several, wanted},
 };
 #[cfg(feature = "nokhwa")]
@@ -37,6 +38,21 @@ pub struct ChosenCamera {
 /// The connected cameras: the name that finds each again, and the product name.
 pub fn names() -> Vec<(String, String)> {
     named(&discover(&mut Linux::default()).cameras)
+}
+
+/// The connected cameras, as [`names`], and those that can't be used now: node, name, and why.
+pub fn near() -> (Vec<(String, String)>, Vec<Unusable>) {
+    let Found { cameras, others } = discover(&mut Linux::default());
+    let unusable = others
+        .into_iter()
+        .filter(|other| matches!(other.why, Fault::Busy | Fault::NotPermitted))
+        .map(|other| {
+            let node = other.node.path.display().to_string();
+            let (what, action) = text::camera::with_detail(other.why, &other.detail);
+            (node.clone(), node, UserError { what, action: Some(action) })
+        })
+        .collect();
+    (named(&cameras), unusable)
 }
 
 fn named(cameras: &[Camera]) -> Vec<(String, String)> {

@@ -34,6 +34,8 @@ const SHARES: [f64; 7] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999, 0.999_99];
 const LENGTHS: [f64; 5] = [0.5, 0.8, 1.3, 2.2, 4.0];
 /// Corners of a view that are enough, about: the cost grows with the cube of their number. Larger boards are thinned.
 const CORNERS: usize = 80;
+/// Views that are enough, about; of more, an even sample is looked at.
+const VIEWS: usize = 50;
 /// Prior probability of independent noise.
 const INDEPENDENT: f64 = 0.8;
 
@@ -76,7 +78,9 @@ pub(in crate::calibration) fn noise_correlation(
     bundle: &Bundle,
 ) -> Option<NoiseCorrelation> {
     let step = (observations.board_m().len() / CORNERS).max(1);
+    let every = observations.view_count().div_ceil(VIEWS).max(1);
     let views: Vec<View> = (0..observations.view_count())
+        .step_by(every)
         .map(|view| View::of(observations, bundle, view, step))
         .collect::<Option<_>>()?;
     let spacing_px = views.iter().map(|view| view.spacing_px).sum::<f64>() / views.len() as f64;
@@ -94,9 +98,9 @@ pub(in crate::calibration) fn noise_correlation(
         views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
     let (independent_cost, variance) = fit(0.0, &white)?;
     models.push((0.0, 0, independent_cost - 2.0 * INDEPENDENT.ln(), variance));
-    // Thinned corners stand for `step` times as many, and their pairs for the square of that.
-    let step = step as f64;
-    let independent = between(&views, &white)? * step;
+    // Thinned corners stand for `step` times as many, and their pairs for the square of that; each view for `every`.
+    let (step, every) = (step as f64, every as f64);
+    let independent = between(&views, &white)? * (step * every);
     let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;
     let mut by_length = Vec::with_capacity(LENGTHS.len());
     for (length, times) in LENGTHS.into_iter().enumerate() {
@@ -107,7 +111,7 @@ pub(in crate::calibration) fn noise_correlation(
                 models.push((share, length, cost - 2.0 * prior.ln(), variance));
             }
         }
-        let pairs = between(&views, &smooth)? - independent / step;
+        let pairs = between(&views, &smooth)? * every - independent / step;
         by_length.push(pairs * (step * step) + independent);
     }
     let least = models.iter().map(|model| model.2).fold(f64::INFINITY, f64::min);
@@ -122,7 +126,7 @@ pub(in crate::calibration) fn noise_correlation(
     let (share, length, cost, variance) =
         models.iter().skip(1).copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
     Some(NoiseCorrelation {
-        gain: (independent_cost - (cost + 2.0 * prior.ln())) * step
+        gain: (independent_cost - (cost + 2.0 * prior.ln())) * (step * every)
             - PARAMETERS * (observations.coordinate_count() as f64).ln(),
         share,
         length_px: LENGTHS[length] * spacing_px,

@@ -101,16 +101,16 @@ pub(in crate::calibration) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Returns the best of several initial cameras, with the poses of the views.
+/// Returns several initial cameras, each with the poses of the views, the most promising first.
 ///
 /// Candidates: principal lines and ring; Zhang's closed form; the median of single-view focal lengths with the principal
-/// point at the image centre; a lens with a focal length of one picture width. The one with the lowest reprojection
-/// cost wins. `None` if every candidate leaves a view without a pose.
-pub(in crate::calibration) fn start(
+/// point at the image centre; a lens with a focal length of one picture width. Those that leave a view without a pose
+/// are left out; the lowest reprojection cost comes first.
+pub(in crate::calibration) fn starts(
     observations: &Observations,
     as_seen: &AsSeen,
     image_size: ImageSize,
-) -> Option<BundleState> {
+) -> Vec<BundleState> {
     let width_px = f64::from(image_size.width_px.max(image_size.height_px));
     let centre = image_size.centre_px();
     let plausible = |camera: &Camera| {
@@ -140,15 +140,16 @@ pub(in crate::calibration) fn start(
     }
     cameras.retain(plausible);
     cameras.push(Camera::pinhole(width_px, centre));
-    let mut best: Option<(f64, BundleState)> = None;
-    for camera in cameras {
-        let Some(cam_from_board) = poses(&as_seen.image_from_board, &camera) else { continue };
-        let Some(cost) = observations.cost(&camera, &cam_from_board) else { continue };
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, BundleState { camera, cam_from_board }));
-        }
-    }
-    best.map(|(_, state)| state)
+    let mut starts: Vec<(f64, BundleState)> = cameras
+        .into_iter()
+        .filter_map(|camera| {
+            let cam_from_board = poses(&as_seen.image_from_board, &camera)?;
+            let cost = observations.cost(&camera, &cam_from_board)?;
+            Some((cost, BundleState { camera, cam_from_board }))
+        })
+        .collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    starts.into_iter().map(|(_, state)| state).collect()
 }
 
 /// Poses of all views under `camera`.
@@ -165,10 +166,15 @@ pub(in crate::calibration) fn distinct_views(
     image_size: ImageSize,
 ) -> usize {
     let limit_px = ALIKE * f64::from(image_size.width_px);
-    let mut kept: Vec<&[Corner]> = Vec::new();
+    let mut kept: Vec<(Point2<f64>, &[Corner])> = Vec::new();
     for view in views {
-        if !kept.iter().any(|other| rms_distance_px(view, other) < limit_px) {
-            kept.push(view);
+        let mean = mean_px(view);
+        // Means are never farther apart than corners are.
+        let is_alike = |(other_mean, other): &(Point2<f64>, &[Corner])| {
+            (mean - other_mean).norm() < limit_px && rms_distance_px(view, other) < limit_px
+        };
+        if !kept.iter().any(is_alike) {
+            kept.push((mean, view));
         }
     }
     kept.len()

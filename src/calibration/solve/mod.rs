@@ -6,6 +6,7 @@
 //! | `zhang` | Zhang's method: the closed form and its refinement |
 //! | `schur_lm` | Levenberg–Marquardt for shared and per-view parameters, by Schur complement |
 //! | `bundle` | fits lens and poses for one lens model |
+//! | `reversal` | tries the reversed tilt of every view |
 //! | `lens_model` | the nested lens models and their priors |
 //! | `model_choice` | chooses the lens model by BIC; uncertainty of the choice enters the covariance |
 //! | `free_homography`, `free_covariance` | the independent check: no common focal length, free distortion centre |
@@ -17,6 +18,7 @@ pub mod free_homography;
 pub(super) mod initial_guess;
 pub(super) mod lens_model;
 pub(super) mod model_choice;
+mod reversal;
 pub(super) mod schur_lm;
 pub(super) mod varying;
 pub mod zhang;

@@ -5,6 +5,7 @@ use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix};
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust},
     lens_model::{LensModel, LensPrior},
+    reversal::with_better_tilts,
 };
 use crate::geometry::{Camera, LENS_PARAMETERS};
 
@@ -13,6 +14,11 @@ use crate::geometry::{Camera, LENS_PARAMETERS};
 /// BIC's penalty ln n amounts to a prior on each coefficient √n times as wide as its standard error (Kass & Raftery 1995),
 /// far wider than lenses vary, and so underrates rich models. 4.5 ≈ ln 10² stands for a prior ten times as wide.
 const AVERAGING_PENALTY: f64 = 4.5;
+
+/// Views whose cost is this many times the median are tried reversed again under each richer lens model …
+const SUSPICIOUS: f64 = 1.5;
+/// … at most this often.
+const MOST_REVERSALS: usize = 4;
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
@@ -77,9 +83,8 @@ pub(in crate::calibration) fn fit_models(
     let mut state = start;
     let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
     for model in search.models {
-        let freedom = model.freedom(search.square_pixels);
-        let bundle = adjust(search.observations, &freedom, search.prior, state.clone());
-        let Some(bundle) = bundle else { break };
+        let suspicious = if fitted.is_empty() { 0.0 } else { SUSPICIOUS };
+        let Some(bundle) = search.fit(*model, state, suspicious) else { break };
         state = bundle.state.clone();
         fitted.push((*model, bundle));
     }
@@ -122,6 +127,24 @@ pub(in crate::calibration) fn fit_models(
     let bundles = fitted.into_iter().map(|(_, bundle)| bundle).collect();
     let richest_allowed = search.allowed.iter().max().copied()?;
     Some(ModelChoice { fits, bundles, chosen, richest_allowed })
+}
+
+impl ModelSearch<'_> {
+    /// The bundle of one model, after views were reversed that fit better so.
+    fn fit(&self, model: LensModel, start: BundleState, suspicious: f64) -> Option<Bundle> {
+        let freedom = model.freedom(self.square_pixels);
+        let adjust = |start| adjust(self.observations, &freedom, self.prior, start);
+        let mut bundle = adjust(start)?;
+        for _ in 0..MOST_REVERSALS {
+            let Some(state) = with_better_tilts(self.observations, &bundle.state, suspicious)
+            else {
+                break;
+            };
+            let Some(again) = adjust(state).filter(|again| again.cost < bundle.cost) else { break };
+            bundle = again;
+        }
+        Some(bundle)
+    }
 }
 
 impl ModelChoice {

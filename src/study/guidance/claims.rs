@@ -42,7 +42,7 @@ pub(super) fn claims(rows: &[Row], limits: &[Limit]) -> Vec<Claim> {
     let mut claims: Vec<Claim> =
         quantities().iter().filter_map(|quantity| least(quantity, rows, hand)).collect();
     claims.push(near_the_limit(rows, limits, hand));
-    claims.extend(session(rows, hand));
+    claims.extend(session(rows, limits, hand));
     claims
 }
 
@@ -169,12 +169,19 @@ fn near_the_limit(rows: &[Row], limits: &[Limit], hand: Hand) -> Claim {
     }
 }
 
-fn session(rows: &[Row], hand: Hand) -> Option<Claim> {
+fn session(rows: &[Row], limits: &[Limit], hand: Hand) -> Option<Claim> {
     let row = rows.iter().find(|row| row.strategy.code == "ours-adaptive")?;
     let [views, secs] = row.complete.as_ref()?;
     let measured = if views.median.is_finite() {
+        let shortest = limits.iter().find(|limit| limit.views as f64 == views.median);
+        let shortest = shortest.map_or_else(String::new, |limit| {
+            format!(
+                " The limit's {} poses take {:.1} s if none is missed.",
+                limit.views, limit.secs
+            )
+        });
         format!(
-            "Median {:.0} views and {:.1} s; {} runs complete.",
+            "Median {:.0} views and {:.1} s; {} runs complete.{shortest}",
             views.median, secs.median, views.arrived
         )
     } else {

@@ -19,7 +19,7 @@ use crate::{
 
 /// The comparison of all parts.
 pub fn outcome(params: &Params, parts: &[Runs]) -> Outcome {
-    let limits = limits(params.noise_px);
+    let limits = limits(params.noise_px, GuidanceParams::default().hold_secs);
     let rows = |hand: Hand| -> Vec<Row> {
         STRATEGIES.iter().filter_map(|strategy| Row::of(parts, strategy, hand)).collect()
     };
@@ -169,7 +169,13 @@ fn lens_table<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
 fn limit_table(limits: &[Limit]) -> Table {
     let mut table = Table::new(
         "guidance_limit",
-        &["views", "PP sd (px)", "projection sd (px)", "design: direction/tilt/turn at x, y; span"],
+        &[
+            "views",
+            "PP sd (px)",
+            "projection sd (px)",
+            "seconds, no pose missed",
+            "design: direction/tilt/turn at x, y; span",
+        ],
     );
     for limit in limits {
         let design: Vec<String> = limit
@@ -191,6 +197,7 @@ fn limit_table(limits: &[Limit]) -> Table {
             &limit.views,
             &format!("{:.3}", limit.pp_sd_px),
             &format!("{:.3}", limit.projection_sd_px),
+            &format!("{:.1}", limit.secs),
             &design.join(" | "),
         ]);
     }

@@ -16,6 +16,7 @@ use super::{
         wanted_pp_sd_px,
     },
     estimate::prior,
+    hand::least_secs,
     strategy::sample::{Wanted, place},
 };
 use crate::{
@@ -50,6 +51,8 @@ pub(super) struct Limit {
     pub(super) projection_sd_px: f64,
     /// The poses.
     pub(super) design: Vec<Wanted>,
+    /// Seconds that they take a hand that never misses, in the best order.
+    pub(super) secs: f64,
 }
 
 struct Search {
@@ -64,12 +67,15 @@ struct Search {
 
 struct Candidate {
     wanted: Wanted,
+    cam_from_board: Isometry3<f64>,
     information: Free,
 }
 
 /// The limit for each of [`VIEWS`], for a camera of the study with its principal point 29 px off, whose model is right.
 /// Each design makes the larger of both deviations, relative to what is to be reached, as small as it can. Deterministic.
-pub(super) fn limits(noise_px: f64) -> Vec<Limit> {
+///
+/// Each view is held for `hold_secs`.
+pub(super) fn limits(noise_px: f64, hold_secs: f64) -> Vec<Limit> {
     let mut rng = chance(1, 4_000_000);
     let Some(search) = Search::new(noise_px) else { return Vec::new() };
     let pool = search.pool(&mut rng);
@@ -79,11 +85,13 @@ pub(super) fn limits(noise_px: f64) -> Vec<Limit> {
             let mut design = search.exchange(&pool, views, &mut rng)?;
             search.refine(&mut design, &mut rng);
             let covariance = search.covariance(&search.sum(&design))?;
+            let poses: Vec<_> = design.iter().map(|candidate| candidate.cam_from_board).collect();
             Some(Limit {
                 views,
                 pp_sd_px: pp_sd_px(&covariance),
                 projection_sd_px: search.projection_sd_px(&covariance),
                 design: design.iter().map(|candidate| candidate.wanted).collect(),
+                secs: least_secs(&poses, hold_secs, F_PX),
             })
         })
         .collect()
@@ -114,7 +122,8 @@ impl Search {
             return None;
         }
         let full = view_information(&pose, &self.board, &self.camera, self.noise_px)?;
-        Some(Candidate { wanted, information: full.fixed_view::<FREE, FREE>(0, 0).into_owned() })
+        let information = full.fixed_view::<FREE, FREE>(0, 0).into_owned();
+        Some(Candidate { wanted, cam_from_board: pose, information })
     }
 
     fn nearest_m(&self, pose: &Isometry3<f64>) -> f64 {
@@ -221,6 +230,7 @@ impl Search {
         let (_, chosen) = best?;
         let copy = |index: usize| Candidate {
             wanted: pool[index].wanted,
+            cam_from_board: pool[index].cam_from_board,
             information: pool[index].information,
         };
         Some(chosen.into_iter().map(copy).collect())

@@ -19,6 +19,7 @@ impl App {
                 ui.spacing_mut().item_spacing.x = 4.0;
                 ui.spacing_mut().button_padding.x = 6.0;
                 for (page, act) in [
+                    (Page::Start, Act::StartPage),
                     (Page::Guide, Act::GuidePage),
                     (Page::Result, Act::ResultPage),
                     #[cfg(feature = "study")]
@@ -47,7 +48,7 @@ impl App {
                         keys::button(ui, Act::GoOn, asks);
                         keys::button(ui, Act::New, asks);
                     }
-                    SessionState::NotStarted(_) | SessionState::Ending(_) => {}
+                    SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ending(_) => {}
                 }
                 ui.separator();
                 let preferences = &self.screen.preferences;

@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, ops::RangeInclusive};
 
 use egui::{Button, RichText, Slider, Ui};
 
-use super::explored::Explored;
+use super::{super::theme, explored::Explored};
 use crate::{
     study::explore::{Boards, ExploreSetup},
     text::explore as words,
@@ -13,7 +13,7 @@ use crate::{
 /// Shows them. Returns whether anything was changed.
 pub(super) fn show(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
     let mut changed = false;
-    ui.label(RichText::new(words::INTRODUCTION).size(13.0));
+    ui.label(RichText::new(words::INTRODUCTION).size(theme::BODY));
     ui.add_space(4.0);
     let choices = [Boards::One, Boards::Pair, Boards::TwoPairs, Boards::Eight];
     ui.horizontal_wrapped(|ui| {

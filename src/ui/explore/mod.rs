@@ -8,6 +8,7 @@ pub use explored::Explored;
 
 use egui::{CentralPanel, Color32, Frame, Panel, RichText, ScrollArea, Ui};
 
+use super::theme;
 use crate::{
     study::explore::{Boards, ExploreSetup, Seen},
     text::explore as words,
@@ -50,6 +51,6 @@ fn numbers(ui: &mut Ui, seen: &Seen, wish: &ExploreSetup) {
     }
     for (name, value, tip) in lines {
         ui.label(RichText::new(name).weak()).on_hover_text(tip);
-        ui.label(RichText::new(value).size(20.0).strong()).on_hover_text(tip);
+        ui.label(RichText::new(value).size(theme::TITLE).strong()).on_hover_text(tip);
     }
 }

@@ -1,12 +1,12 @@
 //! What is wrong, over the picture, with its next action.
 
-use egui::{CollapsingHeader, Color32, Frame, RichText, Ui};
+use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
 use super::super::{keys::UiAction, screen::Screen, theme};
 use crate::{
     device::Fault,
     guidance::Progress,
-    session::{Snapshot, Stream},
+    session::{Prompt, Snapshot, Stream},
     text::{self, adjust, window as words},
 };
 
@@ -22,11 +22,11 @@ pub(super) fn is_needed(screen: &Screen) -> bool {
 /// Shows what is wrong.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     for Trouble { what, action, detail } in troubles(screen) {
-        Frame::new().fill(theme::RED.gamma_multiply(0.9)).inner_margin(8.0).show(ui, |ui| {
+        Frame::new().fill(theme::ALARM).inner_margin(8.0).show(ui, |ui| {
             ui.set_width(ui.available_width());
-            ui.label(RichText::new(what).size(18.0).strong().color(Color32::WHITE));
+            ui.label(RichText::new(what).size(theme::TITLE).strong().color(Color32::WHITE));
             if !action.is_empty() {
-                ui.label(RichText::new(action).size(16.0).color(Color32::WHITE));
+                ui.label(RichText::new(action).size(theme::BODY).color(Color32::WHITE));
             }
             if !detail.is_empty() {
                 let heading = RichText::new(words::DETAILS).color(Color32::WHITE);
@@ -38,6 +38,19 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
     if !screen.is_recorded {
         undo(ui, screen, asks);
+        use_other_board(ui, screen, asks);
+    }
+}
+
+/// The board in view is one button away.
+fn use_other_board(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
+    let shown = screen.snapshot.as_ref().map(|snapshot| snapshot.shown.prompt);
+    let Some(Prompt::OtherBoard { columns, rows }) = shown else { return };
+    let (Ok(columns), Ok(rows)) = (columns.try_into(), rows.try_into()) else { return };
+    let board = [columns, rows];
+    let label = RichText::new(words::use_board(board)).size(theme::TITLE).color(theme::ON_ACCENT);
+    if ui.add(Button::new(label).fill(theme::ACCENT)).clicked() {
+        asks.push(UiAction::UseBoard(board));
     }
 }
 
@@ -47,7 +60,7 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     for control in &camera.set_by_hand {
         let Some(change) = camera.changed.get(control) else { continue };
         let (control, value) = (*control, change.from);
-        let button = ui.button(RichText::new(adjust::set_back(control, value)).size(16.0));
+        let button = ui.button(RichText::new(adjust::set_back(control, value)).size(theme::BODY));
         if button.on_hover_text(adjust::tip(control)).clicked() {
             asks.push(UiAction::Adjust { control, value });
         }

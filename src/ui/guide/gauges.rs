@@ -84,8 +84,9 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
         let words = gauge.words(reading.value, reading.wanted);
         ui.spacing_mut().item_spacing = Vec2::new(4.0, 1.0);
         ui.horizontal(|ui| {
-            ui.label(RichText::new(gauge.name()).size(11.0).strong()).on_hover_text(gauge.tip());
-            ui.label(RichText::new(words).size(11.0)).on_hover_text(gauge.tip());
+            ui.label(RichText::new(gauge.name()).size(theme::SMALL).strong())
+                .on_hover_text(gauge.tip());
+            ui.label(RichText::new(words).size(theme::SMALL)).on_hover_text(gauge.tip());
         });
         bar(ui, &reading);
         ui.add_space(3.0);

@@ -15,7 +15,7 @@ mod wheel;
 
 use egui::{
     CentralPanel, Color32, Frame, Image, Label, Panel, Rect, RichText, ScrollArea, Sense, Ui,
-    WidgetInfo, accesskit::Role, style::ScrollStyle,
+    UiBuilder, WidgetInfo, accesskit::Role, style::ScrollStyle,
 };
 
 use super::{
@@ -36,11 +36,6 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
             sentence::show(ui, screen);
         },
     );
-    if banner::is_needed(screen) {
-        Panel::top("banner").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
-            banner::show(ui, screen, asks);
-        });
-    }
     if screen.distance {
         Panel::bottom("hold").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
             distance::hold(ui, screen);
@@ -61,11 +56,21 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
                 controls::show(ui, screen, asks);
             });
         });
-        Panel::bottom("views").resizable(false).show(ui, |ui| {
+        // Its place is kept before the first view, so that the picture never jumps.
+        Panel::bottom("views").resizable(false).exact_size(views::PANEL).show(ui, |ui| {
             views::show(ui, screen, asks);
         });
     }
-    CentralPanel::no_frame().show(ui, |ui| picture(ui, screen));
+    CentralPanel::no_frame().show(ui, |ui| {
+        let area = ui.available_rect_before_wrap();
+        picture(ui, screen);
+        // Over the picture, which stays where it is.
+        if banner::is_needed(screen) {
+            ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
+                banner::show(ui, screen, asks);
+            });
+        }
+    });
 }
 
 fn picture(ui: &mut Ui, screen: &Screen) {

@@ -2,7 +2,7 @@
 
 use egui::{Grid, RichText, Ui};
 
-use super::super::screen::Screen;
+use super::super::{screen::Screen, theme};
 use crate::text::window as words;
 
 /// Shows them.
@@ -23,8 +23,8 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     Grid::new("numbers").num_columns(2).min_row_height(16.0).spacing([8.0, 1.0]).show(ui, |ui| {
         for ((name, tip), value) in words::NUMBERS.into_iter().zip(values) {
             let Some(value) = value else { continue };
-            ui.label(RichText::new(name).size(11.0).weak()).on_hover_text(tip);
-            ui.label(RichText::new(value).size(13.0).strong()).on_hover_text(tip);
+            ui.label(RichText::new(name).size(theme::SMALL).weak()).on_hover_text(tip);
+            ui.label(RichText::new(value).size(theme::BODY).strong()).on_hover_text(tip);
             ui.end_row();
         }
     });

@@ -55,7 +55,9 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, screen: &Screen) {
             egui::StrokeKind::Middle,
         );
     }
-    if let Some(age_secs) = screen.overlay_age_secs().filter(|_| screen.lost_secs().is_none()) {
+    // Nobody reads small print from afar, or the age of what is lost.
+    let has_print = !screen.distance && screen.lost_secs().is_none();
+    if let Some(age_secs) = screen.overlay_age_secs().filter(|_| has_print) {
         let words = text::window::overlay_age(age_secs);
         let at = placed.rect.right_bottom() - Vec2::splat(8.0);
         shaded_text(painter, at, Align2::RIGHT_BOTTOM, &words, 12.0);

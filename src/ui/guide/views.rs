@@ -9,6 +9,9 @@ use crate::text::window as words;
 /// Height of a small picture.
 const HIGH: f32 = 48.0;
 
+/// Height of the row.
+pub(super) const PANEL: f32 = 92.0;
+
 /// Shows them in a row, newest last.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };

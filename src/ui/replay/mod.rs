@@ -21,13 +21,15 @@ pub fn show(ui: &mut Ui, replayed: &mut Replayed) {
     replayed.bring(ui);
     Panel::bottom("replay").show(ui, |ui| {
         let step = &replayed.steps[replayed.at];
-        ui.label(RichText::new(words::why(step)).size(24.0).strong());
+        ui.label(RichText::new(words::why(step)).size(theme::VERDICT).strong());
         ui.horizontal(|ui| {
             let frame = step.decision.frame;
             let (at, steps) = (replayed.at, replayed.steps.len());
             ui.label(words::place(at, steps, frame, replayed.secs[at]));
             if replayed.differs[at] {
-                ui.label(RichText::new(words::DIFFERS).color(theme::RED).strong());
+                ui.label(
+                    RichText::new(words::DIFFERS).color(theme::palette(ui.visuals()).bad).strong(),
+                );
             } else if frame.is_some() && replayed.screen.picture.texture().is_none() {
                 ui.label(RichText::new(words::NO_PICTURE).weak());
             }

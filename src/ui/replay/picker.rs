@@ -27,7 +27,7 @@ pub struct Picker {
 pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            ui.label(RichText::new(words::PICK).size(24.0).strong());
+            ui.label(RichText::new(words::PICK).size(theme::VERDICT).strong());
             ui.add_space(6.0);
             path(ui, picker, asks);
             if let Some(folder) = &picker.opening {
@@ -37,13 +37,14 @@ pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
                 });
             }
             if let Some(trouble) = &picker.trouble {
-                ui.colored_label(theme::RED, RichText::new(&trouble.what).size(18.0));
+                let bad = theme::palette(ui.visuals()).bad;
+                ui.colored_label(bad, RichText::new(&trouble.what).size(theme::TITLE));
                 if let Some(action) = &trouble.action {
-                    ui.label(RichText::new(action).size(16.0));
+                    ui.label(RichText::new(action).size(theme::BODY));
                 }
             }
             ui.add_space(12.0);
-            ui.label(RichText::new(words::RECENT).size(18.0).strong());
+            ui.label(RichText::new(words::RECENT).size(theme::TITLE).strong());
             if picker.recordings.is_empty() {
                 ui.label(words::NO_RECORDINGS);
             }

@@ -88,8 +88,8 @@ impl Comparison {
 
 /// Shows where to name the older calibration.
 pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<UiAction>) {
+    let name = ui.label(words::COMPARE).on_hover_text(words::COMPARE_TIP);
     ui.horizontal(|ui| {
-        let name = ui.label(words::COMPARE).on_hover_text(words::COMPARE_TIP);
         if !comparison.older.is_empty() {
             let list = ComboBox::from_id_salt("older").selected_text(text::settings::CHOOSE);
             let list = list.show_ui(ui, |ui| {
@@ -102,7 +102,7 @@ pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<UiAct
         }
         let field = TextEdit::singleline(&mut comparison.path)
             .hint_text(words::COMPARE_HINT)
-            .desired_width(300.0);
+            .desired_width((ui.available_width() - 120.0).clamp(120.0, 300.0));
         let field = ui.add(field).labelled_by(name.id).on_hover_text(words::COMPARE_TIP);
         let enter = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         let working = comparison.is_working();
@@ -135,8 +135,8 @@ pub(super) fn show(ui: &mut Ui, comparison: &Comparison) {
         Some(DriftVerdict::Watch) | None => theme::AMBER,
         Some(DriftVerdict::Recalibrate) => theme::RED,
     };
-    ui.label(RichText::new(format!("{}.", compared.what)).size(20.0).strong().color(color));
-    ui.label(RichText::new(&compared.action).size(16.0).strong());
+    ui.label(RichText::new(format!("{}.", compared.what)).size(theme::TITLE).strong().color(color));
+    ui.label(RichText::new(&compared.action).size(theme::BODY).strong());
     for doubt in &compared.doubts {
         ui.label(format!("{doubt}."));
     }

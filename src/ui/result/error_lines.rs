@@ -5,8 +5,9 @@ use crate::app::host::UserError;
 
 /// An error with its next action.
 pub(super) fn error_lines(ui: &mut Ui, error: &UserError) {
-    ui.colored_label(theme::RED, RichText::new(&error.what).size(18.0));
+    let bad = theme::palette(ui.visuals()).bad;
+    ui.colored_label(bad, RichText::new(&error.what).size(theme::TITLE));
     if let Some(action) = &error.action {
-        ui.label(RichText::new(action).size(16.0));
+        ui.label(RichText::new(action).size(theme::BODY));
     }
 }

@@ -15,7 +15,7 @@ use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 
 use error_lines::error_lines;
 
-use super::{keys::UiAction, screen::Screen};
+use super::{keys::UiAction, screen::Screen, theme};
 use crate::{
     app::host::{Ended, UserError},
     text::window as words,
@@ -54,18 +54,6 @@ pub fn show(
     asks: &mut Vec<UiAction>,
 ) {
     let has_result = screen.snapshot.as_ref().is_some_and(|s| s.calibration.is_some());
-    Panel::top("actions").show_separator_line(false).show(ui, |ui| match context.state {
-        State::Nothing | State::Running => {}
-        State::Ending => {
-            ui.label(RichText::new(words::ENDING).size(22.0));
-        }
-        State::Ended(ended) => {
-            actions(ui, ended, (context, has_result), asks);
-            if has_result {
-                comparison::ask(ui, &mut table.comparison, asks);
-            }
-        }
-    });
     if has_result {
         let width = 0.5 * ui.available_width();
         Panel::right("charts").resizable(false).exact_size(width).show(ui, |ui| {
@@ -74,7 +62,22 @@ pub fn show(
     }
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            verdict::show(ui, screen, &table.comparison);
+            let may_go_on = matches!(context.state, State::Ended(_));
+            if matches!(context.state, State::Ending) {
+                ui.label(RichText::new(words::ENDING).size(theme::TITLE));
+            }
+            verdict::show(ui, screen, may_go_on, asks);
+            if let State::Ended(ended) = context.state {
+                ui.add_space(theme::UNIT);
+                theme::card(ui.visuals()).show(ui, |ui| {
+                    ui.set_width(ui.available_width());
+                    actions(ui, ended, (context, has_result), asks);
+                    if has_result {
+                        comparison::ask(ui, &mut table.comparison, asks);
+                    }
+                });
+            }
+            verdict::details(ui, screen, &table.comparison);
         });
     });
 }

@@ -5,7 +5,7 @@ use egui::{
 };
 
 use super::{
-    super::{screen::Screen, theme},
+    super::{keys::UiAction, screen::Screen, theme},
     comparison::{self, Comparison},
 };
 use crate::{
@@ -15,19 +15,27 @@ use crate::{
     text::{self, window as words},
 };
 
-/// Shows them, and what a comparison found.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
+/// Shows the verdict, and what would make it better.
+pub(super) fn show(ui: &mut Ui, screen: &Screen, may_go_on: bool, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
     let Some((snapshot, calibration)) = shown else {
         nothing(ui, screen);
         return;
     };
-    let card = theme::card(ui.visuals());
-    card.show(ui, |ui| {
+    theme::card(ui.visuals()).show(ui, |ui| {
         ui.set_width(ui.available_width());
         verdict(ui, screen, snapshot, calibration);
+        uncovered(ui, (snapshot, calibration), may_go_on, asks);
     });
+}
+
+/// Shows the findings, what a comparison found, and the numbers; methods behind a fold.
+pub(super) fn details(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
+    let snapshot = screen.snapshot.as_ref();
+    let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
+    let Some((snapshot, calibration)) = shown else { return };
+    let card = theme::card(ui.visuals());
     if !calibration.findings.is_empty() {
         ui.add_space(theme::UNIT);
         card.show(ui, |ui| {
@@ -84,9 +92,21 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     for accuracy in words::accuracies(snapshot) {
         ui.label(RichText::new(accuracy).size(theme::TITLE));
     }
-    if let Some(check) = words::independent_check(&calibration.principal_point) {
+    // Too few views leave the check as uncertain as the result.
+    if calibration.verdict != Verdict::Untrustworthy
+        && let Some(check) = words::independent_check(&calibration.principal_point)
+    {
         ui.label(RichText::new(check).size(theme::TITLE));
     }
+}
+
+/// Names the corners of the picture that no board has covered, and offers the two views that would.
+fn uncovered(
+    ui: &mut Ui,
+    (snapshot, calibration): (&Snapshot, &Calibration),
+    may_go_on: bool,
+    asks: &mut Vec<UiAction>,
+) {
     let columns = snapshot.setup.board.columns();
     let outlines: Vec<BoardOutline> = snapshot
         .views
@@ -96,7 +116,11 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     if calibration.verdict != Verdict::Untrustworthy
         && let Some(open) = words::open_corners(open_corners(&outlines, calibration.image_size))
     {
-        ui.label(format!("{open} {}", words::TAKE_THEM));
+        ui.label(open);
+        let button = RichText::new(words::TAKE_MORE).size(theme::TITLE);
+        if may_go_on && ui.button(button).on_hover_text(words::TAKE_MORE_TIP).clicked() {
+            asks.push(UiAction::TakeMore);
+        }
     }
 }
 

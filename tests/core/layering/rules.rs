@@ -47,6 +47,7 @@ pub(crate) const RULES: Rules = Rules {
         "ui/result",
         "ui/replay",
         "ui/settings",
+        "ui/start",
         "ui/user_error",
         "ui/picture",
         "ui/screen",

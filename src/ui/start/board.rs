@@ -1,0 +1,125 @@
+//! The card with the board: drawn, counted, printed, or shown on a screen.
+
+use egui::{
+    Button, Color32, ComboBox, DragValue, Painter, Rect, RichText, Sense, Stroke, StrokeKind, Ui,
+    Vec2, WidgetInfo, accesskit::Role, pos2,
+};
+
+use super::{
+    super::{keys::UiAction, theme},
+    start_page::{Choices, StartPage},
+};
+use crate::text::{explore, start as words};
+
+/// Height of the drawing.
+const HIGH: f32 = 208.0;
+
+pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<UiAction>) {
+    let board = page.draft.board;
+    let (rect, response) =
+        ui.allocate_exact_size(Vec2::new(ui.available_width(), HIGH), Sense::hover());
+    draw(ui.painter(), rect, board, true);
+    let what = words::board(board);
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &what));
+    ui.label(RichText::new(words::KIND).strong());
+    ui.label(&what);
+    ui.horizontal(|ui| {
+        ui.label(words::CORNERS).on_hover_text(words::CORNERS_TIP);
+        for (corners, side) in page.draft.board.iter_mut().zip(words::SIDES) {
+            let value = ui.add(DragValue::new(corners).range(3..=99));
+            value.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, side));
+            value.on_hover_text(format!("{side}. {}", words::CORNERS_TIP));
+        }
+    });
+    ui.horizontal(|ui| {
+        let name = ui.label(words::SQUARE).on_hover_text(words::SQUARE_TIP);
+        let square = DragValue::new(&mut page.draft.square_m)
+            .range(0.0001..=9.9)
+            .speed(0.0005)
+            .custom_formatter(|length_m, _| words::square(length_m))
+            .custom_parser(explore::parsed_millimetres);
+        ui.add(square).labelled_by(name.id).on_hover_text(words::SQUARE_TIP);
+    });
+    ui.separator();
+    detect(ui, page, choices);
+    ui.horizontal_wrapped(|ui| {
+        if ui.button(words::PRINT).on_hover_text(words::PRINT_TIP).clicked() {
+            asks.push(UiAction::Print { board: page.draft.board, paper: page.paper });
+        }
+        let name = choices.papers.get(page.paper).copied().unwrap_or_default();
+        let list = ComboBox::from_id_salt("paper").selected_text(name).width(56.0);
+        let list = list.show_ui(ui, |ui| {
+            for (number, name) in choices.papers.iter().enumerate() {
+                ui.selectable_value(&mut page.paper, number, *name);
+            }
+        });
+        list.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, words::PAPER));
+    });
+    match &page.printed {
+        Some(Ok(printed)) => {
+            ui.label(words::printed(&printed.file, printed.square_m));
+            for step in &printed.steps {
+                ui.label(RichText::new(step).small());
+            }
+        }
+        Some(Err(trouble)) => {
+            ui.label(RichText::new(&trouble.what).color(theme::palette(ui.visuals()).bad));
+            ui.label(trouble.action.as_deref().unwrap_or_default());
+        }
+        None => {}
+    }
+    let show = ui.add(Button::new(words::SHOW).selected(page.shows_board));
+    if show.on_hover_text(words::SHOW_TIP).clicked() {
+        page.shows_board ^= true;
+    }
+}
+
+fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
+    let camera = page.camera(choices).filter(|camera| camera.picture.is_some());
+    let button = Button::new(words::DETECT).selected(page.counts && camera.is_some());
+    let response = ui.add_enabled(camera.is_some(), button).on_hover_text(words::DETECT_TIP);
+    if response.on_disabled_hover_text(words::DETECT_NEEDS).clicked() {
+        page.counts ^= true;
+    }
+    if let Some(camera) = camera.filter(|_| page.counts) {
+        match camera.board {
+            Some(board) => {
+                let good = theme::palette(ui.visuals()).good;
+                ui.label(RichText::new(words::detected(board)).strong().color(good));
+            }
+            None => {
+                ui.label(words::DETECTING);
+            }
+        }
+    }
+}
+
+/// Draws the board as large as fits, with a white margin of a square. With `corners`, each inner corner has a dot.
+pub(super) fn draw(painter: &Painter, area: Rect, [columns, rows]: [u16; 2], corners: bool) {
+    let (across, down) = (f32::from(columns) + 1.0, f32::from(rows) + 1.0);
+    let side = (area.width() / (across + 2.0)).min(area.height() / (down + 2.0));
+    // Whole pixels, so that all squares are alike.
+    let per_point = painter.pixels_per_point();
+    let side = ((side * per_point).floor() / per_point).max(1.0 / per_point);
+    let sheet = Rect::from_center_size(area.center(), side * Vec2::new(across + 2.0, down + 2.0));
+    let sheet = sheet
+        .translate((sheet.min.to_vec2() * per_point).round() / per_point - sheet.min.to_vec2());
+    painter.rect_filled(sheet, 0.0, Color32::WHITE);
+    painter.rect_stroke(sheet, 0.0, Stroke::new(1.0, Color32::GRAY), StrokeKind::Outside);
+    let first = sheet.min + Vec2::splat(side);
+    for row in 0..=rows {
+        for column in (0..=columns).filter(|column| (column + row) % 2 == 0) {
+            let at = first + side * Vec2::new(f32::from(column), f32::from(row));
+            painter.rect_filled(Rect::from_min_size(at, Vec2::splat(side)), 0.0, Color32::BLACK);
+        }
+    }
+    if !corners {
+        return;
+    }
+    for row in 1..=rows {
+        for column in 1..=columns {
+            let at = pos2(first.x + side * f32::from(column), first.y + side * f32::from(row));
+            painter.circle_filled(at, (0.16 * side).clamp(1.0, 4.0), theme::AMBER);
+        }
+    }
+}

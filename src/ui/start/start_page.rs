@@ -1,0 +1,147 @@
+use std::collections::BTreeMap;
+
+use egui::{Context, TextureHandle, TextureOptions};
+
+use crate::{
+    app::host::{CameraView, PrintedBoard, SessionRequest, UserError},
+    ui::picture::grey,
+};
+
+/// Names that mean no camera of this computer.
+pub(in crate::ui) const SIMULATION: &str = "sim";
+const ANY: &str = "auto";
+
+/// What the person chooses on the page.
+pub struct StartPage {
+    /// What the session will be about.
+    pub draft: SessionRequest,
+    /// What stands in the field for streams and files.
+    pub(super) typed: String,
+    /// Whether the board in front of the camera is counted.
+    pub(super) counts: bool,
+    /// Number of the paper to print on.
+    pub paper: usize,
+    /// What came of printing.
+    pub printed: Option<Result<PrintedBoard, UserError>>,
+    /// Whether a window shows the board.
+    pub shows_board: bool,
+    textures: BTreeMap<String, (u64, TextureHandle)>,
+}
+
+/// What there is to choose from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choices {
+    /// The cameras that are there.
+    pub cameras: Vec<CameraView>,
+    /// Modes of the chosen one.
+    pub modes: Vec<String>,
+    /// Streams and files that were used before.
+    pub streams: Vec<String>,
+    /// Names of papers.
+    pub papers: Vec<&'static str>,
+    /// Whether the picture is mirrored; `None` until the person has been asked.
+    pub mirrored: Option<bool>,
+    /// Whether sessions fill the screen while nobody is at the computer.
+    pub full_screen: bool,
+}
+
+impl StartPage {
+    /// A page that begins with `draft`.
+    pub fn new(draft: SessionRequest) -> Self {
+        Self {
+            draft,
+            typed: String::new(),
+            counts: false,
+            paper: 0,
+            printed: None,
+            shows_board: false,
+            textures: BTreeMap::new(),
+        }
+    }
+
+    /// Takes what the cameras see: a camera that is the only choice is chosen, and a counted board is taken over.
+    pub fn see(&mut self, choices: &Choices) {
+        let usable = || choices.cameras.iter().filter(|camera| camera.trouble.is_none());
+        let is_here = choices.cameras.iter().any(|camera| camera.source == self.draft.source);
+        let is_open = self.draft.source == ANY || (self.names_camera() && !is_here);
+        if is_open && let Some(camera) = usable().next() {
+            self.choose(&camera.source.clone());
+        }
+        if self.counts
+            && let Some(board) = self.camera(choices).and_then(|camera| camera.board)
+        {
+            self.draft.board = board;
+        }
+    }
+
+    /// The chosen camera, if it's here.
+    pub fn camera<'a>(&self, choices: &'a Choices) -> Option<&'a CameraView> {
+        choices.cameras.iter().find(|camera| camera.source == self.draft.source)
+    }
+
+    /// Whether the source is, or was, one of this computer's cameras.
+    fn names_camera(&self) -> bool {
+        ["/dev/", "usb:", "place:", "nokhwa:"]
+            .iter()
+            .any(|start| self.draft.source.starts_with(start))
+    }
+
+    /// Whether there is something to start with.
+    pub(super) fn has_source(&self, choices: &Choices) -> bool {
+        let source = self.draft.source.trim();
+        match self.camera(choices) {
+            Some(camera) => camera.trouble.is_none(),
+            None => !source.is_empty() && source != ANY && !self.names_camera(),
+        }
+    }
+
+    /// Chooses a source. The mode of another camera means nothing to it.
+    pub(super) fn choose(&mut self, source: &str) {
+        if self.draft.source != source {
+            self.draft.source = source.into();
+            self.draft.mode = ANY.into();
+        }
+        self.typed.clear();
+    }
+
+    /// A new session as it's chosen.
+    pub(super) fn wish(&self) -> SessionRequest {
+        SessionRequest {
+            source: self.draft.source.trim().into(),
+            go_on_with: None,
+            first: None,
+            ..self.draft.clone()
+        }
+    }
+
+    /// The newest picture of `camera`.
+    pub(super) fn texture(&mut self, ctx: &Context, camera: &CameraView) -> Option<&TextureHandle> {
+        let picture = camera.picture.as_ref()?;
+        let shown = self.textures.get(&camera.source).map(|(number, _)| *number);
+        if shown != Some(camera.number) {
+            let pixels = grey(picture);
+            match self.textures.get_mut(&camera.source) {
+                Some((number, texture)) => {
+                    *number = camera.number;
+                    texture.set(pixels, TextureOptions::LINEAR);
+                }
+                None => {
+                    let texture = ctx.load_texture(&camera.source, pixels, TextureOptions::LINEAR);
+                    self.textures.insert(camera.source.clone(), (camera.number, texture));
+                }
+            }
+        }
+        self.textures.get(&camera.source).map(|(_, texture)| texture)
+    }
+
+    /// Frees the pictures and stops counting: the page is left.
+    pub(in crate::ui) fn leave(&mut self) {
+        self.textures.clear();
+        self.counts = false;
+    }
+
+    /// The camera whose board is to be counted.
+    pub(in crate::ui) fn counted(&self, choices: &Choices) -> Option<String> {
+        self.camera(choices).filter(|_| self.counts).map(|camera| camera.source.clone())
+    }
+}

@@ -1,0 +1,347 @@
+//! The start page, and every way from it and back.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use boresight::{
+    app::{
+        AppHost,
+        host::{
+            CameraView, Comparing, Loading, Memory, Opened, PrintedBoard, SessionRequest,
+            UserError, Wake,
+        },
+        recordings::Recording,
+    },
+    cli::app_host,
+    guidance::Plan,
+    text::start as words,
+    ui::{
+        App, Page, SMALLEST, UiAction, apply_theme,
+        start::{self, Choices, StartPage},
+    },
+};
+use egui::accesskit::Role;
+use egui_kittest::{Harness, kittest::Queryable};
+use image::{GrayImage, Luma};
+
+use crate::{
+    app::{Window, app, click, until, window},
+    draft,
+    paint::Painter,
+};
+
+/// A camera that sees a ramp.
+fn camera(source: &str, name: &str) -> CameraView {
+    let picture = GrayImage::from_fn(160, 90, |x, y| Luma([(40 + x + y) as u8]));
+    CameraView {
+        mode: words::mode(1280, 720),
+        picture: Some(Arc::new(picture)),
+        number: 1,
+        ..CameraView::new(source, name)
+    }
+}
+
+pub(crate) fn choices() -> Choices {
+    Choices {
+        cameras: vec![camera("usb:046d:0825:1F3A", "HD Webcam")],
+        modes: vec!["1280x720@30:MJPG".into()],
+        streams: vec!["rtsp://10.0.0.7/front".into()],
+        papers: vec!["A4", "Letter", "A3"],
+        mirrored: None,
+        full_screen: false,
+    }
+}
+
+/// A session with that camera.
+pub(crate) fn chosen() -> SessionRequest {
+    SessionRequest { source: "usb:046d:0825:1F3A".into(), go_on_with: None, ..draft() }
+}
+
+type Table = (StartPage, Choices, Vec<UiAction>);
+
+fn page(draft: SessionRequest, choices: Choices) -> Harness<'static, Table> {
+    let mut page = Harness::builder()
+        .with_size(SMALLEST)
+        .with_context_setup(apply_theme)
+        .renderer(Painter::default())
+        .build_ui_state(
+            |ui, (page, choices, asks): &mut Table| {
+                page.see(choices);
+                start::show(ui, page, choices, asks);
+            },
+            (StartPage::new(draft), choices, Vec::new()),
+        );
+    page.run();
+    page
+}
+
+fn press(page: &mut Harness<'_, Table>, role: Role, label: &str) {
+    page.get_by_role_and_label(role, label).click();
+    page.run();
+}
+
+#[test]
+fn the_only_camera_is_chosen_and_one_click_starts() {
+    let any = SessionRequest { source: "auto".into(), go_on_with: None, ..draft() };
+    let mut page = page(any, choices());
+    page.get_by_role_and_label(Role::Image, "10 × 7 squares, 9 × 6 inner corners");
+    press(&mut page, Role::RadioButton, "Quick, about 1 min");
+    press(&mut page, Role::Button, words::GO);
+    let wanted = SessionRequest {
+        source: "usb:046d:0825:1F3A".into(),
+        plan: Plan::Quick,
+        go_on_with: None,
+        ..draft()
+    };
+    assert_eq!(page.state().2, [UiAction::Start(Box::new(wanted))]);
+    press(&mut page, Role::Button, words::YES);
+    assert_eq!(page.state().2.last(), Some(&UiAction::Mirror(true)));
+    page.state_mut().1.mirrored = Some(true);
+    page.run();
+    assert!(page.query_by_label(words::MIRROR).is_none(), "asked once");
+}
+
+#[test]
+fn without_a_camera_there_is_a_way_on() {
+    let none = || Choices { cameras: Vec::new(), modes: Vec::new(), ..choices() };
+    let any = SessionRequest { source: "auto".into(), ..draft() };
+    let mut page = page(any, none());
+    page.get_by_label(words::NO_CAMERA);
+    press(&mut page, Role::Button, words::GO);
+    assert_eq!(page.state().2, [], "nothing to start with");
+    press(&mut page, Role::Button, words::SIMULATION);
+    press(&mut page, Role::Button, words::GO);
+    let started = |page: &Harness<'_, Table>| match page.state().2.last() {
+        Some(UiAction::Start(wish)) => wish.source.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(started(&page), "sim");
+    press(&mut page, Role::Button, "rtsp://10.0.0.7/front");
+    press(&mut page, Role::Button, words::GO);
+    assert_eq!(started(&page), "rtsp://10.0.0.7/front");
+    page.get_by_role_and_label(Role::TextInput, words::OTHER).focus();
+    page.run();
+    page.get_by_role_and_label(Role::TextInput, words::OTHER).type_text("/2");
+    page.run();
+    press(&mut page, Role::Button, words::GO);
+    assert_eq!(started(&page), "rtsp://10.0.0.7/front/2");
+}
+
+#[test]
+fn cameras_come_and_go() {
+    let any = SessionRequest { source: "auto".into(), ..draft() };
+    let mut page = page(any, Choices { cameras: Vec::new(), ..choices() });
+    page.get_by_label(words::NO_CAMERA);
+    page.state_mut().1.cameras = choices().cameras;
+    page.run();
+    assert_eq!(page.state().0.draft.source, "usb:046d:0825:1F3A", "plugged in");
+    page.state_mut().1.cameras.push(camera("usb:1:2:3", "Other"));
+    page.run();
+    press(&mut page, Role::Button, "Other, 1280 × 720");
+    assert_eq!(page.state().0.draft.source, "usb:1:2:3");
+    page.state_mut().1.cameras.pop();
+    page.run();
+    assert_eq!(page.state().0.draft.source, "usb:046d:0825:1F3A", "the other was unplugged");
+    let busy = UserError {
+        what: "Another program is using the camera".into(),
+        action: Some("Close that program.".into()),
+    };
+    let camera = &mut page.state_mut().1.cameras[0];
+    (camera.picture, camera.trouble) = (None, Some(busy));
+    page.run();
+    page.get_by_label("Close that program.");
+    press(&mut page, Role::Button, words::GO);
+    assert_eq!(page.state().2, []);
+}
+
+#[test]
+fn a_board_in_view_is_counted_and_used() {
+    let mut page = page(draft(), choices());
+    press(&mut page, Role::Button, "HD Webcam, 1280 × 720");
+    press(&mut page, Role::Button, words::DETECT);
+    page.get_by_label(words::DETECTING);
+    page.state_mut().1.cameras[0].board = Some([7, 5]);
+    page.run();
+    page.get_by_label("Your board has 7 × 5 inner corners");
+    assert_eq!(page.state().0.draft.board, [7, 5]);
+    page.get_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners");
+    press(&mut page, Role::Button, words::PRINT);
+    assert_eq!(page.state().2, [UiAction::Print { board: [7, 5], paper: 0 }]);
+}
+
+#[test]
+fn the_board_is_shown_in_a_window_of_its_own() {
+    let mut page =
+        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui(|ui| {
+            start::show_board(ui.ctx(), [7, 5]);
+        });
+    page.run();
+    let picture = page.render().expect("painted");
+    let share = |is: &dyn Fn(u8) -> bool| {
+        let count = picture.pixels().filter(|pixel| pixel.0[..3].iter().all(|l| is(*l))).count();
+        count as f64 / f64::from(picture.width() * picture.height())
+    };
+    assert!(share(&|level| level == 0) > 0.1, "squares: {}", share(&|level| level == 0));
+    assert!(share(&|level| level == 255) > 0.1);
+}
+
+/// A window host with one camera: a simulated one, with a board of its own in front.
+struct WithCamera {
+    inner: Box<dyn AppHost>,
+    source: String,
+    remembered: Arc<Mutex<Memory>>,
+    opened: Arc<Mutex<Vec<SessionRequest>>>,
+}
+
+impl AppHost for WithCamera {
+    fn first_wish(&self) -> SessionRequest {
+        self.inner.first_wish()
+    }
+
+    fn starts_at_once(&self) -> bool {
+        self.inner.starts_at_once()
+    }
+
+    fn remembered(&self) -> Memory {
+        self.remembered.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
+        *self.remembered.lock().unwrap_or_else(PoisonError::into_inner) = memory.clone();
+        Ok(())
+    }
+
+    fn cameras(&mut self, _wake: &Wake) -> Vec<CameraView> {
+        vec![camera(&self.source, "Webcam")]
+    }
+
+    fn papers(&self) -> Vec<&'static str> {
+        self.inner.papers()
+    }
+
+    fn print_board(&mut self, board: [u16; 2], paper: usize) -> Result<PrintedBoard, UserError> {
+        self.inner.print_board(board, paper)
+    }
+
+    fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
+        self.opened.lock().unwrap_or_else(PoisonError::into_inner).push(wish.clone());
+        self.inner.open(wish, wake)
+    }
+
+    fn modes(&mut self, _source: &str) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn formats(&self) -> Vec<&'static str> {
+        self.inner.formats()
+    }
+
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError> {
+        self.inner.export(folder, format)
+    }
+
+    fn older(&self, folder: &Path) -> Vec<PathBuf> {
+        self.inner.older(folder)
+    }
+
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError> {
+        self.inner.compare(folder, old, wake)
+    }
+
+    fn recordings(&self) -> Vec<Recording> {
+        self.inner.recordings()
+    }
+
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError> {
+        self.inner.replay(folder, wake)
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        self.inner.is_folder(path)
+    }
+
+    fn show(&mut self, file: &Path) -> Result<(), UserError> {
+        self.inner.show(file)
+    }
+
+    fn interrupted(&self) -> bool {
+        self.inner.interrupted()
+    }
+}
+
+/// A small camera, with a 7×5 board in front of it.
+const SCENE: &str = r#"
+name = "small"
+seed = 3
+board = [7, 5]
+image_size_px = [640, 480]
+f_px = 520
+pp_px = [322, 238]
+distortion = [-0.1, 0.02, 0, 0, 0]
+[technician]
+person = "tripod"
+"#;
+
+fn views(window: &Window) -> usize {
+    app(window).screen().snapshot.as_ref().map_or(0, |snapshot| snapshot.views.len())
+}
+
+#[test]
+fn a_newcomer_with_another_board_gets_views_after_one_click() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).expect("written");
+    let remembered = Arc::new(Mutex::new(Memory::default()));
+    let opened = Arc::new(Mutex::new(Vec::new()));
+    let host = WithCamera {
+        inner: app_host(&[], false).expect("no arguments"),
+        source: format!("sim:{}", scene.display()),
+        remembered: Arc::clone(&remembered),
+        opened: Arc::clone(&opened),
+    };
+    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    assert_eq!(app(&window).page(), Page::Start, "nothing runs before it's chosen");
+    assert!(app(&window).screen().snapshot.is_none());
+    until(&mut window, "the camera", |window| {
+        window.query_by_role_and_label(Role::Button, "Webcam, 1280 × 720").is_some()
+    });
+    click(&mut window, Role::Button, words::GO);
+    assert_eq!(app(&window).page(), Page::Guide);
+    until(&mut window, "three views", |window| views(window) >= 3);
+    let boards: Vec<[u16; 2]> = {
+        let opened = opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.iter().map(|wish| wish.board).collect()
+    };
+    assert_eq!(boards, [[9, 6], [7, 5]], "the board in view is used");
+    let setup = app(&window).screen().snapshot.as_ref().map(|s| s.setup.board).expect("runs");
+    assert_eq!((setup.columns(), setup.rows()), (7, 5));
+
+    // Away and back: the session goes on.
+    click(&mut window, Role::Button, "Start");
+    assert_eq!(app(&window).page(), Page::Start);
+    window.get_by_label(words::RUNNING);
+    click(&mut window, Role::Button, words::BACK);
+    assert_eq!(app(&window).page(), Page::Guide);
+    click(&mut window, Role::Button, "Start");
+    until(&mut window, "the finish", |window| {
+        window.query_all_by_role_and_label(Role::Button, "Finish").count() > 0
+    });
+    let finish = window.get_all_by_role_and_label(Role::Button, "Finish").next();
+    finish.expect("a button").click();
+    until(&mut window, "the result", |window| app(window).ended().is_some());
+    assert_eq!(app(&window).page(), Page::Result);
+
+    // And again, without another program.
+    click(&mut window, Role::Button, "Start");
+    until(&mut window, "the board", |window| {
+        window.query_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners").is_some()
+    });
+    click(&mut window, Role::Button, words::GO);
+    until(&mut window, "another session", |window| {
+        app(window).page() == Page::Guide && app(window).ended().is_none() && views(window) >= 1
+    });
+    let memory = remembered.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    assert_eq!(memory.board, Some([7, 5]), "remembered");
+}
