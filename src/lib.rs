@@ -98,6 +98,7 @@
 
 pub mod app;
 pub mod board;
+pub mod board_code;
 pub mod calibration;
 pub mod capture;
 #[cfg(any(feature = "report", feature = "study"))]

@@ -23,7 +23,7 @@ limit 150 "headless with live cameras" --no-default-features --features live
 limit 150 "headless with everything" --no-default-features --features live,nokhwa,report,study
 limit 305 "everything"
 
-for features in "" live window window,accessibility nokhwa study report live,report; do
+for features in "" live window window,accessibility nokhwa study report manual live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

@@ -22,6 +22,8 @@ impl MissingFeature {
     pub const NOKHWA: Self = Self { part: "camera backend nokhwa", feature: "nokhwa" };
     /// The paper's experiments.
     pub const STUDY: Self = Self { part: "experiments of the study", feature: "study" };
+    /// Shell completions and manual pages.
+    pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
     /// The HTML report.
     pub const REPORT: Self = Self { part: "HTML reports", feature: "report" };
 }

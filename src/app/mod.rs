@@ -22,6 +22,7 @@
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
+//! | `coded_board` | the board from the code in its margin |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `explain` | the next action for an error |
 //! | `missing_feature` | what this build leaves out |
@@ -32,6 +33,9 @@ mod announcer;
 pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
+#[cfg(feature = "report")]
+pub mod certificate;
+pub mod coded_board;
 pub mod comparison;
 mod cue_link;
 #[cfg(all(target_os = "linux", feature = "live"))]
@@ -46,7 +50,7 @@ mod lookout;
 mod memory;
 mod missing_feature;
 pub mod opening;
-mod printed_board;
+pub mod printed_board;
 pub mod recordings;
 pub mod redetect;
 #[cfg(feature = "report")]
@@ -70,7 +74,7 @@ pub use explain::explain;
 pub use host::AppHost;
 pub use memory::usual_path as usual_memory;
 pub use missing_feature::MissingFeature;
-pub use opening::Opening;
+pub use opening::{BoardFromCode, Opening};
 pub use run::{FinishedRun, Run};
 pub use saved_session::{JournalReading, SavedSession};
 #[cfg(feature = "study")]

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 
 use super::{
-    Announcer, Run, SavedSession, comparison,
+    Announcer, Run, SavedSession,
+    coded_board::board_from_source,
+    comparison,
     source::{OpenSource, SourceName},
 };
 use crate::{
@@ -41,6 +43,20 @@ pub struct Opening {
     pub record_stream: bool,
     /// Frames that a simulated camera delivers at most.
     pub max_frames: u64,
+    /// What of the board a code in its margin may decide in a new session.
+    pub board_code: BoardFromCode,
+}
+
+/// What of the board comes from a code in its margin, if the first frames show one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BoardFromCode {
+    /// Nothing: the board is given.
+    #[default]
+    Nothing,
+    /// Columns and rows: the square is given.
+    Counts,
+    /// Everything.
+    All,
 }
 
 impl Opening {
@@ -56,6 +72,7 @@ impl Opening {
             out: None,
             record_stream: false,
             max_frames: MAX_FRAMES,
+            board_code: BoardFromCode::Nothing,
         }
     }
 
@@ -90,7 +107,11 @@ impl Opening {
     fn begin(&self, known: Option<&OldCalibration>, announcer: &Announcer) -> anyhow::Result<Run> {
         let mut config = self.with_backend(&self.config);
         let name = SourceName::parse(&self.source, &config, announcer)?;
-        let open = name.open(self.max_frames)?;
+        let mut open = name.open(self.max_frames)?;
+        if self.board_code != BoardFromCode::Nothing {
+            let keeps_square = self.board_code == BoardFromCode::Counts;
+            open = board_from_source(open, &mut config, keeps_square, announcer)?;
+        }
         if let Some(old) = known {
             let lens = comparison::known_lens(old, open.image_size()?);
             let lens = lens

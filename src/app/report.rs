@@ -6,24 +6,27 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::certificate::{Circumstances, certificate};
 use crate::{
     calibration::{
         files::{CALIBRATION_SCHEMA, CalibrationFile},
         import::MAX_BYTES,
     },
     capture::read_picture,
+    config::CertificateConfig,
     files::{Links, read_text},
     frame::ImageSize,
     report::{CameraSection, Provenance, Report, Thumbnail},
-    text::report as words,
+    text::{is_simulated, report as words},
 };
 
-/// The report of a calibration file without its session. `command` is the command line that repeats it.
+/// The report of a calibration file without its session. `command` is the command line that repeats it; `stated` is
+/// what the certificate says beside the numbers.
 ///
 /// # Errors
 ///
 /// If the file can't be read or isn't a whole `boresight.calibration/1`.
-pub fn of_file(path: &Path, command: String) -> anyhow::Result<Report> {
+pub fn of_file(path: &Path, command: String, stated: &CertificateConfig) -> anyhow::Result<Report> {
     let text = read_text(path, MAX_BYTES as u64, Links::Followed)?;
     let value: Value = serde_json::from_str(&text)
         .with_context(|| format!("not a calibration that boresight wrote: {path:?}"))?;
@@ -34,13 +37,19 @@ pub fn of_file(path: &Path, command: String) -> anyhow::Result<Report> {
     let size = ImageSize { width_px, height_px };
     let pictures =
         calibration.used().map(|(_, view)| picture_beside(folder, &view.name, size)).collect();
+    let simulated = calibration.source.as_deref().is_some_and(is_simulated);
+    let camera = CameraSection { simulated, ..CameraSection::default() };
     let mut rows = versions(&[]);
     rows.push((words::name::FILE.into(), path.display().to_string()));
+    let mut notes = Vec::new();
+    let known = Circumstances { file: Some((path, text.as_bytes())), ..Circumstances::default() };
+    let certificate = Some(certificate(stated, known, &mut notes));
     Ok(Report {
         name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         calibration,
-        notes: Vec::new(),
-        camera: CameraSection::default(),
+        notes,
+        certificate,
+        camera,
         corners: Vec::new(),
         pictures,
         check: None,

@@ -109,6 +109,20 @@ impl Run {
         stop: &AtomicBool,
         announcer: &Announcer,
     ) -> anyhow::Result<FinishedRun> {
+        self.carry_out_seen(stop, announcer, |_| ())
+    }
+
+    /// [`Self::carry_out`], which shows the newest state to `each` as it goes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::carry_out`].
+    pub fn carry_out_seen(
+        self,
+        stop: &AtomicBool,
+        announcer: &Announcer,
+        mut each: impl FnMut(&Snapshot),
+    ) -> anyhow::Result<FinishedRun> {
         let (setup, context) = self.setup(announcer)?;
         let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
         let mut camera = CameraAnnouncer::new(announcer);
@@ -118,6 +132,7 @@ impl Run {
             let ended = snapshot.as_ref().is_some_and(has_ended);
             if let Some(snapshot) = snapshot {
                 camera.announce(&snapshot.camera);
+                each(&snapshot);
             }
             if stop.load(Ordering::Relaxed) || ended {
                 break;

@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
 use anyhow::Context;
@@ -10,18 +10,21 @@ use serde_json::Value;
 
 use super::{
     Announcer, REPORT_FILE, RESULT_FILE, SavedSession,
+    certificate::{Circumstances, certificate},
     report::{quoted, versions},
     result::calibration_file,
 };
 use crate::{
     calibration::files::{CalibrationFile, CheckFile},
-    config::{BoardConfig, Config, PlanName},
+    config::{BoardConfig, CertificateConfig, Config, PlanName},
     detection::Miss,
     device::{Control, Lock},
     files::{self, Links, Overwrite, save},
     guidance::Progress,
     recording::{Header, Line, SessionFolder, Stored, stored_frame},
-    report::{CameraChange, CameraSection, Provenance, Refused, Report, Thumbnail, page},
+    report::{
+        CameraChange, CameraSection, Certificate, Provenance, Refused, Report, Thumbnail, page,
+    },
     session::{Input, Session},
     text::{self, report as words},
 };
@@ -43,21 +46,32 @@ pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer)
 /// The report follows from the journal, so it may be replaced.
 fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     let (header, contents) = SessionFolder::read(path)?;
-    let report = compose(path, &header, &contents.lines, session)?;
+    let stated = &header.config.certificate;
+    let report = compose(path, &header, &contents.lines, session, stated)?;
     let file = page_path(path);
     save(&file, page(&report).as_bytes(), Overwrite::Allowed)?;
     Ok(file)
 }
 
-/// The report of the session at `path`, calibrated again from the views that its journal records.
+/// The report of the session at `path`, calibrated again from the views that its journal records. What `stated`
+/// leaves open of the certificate, the session's settings say.
 ///
 /// # Errors
 ///
 /// If the folder or its `check.json` can't be read.
-pub fn of_folder(path: &Path) -> anyhow::Result<Report> {
+pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Report> {
     let saved = SavedSession::open(path)?;
     let SavedSession { header, session, lines, .. } = &saved;
-    let mut report = compose(path, header, lines, session)?;
+    // A session may come from somebody else, who could mean any picture of this machine.
+    let mut recorded = header.config.certificate.clone();
+    let foreign = Some(&recorded.logo)
+        .filter(|logo| Path::new(logo).components().any(|c| !matches!(c, Component::Normal(_))))
+        .map(|logo| text::certificate::logo_of_session(logo));
+    if foreign.is_some() {
+        recorded.logo.clear();
+    }
+    let mut report = compose(path, header, lines, session, &stated.clone().over(recorded))?;
+    report.notes.extend(foreign.filter(|_| stated.logo.is_empty()));
     if saved.cut {
         report.notes.push(words::CUT.into());
     }
@@ -92,6 +106,7 @@ fn compose(
     header: &Header,
     lines: &[Line],
     session: &Session,
+    stated: &CertificateConfig,
 ) -> anyhow::Result<Report> {
     let stored: BTreeMap<u64, &Stored> = lines
         .iter()
@@ -118,10 +133,13 @@ fn compose(
     let mut rows = versions(&[&header.schema]);
     rows.push((words::name::SESSION.into(), path.display().to_string()));
     rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
+    let calibration = calibration_file(session, header);
+    let certificate = first_sheet(path, header, session, &calibration, stated, &mut notes);
     Ok(Report {
         name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        calibration: calibration_file(session, header),
+        calibration,
         notes,
+        certificate,
         camera: CameraSection {
             rows: camera(header, session),
             simulated: text::is_simulated(&header.source),
@@ -133,6 +151,38 @@ fn compose(
         refused,
         provenance: Provenance { rows, command },
     })
+}
+
+/// The certificate; `None` for the short session of a check.
+fn first_sheet(
+    path: &Path,
+    header: &Header,
+    session: &Session,
+    calibration: &CalibrationFile,
+    stated: &CertificateConfig,
+    notes: &mut Vec<String>,
+) -> Option<Certificate> {
+    if header.against.is_some() && header.config.guidance.plan == PlanName::Quick {
+        return None;
+    }
+    let result = path.join(RESULT_FILE);
+    let bytes = files::read(&result, files::TEXT_LIMIT, Links::Refused)
+        .ok()
+        .filter(|_| !holds_another_result(path, calibration));
+    let camera = match &header.camera {
+        Some(camera) => (camera.name().to_owned(), camera.serial().to_owned()),
+        None if text::is_simulated(&header.source) => {
+            (text::certificate::SIMULATED_CAMERA.into(), header.source.clone())
+        }
+        None => Default::default(),
+    };
+    let known = Circumstances {
+        made: header.created.parse().ok(),
+        camera,
+        mode: session.camera().mode.map_or_else(String::new, |mode| text::camera::mode(&mode)),
+        file: bytes.as_deref().map(|bytes| (result.as_path(), bytes)),
+    };
+    Some(certificate(stated, known, notes))
 }
 
 /// What a check found, if the session is one.
@@ -186,12 +236,16 @@ fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     rows
 }
 
-/// Settings that are not the default ones, as `--set` takes them; the board is listed elsewhere.
+/// Settings that are not the default ones, as `--set` takes them; the board and the certificate are
+/// shown elsewhere.
 fn changed_settings(config: &Config) -> Vec<String> {
     let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();
     let default = Config::load(None, &[]).map(|config| table(&config)).unwrap_or_default();
     let mut changed = Vec::new();
-    for (group, values) in table(config).iter().filter(|(group, _)| *group != "board") {
+    for (group, values) in table(config)
+        .iter()
+        .filter(|(group, _)| !["board", "certificate"].contains(&group.as_str()))
+    {
         for (name, value) in values.as_table().into_iter().flatten() {
             if default.get(group).and_then(|values| values.get(name)) != Some(value) {
                 changed.push(format!("{group}.{name}={value}"));

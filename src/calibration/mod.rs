@@ -32,6 +32,7 @@ pub use calibrate::calibrate;
 pub use check::{
     finding::{Finding, FindingCode, Severity, Verdict, is_unfinished},
     leave_out,
+    limits::Limits,
     noise_findings::noise_finding,
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian},
 };

@@ -5,7 +5,9 @@ use std::{path::PathBuf, str::FromStr};
 use anyhow::Context;
 use clap::Args;
 
+use super::terminal::announcer;
 use crate::{
+    app::{BoardFromCode, coded_board::board_from_pictures},
     board::Checkerboard,
     config::Config,
     files::{Links, TEXT_LIMIT, read_text},
@@ -15,10 +17,10 @@ use crate::{
 /// Board and settings.
 #[derive(Clone, Debug, Args)]
 pub(super) struct BoardArguments {
-    /// Inner corners of the board, columns x rows, for example 9x6.
+    /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its margin, or 9x6].
     #[arg(long, value_name = "CxR")]
     board: Option<BoardSize>,
-    /// Square size with its unit: 25mm, 2.5cm, 0.025m, 1in.
+    /// Square size with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
     /// Settings file. config/default.toml explains every setting.
@@ -93,20 +95,47 @@ impl BoardArguments {
 
     /// Whether anything here names the size of the squares, or it is the default's.
     pub(super) fn says_square(&self) -> anyhow::Result<bool> {
-        const SQUARE: [&str; 2] = ["board", "square_mm"];
+        Ok(self.square.is_some() || self.sets_of_board("square_mm")?)
+    }
+
+    /// What a code in the board's margin may decide: what nothing here names.
+    pub(super) fn open_to_code(&self) -> anyhow::Result<BoardFromCode> {
+        let says_counts =
+            self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
+        Ok(match (says_counts, self.says_square()?) {
+            (true, _) => BoardFromCode::Nothing,
+            (false, true) => BoardFromCode::Counts,
+            (false, false) => BoardFromCode::All,
+        })
+    }
+
+    /// The configuration, with the board that a code in `pictures` names if nothing here does.
+    pub(super) fn config_for(&self, pictures: &[PathBuf]) -> anyhow::Result<Config> {
+        let mut config = self.config()?;
+        let open = self.open_to_code()?;
+        if open != BoardFromCode::Nothing {
+            let keeps_square = open == BoardFromCode::Counts;
+            board_from_pictures(pictures, &mut config, keeps_square, &announcer())?;
+        }
+        Ok(config)
+    }
+
+    /// Whether the settings file or a `--set` has this key of the board.
+    fn sets_of_board(&self, key: &str) -> anyhow::Result<bool> {
+        let path = ["board", key];
         let sets = |setting: &String| {
-            setting.split_once('=').is_some_and(|(key, _)| key.split('.').map(str::trim).eq(SQUARE))
+            setting.split_once('=').is_some_and(|(key, _)| key.split('.').map(str::trim).eq(path))
         };
         let in_file = match &self.config {
-            Some(path) => {
-                let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+            Some(file) => {
+                let text = read_text(file, TEXT_LIMIT, Links::Followed)?;
                 let table: toml::Table = toml::from_str(&text)
-                    .with_context(|| format!("not a configuration: {path:?}"))?;
-                table.get(SQUARE[0]).is_some_and(|board| board.get(SQUARE[1]).is_some())
+                    .with_context(|| format!("not a configuration: {file:?}"))?;
+                table.get(path[0]).is_some_and(|board| board.get(path[1]).is_some())
             }
             None => false,
         };
-        Ok(self.square.is_some() || in_file || self.settings.iter().any(sets))
+        Ok(in_file || self.settings.iter().any(sets))
     }
 }
 

@@ -12,13 +12,8 @@ use super::report::this_command;
 use super::{
     accept_args::AcceptArguments,
     board_args::{BoardArguments, Size},
+    progress::{FINDING, Progress},
     terminal::{announcer, print, say},
-};
-#[cfg(feature = "report")]
-use crate::{
-    app::report::versions,
-    report::{CameraSection, Provenance, Report, page},
-    text::report as words,
 };
 use crate::{
     app::{
@@ -29,12 +24,21 @@ use crate::{
     files::{Overwrite, may_save, save},
     text,
 };
+#[cfg(feature = "report")]
+use crate::{
+    app::{
+        certificate::{Circumstances, certificate},
+        report::versions,
+    },
+    report::{CameraSection, Provenance, Report, page},
+    text::report as words,
+};
 
 /// Calibrate from pictures of the board or from a corner table.
 ///
 /// A corner table has lines `filename x y level`, row by row over the board, and needs --image-size.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  boresight calibrate --board 9x6 --square 25mm pictures/*.png")]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Pictures (PNG, JPEG), or one corner table (.vnl).
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl")]
@@ -64,13 +68,20 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  boresight calibrate pictures/*.png
+  boresight calibrate --board 9x6 --square 25mm pictures/*.png
+  boresight calibrate --board 9x6 --square 25mm --out camera.json --report camera.html pictures/*.png
+  boresight calibrate --board 9x6 --square 25mm --image-size 1280x720 corners.vnl";
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         #[cfg(not(feature = "report"))]
         if self.report.is_some() {
             return Err(crate::app::MissingFeature::REPORT.into());
         }
-        let mut config = self.board.config()?;
+        let mut config = self.board.config_for(&self.inputs)?;
         self.goal.apply(&mut config);
         config.calibration.varying_focal |= self.varying_focal;
         let board = config.board()?;
@@ -94,12 +105,11 @@ impl Arguments {
                 bail!("give pictures, or one corner table, not both")
             }
             inputs => {
-                let bar = indicatif::ProgressBar::new(inputs.len() as u64)
-                    .with_message("finding the board");
-                let progress = || bar.inc(1);
+                let progress = Progress::new(FINDING, inputs.len());
+                let step = || progress.step();
                 let views =
-                    from_pictures(inputs, &board, self.report.is_some(), &announcer(), progress)?;
-                bar.finish_and_clear();
+                    from_pictures(inputs, &board, self.report.is_some(), &announcer(), step)?;
+                progress.finish();
                 views
             }
         };
@@ -119,10 +129,18 @@ impl Arguments {
         }
         #[cfg(feature = "report")]
         if let Some(path) = &self.report {
+            let mut notes = Vec::new();
+            let known = Circumstances {
+                made: Some(jiff::Timestamp::now()),
+                file: self.out.as_deref().map(|path| (path, json.as_bytes())),
+                ..Circumstances::default()
+            };
+            let certificate = Some(certificate(&config.certificate, known, &mut notes));
             let report = Report {
                 name: words::files(&folder_name(&self.inputs), self.inputs.len()),
                 calibration: file,
-                notes: Vec::new(),
+                notes,
+                certificate,
                 camera: CameraSection::default(),
                 corners: views.corners,
                 pictures: views.pictures,

@@ -27,9 +27,9 @@ use crate::{
     text,
 };
 
-/// Check an installed camera against its old calibration: OK, WATCH or RECALIBRATE.
+/// Check an installed camera against its old calibration.
 ///
-/// Guides through two opposed pairs, then compares. The report states the smallest detectable change. There
+/// Guides through two opposed pairs, then compares: OK, WATCH or RECALIBRATE. The report states the smallest detectable change. There
 /// is no verdict for a different picture size, a different camera, or views outside the part of the picture that
 /// the old calibration covers. The old file is never changed.
 ///
@@ -37,7 +37,7 @@ use crate::{
 /// .cameramodel. Only calibration.json states its uncertainty, which makes the check most sensitive.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  boresight check --against calibration.json --source /dev/video0"
+    after_help = EXAMPLES
 )]
 pub(super) struct Arguments {
     /// The old calibration.
@@ -67,6 +67,12 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight check --against calibration.json
+  boresight check --against camera_info.yaml --source /dev/video0 --board 9x6 --square 25mm
+  boresight check --against calibration.json --source rtsp://192.168.1.20/stream";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {

@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::{
     board_args::BoardArguments,
-    terminal::{print, say},
+    progress::{FINDING, Progress},
+    terminal::print,
 };
 use crate::{
     app::{Exit, json},
@@ -17,9 +18,11 @@ use crate::{
     text,
 };
 
-/// Detect the board's corners in pictures. Prints a corner table, or one JSON object per picture.
+/// Detect the board's corners in pictures.
+///
+/// Prints a corner table, or one JSON object per picture.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  boresight detect --board 9x6 pictures/*.png > corners.vnl")]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Pictures, PNG or JPEG.
     #[arg(required = true, value_name = "IMAGE")]
@@ -31,20 +34,28 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  boresight detect pictures/*.png > corners.vnl
+  boresight detect --board 9x6 pictures/*.png > corners.vnl
+  boresight detect --board 9x6 --json picture.png";
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let board = self.board.config()?.board()?;
+        let board = self.board.config_for(&self.images)?.board()?;
         let mut detector = Detector::new(DetectorParams::default());
         let mut unreadable = 0;
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
+        let progress = Progress::new(FINDING, self.images.len());
         for path in &self.images {
             let image = match read_picture(path) {
                 Ok(image) => image,
                 Err(err) => {
                     unreadable += 1;
-                    say(&format!("boresight: {:#}", anyhow::Error::from(err)));
+                    progress.say(&format!("boresight: {:#}", anyhow::Error::from(err)));
+                    progress.step();
                     continue;
                 }
             };
@@ -53,15 +64,18 @@ impl Arguments {
             let seen = detector.detect(&image, &board);
             let millis = started.elapsed().as_secs_f64() * 1e3;
             if let Err(miss) = &seen {
-                say(&format!("{name}: {}", text::miss(miss)));
+                progress.say(&format!("{name}: {}", text::miss(miss)));
             }
-            if self.json {
-                print(&json::detection(&name, &board, &seen, millis).to_string())?;
+            let line = if self.json {
+                json::detection(&name, &board, &seen, millis).to_string()
             } else {
                 let corners = seen.as_ref().ok().map(|detection| detection.corners.as_slice());
-                print(corner_table::lines(&name, corners, Digits::FourDecimals).trim_end())?;
-            }
+                corner_table::lines(&name, corners, Digits::FourDecimals)
+            };
+            progress.aside(|| print(line.trim_end()))?;
+            progress.step();
         }
+        progress.finish();
         if unreadable > 0 {
             bail!("{unreadable} of {} files could not be read", self.images.len());
         }

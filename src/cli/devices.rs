@@ -25,18 +25,25 @@ use crate::{
     },
 };
 
-/// List cameras with stable names, modes and controls, and the limits of each backend.
+/// List cameras with stable names, modes and controls.
+///
+/// Also lists the limits of each backend.
 ///
 /// Cameras are identified by USB vendor, product and serial number, and identical cameras by USB port, so the name
 /// stays valid after a restart. Virtual and infrared cameras are listed but never chosen automatically. Exits
 /// with 1 if there is no camera.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  boresight devices")]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Print one JSON object on stdout.
     #[arg(long)]
     json: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight devices
+  boresight devices --json";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {

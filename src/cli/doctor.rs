@@ -13,10 +13,11 @@ use crate::{
     text,
 };
 
-/// Check a session for damage: header, journal, pictures, and whether the decisions can be reproduced.
-/// Read-only.
+/// Check a session for damage. Read-only.
+///
+/// Checks header, journal and pictures, and whether the decisions can be reproduced.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  boresight doctor sessions/2026-11-21T08-00-00Z")]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// The session folder.
     session: PathBuf,
@@ -27,6 +28,11 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight doctor sessions/2026-11-21T08-00-00Z
+  boresight doctor sessions/2026-11-21T08-00-00Z --recover saved";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
@@ -62,11 +68,11 @@ impl Arguments {
                 "To copy the undamaged part into a new session: boresight doctor {} --recover NEW",
                 self.session.display()
             ));
-            let count = match problems.len() {
+            let problems = match problems.len() {
                 1 => "1 problem".to_owned(),
                 count => format!("{count} problems"),
             };
-            bail!("{count} in {:?}", self.session);
+            bail!("{problems} in {:?}", self.session);
         }
         say("Whole.");
         Ok(Exit::Good)

@@ -15,9 +15,7 @@ use crate::{
 ///
 /// Numbers have 17 significant digits. A format that can't hold the lens model is refused.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  boresight export sessions/2026-11-21T08-00-00Z --format opencv-yaml --out camera.yaml"
-)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// A session folder, or its calibration.json.
     #[arg(value_name = "SESSION|FILE")]
@@ -76,6 +74,11 @@ impl From<FormatName> for export::Format {
         }
     }
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight export sessions/2026-11-21T08-00-00Z --format opencv-yaml --out camera.yaml
+  boresight export calibration.json --format ros-yaml --name front > front.yaml";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {

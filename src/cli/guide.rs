@@ -11,22 +11,20 @@ use super::{
     terminal::{announcer, print, say, stop_flag},
 };
 use crate::{
-    app::{Exit, Opening},
+    app::{BoardFromCode, Exit, FinishedRun, Opening},
     text::window as words,
 };
 #[cfg(feature = "window")]
 use {super::window, crate::app::AppHost};
 
-/// Guide a person through the poses, take the views automatically, and calibrate.
+/// Guide a person through the poses, take the views, and calibrate.
 ///
 /// Opens a window. Without options, its start page asks for camera, board and plan; with any, the session starts at
 /// once. F12 lists the keys; you don't need any.
 /// The session ends when the plan is complete, or at Ctrl-C. Your views are always safe: `--session DIR`
 /// resumes where you stopped.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  boresight guide --board 9x6 --square 25mm\n  boresight guide --headless --source sim\n  boresight guide --accept \"length 800mm at 2m <= 2mm\""
-)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
     /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a video
@@ -69,9 +67,16 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  boresight guide --board 9x6 --square 25mm
+  boresight guide --headless --source sim
+  boresight guide --accept \"length 800mm at 2m <= 2mm\"
+  boresight guide --session sessions/2026-11-21T08-00-00Z";
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let opening = self.opening()?;
+        let mut opening = self.opening()?;
         if !self.headless {
             #[cfg(feature = "window")]
             if crate::ui::has_display() {
@@ -79,6 +84,8 @@ impl Arguments {
             }
             say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
+        // A window names the board that it sees by itself.
+        opening.board_code = self.board.open_to_code()?;
         run(&opening, self.json)
     }
 
@@ -114,6 +121,7 @@ impl Arguments {
             out: self.out.clone(),
             record_stream: self.record_stream,
             max_frames: self.max_frames,
+            board_code: BoardFromCode::Nothing,
         })
     }
 }
@@ -121,8 +129,12 @@ impl Arguments {
 /// Runs a session in the terminal; prints the result as JSON with `json`.
 pub(super) fn run(opening: &Opening, json: bool) -> anyhow::Result<Exit> {
     let announcer = announcer();
-    let concluded =
-        opening.open(&announcer)?.carry_out(&*stop_flag()?, &announcer)?.conclude(&announcer)?;
+    conclude(opening.open(&announcer)?.carry_out(&*stop_flag()?, &announcer)?, json)
+}
+
+/// Announces and stores the result of a session that has run; prints it as JSON with `json`.
+pub(super) fn conclude(finished: FinishedRun, json: bool) -> anyhow::Result<Exit> {
+    let concluded = finished.conclude(&announcer())?;
     if json {
         print(&concluded.result.to_json()?.to_string())?;
     }

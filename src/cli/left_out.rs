@@ -35,6 +35,16 @@ pub(super) mod report {
     );
 }
 
+#[cfg(not(feature = "manual"))]
+pub(super) mod completions {
+    left_out!(crate::app::MissingFeature::MANUAL, "Print shell completions (not in this build).");
+}
+
+#[cfg(not(feature = "manual"))]
+pub(super) mod man {
+    left_out!(crate::app::MissingFeature::MANUAL, "Write the manual pages (not in this build).");
+}
+
 #[cfg(not(feature = "study"))]
 pub(super) mod study {
     left_out!(

@@ -5,14 +5,25 @@ mod backend;
 mod board_args;
 mod calibrate;
 mod check;
+#[cfg(feature = "manual")]
+mod completions;
 mod detect;
 #[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod devices;
 mod doctor;
 mod export;
 mod guide;
-#[cfg(not(all(feature = "live", feature = "nokhwa", feature = "report", feature = "study")))]
+#[cfg(not(all(
+    feature = "live",
+    feature = "nokhwa",
+    feature = "report",
+    feature = "study",
+    feature = "manual"
+)))]
 mod left_out;
+#[cfg(feature = "manual")]
+mod man;
+mod progress;
 mod replay;
 #[cfg(feature = "report")]
 mod report;
@@ -26,6 +37,8 @@ mod window;
 
 use std::process::ExitCode;
 
+#[cfg(feature = "manual")]
+use clap::CommandFactory;
 use clap::{Parser, Subcommand};
 
 #[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
@@ -34,6 +47,8 @@ use left_out::devices;
 use left_out::report;
 #[cfg(not(feature = "study"))]
 use left_out::study;
+#[cfg(not(feature = "manual"))]
+use left_out::{completions, man};
 
 #[cfg(feature = "window")]
 use crate::app::AppHost;
@@ -80,17 +95,19 @@ Exit codes:
 #[derive(Debug, Subcommand)]
 enum Command {
     Guide(guide::Arguments),
-    Replay(replay::Arguments),
-    Calibrate(calibrate::Arguments),
     Check(check::Arguments),
+    Calibrate(calibrate::Arguments),
+    Target(target::Arguments),
     Detect(detect::Arguments),
     Devices(devices::Arguments),
-    Simulate(simulate::Arguments),
-    Export(export::Arguments),
     Report(report::Arguments),
+    Export(export::Arguments),
+    Replay(replay::Arguments),
     Doctor(doctor::Arguments),
+    Simulate(simulate::Arguments),
     Study(study::Arguments),
-    Target(target::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
 }
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
@@ -110,6 +127,14 @@ pub fn main() -> ExitCode {
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
         Some(Command::Target(arguments)) => arguments.run(),
+        #[cfg(feature = "manual")]
+        Some(Command::Completions(arguments)) => arguments.run(CommandLine::command()),
+        #[cfg(feature = "manual")]
+        Some(Command::Man(arguments)) => arguments.run(CommandLine::command()),
+        #[cfg(not(feature = "manual"))]
+        Some(Command::Completions(arguments)) => arguments.run(),
+        #[cfg(not(feature = "manual"))]
+        Some(Command::Man(arguments)) => arguments.run(),
     };
     match result {
         Ok(exit) => exit.into(),

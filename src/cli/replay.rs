@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::{
     board_args::setting,
+    progress::{FINDING, Progress},
     terminal::{announcer, print, say},
 };
 #[cfg(not(feature = "window"))]
@@ -29,9 +30,7 @@ use crate::{
 /// Without --set and --redetect, every decision must match; otherwise it exits with 1. The session isn't
 /// changed.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  boresight replay sessions/2026-11-21T08-00-00Z --set guidance.min_tilt_deg=35"
-)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Session folders.
     #[arg(required = true, value_name = "SESSION")]
@@ -52,6 +51,12 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight replay sessions/2026-11-21T08-00-00Z
+  boresight replay sessions/2026-11-21T08-00-00Z --set guidance.min_tilt_deg=35
+  boresight replay sessions/2026-11-21T08-00-00Z --redetect --json";
 
 /// Differences shown in full; the rest are counted.
 const SHOWN: usize = 5;
@@ -79,15 +84,15 @@ impl Arguments {
         if self.redetect {
             let threads =
                 self.threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
-            let bar = indicatif::ProgressBar::new(journal.stored().len() as u64)
-                .with_message("finding the board");
+            let progress = Progress::new(FINDING, journal.stored().len());
             let (searched, observed) =
-                redetect(&mut journal, &config.board()?, threads, || bar.inc(1))?;
-            bar.finish_and_clear();
+                redetect(&mut journal, &config.board()?, threads, || progress.step())?;
+            progress.finish();
             say(&format!("Searched {searched} of {observed} frames again"));
         }
         let mut checksum = crc32fast::Hasher::new();
         let mut steps = Vec::new();
+        let progress = Progress::new("replaying", journal.lines.len());
         let again = journal.decide_again(&config, |session, decision| {
             if self.gui {
                 steps.push(session.snapshot(*decision));
@@ -95,7 +100,9 @@ impl Arguments {
             // The same text that a recording holds, so that equal checksums mean equal decisions.
             checksum.update(serde_json::to_string(decision).unwrap_or_default().as_bytes());
             checksum.update(b"\n");
+            progress.step();
         })?;
+        progress.finish();
         let (count, differences) = (journal.lines.len(), again.differences);
         let crc32 = format!("{:08x}", checksum.finalize());
         let Rounding { count: rounded, largest } = again.rounding;

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{
     accept_args::AcceptArguments,
+    board_args::setting,
     terminal::{print, say},
 };
 use crate::{
@@ -20,23 +21,32 @@ use crate::{
         files::{AcceptanceEntry, CalibrationFile},
     },
     capture::without_secrets,
+    config::Config,
     files::{Overwrite, save},
     report::page,
     text::{acceptance::acceptance, report as words},
 };
 
-/// Write the report of a calibration: one self-contained HTML file for any screen and for paper.
+/// Write a certificate and report of a calibration, to read and print.
+///
+/// One self-contained HTML file. The first sheet is for your customer, the others are for engineers.
 ///
 /// For a session, rewrites the report in its folder. For a calibration.json from `calibrate`, writes a report
 /// beside it, with the pictures if they're in the same folder.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  boresight report sessions/2026-11-21T08-00-00Z")]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// A session folder, or a calibration.json.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
     #[command(flatten)]
     goal: AcceptArguments,
+    /// Settings file. Its table [certificate] fills in the first sheet.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Fill in the first sheet, for example certificate.customer="Mill Ltd". Can be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
+    settings: Vec<String>,
     /// File to write [default: report.html in the session, or FILE.html beside the calibration].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -48,12 +58,19 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  boresight report sessions/2026-11-21T08-00-00Z
+  boresight report sessions/2026-11-21T08-00-00Z --config firm.toml --set certificate.customer=\"Mill Ltd\"
+  boresight report calibration.json --out site-12.html";
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let session = self.session();
+        let stated = Config::load(self.config.as_deref(), &self.settings)?.certificate;
         let mut report = match &session {
-            Some(path) => session_report::of_folder(path)?,
-            None => of_file(&self.input, this_command())?,
+            Some(path) => session_report::of_folder(path, &stated)?,
+            None => of_file(&self.input, this_command(), &stated)?,
         };
         self.judge(&mut report.calibration)?;
         let own = session.map(|path| session_report::page_path(&path));

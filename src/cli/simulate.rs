@@ -1,18 +1,18 @@
 //! `boresight simulate`.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use clap::Args;
 
-use super::{board_args::BoardArguments, guide::run};
-use crate::app::{Exit, Opening};
+use super::{board_args::BoardArguments, guide::conclude, progress::Progress, terminal::stop_flag};
+use crate::app::{Announcer, Exit, Opening};
 
 /// Record a simulated session: every picture, every decision, and the true values.
 ///
 /// A simulated technician follows the guidance with human reaction time, speed and mistakes.
 /// truth.json holds the true lens and the board's true pose in every frame.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  boresight simulate random:7 --out recordings/seven")]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Scene file (TOML), or random:SEED for a random camera [default: an everyday webcam].
     #[arg(value_name = "SCENARIO")]
@@ -33,6 +33,12 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  boresight simulate --out recordings/webcam
+  boresight simulate random:7 --out recordings/seven
+  boresight simulate scene.toml --accepted-only --out recordings/scene";
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let config = self.board.config()?;
@@ -43,6 +49,15 @@ impl Arguments {
             max_frames: self.max_frames,
             ..Opening::new(&source, config)
         };
-        run(&opening, self.json)
+        let progress = Arc::new(Progress::new("views", 1));
+        let above = Arc::clone(&progress);
+        let announcer = Announcer::new(move |line| above.say(line));
+        let finished =
+            opening.open(&announcer)?.carry_out_seen(&*stop_flag()?, &announcer, |snapshot| {
+                let taken = snapshot.views.len();
+                progress.at(taken, taken + snapshot.views_to_go.unwrap_or(1));
+            });
+        progress.finish();
+        conclude(finished?, self.json)
     }
 }

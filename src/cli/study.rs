@@ -1,27 +1,29 @@
 //! `boresight study`.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 
-use super::terminal::{print, say};
+use super::{
+    progress::Progress,
+    terminal::{print, say},
+};
 use crate::{
     app::{Exit, StudyFolder},
     files::{Links, TEXT_LIMIT, read_text},
     study::{EXPERIMENTS, Outcome, Params, guidance, page},
 };
 
-/// Repeat the source paper's experiments with known true values, and compare guidance strategies.
+/// Repeat the source paper's experiments with known true values.
+///
+/// Also compares guidance strategies.
 ///
 /// Writes index.html, which lists each claim, measurement and verdict, with one CSV per table and one SVG per
 /// figure. The same parameters and seed give the same files. Start an interrupted study again with the same
 /// --out to continue. Exits with 3 if a known value is not reproduced.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  boresight study --out study\n  boresight study skip table1 --seed 2 --out skip2"
-)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Experiments to run [default: all].
     #[arg(value_name = "EXPERIMENT")]
@@ -45,6 +47,12 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight study --out study
+  boresight study skip table1 --seed 2 --out skip2
+  boresight study --print-params > params.toml";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Name {
@@ -83,14 +91,16 @@ impl Arguments {
         let mut outcomes = Vec::new();
         // What an earlier call put into this folder stays on its page.
         let shown = |name: &str| wanted(name) || folder.is_done(name);
-        for (name, experiment) in EXPERIMENTS.into_iter().filter(|(name, _)| shown(name)) {
-            let bar = ProgressBar::new_spinner().with_message(format!("{name} …"));
-            bar.enable_steady_tick(Duration::from_millis(200));
+        let experiments: Vec<_> = EXPERIMENTS.into_iter().filter(|(name, _)| shown(name)).collect();
+        let progress = Progress::of_long_steps("study", experiments.len());
+        for (name, experiment) in experiments {
+            progress.now(name);
             let outcome = folder.part(name, || Some(experiment(&params)))?;
-            bar.finish_and_clear();
-            say(&summary(&outcome));
+            progress.step();
+            progress.say(&summary(&outcome));
             outcomes.push(outcome);
         }
+        progress.finish();
         let raced = || guidance::parts(&params).iter().all(|part| folder.is_done(&part.name()));
         if wanted("guidance") || raced() {
             let outcome = guidance_outcome(&folder, &params)?;
@@ -142,20 +152,16 @@ impl Arguments {
 
 fn guidance_outcome(folder: &StudyFolder, params: &Params) -> anyhow::Result<Outcome> {
     let parts = guidance::parts(params);
-    let bar = ProgressBar::new((parts.len() * params.guidance_runs) as u64);
-    let style = ProgressStyle::with_template("guidance {bar:30} {pos}/{len} runs, {eta} left");
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(500));
+    let all = parts.len() * params.guidance_runs;
+    let progress = Progress::of_long_steps("guidance", all);
     let mut runs = Vec::with_capacity(parts.len());
     for part in parts {
         let done: guidance::Runs =
-            folder.part(&part.name(), || guidance::runs(params, part, &|| bar.inc(1)))?;
+            folder.part(&part.name(), || guidance::runs(params, part, &|| progress.step()))?;
         runs.push(done);
-        bar.set_position((runs.len() * params.guidance_runs) as u64);
+        progress.at(runs.len() * params.guidance_runs, all);
     }
-    bar.finish_and_clear();
+    progress.finish();
     Ok(guidance::outcome(params, &runs))
 }
 

@@ -12,19 +12,24 @@ use super::{
     terminal::{print, say},
 };
 use crate::{
-    app::Exit,
+    app::{
+        Exit,
+        printed_board::{margin_code, new_id},
+    },
+    board_code::{BoardCode, BoardId},
     files::{Overwrite, save},
     target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
     text,
 };
 
-/// Create a board at true size to print or show on a screen: PDF, SVG or PNG.
+/// Create a board to print or show on a screen: PDF, SVG or PNG.
 ///
-/// Without --square, the squares are as large as fits with a white margin of one square, in whole millimetres (in
-/// whole pixels on a screen). The sheet also shows a ruler, the board's name and the square size. The command
+/// The board has its true size. Without --square, the squares are as large as fits with a white margin of one square,
+/// in whole millimetres (in whole pixels on a screen). The sheet also shows a ruler, the board's name and the square
+/// size. If there is room, a code in the margin names the board, so that other commands need no --board. The command
 /// explains how to check the print and its flatness, and what to pass to `boresight guide`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  boresight target --board 9x6 --paper a4 --out board.pdf")]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     #[command(flatten)]
     board: BoardArguments,
@@ -41,6 +46,12 @@ pub(super) struct Arguments {
     /// Size of the screen in pixels.
     #[arg(long, value_name = "WxH", default_value = "1920x1080")]
     pixels: Size,
+    /// ID in the board's code: four digits or letters [default: a new one].
+    #[arg(long, value_name = "ID", conflicts_with = "no_code")]
+    id: Option<BoardId>,
+    /// Leave out the code in the margin, from which other commands read the board.
+    #[arg(long)]
+    no_code: bool,
     /// Overwrite an existing file.
     #[arg(long)]
     force: bool,
@@ -70,12 +81,24 @@ fn resolution(text: &str) -> Result<Resolution, String> {
     dpi.ok_or_else(|| "expected 20 to 1200 pixels per inch".into())
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  boresight target --board 9x6 --paper a4 --out board.pdf
+  boresight target --board 11x8 --square 30mm --paper a3
+  boresight target --board 9x6 --paper screen --dpi 92";
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let plan = self.plan()?;
         let path = self.out.clone().unwrap_or_else(|| self.usual_name(&plan));
         let format = format(&path)?;
-        let sheet = sheet(&plan, &text::target_lines(&plan));
+        let code = self.code(&plan);
+        let id = code.as_ref().map(|code| code.id().to_string());
+        let lines = text::target_lines(&plan, id.as_deref());
+        let sheet = match &code {
+            Some(code) => sheet(&plan, &lines).with_code(&plan, code),
+            None => sheet(&plan, &lines),
+        };
         let bytes = match format {
             Format::Pdf => pdf(&sheet),
             Format::Svg => svg(&sheet).into_bytes(),
@@ -92,7 +115,7 @@ impl Arguments {
             say(&format!("  {}. {step}", i + 1));
         }
         if self.json {
-            print(&self.report(&plan, &path)?)?;
+            print(&self.report(&plan, id.as_deref(), &path)?)?;
         }
         Ok(Exit::Good)
     }
@@ -127,11 +150,26 @@ impl Arguments {
         format!("checkerboard-{}x{}-{square}mm.{extension}", plan.columns, plan.rows).into()
     }
 
-    fn report(&self, plan: &Plan, path: &Path) -> anyhow::Result<String> {
+    /// The code for the margin, if there is room for it.
+    fn code(&self, plan: &Plan) -> Option<BoardCode> {
+        if self.no_code {
+            return None;
+        }
+        let id = self.id.unwrap_or_else(new_id);
+        let code = margin_code(plan, id);
+        match code {
+            Some(_) => say(&text::code_in_margin(&id.to_string())),
+            None => say(text::NO_ROOM_FOR_CODE),
+        }
+        code
+    }
+
+    fn report(&self, plan: &Plan, id: Option<&str>, path: &Path) -> anyhow::Result<String> {
         let paper = self.paper.to_possible_value().context("no name")?;
         let report = json!({
             "schema": "boresight.target/1",
             "file": path.display().to_string(),
+            "id": id,
             "board": { "columns": plan.columns, "rows": plan.rows, "square_mm": plan.square_mm },
             "paper": paper.get_name(),
             "page_mm": [plan.page.width_mm, plan.page.height_mm],

@@ -1,10 +1,12 @@
 //! Configuration: TOML in, typed parameters out. The only place with millimetres and degrees.
 
 mod camera;
+mod certificate;
 
 pub use camera::{Backend, CameraConfig};
+pub use certificate::CertificateConfig;
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +35,23 @@ pub struct Config {
     pub guidance: GuidanceConfig,
     /// The solver.
     pub calibration: CalibrationConfig,
+    /// The report's first sheet.
+    #[serde(default)]
+    pub certificate: CertificateConfig,
+    /// Printed boards by the ID of their code.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub boards: BTreeMap<String, MeasuredBoard>,
+}
+
+/// A printed board whose squares were measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredBoard {
+    /// Side of a square.
+    pub square_mm: f64,
+    /// How it was measured.
+    #[serde(default)]
+    pub measured_with: String,
 }
 
 /// The board.
@@ -258,6 +277,10 @@ impl Config {
         let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
         let camera = self.camera.wanted().is_some();
         let scale = (0.0..=10.0).contains(&self.board.scale_error_percent);
+        let certificate = self.certificate.is_usable();
+        let boards = self.boards.values().all(|board| {
+            (1e-3..1e4).contains(&board.square_mm) && board.measured_with.len() <= 200
+        });
         for (good, message) in [
             (
                 camera,
@@ -269,6 +292,11 @@ impl Config {
             ),
             (shares, "guidance: fills need 0.05 <= min_fill <= target_fill <= 1"),
             (scale, "board.scale_error_percent must be 0 to 10"),
+            (
+                certificate,
+                "certificate: check_months must be 0 to 120, and each text at most 200 letters long",
+            ),
+            (boards, "boards: square_mm must be 0.001 to 10000"),
             (positive, "guidance: limits must be positive numbers"),
             (
                 rest,
@@ -373,6 +401,11 @@ fn merge(table: &mut toml::Table, over: toml::Table) {
             (Some(toml::Value::Float(number)), toml::Value::Integer(whole)) => {
                 *number = whole as f64;
             }
+            // A serial number or a date needs no quotes.
+            (
+                Some(toml::Value::String(text)),
+                bare @ (toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Datetime(_)),
+            ) => *text = bare.to_string(),
             (_, value) => {
                 table.insert(key, value);
             }
@@ -430,6 +463,31 @@ mod tests {
         assert_eq!((params.accept, params.board_scale_sd), (Some(goal), 0.0002));
         let before = Config::load(None, &[]).expect("valid").calibration();
         assert_eq!((before.accept, before.board_scale_sd), (None, BOARD_SCALE_SD));
+    }
+
+    #[test]
+    fn what_a_certificate_says_needs_no_quotes() {
+        let settings = [
+            "certificate.camera_serial=0012",
+            "certificate.number=17",
+            "certificate.customer=Mill & Sons",
+            "certificate.site=2026-11-22",
+        ];
+        let config = Config::load(None, &settings.map(str::to_owned)).expect("valid").certificate;
+        assert_eq!((config.camera_serial.as_str(), config.number.as_str()), ("0012", "17"));
+        assert_eq!((config.customer.as_str(), config.site.as_str()), ("Mill & Sons", "2026-11-22"));
+        let long = format!("certificate.site={}", "x".repeat(201));
+        assert!(Config::load(None, &[long]).is_err());
+    }
+
+    #[test]
+    fn measured_boards_are_listed_by_their_id() {
+        let set = |text: &str| Config::load(None, &[text.to_owned()]);
+        let config = set("boards.K7Q2.square_mm=25.03").expect("valid");
+        assert_eq!(config.boards["K7Q2"].square_mm, 25.03);
+        assert!(set("boards.K7Q2.square_mm=25").is_ok());
+        assert!(set("boards.K7Q2.square_mm=-1").is_err());
+        assert!(set("boards.K7Q2.size=25").is_err());
     }
 
     #[test]

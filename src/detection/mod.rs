@@ -11,6 +11,7 @@
 //! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
 //! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops corners that contradict their neighbours | a corner is covered, or blurred by more than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
 //! | `bent_edges` | moves the corners onto edges that the lens bends | the board has fewer than three corners in a row | – |
+//! | `printed_code` | reads the code in the margin of a printed board, if the caller asks | there is none | – |
 //! | `motion` | estimates how far the board moved during the exposure | motion is along a diagonal of the squares | – |
 //!
 //! A missed board costs a second, a wrong corner a calibration. So every stage may drop candidates, and each
@@ -32,6 +33,7 @@ mod motion;
 mod outcome;
 mod params;
 mod patch;
+mod printed_code;
 mod reduce;
 mod refine;
 mod response;
@@ -42,4 +44,5 @@ mod track;
 pub use detector::{Detector, Search, detect};
 pub use outcome::{Detection, Miss, Quality, Side};
 pub use params::DetectorParams;
+pub use printed_code::read_code;
 pub use track::{Prediction, Track};

@@ -39,6 +39,16 @@ struct ControlTable {
 }
 
 impl CameraTable {
+    /// Name, as the camera says it; may hold anything.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// USB serial number; empty if there is none.
+    pub fn serial(&self) -> &str {
+        &self.serial
+    }
+
     /// How the controls stood before the session locked them.
     pub fn controls_before(&self) -> Vec<ControlBefore> {
         let before = |table: &ControlTable| ControlBefore {

@@ -1,4 +1,5 @@
-//! A calibration as one HTML page: readable offline on any screen, and printed on two sheets.
+//! A calibration as one HTML page: readable offline on any screen, and printed on three sheets. The first is the
+//! certificate for the customer, the others are for the engineer.
 //!
 //! ```text
 //! calibration.json ─┐
@@ -13,21 +14,26 @@
 //! known; where they aren't, the page says so. Text from outside, such as a file name, is escaped. Nothing
 //! here opens a file.
 
+mod certificate;
 mod drift;
 mod estimates;
 mod lens_curve;
 mod line;
+mod logo;
 mod number;
 mod page;
 mod picture_maps;
 mod projection_map;
 mod section;
 mod skip;
+mod stated;
 mod summary;
 mod thumbnail;
 mod views;
 
+pub use logo::Logo;
 pub use page::page;
+pub use stated::Certificate;
 pub use thumbnail::Thumbnail;
 
 use crate::{
@@ -44,6 +50,8 @@ pub struct Report {
     pub calibration: CalibrationFile,
     /// Sentences to read before the numbers.
     pub notes: Vec<String>,
+    /// What the first sheet states beside the numbers; `None` for a report without one.
+    pub certificate: Option<Certificate>,
     /// The camera and what happened to it.
     pub camera: CameraSection,
     /// Corners of each used view, in pixels; empty if unknown.

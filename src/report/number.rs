@@ -3,7 +3,7 @@
 use crate::chart::escaped;
 
 /// Decimals that show two digits of `sd`.
-fn decimals(sd: f64) -> usize {
+pub(super) fn decimals(sd: f64) -> usize {
     if !(sd > 0.0 && sd.is_finite()) {
         return 2;
     }

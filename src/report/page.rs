@@ -1,13 +1,17 @@
 //! The page as a whole.
 
 use super::{
-    Report, drift, estimates, lens_curve, picture_maps, projection_map, skip, summary, views,
+    Report, certificate, drift, estimates, lens_curve, picture_maps, projection_map, skip, summary,
+    views,
 };
-use crate::{chart::escaped, text::report as words};
+use crate::{
+    chart::escaped,
+    text::{certificate as certificate_words, report as words},
+};
 
 /// Sizes are of paper: the page is read on a screen as it is printed.
 const STYLE: &str = "\
-@page{size:A4;margin:9mm 10mm}
+@page{margin:9mm 10mm}
 *{box-sizing:border-box}
 html{background:#e8e8e8}
 body{font:9.5pt/1.32 'Liberation Sans',Arial,Helvetica,sans-serif;color:#111;background:#fff;width:210mm;max-width:100%;margin:1rem auto;padding:9mm 10mm;-webkit-print-color-adjust:exact;print-color-adjust:exact}
@@ -18,6 +22,26 @@ p{margin:0 0 .8mm}
 .box{border:.7mm solid #111;padding:2mm 3mm}
 .box h2{display:none}
 .lead{font-size:12pt}
+.certificate{position:relative;break-after:page;border-bottom:.3mm solid #888;padding-bottom:6mm;margin-bottom:6mm}
+.certificate>h2{display:none}
+.certificate>*{position:relative}
+.masthead{display:flex;justify-content:space-between;align-items:flex-start;gap:8mm;border-bottom:.5mm solid #111;margin-bottom:3mm;padding-bottom:2mm}
+.masthead h1{font-size:19pt;margin:0}
+.title{text-align:right}
+.logo{display:block;height:16mm;max-width:60mm}
+.company{white-space:pre-line;margin-top:1mm}
+.certificate table{font-size:9pt;margin-bottom:3mm}
+.certificate td,.certificate th{padding-top:.9mm;padding-bottom:.9mm}
+.certificate .two th{width:38%}
+.results td.met{text-align:center;font-weight:bold}
+.results thead th:nth-child(n+2){text-align:right}
+.results thead th:last-child{text-align:center}
+.blank{display:block;border-bottom:.2mm dotted #555;height:1.2em}
+pre{font:8.5pt/1.35 'Liberation Mono',monospace;margin:0 0 3mm;padding:1.5mm 2mm;background:#f2f2f2;white-space:pre-wrap;overflow-wrap:anywhere}
+.checksum{font-size:8pt;overflow-wrap:anywhere}
+.signatures{display:grid;grid-template-columns:1fr 1fr;gap:10mm;margin-top:7mm}
+.sign-here{border-top:.2mm solid #111;margin-top:14mm;font-size:7.5pt;color:#333}
+.certificate>.watermark{position:absolute;inset:30% 0 auto;text-align:center;font-size:72pt;font-weight:bold;color:#b00000;opacity:.13;transform:rotate(-28deg);pointer-events:none}
 .simulated{font-size:14pt;font-weight:bold;color:#b00000;border:.7mm solid #b00000;padding:1mm 3mm;text-align:center}
 .sign{display:inline-block;min-width:1.5em;text-align:center;border:.5mm solid #111;border-radius:50%;font-weight:bold}
 .two{display:grid;grid-template-columns:1fr 1fr;gap:0 5mm;align-items:start;margin-bottom:1.2mm}
@@ -49,20 +73,22 @@ figure svg{display:block;width:100%;height:auto}
 .command{font-size:7.5pt;line-height:1.3}
 code{font-size:1em;overflow-wrap:anywhere}
 details{font-size:8pt}
-@media screen and (max-width:800px){.two,.wide{grid-template-columns:1.22fr .78fr}
-section.wide{display:grid}
-.narrow{grid-template-columns:1.9fr 1fr}
-.three{grid-template-columns:1fr}.columns{columns:1}}
-@media print{html{background:#fff}body{margin:0;padding:0;width:auto}.screen{display:none}.command{max-height:9.1em;overflow:hidden}.dense{zoom:.84}.denser{zoom:.72}}
+@media screen and (max-width:800px){.three{grid-template-columns:1fr}.columns{columns:1}}
+@media screen and (max-width:600px){body{padding:3mm;font-size:11pt}.two,.wide,section.wide,.narrow,.signatures{display:block}
+table,.certificate table{font-size:9.5pt}ul{font-size:10pt}.note{font-size:9pt}#methods,#skip-table{font-size:8pt}.views{grid-template-columns:repeat(2,1fr)}.views p{font-size:8pt}
+section,figure,.two>table{margin-bottom:4mm}.masthead{display:block}.title{text-align:left;margin-top:2mm}.masthead h1{font-size:16pt}#numbers td.n,#methods td.n{white-space:normal}.results{letter-spacing:-.01em}.results td,.results th{padding-left:.5mm;padding-right:.5mm}.results [colspan]{white-space:normal}.certificate>.watermark{font-size:40pt}details{overflow-x:auto}}
+@media print{.certificate{border:0;margin:0;padding:0}html{background:#fff}body{margin:0;padding:0;width:auto}.screen{display:none}.command{max-height:9.1em;overflow:hidden}.dense{zoom:.84}.denser{zoom:.72}}
 ";
 
 /// The page: one self-contained HTML file, and well-formed XML.
 pub fn page(report: &Report) -> String {
     let calibration = &report.calibration;
+    let first_sheet = certificate::sheet(report);
     let title = words::title(&report.name);
     let title = escaped(&title);
     let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width\"/><title>{title}</title><style>\n{STYLE}</style></head><body class=\"{}\">\n<h1>{title}</h1>\n",
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title><style>\n{STYLE}{}</style></head><body class=\"{}\">\n{first_sheet}<h1>{title}</h1>\n",
+        running_lines(report),
         density(report)
     );
     html += &summary::verdict(report);
@@ -83,6 +109,23 @@ pub fn page(report: &Report) -> String {
     html += &summary::refused(report);
     html += &summary::provenance(report);
     html + "</body></html>\n"
+}
+
+/// Number and sheet on every printed sheet.
+fn running_lines(report: &Report) -> String {
+    let line = |place: &str, content: &str| {
+        format!("@{place}{{content:{content};font:7.5pt Arial,sans-serif}}")
+    };
+    let number = report.certificate.as_ref().map_or("", |certificate| &certificate.number);
+    let number = if number.is_empty() { "" } else { &certificate_words::number(number) };
+    let left = line("bottom-left", &format!("\"{}\"", certificate::css_string(number)));
+    let right = line("bottom-right", "counter(page) \" of \" counter(pages)");
+    let above = if report.camera.simulated {
+        line("top-center", &format!("\"{}\"", certificate_words::SIMULATED))
+    } else {
+        String::new()
+    };
+    format!("@page{{{above}{left}{right}}}\n")
 }
 
 /// How small it must be to stand on two sheets, by what is to be said.

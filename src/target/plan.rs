@@ -3,6 +3,8 @@ use super::{
     footer::{FOOTER_GAP_MM, footer_height_mm, ruler_mm},
 };
 
+use crate::board_code::{Edge, FAR};
+
 /// How large the squares shall be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Square {
@@ -115,6 +117,17 @@ impl Plan {
     /// Height of the whole board.
     pub fn board_height_mm(&self) -> f64 {
         f64::from(self.rows + 1) * self.square_mm
+    }
+
+    /// Edges of the board whose margins have room for a code: the long ones before the short ones, at most two.
+    pub fn edges_with_room(&self) -> Vec<Edge> {
+        let needed_mm = FAR * self.square_mm + self.page.margin_mm;
+        let pairs =
+            [(Edge::Top, Edge::Bottom, self.top_mm), (Edge::Left, Edge::Right, self.left_mm)];
+        let [upright, level] = pairs;
+        let in_order = if self.columns >= self.rows { [upright, level] } else { [level, upright] };
+        let with_room = in_order.into_iter().find(|(_, _, white_mm)| *white_mm >= needed_mm);
+        with_room.map_or_else(Vec::new, |(one, other, _)| vec![one, other])
     }
 
     /// Width of the white around the board where it is narrowest.

@@ -6,6 +6,8 @@ use super::{
     },
 };
 
+use crate::board_code::{BoardCode, bars};
+
 const STROKE_MM: f64 = 0.2;
 
 /// A page with everything that is on it.
@@ -19,6 +21,8 @@ pub struct Sheet {
     pub height_mm: f64,
     /// The dark squares, row by row.
     pub squares: Vec<Rectangle>,
+    /// The bars of the code in the margin.
+    pub code: Vec<Rectangle>,
     /// The ruler: its line, then its ticks from left to right, each centred on its place.
     pub ruler: Vec<Rectangle>,
     /// All words.
@@ -85,8 +89,28 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
         width_mm: page.width_mm,
         height_mm: page.height_mm,
         squares: squares(plan),
+        code: Vec::new(),
         ruler: ruler(plan, edge_mm, top_mm),
         words,
+    }
+}
+
+impl Sheet {
+    /// With `code` in the margins of `plan`'s board that have room for it; unchanged if none has.
+    #[must_use]
+    pub fn with_code(mut self, plan: &Plan, code: &BoardCode) -> Self {
+        let size = (usize::from(plan.columns), usize::from(plan.rows));
+        for edge in plan.edges_with_room() {
+            for [from, to] in bars(edge, size, &code.cells()) {
+                self.code.push(Rectangle {
+                    left_mm: plan.left_mm + from.0 * plan.square_mm,
+                    top_mm: plan.top_mm + from.1 * plan.square_mm,
+                    width_mm: (to.0 - from.0) * plan.square_mm,
+                    height_mm: (to.1 - from.1) * plan.square_mm,
+                });
+            }
+        }
+        self
     }
 }
 

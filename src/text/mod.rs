@@ -6,6 +6,7 @@ pub mod acceptance;
 pub mod adjust;
 pub mod backend;
 pub mod camera;
+pub mod certificate;
 pub mod charts;
 mod controls;
 pub mod doctor;
@@ -36,7 +37,10 @@ pub use findings::{
     verdict_on,
 };
 pub use run::{resuming, views_are_safe};
-pub use target::{does_not_fit, other_square, target_lines, target_steps};
+pub use target::{
+    NO_ROOM_FOR_CODE, board_from_code, code_in_margin, does_not_fit, other_square, target_lines,
+    target_steps,
+};
 
 use crate::{
     detection::{Miss, Side},

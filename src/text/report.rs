@@ -5,6 +5,8 @@ use crate::calibration::Verdict;
 /// Headings of the page, in its order, with the names by which a link reaches them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
+    /// The first sheet.
+    Certificate,
     /// Whether to trust it, and what to do.
     Verdict,
     /// Identity, mode, controls, board.
@@ -43,6 +45,7 @@ impl Section {
     /// Stable name.
     pub fn id(self) -> &'static str {
         match self {
+            Self::Certificate => "certificate",
             Self::Verdict => "verdict",
             Self::Camera => "camera",
             Self::Numbers => "numbers",
@@ -65,6 +68,7 @@ impl Section {
     /// Heading.
     pub fn heading(self) -> &'static str {
         match self {
+            Self::Certificate => "Certificate",
             Self::Verdict => "Verdict",
             Self::Camera => "Camera and board",
             Self::Numbers => "Numbers",

@@ -1,9 +1,33 @@
 //! Words on a printed board, and what to do with it.
 
-use crate::target::{DoesNotFit, LINES, Plan};
+use crate::{
+    board::Checkerboard,
+    target::{DoesNotFit, LINES, Plan},
+};
 
-/// What is printed beside the ruler.
-pub fn target_lines(plan: &Plan) -> [String; LINES] {
+/// The board that a code in its margin names.
+pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String {
+    let (columns, rows) = (board.columns(), board.rows());
+    let printed_mm = board.square_m() * 1e3;
+    let measured = if (square_mm - printed_mm).abs() > 5e-4 {
+        format!(", measured {}", millimetres(square_mm))
+    } else {
+        String::new()
+    };
+    format!("Board from its code: {columns}x{rows}, {}{measured}, ID {id}", millimetres(printed_mm))
+}
+
+/// Where a board is printed with a code.
+pub fn code_in_margin(id: &str) -> String {
+    format!("Board ID {id}: commands read the board from the code in its margin, without --board")
+}
+
+/// Where it is printed without one.
+pub const NO_ROOM_FOR_CODE: &str =
+    "No code in the margin: there's no room for it beside squares of this size";
+
+/// What is printed beside the ruler, with the board's ID if it has one.
+pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
     let Plan { columns, rows, ruler_mm, .. } = plan;
     let (square, width) = (millimetres(plan.square_mm), millimetres(plan.board_width_mm()));
     let [show, mount] = if plan.page.pixels.is_some() {
@@ -15,7 +39,10 @@ pub fn target_lines(plan: &Plan) -> [String; LINES] {
         ]
     };
     [
-        format!("Checkerboard {columns}x{rows} (inner corners), square {square}"),
+        match id {
+            Some(id) => format!("{columns}x{rows} inner corners, square {square}, ID {id}"),
+            None => format!("Checkerboard {columns}x{rows} (inner corners), square {square}"),
+        },
         show.into(),
         format!("Measure: ruler {}, board {width} wide.", millimetres(*ruler_mm)),
         mount.into(),

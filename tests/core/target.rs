@@ -36,7 +36,7 @@ fn plans() -> Vec<Plan> {
 }
 
 fn sheet_of(plan: &Plan) -> Sheet {
-    sheet(plan, &text::target_lines(plan))
+    sheet(plan, &text::target_lines(plan, None))
 }
 
 fn picture(sheet: &Sheet, resolution: Resolution) -> GrayImage {

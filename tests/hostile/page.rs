@@ -8,6 +8,7 @@ use boresight::{
         CalibrationParams, calibrate,
         files::{CalibrationFile, ViewName},
     },
+    config::CertificateConfig,
     report::page,
     text,
 };
@@ -34,6 +35,7 @@ pub(crate) fn calibration() -> Value {
 #[test]
 fn pages() {
     let good = calibration();
+    let stated = CertificateConfig::default();
     let place = scratch();
     let file = place.path().join("calibration.json");
     run(
@@ -46,7 +48,9 @@ fn pages() {
         },
         |input| {
             fs::write(&file, input).expect("written");
-            let Ok(report) = of_file(&file, "boresight report".into()) else { return Ok(false) };
+            let Ok(report) = of_file(&file, "boresight report".into(), &stated) else {
+                return Ok(false);
+            };
             let html = page(&report);
             if html.contains("<script") {
                 return Err("a script came through".into());

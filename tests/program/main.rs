@@ -16,6 +16,7 @@ mod damage;
 mod files;
 #[cfg(target_os = "linux")]
 mod long_runs;
+mod manual;
 mod power_cut;
 mod report;
 mod saved_session;

@@ -69,7 +69,8 @@ fn checked<'a>(html: &'a str, parts: &[&str]) -> Document<'a> {
             let (name, value) = (attribute.name(), attribute.value());
             assert!(!name.starts_with("on"), "{name}={value}");
             if ["href", "src"].contains(&name) {
-                assert!(value.starts_with("data:image/jpeg;base64,"), "{name}={value}");
+                let picture = ["data:image/jpeg;base64,", "data:image/png;base64,"];
+                assert!(picture.iter().any(|kind| value.starts_with(kind)), "{name}={value}");
             }
             if name == "id" {
                 assert!(ids.insert(value), "{value} stands twice");
@@ -343,6 +344,7 @@ fn drift_is_shown_where_it_is_known() {
         name: "site".into(),
         calibration: CalibrationFile::read(&calibration).expect("whole"),
         notes: Vec::new(),
+        certificate: None,
         camera: CameraSection::default(),
         corners: Vec::new(),
         pictures: Vec::new(),
@@ -375,4 +377,116 @@ fn drift_is_shown_where_it_is_known() {
     let html = page(&Report { check, ..report.clone() });
     assert!(text(part(&checked(&html, &PARTS), "drift")).contains("NO VERDICT"));
     assert!(text(part(&document, "findings")).contains("<m>. Do & see"));
+}
+
+#[test]
+fn the_first_sheet_is_a_certificate() {
+    let (folder, files) = place(6);
+    let mut logo = std::io::Cursor::new(Vec::new());
+    GrayImage::new(40, 20).write_to(&mut logo, image::ImageFormat::Png).expect("written");
+    fs::write(folder.path().join("logo.png"), logo.into_inner()).expect("written");
+    fs::write(
+        folder.path().join("firm.toml"),
+        "[certificate]\ncompany = \"Gauge <House> & Sons\"\nlogo = \"logo.png\"\noperator = \"A. Meter\"\n\
+         square_measured = \"caliper\"\ncheck_months = 6\n",
+    )
+    .expect("written");
+    let more = [
+        "--out",
+        "result.json",
+        "--report",
+        "page.html",
+        "--config",
+        "firm.toml",
+        "--set",
+        "certificate.customer=Mill Ltd",
+        "--set",
+        "certificate.camera_serial=0012",
+    ];
+    let ended = calibrate(folder.path(), &files, &more);
+    says(&ended, ended.code, &["Report: page.html"]);
+    let html = read(&folder.path().join("page.html"));
+    let document = checked(&html, &PARTS);
+    let sheet = part(&document, "certificate");
+    let result: Value =
+        serde_json::from_str(&read(&folder.path().join("result.json"))).expect("JSON");
+    let title = if result["verdict"] == "untrustworthy" {
+        "not a certificate"
+    } else {
+        "Calibration certificate"
+    };
+    for words in [
+        title,
+        "Gauge <House> & Sons",
+        "A. Meter",
+        "caliper",
+        "Mill Ltd",
+        "0012",
+        "Next check due",
+        "k = 2",
+        "No. 2",
+        "9 × 6 inner corners",
+        "640×480 px",
+        "K = [[",
+        "Field of view",
+        "≥ 40 %",
+    ] {
+        assert!(text(sheet).contains(words), "{words}: {}", text(sheet));
+    }
+    assert!(html.contains("data:image/png;base64,"));
+    // Expanded by k = 2, and the numbers of the file.
+    let shown = numbers(sheet);
+    let of = |pointer: &str| result.pointer(pointer).and_then(Value::as_f64).expect("number");
+    for value in [
+        of("/result/pp_px/0"),
+        2.0 * of("/result/sigma/pp_px/0"),
+        2.0 * of("/result/sigma/f_px/0"),
+        2.0 * of("/projection_sd_px/mean"),
+    ] {
+        assert!(shown.contains(&value), "{value} is not in {shown:?}");
+    }
+    // The checksum is that of the file as it is, and begins the number.
+    let again =
+        boresight(folder.path(), &["report", "result.json", "--set", "certificate.site=Hall 2"]);
+    says(&again, ended.code, &["result.html"]);
+    let other = read(&folder.path().join("result.html"));
+    let other = checked(&other, &PARTS);
+    let sum = |node: Node<'_, '_>| {
+        let all = text(node);
+        let at = all.find("SHA-256 ").expect("a checksum") + 8;
+        all[at..at + 64].to_owned()
+    };
+    assert_eq!(sum(sheet), sum(part(&other, "certificate")));
+    assert!(text(sheet).contains(&sum(sheet)[..6].to_uppercase()));
+    assert!(text(part(&other, "certificate")).contains("Hall 2"));
+    // A logo that isn't there doesn't cost the report.
+    let away = ["report", "result.json", "--force", "--set", "certificate.logo=away.png"];
+    says(&boresight(folder.path(), &away), ended.code, &["away.png", "result.html"]);
+}
+
+#[test]
+fn a_simulated_session_says_so_on_every_sheet() {
+    let folder = TempDir::new().expect("folder");
+    let simulate =
+        ["simulate", "--out", "session", "--accepted-only", "--set", "certificate.site=Hall 1"];
+    let ended = boresight(folder.path(), &simulate);
+    says(&ended, ended.code, &["report.html"]);
+    let html = read(&folder.path().join("session/report.html"));
+    let document = checked(&html, &PARTS);
+    for words in ["SIMULATED", "simulated camera", "Hall 1", "not a certificate"] {
+        assert!(text(part(&document, "certificate")).contains(words), "{words}");
+    }
+    assert!(html.contains("@top-center{content:\"SIMULATED\""), "on each printed sheet");
+    assert!(html.contains("counter(page) \" of \" counter(pages)"));
+    // A session from elsewhere shows no picture of this machine.
+    let header = folder.path().join("session/session.toml");
+    assert!(read(&header).contains("logo = \"\""));
+    // Said later, it stands there; the rest stays.
+    let later = ["report", "session", "--set", "certificate.customer=Mill Ltd"];
+    says(&boresight(folder.path(), &later), ended.code, &[]);
+    let html = read(&folder.path().join("session/report.html"));
+    let document = checked(&html, &PARTS);
+    for words in ["Mill Ltd", "Hall 1"] {
+        assert!(text(part(&document, "certificate")).contains(words), "{words}");
+    }
 }

@@ -57,3 +57,59 @@ fn the_command_writes_and_says_what_to_do() {
     assert_eq!(report["schema"], "boresight.target/1");
     assert_eq!((&report["board"]["square_mm"], &report["ruler_mm"]), (&20.0.into(), &100.0.into()));
 }
+
+#[test]
+fn a_printed_board_names_itself() {
+    let folder = TempDir::new().expect("folder");
+    let run = |arguments: &[&str]| boresight(folder.path(), arguments);
+    let print = [
+        "target",
+        "--board",
+        "7x5",
+        "--id",
+        "k7q2",
+        "--out",
+        "board.png",
+        "--dpi",
+        "100",
+        "--json",
+    ];
+    let printed = run(&print);
+    says(&printed, 0, &["Board ID K7Q2"]);
+    let report: Value = serde_json::from_str(&printed.stdout).expect("JSON");
+    assert_eq!((&report["id"], &report["board"]["square_mm"]), (&"K7Q2".into(), &23.0.into()));
+    // As through a lens.
+    let seen = |name: &str, to: &str| {
+        let picture = image::open(folder.path().join(name)).expect("a picture").into_luma8();
+        fs::create_dir_all(folder.path().join(to)).expect("made");
+        let mut picture = image::imageops::blur(&picture, 0.8);
+        picture.iter_mut().for_each(|level| *level = 30 + *level / 5 * 3);
+        picture.save(folder.path().join(to).join("0.png")).expect("saved");
+    };
+    seen("board.png", "seen");
+    let detected = run(&["detect", "seen/0.png"]);
+    says(&detected, 0, &["Board from its code: 7x5, 23 mm, ID K7Q2"]);
+    assert_eq!(detected.stdout.lines().filter(|line| !line.starts_with('#')).count(), 35);
+    // The print was measured; what is given on the command line wins.
+    let measured = ["--set", "boards.K7Q2.square_mm=23.05", "--json"];
+    let board = |arguments: &[&str]| -> Value {
+        let ended = run(&[&["calibrate", "seen/0.png"], arguments].concat());
+        serde_json::from_str::<Value>(&ended.stdout).expect("JSON")["board"].clone()
+    };
+    assert_eq!(board(&measured)["square_mm"], 23.05);
+    assert_eq!(board(&[&measured[..], &["--square", "24mm"]].concat())["square_mm"], 24.0);
+    assert_eq!(board(&["--json"])["columns"], 7);
+    assert_eq!(board(&["--json", "--board", "9x6"])["columns"], 9);
+    let guide = ["guide", "--headless", "--source", "seen", "--out", "session"];
+    says(&run(&guide), 3, &["Board from its code: 7x5, 23 mm, ID K7Q2", "calibration.json"]);
+    let header = fs::read_to_string(folder.path().join("session/session.toml")).expect("readable");
+    assert!(header.contains("columns = 7") && header.contains("board_id = \"K7Q2\""), "{header}");
+    // Without a code nothing changes.
+    says(&run(&["target", "--no-code", "--out", "plain.png", "--dpi", "100"]), 0, &["plain.png"]);
+    seen("plain.png", "plain");
+    let plain = run(&["detect", "plain/0.png"]);
+    says(&plain, 0, &[]);
+    assert!(!plain.stderr.contains("code"), "{}", plain.stderr);
+    assert_eq!(plain.stdout.lines().filter(|line| !line.starts_with('#')).count(), 54);
+    says(&run(&["target", "--id", "K-Q2"]), 2, &["K7Q2"]);
+}

@@ -14,6 +14,7 @@
 //! | `torn_views` | finds views put together from two pictures |
 //! | `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
 //! | `trust_checks` | turns all evidence into findings |
+//! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
 
 pub(super) mod disagreement;
@@ -21,6 +22,7 @@ mod extended_bundle;
 pub(super) mod finding;
 pub(super) mod held_out;
 pub mod leave_out;
+pub(super) mod limits;
 pub(super) mod misfit_diagnosis;
 pub(super) mod misfit_models;
 pub(super) mod noise_correlation;

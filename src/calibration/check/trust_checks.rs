@@ -7,6 +7,7 @@ use super::{
     extended_bundle::Cause,
     finding::{Finding, FindingCode, Severity},
     held_out::HeldOutView,
+    limits::Limits,
     misfit_diagnosis::{Causes, MIN_BIC_GAIN},
     noise_correlation::NoiseCorrelation,
     noise_findings::noise_finding,
@@ -58,18 +59,12 @@ const TILT_USEFUL_RAD: f64 = 0.35;
 const DIRECTIONS_WANTED: f64 = 0.7;
 /// The same of two pairs whose tilt axes are 20° apart: with less, the board was tipped about one axis only.
 const DIRECTIONS_ONE: f64 = 0.35;
-/// Fraction of the picture that the boards should cover; outside, the distortion is extrapolated. A convention.
-const COVERAGE_WANTED: f64 = 0.4;
-/// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong board, three no board at all.
-const NOISE_CARE_PX: f64 = 1.0;
+/// Typical error of a corner coordinate that means no board at all. [`Limits`] has the other limit.
 const NOISE_BAD_PX: f64 = 3.0;
-/// Limits of standard deviations, relative to the picture's width (PP, projection) or to the focal length. Conventions: at
-/// 1280 px, care is advised from 2.6 px of PP and 1.3 px of projection; ten times as much is unusable.
-const PP_CARE: f64 = 0.002;
+/// Standard deviations that are unusable, ten times as large as [`Limits`] wants them: relative to the picture's width (PP,
+/// projection) or to the focal length.
 const PP_BAD: f64 = 0.02;
-const F_CARE: f64 = 0.004;
 const F_BAD: f64 = 0.04;
-const PROJECTION_CARE: f64 = 0.001;
 const PROJECTION_BAD: f64 = 0.01;
 
 /// What the checks need to know about a view.
@@ -119,6 +114,12 @@ pub(in crate::calibration) struct Evidence<'a> {
     pub(in crate::calibration) focal_prior_used: bool,
 }
 
+impl Evidence<'_> {
+    fn limits(&self) -> Limits {
+        Limits::of(self.image_size, self.camera.f_px.x)
+    }
+}
+
 /// All findings, in a fixed order.
 pub(in crate::calibration) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -156,8 +157,9 @@ fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
 
 fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let (count, distinct) = (evidence.given, evidence.distinct);
-    if distinct < 4 {
-        report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted: 4 });
+    let wanted = evidence.limits().views;
+    if distinct < wanted {
+        report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted });
     }
     if distinct < count {
         let severity = match distinct {
@@ -198,8 +200,9 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
         let is_one_axis = spread < DIRECTIONS_ONE;
         report(Some(if is_one_axis { Severity::Bad } else { Severity::Care }), code);
     }
-    if evidence.coverage < COVERAGE_WANTED {
-        let code = FindingCode::CoverageLow { share: evidence.coverage, wanted: COVERAGE_WANTED };
+    let wanted = evidence.limits().coverage;
+    if evidence.coverage < wanted {
+        let code = FindingCode::CoverageLow { share: evidence.coverage, wanted };
         report(Some(Severity::Care), code);
     }
     if let Some(view) = evidence.views.iter().position(|view| view.mirrored) {
@@ -385,19 +388,21 @@ fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Fi
 
 fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let width_px = f64::from(evidence.image_size.width_px);
-    let code = FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px: NOISE_CARE_PX };
-    report(above(evidence.noise_px, NOISE_CARE_PX, NOISE_BAD_PX), code);
+    let limits = evidence.limits();
+    let limit_px = limits.noise_px;
+    let code = FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px };
+    report(above(evidence.noise_px, limit_px, NOISE_BAD_PX), code);
     noise(evidence, report);
     let sd_px = SymmetricEigen::new(evidence.pp_covariance_px2).eigenvalues.max().sqrt();
-    let wanted_px = PP_CARE * width_px;
+    let wanted_px = limits.pp_sd_px;
     let code = FindingCode::PrincipalPointUncertain { sd_px, wanted_px };
     report(above(sd_px, wanted_px, PP_BAD * width_px), code);
     let f_px = evidence.camera.f_px.x;
-    let (sd_px, wanted_px) = (evidence.f_sd_px, F_CARE * f_px);
+    let (sd_px, wanted_px) = (evidence.f_sd_px, limits.f_sd_px);
     let code = FindingCode::FocalLengthUncertain { sd_px, wanted_px };
     report(above(sd_px, wanted_px, F_BAD * f_px), code);
     let ProjectionSd { mean_px, max_px, .. } = *evidence.projection_sd;
-    let wanted_px = PROJECTION_CARE * width_px;
+    let wanted_px = limits.projection_sd_px;
     let code = FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px };
     report(above(mean_px, wanted_px, PROJECTION_BAD * width_px), code);
 }

@@ -3,6 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `calibration_file`, `from_calibration`, `named_covariance` | `boresight.calibration/1`: the type, and how a [`Calibration`](super::Calibration) becomes one |
+//! | `field_of_view` | the angles that a file's camera sees |
 //! | `check_file` | `boresight.check/1` |
 //! | `schema` | reading files that name their schema |
 //! | [`corner_table`] | corners of many pictures, as other detectors write them |
@@ -15,6 +16,7 @@ mod calibration_file;
 mod check_file;
 pub mod corner_table;
 pub mod export;
+mod field_of_view;
 mod from_calibration;
 pub mod import;
 mod named_covariance;

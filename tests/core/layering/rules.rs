@@ -6,12 +6,13 @@ pub(crate) const RULES: Rules = Rules {
     may_use: &[
         ("lib", ""),
         ("board", ""),
+        ("board_code", "board"),
         ("frame", ""),
         ("device", "frame"),
         ("panic_message", ""),
         ("files", ""),
         ("geometry", "frame"),
-        ("detection", "board frame geometry"),
+        ("detection", "board board_code frame geometry"),
         ("calibration", "board frame geometry"),
         ("guidance", "board frame geometry"),
         ("session", "board frame device geometry detection calibration guidance"),
@@ -20,15 +21,15 @@ pub(crate) const RULES: Rules = Rules {
         ("simulation", "board frame device files geometry capture config"),
         ("recording", "board frame device files geometry detection guidance session config"),
         ("pipeline", "board frame device panic_message detection session capture recording"),
-        ("target", ""),
+        ("target", "board_code"),
         ("text", "board frame device geometry detection calibration guidance session target"),
         ("chart", ""),
         ("study", "board frame geometry detection calibration guidance session simulation chart"),
         ("report", "board frame geometry calibration text chart"),
         (
             "app",
-            "board frame device panic_message files geometry detection calibration guidance session \
-             capture config simulation recording pipeline target text report",
+            "board board_code frame device panic_message files geometry detection calibration guidance \
+             session capture config simulation recording pipeline target text report",
         ),
         (
             "ui",
@@ -37,8 +38,8 @@ pub(crate) const RULES: Rules = Rules {
         ),
         (
             "cli",
-            "board frame device files geometry detection calibration guidance session capture config \
-             simulation recording pipeline target text study report app ui",
+            "board board_code frame device files geometry detection calibration guidance session capture \
+             config simulation recording pipeline target text study report app ui",
         ),
         ("main", "cli"),
     ],

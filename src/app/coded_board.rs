@@ -1,0 +1,177 @@
+//! The board that a printed code names, so that nobody types it.
+
+use std::{collections::VecDeque, path::PathBuf, time::Duration};
+
+use image::GrayImage;
+
+use super::{Announcer, source::OpenSource};
+use crate::{
+    board::Checkerboard,
+    board_code::BoardCode,
+    capture::{Arrival, CaptureError, FrameSource, SourceIdentity, read_picture},
+    config::Config,
+    detection::{Detector, DetectorParams, Miss, read_code},
+    device::{Adjustable, CameraInfo, Control, ControlBefore},
+    text,
+};
+
+/// Pictures in which a code is looked for; frames of a live camera, which are closer to each other.
+const PICTURES: usize = 10;
+const LIVE_FRAMES: usize = 45;
+/// Waits for a frame that may find nothing.
+const WAITS: usize = 20;
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// Reads codes, whichever board is in the picture.
+struct CodeReader {
+    detector: Detector,
+    /// The board that is tried first.
+    usual: Checkerboard,
+}
+
+impl CodeReader {
+    fn new(usual: Checkerboard) -> Self {
+        Self { detector: Detector::new(DetectorParams::default()), usual }
+    }
+
+    fn read(&mut self, image: &GrayImage) -> Option<BoardCode> {
+        let (board, seen) = match self.detector.detect(image, &self.usual) {
+            Err(Miss::OtherBoard { columns, rows }) => {
+                let count = |count: usize| u16::try_from(count).ok();
+                let (columns, rows) = (count(columns)?, count(rows)?);
+                let other = Checkerboard::new(columns, rows, self.usual.square_m()).ok()?;
+                (other, self.detector.detect(image, &other))
+            }
+            seen => (self.usual, seen),
+        };
+        read_code(image, &board, &seen.ok()?.corners)
+    }
+}
+
+/// Takes the board from the code in the first of `pictures` that shows one, and announces it. Without a code nothing
+/// changes. A picture that can't be read is left to whoever needs it.
+///
+/// # Errors
+///
+/// If `config` names no usable board.
+pub fn board_from_pictures(
+    pictures: &[PathBuf],
+    config: &mut Config,
+    keeps_square: bool,
+    announcer: &Announcer,
+) -> anyhow::Result<()> {
+    let mut reader = CodeReader::new(config.board()?);
+    let mut images = pictures.iter().take(PICTURES).filter_map(|path| read_picture(path).ok());
+    if let Some(code) = images.find_map(|image| reader.read(&image)) {
+        take(&code, config, keeps_square, announcer);
+    }
+    Ok(())
+}
+
+/// The same with the first frames of a source. A folder's or recording's frames come again; a live camera's are over.
+///
+/// # Errors
+///
+/// If `config` names no usable board, or the source is broken.
+pub fn board_from_source(
+    open: OpenSource,
+    config: &mut Config,
+    keeps_square: bool,
+    announcer: &Announcer,
+) -> anyhow::Result<OpenSource> {
+    if open.truth.is_some() {
+        return Ok(open);
+    }
+    let mut reader = CodeReader::new(config.board()?);
+    let OpenSource { mut source, on_frame, truth } = open;
+    let keeps_frames = source.waits();
+    let mut first = VecDeque::new();
+    let (mut frames, mut waits) = (if keeps_frames { PICTURES } else { LIVE_FRAMES }, WAITS);
+    while frames > 0 && waits > 0 {
+        let arrival = source.next_frame(PATIENCE)?;
+        let code = match &arrival {
+            Arrival::Frame(frame) => {
+                frames -= 1;
+                reader.read(&frame.image)
+            }
+            Arrival::NothingYet => {
+                waits -= 1;
+                continue;
+            }
+            Arrival::Event(_) => None,
+            Arrival::End => {
+                first.push_back(arrival);
+                break;
+            }
+        };
+        if keeps_frames || matches!(arrival, Arrival::Event(_)) {
+            first.push_back(arrival);
+        }
+        if let Some(code) = code {
+            take(&code, config, keeps_square, announcer);
+            break;
+        }
+    }
+    Ok(OpenSource { source: Box::new(Again { first, source }), on_frame, truth })
+}
+
+/// Puts the board that `code` names into `config`, with its measured square if the settings have one.
+fn take(code: &BoardCode, config: &mut Config, keeps_square: bool, announcer: &Announcer) {
+    let Some(board) = code.board() else { return };
+    let id = code.id().to_string();
+    let printed_mm = board.square_m() * 1e3;
+    let measured = config.boards.iter().find(|(key, _)| key.parse() == Ok(code.id()));
+    let measured = measured.map(|(_, board)| board.clone());
+    // Both are at most 99.
+    (config.board.columns, config.board.rows) = (board.columns() as u16, board.rows() as u16);
+    if !keeps_square {
+        // Micrometres, as printed.
+        let printed_mm = (printed_mm * 1e3).round() / 1e3;
+        config.board.square_mm = measured.as_ref().map_or(printed_mm, |board| board.square_mm);
+    }
+    announcer.say(&text::board_from_code(&board, &id, config.board.square_mm));
+    let certificate = &mut config.certificate;
+    certificate.board_id = id;
+    if let Some(measured) = measured.filter(|_| certificate.square_measured.is_empty()) {
+        certificate.square_measured = measured.measured_with;
+    }
+}
+
+/// A source whose first arrivals come once more.
+struct Again {
+    first: VecDeque<Arrival>,
+    source: Box<dyn FrameSource>,
+}
+
+impl FrameSource for Again {
+    fn identity(&self) -> SourceIdentity {
+        self.source.identity()
+    }
+
+    fn waits(&self) -> bool {
+        self.source.waits()
+    }
+
+    fn camera_facts(&self) -> Option<CameraInfo> {
+        self.source.camera_facts()
+    }
+
+    fn adjustables(&mut self) -> Vec<Adjustable> {
+        self.source.adjustables()
+    }
+
+    fn adjust(&mut self, control: Control, value: i64) {
+        self.source.adjust(control, value);
+    }
+
+    fn put_back_at_end(&mut self, before: &[ControlBefore]) {
+        self.source.put_back_at_end(before);
+    }
+
+    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
+        match self.first.pop_front() {
+            Some(arrival) => Ok(arrival),
+            None => self.source.next_frame(patience),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The code in a printed board's margin: which board this is, so that nobody types it.
+//!
+//! A strip of black and white cells runs along the whole side of the board, outside of it:
+//!
+//! ```text
+//!  ██ ▌▐█ ▌▌██▐ …   guard 110, 86 bits, guard 101
+//! ┌──────────────
+//! │████    ████     the board's outer squares
+//! ```
+//!
+//! The bits are columns and rows (7 each), the side of a square in micrometres (20), the board's ID (20), and a
+//! CRC-32 over them. The reader knows where the strip is from the corners that it has found, and columns and rows
+//! must be those of the board that it sees, so that a strip of chance passes about once in 2⁴⁰ attempts.
+
+mod board_id;
+mod layout;
+
+pub use board_id::{BoardId, NotAnId};
+pub use layout::{Edge, FAR, NEAR, bars, place_in_cell};
+
+use crate::board::Checkerboard;
+
+const START: [bool; 3] = [true, true, false];
+const END: [bool; 3] = [true, false, true];
+const COUNT_BITS: u32 = 7;
+const SQUARE_BITS: u32 = 20;
+const SUM_BITS: u32 = 32;
+/// Cells of a strip.
+pub const CELLS: usize = 3 + (2 * COUNT_BITS + SQUARE_BITS + BoardId::BITS + SUM_BITS) as usize + 3;
+/// So that strips of another layout don't pass.
+const LAYOUT: &[u8] = b"boresight/1";
+
+/// What the strip says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoardCode {
+    columns: u16,
+    rows: u16,
+    square_um: u32,
+    id: BoardId,
+}
+
+impl BoardCode {
+    /// The code of a board. `None` if its squares are a metre or larger, or smaller than a micrometre.
+    pub fn new(board: &Checkerboard, id: BoardId) -> Option<Self> {
+        let square_um = (board.square_m() * 1e6).round();
+        let fits = (1.0..f64::from(1_u32 << SQUARE_BITS)).contains(&square_um);
+        fits.then_some(Self {
+            // Both are at most 99.
+            columns: board.columns() as u16,
+            rows: board.rows() as u16,
+            square_um: square_um as u32,
+            id,
+        })
+    }
+
+    /// The board, with the squares that it was printed with.
+    pub fn board(&self) -> Option<Checkerboard> {
+        Checkerboard::new(self.columns, self.rows, f64::from(self.square_um) * 1e-6).ok()
+    }
+
+    /// Which print it is.
+    pub fn id(&self) -> BoardId {
+        self.id
+    }
+
+    /// The strip's cells, true where it's black.
+    pub fn cells(&self) -> [bool; CELLS] {
+        let mut bits = START.to_vec();
+        for (value, count) in self.fields() {
+            bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
+        }
+        bits.extend(END);
+        std::array::from_fn(|i| bits[i])
+    }
+
+    /// What cells say; `None` if they aren't a whole strip.
+    pub fn read(cells: &[bool; CELLS]) -> Option<Self> {
+        if cells[..START.len()] != START || cells[CELLS - END.len()..] != END {
+            return None;
+        }
+        let mut at = START.len();
+        let mut take = |count: u32| {
+            let bits = &cells[at..at + count as usize];
+            at += bits.len();
+            bits.iter().fold(0_u32, |value, bit| value << 1 | u32::from(*bit))
+        };
+        let code = Self {
+            columns: take(COUNT_BITS) as u16,
+            rows: take(COUNT_BITS) as u16,
+            square_um: take(SQUARE_BITS),
+            id: BoardId::from_number(take(BoardId::BITS)),
+        };
+        let sum = take(SUM_BITS);
+        (sum == code.sum() && code.board().is_some()).then_some(code)
+    }
+
+    /// Values with their numbers of bits, in the strip's order.
+    fn fields(&self) -> [(u32, u32); 5] {
+        [
+            (self.columns.into(), COUNT_BITS),
+            (self.rows.into(), COUNT_BITS),
+            (self.square_um, SQUARE_BITS),
+            (self.id.number(), BoardId::BITS),
+            (self.sum(), SUM_BITS),
+        ]
+    }
+
+    fn sum(&self) -> u32 {
+        let mut sum = crc32fast::Hasher::new();
+        sum.update(LAYOUT);
+        for value in [self.columns.into(), self.rows.into(), self.square_um, self.id.number()] {
+            let value: u32 = value;
+            sum.update(&value.to_be_bytes());
+        }
+        sum.finalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn code() -> BoardCode {
+        let board = Checkerboard::new(9, 6, 0.025).expect("a board");
+        BoardCode::new(&board, "K7Q2".parse().expect("an ID")).expect("fits")
+    }
+
+    #[test]
+    fn a_strip_says_what_was_put_in() {
+        for (columns, rows, square_m) in [(9, 6, 0.025), (3, 99, 0.000_5), (11, 8, 0.025_124)] {
+            let board = Checkerboard::new(columns, rows, square_m).expect("a board");
+            let code = BoardCode::new(&board, "0Z9A".parse().expect("an ID")).expect("fits");
+            let read = BoardCode::read(&code.cells()).expect("read");
+            assert_eq!(read, code);
+            let again = read.board().expect("a board");
+            assert_eq!((again.columns(), again.rows()), (board.columns(), board.rows()));
+            assert!((again.square_m() - square_m).abs() < 1e-12);
+        }
+        let large = Checkerboard::new(9, 6, 2.0).expect("a board");
+        assert_eq!(BoardCode::new(&large, code().id()), None);
+    }
+
+    #[test]
+    fn up_to_three_wrong_cells_and_the_other_way_round_say_nothing() {
+        let whole = code().cells();
+        let mut backwards = whole;
+        backwards.reverse();
+        assert_eq!(BoardCode::read(&backwards), None);
+        let flipped = |at: &[usize]| {
+            let mut cells = whole;
+            for at in at {
+                cells[*at] ^= true;
+            }
+            BoardCode::read(&cells)
+        };
+        for i in 0..CELLS {
+            assert_eq!(flipped(&[i]), None);
+            for j in 0..i {
+                assert_eq!(flipped(&[i, j]), None, "{i} {j}");
+                for k in 0..j {
+                    assert_eq!(flipped(&[i, j, k]), None, "{i} {j} {k}");
+                }
+            }
+        }
+    }
+}

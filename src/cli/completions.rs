@@ -1,0 +1,32 @@
+//! `boresight completions`.
+
+use clap::{Args, Command};
+use clap_complete::{Shell, generate};
+
+use super::terminal::print;
+use crate::app::Exit;
+
+/// Print a script that completes commands and options in your shell.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    /// Your shell.
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight completions bash > ~/.local/share/bash-completion/completions/boresight
+  boresight completions zsh > ~/.zfunc/_boresight
+  boresight completions fish > ~/.config/fish/completions/boresight.fish";
+
+impl Arguments {
+    /// `program` is what is completed.
+    pub(super) fn run(self, mut program: Command) -> anyhow::Result<Exit> {
+        let mut script = Vec::new();
+        generate(self.shell, &mut program, "boresight", &mut script);
+        print(String::from_utf8_lossy(&script).trim_end())?;
+        Ok(Exit::Good)
+    }
+}

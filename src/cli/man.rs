@@ -1,0 +1,57 @@
+//! `boresight man`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Command};
+use clap_mangen::Man;
+
+use super::terminal::say;
+use crate::{
+    app::Exit,
+    files::{Overwrite, make_folder, may_save, save},
+};
+
+/// Write the manual pages: one for boresight, and one for each command.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    /// Folder for the pages.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Overwrite existing pages.
+    #[arg(long)]
+    force: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight man ~/.local/share/man/man1
+  man boresight-guide";
+
+impl Arguments {
+    /// `program` is what the pages describe.
+    pub(super) fn run(self, program: Command) -> anyhow::Result<Exit> {
+        let mut program = program.disable_help_subcommand(true);
+        program.build();
+        let commands = program.get_subcommands().cloned();
+        let mut pages = Vec::new();
+        for command in std::iter::once(program.clone()).chain(commands) {
+            let page = Man::new(command);
+            let mut text = Vec::new();
+            page.render(&mut text)?;
+            pages.push((self.folder.join(page.get_filename()), text));
+        }
+        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
+        if !self.folder.is_dir() {
+            make_folder(&self.folder)?;
+        }
+        for (path, _) in &pages {
+            may_save(path, overwrite)?;
+        }
+        for (path, text) in &pages {
+            save(path, text, overwrite)?;
+        }
+        say(&format!("Written: {} pages in {}", pages.len(), self.folder.display()));
+        Ok(Exit::Good)
+    }
+}

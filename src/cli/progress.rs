@@ -1,0 +1,154 @@
+//! How far long work is: a bar on a terminal, now and then a line elsewhere.
+
+use std::{
+    io::IsTerminal,
+    sync::atomic::{AtomicU64, Ordering},
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use super::terminal::say;
+
+/// What most work does.
+pub(super) const FINDING: &str = "finding the board";
+/// Work that takes less shows nothing.
+const SOON: Duration = Duration::from_secs(1);
+/// Between two lines where there is no terminal.
+const BETWEEN_LINES: Duration = Duration::from_secs(10);
+const REDRAW: Duration = Duration::from_millis(500);
+
+/// Progress of one piece of work, on stderr.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    what: String,
+    began: Instant,
+    is_terminal: bool,
+    /// Lines written, or 1 once the bar is shown.
+    shown: AtomicU64,
+}
+
+impl Progress {
+    /// `what` in `total` steps, shown once it has taken a second.
+    pub(super) fn new(what: &str, total: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::hidden())
+            .with_message(what.to_owned());
+        let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            let _ = out.write_str(&left(state.pos(), state.len().unwrap_or(0), state.elapsed()));
+        };
+        if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos} of {len}{left}") {
+            bar.set_style(style.with_key("left", left));
+        }
+        let is_terminal = std::io::stderr().is_terminal();
+        let shown = AtomicU64::new(0);
+        Self { bar, what: what.to_owned(), began: Instant::now(), is_terminal, shown }
+    }
+
+    /// The same for steps of which each takes long: shown at once on a terminal.
+    pub(super) fn of_long_steps(what: &str, total: usize) -> Self {
+        let progress = Self::new(what, total);
+        if progress.is_terminal {
+            progress.show_bar();
+        }
+        progress
+    }
+
+    /// What is being done now.
+    pub(super) fn now(&self, what: &str) {
+        self.bar.set_message(what.to_owned());
+    }
+
+    /// A step is done.
+    pub(super) fn step(&self) {
+        self.bar.inc(1);
+        self.show();
+    }
+
+    /// `done` of `total` steps are done.
+    pub(super) fn at(&self, done: usize, total: usize) {
+        self.bar.set_length(total as u64);
+        self.bar.set_position(done as u64);
+        self.show();
+    }
+
+    /// Writes a line above the bar.
+    pub(super) fn say(&self, line: &str) {
+        self.bar.suspend(|| say(line));
+    }
+
+    /// Does what writes to the terminal, with the bar out of its way.
+    pub(super) fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
+        self.bar.suspend(write)
+    }
+
+    /// The work is done: the bar goes.
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn show(&self) {
+        let elapsed = self.began.elapsed();
+        if self.is_terminal {
+            if elapsed >= SOON {
+                self.show_bar();
+            }
+            return;
+        }
+        let lines = elapsed.as_secs() / BETWEEN_LINES.as_secs();
+        if self.shown.fetch_max(lines, Ordering::Relaxed) < lines {
+            let (done, total) = (self.bar.position(), self.bar.length().unwrap_or_default());
+            say(&line(&self.what, done, total, elapsed));
+        }
+    }
+
+    fn show_bar(&self) {
+        if self.shown.swap(1, Ordering::Relaxed) == 0 {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            self.bar.enable_steady_tick(REDRAW);
+        }
+    }
+}
+
+/// "finding the board: 120 of 400, about 2 min left".
+fn line(what: &str, done: u64, total: u64, elapsed: Duration) -> String {
+    format!("{what}: {done} of {total}{}", left(done, total, elapsed))
+}
+
+/// ", about 2 min left"; empty before the first step.
+fn left(done: u64, total: u64, elapsed: Duration) -> String {
+    if done == 0 {
+        return String::new();
+    }
+    let left_secs = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
+    if left_secs < 90.0 {
+        format!(", about {left_secs:.0} s left")
+    } else {
+        format!(", about {:.0} min left", left_secs / 60.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_says_how_far_and_how_long() {
+        let after = |secs| Duration::from_secs(secs);
+        assert_eq!(
+            line("replaying", 100, 400, after(10)),
+            "replaying: 100 of 400, about 30 s left"
+        );
+        assert_eq!(line("replaying", 1, 400, after(1)), "replaying: 1 of 400, about 7 min left");
+        assert_eq!(line("replaying", 0, 400, after(1)), "replaying: 0 of 400");
+    }
+
+    #[test]
+    fn short_work_shows_nothing() {
+        let progress = Progress::new("replaying", 2);
+        progress.step();
+        progress.at(2, 2);
+        progress.finish();
+        assert!(progress.bar.is_hidden());
+        assert_eq!(progress.shown.load(Ordering::Relaxed), 0);
+    }
+}

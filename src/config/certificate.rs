@@ -1,0 +1,103 @@
+//! What the report's first sheet says beside the numbers.
+
+use serde::{Deserialize, Serialize};
+
+/// Longest text.
+const LETTERS: usize = 200;
+
+/// The certificate. An empty text is left to be filled in by pen.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct CertificateConfig {
+    pub number: String,
+    pub company: String,
+    pub logo: String,
+    pub customer: String,
+    pub site: String,
+    pub operator: String,
+    pub camera_make: String,
+    pub camera_model: String,
+    pub camera_serial: String,
+    pub lens: String,
+    pub board_id: String,
+    pub square_measured: String,
+    pub check_months: u32,
+}
+
+impl Default for CertificateConfig {
+    fn default() -> Self {
+        Self {
+            number: String::new(),
+            company: String::new(),
+            logo: String::new(),
+            customer: String::new(),
+            site: String::new(),
+            operator: String::new(),
+            camera_make: String::new(),
+            camera_model: String::new(),
+            camera_serial: String::new(),
+            lens: String::new(),
+            board_id: String::new(),
+            square_measured: String::new(),
+            check_months: 12,
+        }
+    }
+}
+
+impl CertificateConfig {
+    pub(super) fn is_usable(&self) -> bool {
+        let short = |text: &&mut String| text.chars().count() <= LETTERS;
+        self.check_months <= 120 && self.clone().texts().iter().all(short)
+    }
+
+    /// This one, with `base` where it says nothing.
+    #[must_use]
+    pub fn over(mut self, mut base: Self) -> Self {
+        if self.check_months == Self::default().check_months {
+            self.check_months = base.check_months;
+        }
+        for (text, below) in self.texts().into_iter().zip(base.texts()) {
+            if text.is_empty() {
+                *text = std::mem::take(below);
+            }
+        }
+        self
+    }
+
+    fn texts(&mut self) -> [&mut String; 12] {
+        [
+            &mut self.number,
+            &mut self.company,
+            &mut self.logo,
+            &mut self.customer,
+            &mut self.site,
+            &mut self.operator,
+            &mut self.camera_make,
+            &mut self.camera_model,
+            &mut self.camera_serial,
+            &mut self.lens,
+            &mut self.board_id,
+            &mut self.square_measured,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_said_later_wins_and_the_rest_stays() {
+        let base = CertificateConfig {
+            customer: "Mill".into(),
+            site: "Hall 1".into(),
+            check_months: 6,
+            ..CertificateConfig::default()
+        };
+        let later = CertificateConfig { site: "Hall 2".into(), ..CertificateConfig::default() };
+        let both = later.over(base);
+        assert_eq!((both.customer.as_str(), both.site.as_str()), ("Mill", "Hall 2"));
+        assert_eq!((both.check_months, both.number.as_str()), (6, ""));
+    }
+}

@@ -1,0 +1,162 @@
+//! The code in the margin of a printed board.
+//!
+//! The corners say where the strip is: a homography, and one coefficient of the lens, carry the board's plane a little
+//! beyond them. Each cell is compared with the white margin and the nearest dark square beside it.
+
+use image::GrayImage;
+use nalgebra::{Point2, Vector2};
+
+use crate::{
+    board::Checkerboard,
+    board_code::{BoardCode, CELLS, Edge, FAR, NEAR, place_in_cell},
+    frame::ImageSize,
+    geometry::{Corner, Homography},
+};
+
+/// Difference between white and black that can be read, in grey levels.
+const MIN_CONTRAST: f64 = 24.0;
+/// A cell is unclear if it's closer to the middle between black and white, as a share of their difference.
+const UNCLEAR: f64 = 0.04;
+/// Bounds of the division model's coefficient at the corner of the picture: fisheye to pincushion.
+const LENS: (f64, f64) = (-0.9, 0.4);
+const LENS_STEPS: usize = 18;
+
+/// The code beside a board whose `corners` were found in `image`; `None` if there is none, or it can't be read.
+///
+/// It names a board of as many corners as `board`, whose size of squares doesn't matter.
+pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) -> Option<BoardCode> {
+    if corners.len() != board.corner_count() {
+        return None;
+    }
+    let plane = Plane::through(board, corners, ImageSize::of(image))?;
+    let size = (board.columns(), board.rows());
+    Edge::ALL.into_iter().find_map(|edge| {
+        let mut cells = strip(image, &plane, size, edge)?;
+        let code = BoardCode::read(&cells).or_else(|| {
+            cells.reverse();
+            BoardCode::read(&cells)
+        })?;
+        // A board that is turned by a quarter is numbered the other way round.
+        let named = code.board()?;
+        let seen = [(named.columns(), named.rows()), (named.rows(), named.columns())];
+        seen.contains(&size).then_some(code)
+    })
+}
+
+fn strip(
+    image: &GrayImage,
+    plane: &Plane,
+    size: (usize, usize),
+    edge: Edge,
+) -> Option<[bool; CELLS]> {
+    let level =
+        |along: f64, outside: f64| grey(image, &plane.px(edge.place(size, along, outside))?);
+    let squares = match edge {
+        Edge::Top | Edge::Bottom => size.0 + 1,
+        Edge::Left | Edge::Right => size.1 + 1,
+    };
+    let mut cells = [false; CELLS];
+    for (index, cell) in cells.iter_mut().enumerate() {
+        let middle = place_in_cell(index, 0.5);
+        let white = level(middle, 0.5 * NEAR)?;
+        // One of two neighbouring squares is black.
+        let square = ((middle * squares as f64) as usize).min(squares - 2);
+        let centre = |square: usize| level((square as f64 + 0.5) / squares as f64, -0.5);
+        let black = centre(square)?.min(centre(square + 1)?);
+        if white - black < MIN_CONTRAST {
+            return None;
+        }
+        let mut sum = 0.0;
+        for within in [0.3, 0.5, 0.7] {
+            for across in [0.3, 0.5, 0.7] {
+                sum += level(place_in_cell(index, within), NEAR + across * (FAR - NEAR))?;
+            }
+        }
+        let whiteness = (sum / 9.0 - black) / (white - black);
+        if (whiteness - 0.5).abs() < UNCLEAR {
+            return None;
+        }
+        *cell = whiteness < 0.5;
+    }
+    Some(cells)
+}
+
+/// Brightness between pixels; `None` outside of the picture.
+fn grey(image: &GrayImage, px: &Point2<f64>) -> Option<f64> {
+    let inside = px.x >= 0.0
+        && px.y >= 0.0
+        && px.x < f64::from(image.width()) - 1.0
+        && px.y < f64::from(image.height()) - 1.0;
+    if !inside {
+        return None;
+    }
+    let (x, y) = (px.x as u32, px.y as u32);
+    let (right, down) = (px.x - f64::from(x), px.y - f64::from(y));
+    let at = |dx, dy| f64::from(image.get_pixel(x + dx, y + dy).0[0]);
+    let above = at(0, 0) * (1.0 - right) + at(1, 0) * right;
+    let below = at(0, 1) * (1.0 - right) + at(1, 1) * right;
+    Some(above * (1.0 - down) + below * down)
+}
+
+/// The board's plane in a picture of a lens that bends lines: a homography after Fitzgibbon's division model
+/// (2001) about the middle of the picture.
+struct Plane {
+    homography: Homography,
+    bend: f64,
+    centre_px: Point2<f64>,
+    radius_px: f64,
+    /// Inner corners in a row and column, and the square's side.
+    size: Vector2<f64>,
+    square_m: f64,
+}
+
+impl Plane {
+    fn through(board: &Checkerboard, corners: &[Corner], image_size: ImageSize) -> Option<Self> {
+        let points_m = board.corners_in_board_m();
+        let centre_px = image_size.centre_px();
+        let radius_px = centre_px.coords.norm().max(1.0);
+        let fit = |bend: f64| {
+            let straight: Vec<Corner> = corners
+                .iter()
+                .map(|corner| {
+                    let off = (corner.px - centre_px) / radius_px;
+                    let px = centre_px + radius_px * off / (1.0 + bend * off.norm_squared());
+                    Corner { px, ..*corner }
+                })
+                .collect();
+            Homography::fit(&points_m, &straight).ok()
+        };
+        let cost = |bend: f64| fit(bend).map_or(f64::INFINITY, |fit| fit.rms_px());
+        // Golden-section search.
+        let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+        let (mut low, mut high) = LENS;
+        let mut inner = [high - golden * (high - low), low + golden * (high - low)];
+        let mut costs = inner.map(cost);
+        for _ in 0..LENS_STEPS {
+            if costs[0] < costs[1] {
+                high = inner[1];
+                inner = [high - golden * (high - low), inner[0]];
+                costs = [cost(inner[0]), costs[0]];
+            } else {
+                low = inner[0];
+                inner = [inner[1], low + golden * (high - low)];
+                costs = [costs[1], cost(inner[1])];
+            }
+        }
+        let bend = (low + high) / 2.0;
+        let size = Vector2::new(board.columns() as f64, board.rows() as f64);
+        let square_m = board.square_m();
+        Some(Self { homography: fit(bend)?, bend, centre_px, radius_px, size, square_m })
+    }
+
+    /// Pixel of a place in squares from the board's top-left corner.
+    fn px(&self, (x, y): (f64, f64)) -> Option<Point2<f64>> {
+        let from_middle = Vector2::new(x, y) - (self.size + Vector2::repeat(1.0)) / 2.0;
+        let straight = self.homography.map(&(from_middle * self.square_m).into())?;
+        let off = (straight - self.centre_px) / self.radius_px;
+        // off = bent / (1 + bend · |bent|²), solved for the bent radius.
+        let discriminant = 1.0 - 4.0 * self.bend * off.norm_squared();
+        let stretch = 2.0 / (1.0 + discriminant.max(0.0).sqrt());
+        (discriminant >= 0.0).then(|| self.centre_px + self.radius_px * stretch * off)
+    }
+}

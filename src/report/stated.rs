@@ -1,0 +1,26 @@
+use super::Logo;
+
+/// What a certificate states beside the calibration. Empty texts become lines to fill in by pen.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[expect(missing_docs, reason = "explained in config/default.toml")]
+pub struct Certificate {
+    pub number: String,
+    /// When the calibration was made, with its time zone.
+    pub date: String,
+    /// When the next check is due.
+    pub check_due: Option<String>,
+    pub company: String,
+    pub logo: Option<Logo>,
+    pub customer: String,
+    pub site: String,
+    pub operator: String,
+    pub camera_make: String,
+    pub camera_model: String,
+    pub camera_serial: String,
+    pub lens: String,
+    pub mode: String,
+    pub board_id: String,
+    pub square_measured: String,
+    /// The calibration file: its name and SHA-256.
+    pub file: Option<(String, String)>,
+}

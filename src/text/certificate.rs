@@ -1,0 +1,104 @@
+//! The certificate in words.
+
+/// Title, if the calibration may be used.
+pub const TITLE: &str = "Calibration certificate";
+/// Title, if it may not.
+pub const NO_CERTIFICATE: &str = "Calibration record (not a certificate)";
+/// Across the sheet of a simulated camera.
+pub const SIMULATED: &str = "SIMULATED";
+/// Where a camera was simulated.
+pub const SIMULATED_CAMERA: &str = "simulated camera";
+
+/// Number of the certificate.
+pub fn number(number: &str) -> String {
+    format!("No. {number}")
+}
+
+/// Names of rows, columns and lines.
+#[expect(missing_docs, reason = "the words say it")]
+pub mod name {
+    pub const COMPANY: &str = "Calibrated by";
+    pub const CUSTOMER: &str = "Customer";
+    pub const SITE: &str = "Site";
+    pub const OPERATOR: &str = "Operator";
+    pub const DATE: &str = "Date";
+    pub const DUE: &str = "Next check due";
+    pub const MAKE: &str = "Camera make";
+    pub const MODEL: &str = "Camera model";
+    pub const SERIAL: &str = "Serial number";
+    pub const LENS: &str = "Lens";
+    pub const MODE: &str = "Mode";
+    pub const BOARD: &str = "Board";
+    pub const BOARD_ID: &str = "Board ID";
+    pub const MEASURED: &str = "Square measured with";
+    pub const RESULT: &str = "Result";
+    pub const UNCERTAINTY: &str = "U (k = 2)";
+    pub const LIMIT: &str = "Limit";
+    pub const MET: &str = "Met";
+    pub const PP_X: &str = "Principal point x";
+    pub const PP_Y: &str = "Principal point y";
+    pub const F: &str = "Focal length";
+    pub const FX: &str = "Focal length x";
+    pub const FY: &str = "Focal length y";
+    pub const PROJECTION: &str = "Projection, mean over the picture";
+    pub const NOISE: &str = "Corner error";
+    pub const COVERAGE: &str = "Picture covered by the board";
+    pub const VIEWS: &str = "Views";
+    pub const CHECK: &str = "Independent check, apart by";
+    pub const GOAL: &str = "Goal";
+    pub const FIELD: &str = "Field of view";
+    pub const PASTE: &str = "To paste (OpenCV)";
+    pub const FILE: &str = "Calibration file";
+    pub const SIGNED: &str = "Calibrated by";
+    pub const APPROVED: &str = "Approved by";
+    pub const SIGNATURE: &str = "name, date, signature";
+}
+
+/// Limits: at least, at most.
+pub fn at_least(value: &str) -> String {
+    format!("≥ {value}")
+}
+
+/// See [`at_least`].
+pub fn at_most(value: &str) -> String {
+    format!("≤ {value}")
+}
+
+/// Limit of the independent check.
+pub const CHECK_LIMIT: &str = "3.7 sd";
+
+/// Field of view.
+pub fn field_of_view([across, down, diagonal]: [f64; 3]) -> String {
+    format!("{across:.1}° × {down:.1}°, diagonal {diagonal:.1}°")
+}
+
+/// Size and class of the board.
+pub fn board(columns: u32, rows: u32, square: &str) -> String {
+    format!("{columns} × {rows} inner corners, squares of {square} mm")
+}
+
+/// Below the table.
+pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict GOOD. The independent check compares with the principal point from each view alone, without a common lens.";
+
+/// What the numbers hold for.
+pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the center of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";
+
+/// Where the checks warn.
+pub const WARNINGS: &str = "Warnings:";
+
+/// Checksum of the calibration file.
+pub fn checksum(file: &str, sha256: &str) -> String {
+    format!("{file}, SHA-256 {sha256}")
+}
+
+/// Where the logo isn't there.
+pub fn no_logo(path: &str, why: &str) -> String {
+    format!("The logo {path} can't be shown: {why}")
+}
+
+/// Where a session names a logo that only its owner may mean.
+pub fn logo_of_session(path: &str) -> String {
+    format!(
+        "The session's logo {path} is outside of this folder. To show it: --set certificate.logo={path}"
+    )
+}
