@@ -22,20 +22,20 @@
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
-//! | `coded_board` | the board from the code in its margin |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
+//! | `board_from_code` | the board that a code in its margin names |
 //! | `explain` | the next action for an error |
 //! | `missing_feature` | what this build leaves out |
 //!
 //! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain`] turns one into the next action.
 
 mod announcer;
+pub mod board_from_code;
 pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
 #[cfg(feature = "report")]
 pub mod certificate;
-pub mod coded_board;
 pub mod comparison;
 mod cue_link;
 #[cfg(all(target_os = "linux", feature = "live"))]

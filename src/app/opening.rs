@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 
 use super::{
     Announcer, Run, SavedSession,
-    coded_board::board_from_source,
+    board_from_code::board_from_source,
     comparison,
     source::{OpenSource, SourceName},
 };

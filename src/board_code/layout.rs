@@ -5,9 +5,9 @@ use super::CELLS;
 
 /// Where the strip begins and ends, in squares outside of the board's edge. The white before it keeps the outer
 /// squares as they are.
-pub const NEAR: f64 = 0.35;
+pub const NEAR: f64 = 0.42;
 /// See [`NEAR`].
-pub const FAR: f64 = 0.65;
+pub const FAR: f64 = 0.66;
 
 /// A side of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

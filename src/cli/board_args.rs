@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::terminal::announcer;
 use crate::{
-    app::{BoardFromCode, coded_board::board_from_pictures},
+    app::{BoardFromCode, board_from_code::board_from_pictures},
     board::Checkerboard,
     config::Config,
     files::{Links, TEXT_LIMIT, read_text},

@@ -68,11 +68,11 @@ impl Arguments {
                 "To copy the undamaged part into a new session: boresight doctor {} --recover NEW",
                 self.session.display()
             ));
-            let problems = match problems.len() {
+            let count = match problems.len() {
                 1 => "1 problem".to_owned(),
                 count => format!("{count} problems"),
             };
-            bail!("{problems} in {:?}", self.session);
+            bail!("{count} in {:?}", self.session);
         }
         say("Whole.");
         Ok(Exit::Good)

@@ -19,7 +19,7 @@ const MIN_CONTRAST: f64 = 24.0;
 const UNCLEAR: f64 = 0.04;
 /// Bounds of the division model's coefficient at the corner of the picture: fisheye to pincushion.
 const LENS: (f64, f64) = (-0.9, 0.4);
-const LENS_STEPS: usize = 18;
+const LENS_STEPS: usize = 11;
 
 /// The code beside a board whose `corners` were found in `image`; `None` if there is none, or it can't be read.
 ///

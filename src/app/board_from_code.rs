@@ -10,7 +10,7 @@ use crate::{
     board_code::BoardCode,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity, read_picture},
     config::Config,
-    detection::{Detector, DetectorParams, Miss, read_code},
+    detection::{Detection, Detector, DetectorParams, Miss, read_code},
     device::{Adjustable, CameraInfo, Control, ControlBefore},
     text,
 };
@@ -18,6 +18,10 @@ use crate::{
 /// Pictures in which a code is looked for; frames of a live camera, which are closer to each other.
 const PICTURES: usize = 10;
 const LIVE_FRAMES: usize = 45;
+/// Boards that are tried where the usual one is seen in part only: a smaller one looks so.
+const SMALLER: [(u16, u16); 8] = [(8, 6), (8, 5), (7, 6), (7, 5), (6, 5), (6, 4), (5, 4), (4, 3)];
+/// Searches for boards in all pictures together.
+const SEARCHES: usize = 80;
 /// Waits for a frame that may find nothing.
 const WAITS: usize = 20;
 const PATIENCE: Duration = Duration::from_millis(250);
@@ -27,24 +31,43 @@ struct CodeReader {
     detector: Detector,
     /// The board that is tried first.
     usual: Checkerboard,
+    searches_left: usize,
 }
 
 impl CodeReader {
     fn new(usual: Checkerboard) -> Self {
-        Self { detector: Detector::new(DetectorParams::default()), usual }
+        let detector = Detector::new(DetectorParams::default());
+        Self { detector, usual, searches_left: SEARCHES }
     }
 
     fn read(&mut self, image: &GrayImage) -> Option<BoardCode> {
-        let (board, seen) = match self.detector.detect(image, &self.usual) {
+        match self.search(image, self.usual)? {
+            Ok(detection) => read_code(image, &self.usual, &detection.corners),
             Err(Miss::OtherBoard { columns, rows }) => {
                 let count = |count: usize| u16::try_from(count).ok();
-                let (columns, rows) = (count(columns)?, count(rows)?);
-                let other = Checkerboard::new(columns, rows, self.usual.square_m()).ok()?;
-                (other, self.detector.detect(image, &other))
+                self.read_as(image, (count(columns)?, count(rows)?))
             }
-            seen => (self.usual, seen),
-        };
-        read_code(image, &board, &seen.ok()?.corners)
+            Err(Miss::PartialBoard { .. } | Miss::Glare { .. }) => {
+                SMALLER.into_iter().find_map(|size| self.read_as(image, size))
+            }
+            Err(_) => None,
+        }
+    }
+
+    fn read_as(&mut self, image: &GrayImage, (columns, rows): (u16, u16)) -> Option<BoardCode> {
+        let board = Checkerboard::new(columns, rows, self.usual.square_m()).ok()?;
+        let seen = self.search(image, board)?.ok()?;
+        read_code(image, &board, &seen.corners)
+    }
+
+    /// `None` once there were enough searches.
+    fn search(
+        &mut self,
+        image: &GrayImage,
+        board: Checkerboard,
+    ) -> Option<Result<Detection, Miss>> {
+        self.searches_left = self.searches_left.checked_sub(1)?;
+        Some(self.detector.detect(image, &board))
     }
 }
 
