@@ -50,7 +50,7 @@ mod lookout;
 mod memory;
 mod missing_feature;
 pub mod opening;
-mod printed_board;
+pub mod printed_board;
 pub mod recordings;
 pub mod redetect;
 #[cfg(feature = "report")]

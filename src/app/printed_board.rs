@@ -9,7 +9,7 @@ use crate::{
     board::Checkerboard,
     board_code::{BoardCode, BoardId},
     files::{Links, Overwrite, read, save},
-    target::{Paper, Plan, Sheet, Square, pdf, plan, sheet},
+    target::{Paper, Plan, Square, pdf, plan, sheet},
     text,
 };
 
@@ -18,12 +18,25 @@ const LIMIT: u64 = 16 << 20;
 /// Names tried for a sheet that differs from one of the same name.
 const NAMES: u32 = 100;
 
+/// An ID for the next board that's printed.
+pub fn new_id() -> BoardId {
+    let nanos = jiff::Timestamp::now().as_nanosecond();
+    // The last bits change with every print.
+    BoardId::from_number((nanos >> 10) as u32)
+}
+
+/// The code for the margin of `plan`. `None` if there's no room for it.
+pub fn margin_code(plan: &Plan, id: BoardId) -> Option<BoardCode> {
+    let board = Checkerboard::new(plan.columns, plan.rows, plan.square_mm * 1e-3).ok()?;
+    BoardCode::new(&board, id).filter(|_| !plan.edges_with_room().is_empty())
+}
+
 /// Names of the papers.
 pub(super) fn papers() -> Vec<&'static str> {
     Paper::ALL.map(Paper::name).into()
 }
 
-/// Writes a sheet with a board of `columns` × `rows` inner corners into `folder`. A file that holds the same sheet is
+/// Writes a sheet with a board of `columns` × `rows` inner corners and the code for `id` into `folder`. A file that holds the same sheet is
 /// kept; any other one is left alone.
 ///
 /// # Errors
@@ -33,30 +46,25 @@ pub(super) fn print(
     folder: &Path,
     [columns, rows]: [u16; 2],
     paper: usize,
+    id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
     let plan = plan(columns, rows, Square::Largest, &paper.pages())
         .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
+    let sheet = match margin_code(&plan, id) {
+        Some(code) => {
+            let lines = text::target_lines(&plan, Some(&id.to_string()));
+            sheet(&plan, &lines).with_code(&plan, &code)
+        }
+        None => sheet(&plan, &text::target_lines(&plan, None)),
+    };
+    let bytes = pdf(&sheet);
     let name = format!("checkerboard-{columns}x{rows}-{}mm-{}", plan.square_mm, paper.name());
-    let bytes = pdf(&with_code(&plan, &name)?);
     let file = free_or_same(folder, &name, &bytes)?;
     Ok(PrintedBoard {
         file,
         square_m: 1e-3 * plan.square_mm,
         steps: text::target_steps(&plan).into_iter().take(3).collect(),
-    })
-}
-
-/// The sheet with its code, if there is room; the same name gives the same ID.
-fn with_code(plan: &Plan, name: &str) -> anyhow::Result<Sheet> {
-    let board = Checkerboard::new(plan.columns, plan.rows, 1e-3 * plan.square_mm)?;
-    let id = BoardId::from_number(crc32fast::hash(name.as_bytes()));
-    let code = BoardCode::new(&board, id).filter(|_| !plan.edges_with_room().is_empty());
-    let id = code.as_ref().map(|code| code.id().to_string());
-    let plain = sheet(plan, &text::target_lines(plan, id.as_deref()));
-    Ok(match &code {
-        Some(code) => plain.with_code(plan, code),
-        None => plain,
     })
 }
 
@@ -82,14 +90,16 @@ mod tests {
     #[test]
     fn a_sheet_is_written_once_and_nothing_is_overwritten() -> anyhow::Result<()> {
         let folder = tempfile::tempdir()?;
-        let first = print(folder.path(), [9, 6], 0)?;
+        let id = new_id();
+        let print = |size| print(folder.path(), size, 0, id);
+        let first = print([9, 6])?;
         assert!((first.square_m - 0.02).abs() < 0.01, "{first:?}");
-        assert_eq!(print(folder.path(), [9, 6], 0)?.file, first.file);
+        assert_eq!(print([9, 6])?.file, first.file);
         save(&first.file, b"mine", Overwrite::Allowed)?;
-        let second = print(folder.path(), [9, 6], 0)?;
+        let second = print([9, 6])?;
         assert_ne!(second.file, first.file);
         assert_eq!(read(&first.file, LIMIT, Links::Refused)?, b"mine");
-        assert!(print(folder.path(), [99, 99], 0).is_err(), "squares too small to print");
+        assert!(print([99, 99]).is_err(), "squares too small to print");
         Ok(())
     }
 }

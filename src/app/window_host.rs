@@ -26,6 +26,7 @@ use super::{
     run::Concluded,
 };
 use crate::{
+    board_code::BoardId,
     calibration::files::CalibrationFile,
     capture::{is_address, without_secrets},
     pipeline::{Background, Paced, Pipeline},
@@ -51,6 +52,8 @@ pub struct WindowHost {
     /// File of what is remembered.
     memory: Option<PathBuf>,
     lookout: Option<Lookout>,
+    /// ID of the boards printed from here: printing twice is one board.
+    board_id: BoardId,
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
 }
@@ -128,7 +131,7 @@ impl AppHost for WindowHost {
     }
 
     fn print_board(&mut self, board: [u16; 2], paper: usize) -> Result<PrintedBoard, UserError> {
-        let printed = printed_board::print(Path::new("."), board, paper);
+        let printed = printed_board::print(Path::new("."), board, paper, self.board_id);
         let printed = printed.map_err(|err| user_error(&err))?;
         // Where nothing can show it, the person still reads the name of the file.
         self.show(&printed.file).ok();
@@ -227,6 +230,7 @@ impl WindowHost {
             at_once: true,
             memory: None,
             lookout: None,
+            board_id: printed_board::new_id(),
             named: None,
         }
     }

@@ -21,7 +21,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use super::{
     Arrival, CaptureError, FrameSource, SourceIdentity,
     address::{is_address, without_secrets},
-    reader_words::{meaning, refusal},
+    reader_words::{known, meaning, refusal},
 };
 use crate::{
     device::{CameraEvent, Fault, Mode, PixelLayout},
@@ -530,8 +530,13 @@ impl FrameSource for Ffmpeg {
             Ok(Next::End) => {
                 let words = run.pictures.words();
                 if self.is_live {
-                    let fault = refusal(&words, &self.name).unwrap_or(Fault::StreamLost);
+                    let fault = refusal(&words).unwrap_or(Fault::StreamLost);
                     return self.broken((fault, String::new()));
+                }
+                let count = run.pictures.count;
+                if count > 0 && known(&words).is_some() {
+                    let detail = format!("it's damaged after picture {count}");
+                    return self.broken((Fault::ReaderFailed, detail));
                 }
                 return match meaning(&words, &self.name) {
                     (_, detail) if detail.is_empty() => Ok(Arrival::End),

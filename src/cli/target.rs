@@ -12,8 +12,10 @@ use super::{
     terminal::{print, say},
 };
 use crate::{
-    app::Exit,
-    board::Checkerboard,
+    app::{
+        Exit,
+        printed_board::{margin_code, new_id},
+    },
     board_code::{BoardCode, BoardId},
     files::{Overwrite, save},
     target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
@@ -90,7 +92,7 @@ impl Arguments {
         let plan = self.plan()?;
         let path = self.out.clone().unwrap_or_else(|| self.usual_name(&plan));
         let format = format(&path)?;
-        let code = self.code(&plan)?;
+        let code = self.code(&plan);
         let id = code.as_ref().map(|code| code.id().to_string());
         let lines = text::target_lines(&plan, id.as_deref());
         let sheet = match &code {
@@ -149,20 +151,17 @@ impl Arguments {
     }
 
     /// The code for the margin, if there is room for it.
-    fn code(&self, plan: &Plan) -> anyhow::Result<Option<BoardCode>> {
+    fn code(&self, plan: &Plan) -> Option<BoardCode> {
         if self.no_code {
-            return Ok(None);
+            return None;
         }
-        let board = Checkerboard::new(plan.columns, plan.rows, plan.square_mm * 1e-3)?;
-        let nanos = jiff::Timestamp::now().as_nanosecond();
-        // The last bits change with every print.
-        let id = self.id.unwrap_or_else(|| BoardId::from_number((nanos >> 10) as u32));
-        let code = BoardCode::new(&board, id).filter(|_| !plan.edges_with_room().is_empty());
+        let id = self.id.unwrap_or_else(new_id);
+        let code = margin_code(plan, id);
         match code {
             Some(_) => say(&text::code_in_margin(&id.to_string())),
             None => say(text::NO_ROOM_FOR_CODE),
         }
-        Ok(code)
+        code
     }
 
     fn report(&self, plan: &Plan, id: Option<&str>, path: &Path) -> anyhow::Result<String> {

@@ -13,7 +13,7 @@ use super::{
 const IN_OUTER_SQUARES: f32 = 0.75;
 const IN_WHITE: f32 = 1.3;
 /// Lighter than this share of the step from dark to light squares counts as white.
-const LIGHT_FROM: f32 = 0.6;
+const LIGHT_FROM: f32 = 0.75;
 /// Least step from dark to light squares, in grey levels.
 const LEAST_STEP: f32 = 8.0;
 

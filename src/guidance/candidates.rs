@@ -19,6 +19,8 @@ use crate::{
 
 /// Directions searched over the full turn.
 const DIRECTIONS: u32 = 32;
+/// Places along the principal line that are searched for each direction and tilt.
+const OFFSETS: usize = 3;
 
 /// The feasible pose that, with its reflected partner, leaves the least expected variance in units of the goals
 /// ([`Knowledge::variance`]), among directions that are independent of all accepted ones. `None` if no direction
@@ -51,7 +53,8 @@ pub(super) fn most_covering_pair(
     params: &GuidanceParams,
 ) -> Option<(WantedPose, Isometry3<f64>)> {
     let size = lens_estimate.image_size;
-    best_covering_pair(accepted, board, lens_estimate, params, |all| coverage(all, size))
+    let wanted = candidates(accepted, lens_estimate, params);
+    best_covering_pair(accepted, board, (lens_estimate, params), &wanted, |all| coverage(all, size))
 }
 
 /// As [`most_covering_pair`], but what reaches the corners of the picture comes first.
@@ -62,7 +65,19 @@ pub(super) fn corner_covering_pair(
     params: &GuidanceParams,
 ) -> Option<(WantedPose, Isometry3<f64>)> {
     let size = lens_estimate.image_size;
-    best_covering_pair(accepted, board, lens_estimate, params, |all| {
+    // A pair in opposite corners, smaller the farther it's from the middle.
+    let size_px = Vector2::new(f64::from(size.width_px), f64::from(size.height_px));
+    let shifts = [0.12, 0.17, 0.22].into_iter().flat_map(|share| {
+        [Vector2::new(share, share), Vector2::new(share, -share)]
+            .map(|shift| size_px.component_mul(&shift))
+    });
+    let straight = candidates(accepted, lens_estimate, params);
+    let towards_corners = shifts.flat_map(|offset_px| {
+        let along = straight.iter().step_by(OFFSETS);
+        along.map(move |wanted| WantedPose { offset_px, ..*wanted })
+    });
+    let wanted: Vec<WantedPose> = towards_corners.chain(straight.iter().copied()).collect();
+    best_covering_pair(accepted, board, (lens_estimate, params), &wanted, |all| {
         let closed = open_corners(all, size).into_iter().filter(|open| !open).count();
         closed as f64 + coverage(all, size)
     })
@@ -73,8 +88,8 @@ pub(super) fn corner_covering_pair(
 fn best_covering_pair(
     accepted: &[View],
     board: &Checkerboard,
-    lens_estimate: &LensEstimate,
-    params: &GuidanceParams,
+    (lens_estimate, params): (&LensEstimate, &GuidanceParams),
+    wanted: &[WantedPose],
     score: impl Fn(&[BoardOutline]) -> f64,
 ) -> Option<(WantedPose, Isometry3<f64>)> {
     let mut outlines: Vec<BoardOutline> = accepted
@@ -87,8 +102,8 @@ fn best_covering_pair(
     let taken = outlines.len();
     let mut most = score(&outlines);
     let mut best = None;
-    for wanted in candidates(accepted, lens_estimate, params) {
-        let Some(pose) = place_board(&wanted, board, lens_estimate, params) else { continue };
+    for wanted in wanted {
+        let Some(pose) = place_board(wanted, board, lens_estimate, params) else { continue };
         let pair = [pose, reflected(&pose)];
         outlines.truncate(taken);
         outlines.extend(pair.iter().filter_map(|pose| {
@@ -97,7 +112,7 @@ fn best_covering_pair(
         let now = score(&outlines);
         if now > most {
             most = now;
-            best = Some((wanted, pose));
+            best = Some((*wanted, pose));
         }
     }
     best
@@ -127,7 +142,8 @@ fn candidates(
         }
         let (sin, cos) = tilt_azimuth_rad.sin_cos();
         for tilt_rad in tilts_rad {
-            for along_px in [-reach_px, 0.0, reach_px] {
+            let along: [f64; OFFSETS] = [-reach_px, 0.0, reach_px];
+            for along_px in along {
                 let offset_px = Vector2::new(cos, sin) * along_px;
                 wanted.push(WantedPose {
                     tilt_azimuth_rad,

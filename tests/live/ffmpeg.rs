@@ -210,6 +210,28 @@ fn words_of_the_program_are_for_people() {
 }
 
 #[test]
+fn a_file_that_breaks_off_is_told_from_one_that_is_none() {
+    let place = TempDir::new().expect("folder");
+    let fails = "echo 'clip.mp4: Invalid data found when processing input' >&2; exit 1";
+    let none = stand_in(place.path(), fails);
+    match Ffmpeg::open_with(&none, "clip.mp4") {
+        Err(CaptureError::Camera { fault: Fault::ReaderFailed, detail }) => {
+            assert_eq!(detail, "not a video that ffmpeg can read");
+        }
+        _ => panic!("it was opened"),
+    }
+    let cut = stand_in(place.path(), &format!("{PICTURE}; {fails}"));
+    let mut source = Ffmpeg::open_with(&cut, "clip.mp4").expect("opens");
+    assert!(matches!(source.next_frame(PATIENCE), Ok(Arrival::Frame(_))));
+    match source.next_frame(PATIENCE) {
+        Err(CaptureError::Camera { fault: Fault::ReaderFailed, detail }) => {
+            assert_eq!(detail, "it's damaged after picture 1");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
 fn a_header_without_an_end_is_given_up() {
     let place = TempDir::new().expect("folder");
     let digits = stand_in(place.path(), "printf 'P5\\n'; exec tr '\\0' 1 < /dev/zero");

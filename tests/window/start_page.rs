@@ -201,7 +201,8 @@ impl AppHost for WithCamera {
     }
 
     fn starts_at_once(&self) -> bool {
-        self.inner.starts_at_once()
+        // The folder is named only so that nothing is left behind.
+        false
     }
 
     fn remembered(&self) -> Memory {
@@ -293,10 +294,11 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = folder.path().join("scene.toml");
     std::fs::write(&scene, SCENE).expect("written");
+    let first = folder.path().join("one");
     let remembered = Arc::new(Mutex::new(Memory::default()));
     let opened = Arc::new(Mutex::new(Vec::new()));
     let host = WithCamera {
-        inner: app_host(&[], false).expect("no arguments"),
+        inner: app_host(&["--out", &first.display().to_string()], false).expect("arguments"),
         source: format!("sim:{}", scene.display()),
         remembered: Arc::clone(&remembered),
         opened: Arc::clone(&opened),
@@ -344,4 +346,9 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     });
     let memory = remembered.lock().unwrap_or_else(PoisonError::into_inner).clone();
     assert_eq!(memory.board, Some([7, 5]), "remembered");
+    let second = folder.path().join("one-7x5");
+    assert!(first.is_dir() && second.join("report.html").is_file(), "beside the first");
+    let third = app(&window).screen().folder.clone().expect("a folder");
+    drop(window);
+    std::fs::remove_dir_all(third).expect("removed");
 }
