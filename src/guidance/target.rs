@@ -100,7 +100,8 @@ pub fn next_target(
 }
 
 /// One view of the reflected pair that closes most of the picture's corners in which no board has been, and covers most
-/// of the rest: for a person who wants more than the plan does. First the partner of a view that has none.
+/// of the rest, as far as a board large enough to be taken reaches; otherwise of the most informative pair: for a person
+/// who wants more than the plan does. First the partner of a view that has none.
 ///
 /// `None` if no pose in a new direction fits.
 pub fn covering_target(

@@ -55,7 +55,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
 pub const TAKE_MORE: &str = "Take two more";
 /// See [`TAKE_MORE`].
 pub const TAKE_MORE_TIP: &str =
-    "Continue this session with two opposed views that cover most of what's missing.";
+    "Continue this session with two more opposed views, as far out as the board fits.";
 
 /// How far the independent check is from the result; `None` without one.
 pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
