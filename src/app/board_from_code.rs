@@ -92,10 +92,11 @@ pub fn board_from_pictures(
 }
 
 /// The same with the first frames of a source. A folder's or recording's frames come again; a live camera's are over.
+/// If the source is broken, its error comes where it came from the source.
 ///
 /// # Errors
 ///
-/// If `config` names no usable board, or the source is broken.
+/// If `config` names no usable board.
 pub fn board_from_source(
     open: OpenSource,
     config: &mut Config,
@@ -111,23 +112,23 @@ pub fn board_from_source(
     let mut first = VecDeque::new();
     let (mut frames, mut waits) = (if keeps_frames { PICTURES } else { LIVE_FRAMES }, WAITS);
     while frames > 0 && waits > 0 {
-        let arrival = source.next_frame(PATIENCE)?;
+        let arrival = source.next_frame(PATIENCE);
         let code = match &arrival {
-            Arrival::Frame(frame) => {
+            Ok(Arrival::Frame(frame)) => {
                 frames -= 1;
                 reader.read(&frame.image)
             }
-            Arrival::NothingYet => {
+            Ok(Arrival::NothingYet) => {
                 waits -= 1;
                 continue;
             }
-            Arrival::Event(_) => None,
-            Arrival::End => {
+            Ok(Arrival::Event(_)) => None,
+            Ok(Arrival::End) | Err(_) => {
                 first.push_back(arrival);
                 break;
             }
         };
-        if keeps_frames || matches!(arrival, Arrival::Event(_)) {
+        if keeps_frames || matches!(arrival, Ok(Arrival::Event(_))) {
             first.push_back(arrival);
         }
         if let Some(code) = code {
@@ -162,7 +163,7 @@ fn take(code: &BoardCode, config: &mut Config, keeps_square: bool, announcer: &A
 
 /// A source whose first arrivals come once more.
 struct Again {
-    first: VecDeque<Arrival>,
+    first: VecDeque<Result<Arrival, CaptureError>>,
     source: Box<dyn FrameSource>,
 }
 
@@ -192,9 +193,6 @@ impl FrameSource for Again {
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
-        match self.first.pop_front() {
-            Some(arrival) => Ok(arrival),
-            None => self.source.next_frame(patience),
-        }
+        self.first.pop_front().unwrap_or_else(|| self.source.next_frame(patience))
     }
 }

@@ -99,7 +99,7 @@ mod tests {
         let second = print([9, 6])?;
         assert_ne!(second.file, first.file);
         assert_eq!(read(&first.file, LIMIT, Links::Refused)?, b"mine");
-        assert!(print([99, 99]).is_err(), "squares too small to print");
+        assert!(print([300, 300]).is_err(), "squares too small to print");
         Ok(())
     }
 }

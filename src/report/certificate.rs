@@ -225,8 +225,10 @@ impl ResultRow {
 /// A number and its limit in so many digits that they differ if they do.
 fn beside(value: f64, limit: f64) -> (String, String) {
     let (mut reached, limit_text) = (brief(value, 2), brief(limit, 2));
+    let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
     for digits in 3..7 {
-        if reached != limit_text || value == limit {
+        let differ = reached != limit_text && number(&reached) != number(&limit_text);
+        if differ || value == limit {
             break;
         }
         reached = brief(value, digits);
