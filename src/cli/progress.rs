@@ -45,6 +45,7 @@ impl Progress {
     }
 
     /// The same for steps of which each takes long: shown at once on a terminal.
+    #[cfg(feature = "study")]
     pub(super) fn of_long_steps(what: &str, total: usize) -> Self {
         let progress = Self::new(what, total);
         if progress.is_terminal {
@@ -54,6 +55,7 @@ impl Progress {
     }
 
     /// What is being done now.
+    #[cfg(feature = "study")]
     pub(super) fn now(&self, what: &str) {
         self.bar.set_message(what.to_owned());
     }
