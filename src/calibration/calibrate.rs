@@ -16,7 +16,7 @@ use super::{
         free_homography::{self, DistortionCentrePrior},
         initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, starts},
         lens_model::{LensModel, LensPrior},
-        model_choice::{ModelChoice, ModelSearch, fit_models},
+        model_choice::{ModelChoice, ModelSearch, Reversals, fit_models},
     },
     summary::assemble,
 };
@@ -233,23 +233,25 @@ impl Inputs<'_> {
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
     }
 
-    /// The fit from the first start; from the others, too, if it leaves residuals that views without a common focal
-    /// length don't have: it may have ended in the wrong minimum.
+    /// The fit from the first start. If it leaves residuals that views without a common focal length don't have, it
+    /// may have ended in the wrong minimum: then the lowest of all starts, with tilts reversed early or late.
     fn lowest(&self, search: &ModelSearch<'_>, starts: &[BundleState]) -> Option<ModelChoice> {
-        let (first, others) = starts.split_first()?;
-        let mut best = fit_models(search, first.clone());
         let floor = self.free.as_ref().map(|free| free.noise_factor().max(self.noise_floor));
         let noise_factor = |choice: &ModelChoice| {
             choice.bundles.last().map_or(f64::INFINITY, Bundle::noise_factor)
         };
-        for other in others {
-            let least = best.as_ref().map_or(f64::INFINITY, &noise_factor);
-            if floor.is_none_or(|floor| least <= SUSPICIOUS * floor) {
-                break;
+        let mut best: Option<ModelChoice> = None;
+        for start in starts {
+            for reversals in [Reversals::Early, Reversals::Late] {
+                let least = best.as_ref().map_or(f64::INFINITY, &noise_factor);
+                let is_enough = floor.is_none_or(|floor| least <= SUSPICIOUS * floor);
+                if best.is_some() && is_enough {
+                    return best;
+                }
+                best = fit_models(search, start.clone(), reversals)
+                    .filter(|choice| noise_factor(choice) < least)
+                    .or(best);
             }
-            best = fit_models(search, other.clone())
-                .filter(|choice| noise_factor(choice) < least)
-                .or(best);
         }
         best
     }

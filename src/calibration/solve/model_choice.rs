@@ -73,17 +73,31 @@ pub(in crate::calibration) struct ModelSearch<'a> {
     pub(in crate::calibration) noise_floor: f64,
 }
 
+/// When reversed tilts are tried.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::calibration) enum Reversals {
+    /// Of all views under the simplest model, and of suspicious ones under each richer one.
+    Early,
+    /// Of suspicious views under the richest model: a lens far from the simplest model may reverse views wrongly.
+    Late,
+}
+
 /// Fits the models in order, each starting from the result of the previous one, the first from `start`.
 ///
 /// `None` if no model that may be chosen can be fitted.
 pub(in crate::calibration) fn fit_models(
     search: &ModelSearch<'_>,
     start: BundleState,
+    reversals: Reversals,
 ) -> Option<ModelChoice> {
     let mut state = start;
     let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
-    for model in search.models {
-        let suspicious = if fitted.is_empty() { 0.0 } else { SUSPICIOUS };
+    for (place, model) in search.models.iter().enumerate() {
+        let suspicious = match reversals {
+            Reversals::Early if place == 0 => 0.0,
+            Reversals::Late if place + 1 < search.models.len() => f64::INFINITY,
+            Reversals::Early | Reversals::Late => SUSPICIOUS,
+        };
         let Some(bundle) = search.fit(*model, state, suspicious) else { break };
         state = bundle.state.clone();
         fitted.push((*model, bundle));
