@@ -8,10 +8,9 @@ use super::{Announcer, source::OpenSource};
 use crate::{
     board::Checkerboard,
     board_code::BoardCode,
-    capture::{Arrival, CaptureError, FrameSource, SourceIdentity, read_picture},
+    capture::{Arrival, preceded, read_picture},
     config::Config,
     detection::{Detection, Detector, DetectorParams, Miss, read_code},
-    device::{Adjustable, CameraInfo, Control, ControlBefore},
     text,
 };
 
@@ -136,7 +135,7 @@ pub fn board_from_source(
             break;
         }
     }
-    Ok(OpenSource { source: Box::new(Again { first, source }), on_frame, truth })
+    Ok(OpenSource { source: Box::new(preceded(first, source)), on_frame, truth })
 }
 
 /// Puts the board that `code` names into `config`, with its measured square if the settings have one.
@@ -158,41 +157,5 @@ fn take(code: &BoardCode, config: &mut Config, keeps_square: bool, announcer: &A
     certificate.board_id = id;
     if let Some(measured) = measured.filter(|_| certificate.square_measured.is_empty()) {
         certificate.square_measured = measured.measured_with;
-    }
-}
-
-/// A source whose first arrivals come once more.
-struct Again {
-    first: VecDeque<Result<Arrival, CaptureError>>,
-    source: Box<dyn FrameSource>,
-}
-
-impl FrameSource for Again {
-    fn identity(&self) -> SourceIdentity {
-        self.source.identity()
-    }
-
-    fn waits(&self) -> bool {
-        self.source.waits()
-    }
-
-    fn camera_facts(&self) -> Option<CameraInfo> {
-        self.source.camera_facts()
-    }
-
-    fn adjustables(&mut self) -> Vec<Adjustable> {
-        self.source.adjustables()
-    }
-
-    fn adjust(&mut self, control: Control, value: i64) {
-        self.source.adjust(control, value);
-    }
-
-    fn put_back_at_end(&mut self, before: &[ControlBefore]) {
-        self.source.put_back_at_end(before);
-    }
-
-    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
-        self.first.pop_front().unwrap_or_else(|| self.source.next_frame(patience))
     }
 }

@@ -37,7 +37,7 @@ const TRIED_EVERY: Duration = Duration::from_millis(2000);
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Width of a small picture.
 const WIDTH_PX: u32 = 480;
-/// A board counts once so many pictures in a row show the same.
+/// Pictures in a row that must show the same board before it's reported.
 const SAME_COUNTS: u32 = 3;
 
 /// The cameras of a computer.
@@ -156,11 +156,14 @@ impl Shared {
         while !self.ends() {
             let (cameras, unusable) = self.cameras.near();
             let is_here = |source: &String| cameras.iter().any(|(here, _)| here == source);
+            let is_known = |source: &String| {
+                is_here(source) || unusable.iter().any(|(node, ..)| node == source)
+            };
             viewers.retain(|source, _| is_here(source));
             {
                 let mut seen = lock(&self.seen);
                 let before = seen.len();
-                seen.retain(|source, _| is_here(source));
+                seen.retain(|source, _| is_known(source));
                 let mut changed = seen.len() != before;
                 for (source, name) in &cameras {
                     changed |= !seen.contains_key(source);
@@ -168,8 +171,9 @@ impl Shared {
                 }
                 for (node, name, trouble) in unusable {
                     let view = CameraView::new(&node, &name);
-                    changed = true;
-                    seen.insert(node, CameraView { trouble: Some(trouble), ..view });
+                    let view = CameraView { trouble: Some(trouble), ..view };
+                    changed |= seen.get(&node) != Some(&view);
+                    seen.insert(node, view);
                 }
                 drop(seen);
                 if changed {

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     calibration::files::CalibrationFile,
-    capture::Renumbered,
+    capture::renumbered,
     files::{Overwrite, save},
     guidance::{Progress, Refusal},
     pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
@@ -158,7 +158,7 @@ impl Run {
         }
         let lossless = source.waits();
         let setup = Setup {
-            source: Box::new(Renumbered::new(source, first_frame)),
+            source: Box::new(renumbered(source, first_frame)),
             session,
             folder: Some(folder),
             lossless,

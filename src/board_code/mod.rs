@@ -27,7 +27,7 @@ const SQUARE_BITS: u32 = 20;
 const SUM_BITS: u32 = 32;
 /// Cells of a strip.
 pub const CELLS: usize = 3 + (2 * COUNT_BITS + SQUARE_BITS + BoardId::BITS + SUM_BITS) as usize + 3;
-/// So that strips of another layout don't pass.
+/// Enters the checksum, so that strips of a different layout are rejected.
 const LAYOUT: &[u8] = b"boresight/1";
 
 /// What the strip says.

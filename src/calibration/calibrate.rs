@@ -248,9 +248,15 @@ impl Inputs<'_> {
                 if best.is_some() && is_enough {
                     return best;
                 }
-                best = fit_models(search, start.clone(), reversals)
-                    .filter(|choice| noise_factor(choice) < least)
-                    .or(best);
+                let Some(choice) = fit_models(search, start.clone(), reversals) else { break };
+                // Without reversals, late ones find the same.
+                let is_all = !choice.reversed;
+                if noise_factor(&choice) < least {
+                    best = Some(choice);
+                }
+                if is_all {
+                    break;
+                }
             }
         }
         best

@@ -6,10 +6,10 @@
 
 use nalgebra::Point2;
 
-use super::{result::Calibration, solve::initial_guess::rms_distance_px};
+use super::{result::Calibration, solve::initial_guess::first_alike};
 use crate::{
     frame::ImageSize,
-    geometry::{Corner, fit_pose, mean_px},
+    geometry::{Corner, fit_pose},
 };
 
 /// Two views whose corners differ by less than this fraction of the picture's width (root mean square) show one held
@@ -27,20 +27,7 @@ pub(super) struct Repeats {
 impl Repeats {
     /// `None` if no view repeats another.
     pub(super) fn among(views: &[Vec<Corner>], image_size: ImageSize) -> Option<Self> {
-        let limit_px = HELD * f64::from(image_size.width_px);
-        let (mut kept, mut place) = (Vec::new(), Vec::with_capacity(views.len()));
-        let means_px: Vec<Point2<f64>> = views.iter().map(|view| mean_px(view)).collect();
-        for (index, view) in views.iter().enumerate() {
-            let same = kept.iter().position(|other: &usize| {
-                // Means are never farther apart than corners are.
-                (means_px[index] - means_px[*other]).norm() < limit_px
-                    && rms_distance_px(view, &views[*other]) < limit_px
-            });
-            place.push(same.unwrap_or(kept.len()));
-            if same.is_none() {
-                kept.push(index);
-            }
-        }
+        let (kept, place) = first_alike(views, HELD * f64::from(image_size.width_px));
         (kept.len() < views.len()).then_some(Self { kept, place })
     }
 

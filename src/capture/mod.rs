@@ -1,5 +1,6 @@
 //! Frames in: every source of pictures behind one trait.
 
+mod adapted;
 mod address;
 mod camera_mode;
 #[cfg(all(unix, feature = "live"))]
@@ -14,10 +15,10 @@ mod pixel_format;
 #[cfg(all(unix, feature = "live"))]
 mod reader_words;
 mod recorded;
-mod renumbered;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod v4l2;
 
+pub use adapted::{preceded, renumbered};
 pub use address::{is_address, without_secrets};
 pub use camera_mode::{CameraMode, choose, layout};
 #[cfg(all(unix, feature = "live"))]
@@ -25,7 +26,6 @@ pub use ffmpeg::Ffmpeg;
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
 pub use pixel_format::Unpacker;
 pub use recorded::Recorded;
-pub use renumbered::Renumbered;
 
 use std::{sync::Arc, time::Duration};
 

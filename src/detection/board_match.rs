@@ -38,7 +38,7 @@ pub(super) fn match_board(
     prune(lattice);
     if lattice.len() * LEAST_SHARE < wanted {
         let partial = Miss::PartialBoard { found: lattice.len(), wanted, cut_off_by: None };
-        return Err(whole_board(image, lattice).unwrap_or(partial));
+        return Err(whole_board(image, lattice).map_or(partial, other_board));
     }
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     complete(image, lattice, columns.max(rows));
@@ -54,15 +54,15 @@ pub(super) fn match_board(
     }
     let whole = lattice.len() as i32 == width * height;
     if !(fits && whole) {
-        if !fits && let Some(other) = whole_board(image, lattice) {
-            return Err(other);
+        if !fits && let Some(size) = whole_board(image, lattice) {
+            return Err(other_board(size));
         }
         let found = lattice.len().min(wanted);
         let cut_off_by = cut_off_by(image, lattice);
         // Cut off, a larger board would be given a wrong number of corners.
         let larger = !fits && whole && width.min(height) >= 3 && width * height > columns * rows;
         if larger && cut_off_by.is_none() {
-            return Err(other_board(width, height));
+            return Err(other_board((width, height)));
         }
         if cut_off_by.is_none() && glaring(image, lattice) {
             return Err(Miss::Glare { found, wanted });
@@ -74,16 +74,16 @@ pub(super) fn match_board(
         .ok_or(Miss::NoBoard)
 }
 
-fn other_board(width: i32, height: i32) -> Miss {
+fn other_board((width, height): (i32, i32)) -> Miss {
     Miss::OtherBoard { columns: width.max(height) as usize, rows: width.min(height) as usize }
 }
 
-/// A board that is seen whole, whatever its size: a full rectangle of corners with white all around.
-fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<Miss> {
+/// Width and height of a board that is seen whole, whatever its size: a full rectangle of corners with white all around.
+fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<(i32, i32)> {
     let (low, high) = lattice.extent()?;
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
     let whole = width.min(height) >= 3 && lattice.len() as i32 == width * height;
-    (whole && ends_in_white(image, lattice)).then(|| other_board(width, height))
+    (whole && ends_in_white(image, lattice)).then_some((width, height))
 }
 
 /// Columns and rows of inner corners of the board that is seen whole in `lattice`, whatever its size up to `longest` a
@@ -96,10 +96,8 @@ pub(super) fn count_board(
     prune(lattice);
     complete(image, lattice, longest);
     prune(lattice);
-    match whole_board(image, lattice)? {
-        Miss::OtherBoard { columns, rows } => Some((columns, rows)),
-        _ => None,
-    }
+    let (width, height) = whole_board(image, lattice)?;
+    Some((width.max(height) as usize, width.min(height) as usize))
 }
 
 /// Interpolates the last missing corners of an otherwise complete board, at most `most`. Blur and noise can hide a

@@ -37,7 +37,7 @@ const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
 /// What a pipeline is made of.
 pub struct Setup {
     /// Where frames come from. Its frame numbers go on from those of a resumed session: see
-    /// [`crate::capture::Renumbered`].
+    /// [`crate::capture::renumbered`].
     pub source: Box<dyn FrameSource>,
     /// The state to start from.
     pub session: Session,

@@ -222,7 +222,7 @@ impl ResultRow {
     }
 }
 
-/// A number and its limit in so many digits that they differ if they do.
+/// A number and its limit, with enough digits to tell them apart.
 fn beside(value: f64, limit: f64) -> (String, String) {
     let (mut reached, limit_text) = (brief(value, 2), brief(limit, 2));
     let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);

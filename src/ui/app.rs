@@ -360,7 +360,7 @@ impl App {
                     }
                     self.result.begin(&ended, self.host.older(&ended.folder));
                     self.stage = SessionState::Ended(ended);
-                    // Whoever looks at another page is told, and stays there.
+                    // On another page, the person sees a notice and stays there.
                     if matches!(self.page, Page::Guide | Page::Start) {
                         self.page = Page::Result;
                     } else if self.page != Page::Result {
@@ -628,7 +628,7 @@ impl App {
     }
 }
 
-/// Inner corners, if a board can have so many.
+/// Inner corners, if a board can have that many.
 fn sides(columns: usize, rows: usize) -> Option<[u16; 2]> {
     let side = |corners: usize| u16::try_from(corners).ok().filter(|side| (3..=99).contains(side));
     Some([side(columns)?, side(rows)?])

@@ -15,7 +15,7 @@ pub enum UiAction {
     Start(Box<crate::app::host::SessionRequest>),
     /// Take two more views, where no board has been.
     TakeMore,
-    /// Start anew with a board of that many inner corners.
+    /// Restart with a board of that many inner corners.
     UseBoard([u16; 2]),
     /// Print a board of that many inner corners on the paper of that number.
     Print {

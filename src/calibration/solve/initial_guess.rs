@@ -165,24 +165,34 @@ pub(in crate::calibration) fn distinct_views(
     views: &[Vec<Corner>],
     image_size: ImageSize,
 ) -> usize {
-    let limit_px = ALIKE * f64::from(image_size.width_px);
-    let mut kept: Vec<(Point2<f64>, &[Corner])> = Vec::new();
-    for view in views {
-        let mean = mean_px(view);
-        // Means are never farther apart than corners are.
-        let is_alike = |(other_mean, other): &(Point2<f64>, &[Corner])| {
-            (mean - other_mean).norm() < limit_px && rms_distance_px(view, other) < limit_px
-        };
-        if !kept.iter().any(is_alike) {
-            kept.push((mean, view));
+    first_alike(views, ALIKE * f64::from(image_size.width_px)).0.len()
+}
+
+/// The views that differ from all earlier ones of these by `limit_px` or more (root mean square), and for each view the
+/// place in that list of the one that it is or resembles.
+pub(in crate::calibration) fn first_alike(
+    views: &[Vec<Corner>],
+    limit_px: f64,
+) -> (Vec<usize>, Vec<usize>) {
+    let means_px: Vec<Point2<f64>> = views.iter().map(|view| mean_px(view)).collect();
+    let (mut kept, mut place) = (Vec::new(), Vec::with_capacity(views.len()));
+    for (index, view) in views.iter().enumerate() {
+        let alike = kept.iter().position(|other: &usize| {
+            // Means are never farther apart than corners are.
+            (means_px[index] - means_px[*other]).norm() < limit_px
+                && rms_distance_px(view, &views[*other]) < limit_px
+        });
+        place.push(alike.unwrap_or(kept.len()));
+        if alike.is_none() {
+            kept.push(index);
         }
     }
-    kept.len()
+    (kept, place)
 }
 
 /// Root mean square distance between corresponding corners, or between opposite ones if that is less: some boards look the
 /// same upside down.
-pub(in crate::calibration) fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
+fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
     let mean = |pairs: &mut dyn Iterator<Item = (Point2<f64>, Point2<f64>)>| {
         pairs.map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len().max(1) as f64
     };

@@ -53,6 +53,8 @@ const TRUNCATED_SCALES: [(f64, f64); 2] = [(1.0, 0.7), (6.0, 0.3)];
 #[derive(Clone, Debug)]
 pub(in crate::calibration) struct ModelChoice {
     pub(in crate::calibration) fits: Vec<ModelFit>,
+    /// Whether a view was reversed.
+    pub(in crate::calibration) reversed: bool,
     /// In the order of `fits`.
     pub(in crate::calibration) bundles: Vec<Bundle>,
     pub(in crate::calibration) chosen: usize,
@@ -90,7 +92,7 @@ pub(in crate::calibration) fn fit_models(
     start: BundleState,
     reversals: Reversals,
 ) -> Option<ModelChoice> {
-    let mut state = start;
+    let (mut state, mut reversed) = (start, false);
     let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
     for (place, model) in search.models.iter().enumerate() {
         let suspicious = match reversals {
@@ -98,7 +100,7 @@ pub(in crate::calibration) fn fit_models(
             Reversals::Late if place + 1 < search.models.len() => f64::INFINITY,
             Reversals::Early | Reversals::Late => SUSPICIOUS,
         };
-        let Some(bundle) = search.fit(*model, state, suspicious) else { break };
+        let Some(bundle) = search.fit(*model, state, suspicious, &mut reversed) else { break };
         state = bundle.state.clone();
         fitted.push((*model, bundle));
     }
@@ -140,12 +142,18 @@ pub(in crate::calibration) fn fit_models(
         .collect();
     let bundles = fitted.into_iter().map(|(_, bundle)| bundle).collect();
     let richest_allowed = search.allowed.iter().max().copied()?;
-    Some(ModelChoice { fits, bundles, chosen, richest_allowed })
+    Some(ModelChoice { fits, reversed, bundles, chosen, richest_allowed })
 }
 
 impl ModelSearch<'_> {
-    /// The bundle of one model, after views were reversed that fit better so.
-    fn fit(&self, model: LensModel, start: BundleState, suspicious: f64) -> Option<Bundle> {
+    /// The bundle of one model, after views were reversed that fit better so; sets `reversed` if any was.
+    fn fit(
+        &self,
+        model: LensModel,
+        start: BundleState,
+        suspicious: f64,
+        reversed: &mut bool,
+    ) -> Option<Bundle> {
         let freedom = model.freedom(self.square_pixels);
         let adjust = |start| adjust(self.observations, &freedom, self.prior, start);
         let mut bundle = adjust(start)?;
@@ -155,7 +163,7 @@ impl ModelSearch<'_> {
                 break;
             };
             let Some(again) = adjust(state).filter(|again| again.cost < bundle.cost) else { break };
-            bundle = again;
+            (bundle, *reversed) = (again, true);
         }
         Some(bundle)
     }

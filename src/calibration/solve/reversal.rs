@@ -146,9 +146,9 @@ mod tests {
         let mut state = BundleState { camera, cam_from_board: truth.to_vec() };
         assert_eq!(with_better_tilts(&observations, &state, 0.0), None);
         state.cam_from_board[1] = reversed(&truth[1], &centre);
-        let mended = with_better_tilts(&observations, &state, 0.0).expect("one is reversed");
-        let off = mended.cam_from_board[1].rotation.angle_to(&truth[1].rotation);
+        let corrected = with_better_tilts(&observations, &state, 0.0).expect("one is reversed");
+        let off = corrected.cam_from_board[1].rotation.angle_to(&truth[1].rotation);
         assert!(off < 1e-3, "{off}");
-        assert_eq!(mended.cam_from_board[0], truth[0]);
+        assert_eq!(corrected.cam_from_board[0], truth[0]);
     }
 }

@@ -95,7 +95,7 @@ impl StartPage {
         }
     }
 
-    /// Chooses a source. The mode of another camera means nothing to it.
+    /// Chooses a source, and drops the mode, which belongs to the previous camera.
     pub(super) fn choose(&mut self, source: &str) {
         if self.draft.source != source {
             self.draft.source = source.into();

@@ -1,6 +1,7 @@
-//! A source whose frame numbers continue those of an earlier run.
+//! Sources whose arrivals are changed on their way: frames with other numbers, arrivals that come once more. All else
+//! is the source's own.
 
-use std::{sync::Arc, time::Duration};
+use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
 use crate::{
@@ -8,20 +9,42 @@ use crate::{
     frame::FrameId,
 };
 
-/// Adds a fixed number to the frame numbers of a source, so that a resumed session never sees a number twice.
-pub struct Renumbered {
+/// Frames of `source`, whose frame 0 becomes `first`, so that a resumed session never sees a number twice.
+pub fn renumbered(source: Box<dyn FrameSource>, first: u64) -> impl FrameSource {
+    let next = move |source: &mut dyn FrameSource, patience| {
+        Ok(match source.next_frame(patience)? {
+            Arrival::Frame(mut frame) if first > 0 => {
+                // A source that keeps its frames for reuse holds a second reference: then this copies.
+                let id = FrameId(frame.id.0.saturating_add(first));
+                Arc::make_mut(&mut frame).id = id;
+                Arrival::Frame(frame)
+            }
+            other => other,
+        })
+    };
+    Adapted { source, next }
+}
+
+/// `first`, which already came from `source`, and then what comes from it.
+pub fn preceded(
+    mut first: VecDeque<Result<Arrival, CaptureError>>,
     source: Box<dyn FrameSource>,
-    first: u64,
+) -> impl FrameSource {
+    let next = move |source: &mut dyn FrameSource, patience| {
+        first.pop_front().unwrap_or_else(|| source.next_frame(patience))
+    };
+    Adapted { source, next }
 }
 
-impl Renumbered {
-    /// Frames of `source`, whose frame 0 becomes `first`.
-    pub fn new(source: Box<dyn FrameSource>, first: u64) -> Self {
-        Self { source, first }
-    }
+struct Adapted<N> {
+    source: Box<dyn FrameSource>,
+    next: N,
 }
 
-impl FrameSource for Renumbered {
+impl<N> FrameSource for Adapted<N>
+where
+    N: FnMut(&mut dyn FrameSource, Duration) -> Result<Arrival, CaptureError> + Send,
+{
     fn identity(&self) -> SourceIdentity {
         self.source.identity()
     }
@@ -47,16 +70,7 @@ impl FrameSource for Renumbered {
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
-        let arrival = self.source.next_frame(patience)?;
-        Ok(match arrival {
-            Arrival::Frame(mut frame) if self.first > 0 => {
-                // A source that keeps its frames for reuse holds a second reference: then this copies.
-                let id = FrameId(frame.id.0.saturating_add(self.first));
-                Arc::make_mut(&mut frame).id = id;
-                Arrival::Frame(frame)
-            }
-            other => other,
-        })
+        (self.next)(&mut *self.source, patience)
     }
 }
 
@@ -80,7 +94,7 @@ mod tests {
         let identity = SourceIdentity { name: "recorded".into(), image_size: None };
         let recorded =
             Recorded::new(identity.clone(), [0, 1, 5].map(|id| Ok(frame(id))).into_iter());
-        let mut source = Renumbered::new(Box::new(recorded), 40);
+        let mut source = renumbered(Box::new(recorded), 40);
         assert_eq!(source.identity(), identity);
         let mut seen = Vec::new();
         while let Arrival::Frame(frame) = source.next_frame(Duration::ZERO).expect("in memory") {
