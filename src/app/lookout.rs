@@ -53,7 +53,7 @@ pub(super) trait Cameras: Send + Sync {
     fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>>;
 }
 
-/// The cameras of this computer, opened as the settings say.
+/// The cameras of this computer, in the mode of the settings. Looking through them changes none of their controls.
 pub(super) struct Connected(pub(super) Config);
 
 impl Cameras for Connected {
@@ -62,7 +62,7 @@ impl Cameras for Connected {
     }
 
     fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>> {
-        ChosenCamera::named(source, &self.0)?.open()
+        ChosenCamera::named(source, &self.0)?.preview()
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use boresight::{
     capture::{
         Arrival, CaptureError, FrameSource,
-        v4l2::{Found, LiveCamera, discover, find},
+        v4l2::{Camera, Found, LiveCamera, discover, find},
     },
     device::{CameraEvent, Fault, Wanted},
     frame::{CaptureTime, FrameId, ImageSize},
@@ -118,9 +118,20 @@ impl Run {
 
 /// Finds and opens the camera called `name`.
 pub(crate) fn open(kernel: &SimKernel, name: &str) -> Result<LiveCamera<SimKernel>, Fault> {
+    started(kernel, name, LiveCamera::open)
+}
+
+/// The same to look through only.
+pub(crate) fn preview(kernel: &SimKernel, name: &str) -> Result<LiveCamera<SimKernel>, Fault> {
+    started(kernel, name, LiveCamera::preview)
+}
+
+type Start = fn(SimKernel, Camera, &Wanted) -> Result<LiveCamera<SimKernel>, CaptureError>;
+
+fn started(kernel: &SimKernel, name: &str, start: Start) -> Result<LiveCamera<SimKernel>, Fault> {
     let found: Found = discover(&mut kernel.clone());
     let camera = find(&found, name).map_err(|(fault, _)| fault)?;
-    LiveCamera::open(kernel.clone(), camera, &Wanted::default()).map_err(|err| match err {
+    start(kernel.clone(), camera, &Wanted::default()).map_err(|err| match err {
         CaptureError::Camera { fault, .. } => fault,
         other => unreachable!("{other}"),
     })

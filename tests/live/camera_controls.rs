@@ -11,7 +11,7 @@ use boresight::{
 
 use boresight::simulation::kernel::SimKernel;
 
-use crate::cameras::{EXPOSURE, EXPOSURE_AUTOMATIC, FOCUS, grey, open, run};
+use crate::cameras::{EXPOSURE, EXPOSURE_AUTOMATIC, FOCUS, grey, open, preview, run};
 use crate::world::{SIZE, World, guided, setup};
 
 fn kernel() -> SimKernel {
@@ -152,4 +152,29 @@ fn a_session_keeps_to_one_focus() {
         session.handle(input);
     }
     assert!(session.accepted().len() > 3, "it goes on");
+}
+
+#[test]
+fn a_preview_sets_no_control() {
+    let kernel = kernel();
+    let values = || -> Vec<(u32, i64)> {
+        let world = kernel.world();
+        world.cameras[0].controls.iter().map(|(id, control)| (*id, control.value)).collect()
+    };
+    let before = values();
+    let mut source = preview(&kernel, "/dev/video0").expect("opens");
+    // Not even for a moment: looked at ten times a second, through a loss and a return.
+    kernel.at(2.0, |world| world.cameras[0].present = false);
+    kernel.at(2.5, |world| world.cameras[0].present = true);
+    let mut frames = 0;
+    for tenth in 1..40 {
+        frames += run(&mut source, &kernel, 0.1 * f64::from(tenth)).frames.len();
+        source.adjust(Control::Focus, 200);
+        assert_eq!(values(), before, "after {tenth} tenths of a second");
+    }
+    assert!(frames > 60, "{frames}");
+    // Another program may set what it likes meanwhile.
+    kernel.world().cameras[0].controls.entry(FOCUS).and_modify(|focus| focus.value = 77);
+    drop(source);
+    assert_eq!(kernel.world().cameras[0].controls[&FOCUS].value, 77);
 }

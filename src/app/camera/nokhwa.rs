@@ -97,4 +97,13 @@ impl ChosenCamera {
     pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         Ok(Box::new(NokhwaCamera::named(&self.source, &self.wanted)?))
     }
+
+    /// The same: nokhwa sets no control.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn preview(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+        self.open()
+    }
 }

@@ -64,4 +64,13 @@ impl ChosenCamera {
     pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         match *self {}
     }
+
+    /// Starts streaming without setting any control.
+    ///
+    /// # Errors
+    ///
+    /// None: there is no such camera.
+    pub fn preview(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+        match *self {}
+    }
 }

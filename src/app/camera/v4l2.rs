@@ -157,4 +157,17 @@ impl ChosenCamera {
         }
         Ok(Box::new(LiveCamera::open(Linux::default(), self.camera.clone(), &self.wanted)?))
     }
+
+    /// Starts streaming without setting any control: somebody only looks.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn preview(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+        if self.backend.is_nokhwa() {
+            // It sets none.
+            return self.open();
+        }
+        Ok(Box::new(LiveCamera::preview(Linux::default(), self.camera.clone(), &self.wanted)?))
+    }
 }

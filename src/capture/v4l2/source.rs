@@ -9,7 +9,8 @@
 //!                            looks for the same camera
 //! ```
 //!
-//! Frames are delivered only when steady: before, exposure and focus may still move.
+//! Frames are delivered only when steady: before, exposure and focus may still move. A preview delivers all of them, and
+//! sets no control.
 
 mod control_work;
 mod locking;
@@ -78,6 +79,8 @@ pub struct LiveCamera<K: Kernel> {
     dropped_before: u64,
     rejected_before: u64,
     told: (u64, u64),
+    /// Whether its controls are left alone.
+    only_looks: bool,
 }
 
 #[derive(Debug)]
@@ -99,6 +102,8 @@ struct Running {
 
 #[derive(Debug)]
 enum Phase {
+    /// Pictures are only looked at: exposure and focus may move.
+    Looking,
     Settling {
         means: VecDeque<f64>,
         count: u32,
@@ -131,12 +136,31 @@ impl<K: Kernel> LiveCamera<K> {
     /// # Errors
     ///
     /// [`CaptureError::Camera`] if it cannot be opened or started.
-    pub fn open(mut kernel: K, camera: Camera, wanted: &Wanted) -> Result<Self, CaptureError> {
+    pub fn open(kernel: K, camera: Camera, wanted: &Wanted) -> Result<Self, CaptureError> {
+        Self::start(kernel, camera, wanted, false)
+    }
+
+    /// The same to look through only: no control is set, now or at the end, and pictures come at once.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn preview(kernel: K, camera: Camera, wanted: &Wanted) -> Result<Self, CaptureError> {
+        Self::start(kernel, camera, wanted, true)
+    }
+
+    fn start(
+        mut kernel: K,
+        camera: Camera,
+        wanted: &Wanted,
+        only_looks: bool,
+    ) -> Result<Self, CaptureError> {
         let failed = |(fault, detail): Loss| CaptureError::Camera { fault, detail };
         let offer = choose(&camera.offers, wanted)
             .ok_or_else(|| failed((Fault::NoFormat, camera.stable_name())))?;
         let stream = Stream::start(&mut kernel, &camera, &offer).map_err(failed)?;
-        let survey = Survey::of(&mut kernel, stream.device);
+        let survey =
+            if only_looks { Survey::default() } else { Survey::of(&mut kernel, stream.device) };
         let keeper = ControlLock::remember(&survey);
         let controls_before = survey.before();
         let adjustables = survey.adjustables();
@@ -154,7 +178,7 @@ impl<K: Kernel> LiveCamera<K> {
                 events.push_back(CameraEvent::Doubtful { fault, detail: camera.stable_name() });
             }
         }
-        let phase = settling(&mut kernel);
+        let phase = if only_looks { Phase::Looking } else { settling(&mut kernel) };
         let running = Running { stream, phase, returning: false, work: None, rest_until_nanos: 0 };
         let state = State::Running(Box::new(running));
         Ok(Self {
@@ -173,6 +197,7 @@ impl<K: Kernel> LiveCamera<K> {
             dropped_before: 0,
             rejected_before: 0,
             told: (0, 0),
+            only_looks,
         })
     }
 
@@ -204,9 +229,11 @@ impl<K: Kernel> LiveCamera<K> {
         let was_setting = matches!(running.phase, Phase::Setting { .. });
         let now = self.kernel.clock().monotonic_nanos;
         self.go_on(picture.as_ref(), now).map_err(|errno| (Fault::Unplugged, errno.words()))?;
-        let steady =
-            matches!(&self.state, State::Running(r) if matches!(r.phase, Phase::Steady { .. }));
-        Ok(picture.filter(|_| steady && !was_setting))
+        let delivers = matches!(
+            &self.state,
+            State::Running(r) if matches!(r.phase, Phase::Steady { .. } | Phase::Looking)
+        );
+        Ok(picture.filter(|_| delivers && !was_setting))
     }
 
     /// Moves on between the phases.
@@ -216,6 +243,7 @@ impl<K: Kernel> LiveCamera<K> {
         }
         let State::Running(running) = &mut self.state else { return Ok(()) };
         match &mut running.phase {
+            Phase::Looking => {}
             Phase::Settling { means, count, until_nanos } => {
                 let Some(picture) = picture else { return Ok(()) };
                 *count += 1;

@@ -55,7 +55,7 @@ impl<K: Kernel> LiveCamera<K> {
         let ControlWork { task, readings, began_nanos, .. } = work;
         let State::Running(running) = &mut self.state else { return Ok(()) };
         match (&mut running.phase, task) {
-            (Phase::Settling { .. }, _) => {}
+            (Phase::Settling { .. } | Phase::Looking, _) => {}
             (
                 Phase::Locking { again, done_nanos, .. } | Phase::Setting { again, done_nanos, .. },
                 Task::Lock,

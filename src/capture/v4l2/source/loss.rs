@@ -39,7 +39,13 @@ impl<K: Kernel> LiveCamera<K> {
             Ok(stream) => {
                 // What it forgot is set at once.
                 let is_known = self.locks.is_some();
-                let phase = if is_known { locking(0.0) } else { settling(&mut self.kernel) };
+                let phase = if self.only_looks {
+                    Phase::Looking
+                } else if is_known {
+                    locking(0.0)
+                } else {
+                    settling(&mut self.kernel)
+                };
                 self.state = State::Running(Box::new(Running {
                     stream,
                     phase,

@@ -14,6 +14,9 @@ impl<K: Kernel> LiveCamera<K> {
     /// Asks the camera for what the person wants of a control.
     pub(super) fn ask_for(&mut self, control: Control, value: i64) {
         let State::Running(running) = &mut self.state else { return };
+        if self.only_looks {
+            return;
+        }
         // A camera that returns is brought back to how it was before anything is changed.
         if running.returning && self.locks.is_some() {
             return;
@@ -21,7 +24,7 @@ impl<K: Kernel> LiveCamera<K> {
         self.keeper.want(control, value);
         match &mut running.phase {
             // It is set when everything is.
-            Phase::Settling { .. } => return,
+            Phase::Settling { .. } | Phase::Looking => return,
             Phase::Locking { again, .. } => *again = false,
             Phase::Setting { controls, again, .. } => {
                 controls.retain(|other| *other != control);
