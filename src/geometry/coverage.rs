@@ -72,19 +72,29 @@ pub fn coverage(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
 
 /// Columns and rows of cells that make a corner of the picture.
 const CORNER_CELLS: (u32, u32) = (3, 2);
+/// Share of a corner's cells below which boards have hardly reached it.
+const HARDLY: f64 = 0.34;
 
-/// Which corners of the picture none of `outlines` reaches: top left, top right, bottom right, bottom left.
-pub fn open_corners(outlines: &[BoardOutline], image_size: ImageSize) -> [bool; 4] {
+/// Share of the cells in each corner of the picture that `outlines` cover, 0 to 1: top left, top right, bottom right,
+/// bottom left.
+pub fn corner_coverage(outlines: &[BoardOutline], image_size: ImageSize) -> [f64; 4] {
     let (columns, rows) = CORNER_CELLS;
     let (right, bottom) = (GRID_COLUMNS - columns, GRID_ROWS - rows);
     [(0, 0), (right, 0), (right, bottom), (0, bottom)].map(|(left, top)| {
-        let mut cells = (top..top + rows)
+        let cells = (top..top + rows)
             .flat_map(|row| (left..left + columns).map(move |column| (column, row)));
-        !cells.any(|(column, row)| {
-            let centre_px = cell_centre_px(image_size, column, row);
+        let covered = cells.filter(|(column, row)| {
+            let centre_px = cell_centre_px(image_size, *column, *row);
             outlines.iter().any(|outline| outline.covers(&centre_px))
-        })
+        });
+        covered.count() as f64 / f64::from(columns * rows)
     })
+}
+
+/// Which corners of the picture `outlines` hardly reach, in the order of [`corner_coverage`]: of whose cells they cover
+/// less than about a third.
+pub fn open_corners(outlines: &[BoardOutline], image_size: ImageSize) -> [bool; 4] {
+    corner_coverage(outlines, image_size).map(|share| share < HARDLY)
 }
 
 /// Pixels at the centres of the grid's cells, row by row.
@@ -118,6 +128,8 @@ mod tests {
         let outline = BoardOutline::of(&view, 3).expect("three rows of three");
         assert!((coverage(&[outline], size) - 0.5).abs() < 1e-12);
         assert!(coverage(&[], size).abs() < 1e-12);
+        assert_eq!(open_corners(&[outline], size), [false, true, true, false]);
+        assert_eq!(corner_coverage(&[outline], size), [1.0, 0.0, 0.0, 1.0]);
         assert_eq!(BoardOutline::of(&view, 4), None);
         assert_eq!(BoardOutline::of(&[], 3), None);
     }

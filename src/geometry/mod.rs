@@ -30,7 +30,8 @@ mod ring;
 pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection, RayProjection};
 pub use corner::{Corner, mean_px};
 pub use coverage::{
-    BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, coverage, open_corners,
+    BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, corner_coverage,
+    coverage, open_corners,
 };
 pub use homography::{Homography, NoHomography};
 pub use outlier::{

@@ -16,11 +16,13 @@
 //! | [`wanted_pose`] | where must the board stand to show a wanted direction and tilt? | it doesn't fit into the picture: no pose |
 //! | [`mod@reach`] | how precise can a calibration become if the board stays small? | it fits nowhere: not known |
 //! | [`candidates`] | which reflected pair is most informative? | directions used up: no pair |
+//! | [`covering`] | which covers most of what no board has covered? | none covers more: no pair |
 //! | [`target`] | which pose next, and where on the screen? | no calibration yet: the picture's centre and a usual focal length |
 //! | [`advice`] | which one thing should the person do now? | |
 
 pub mod advice;
 pub mod candidates;
+pub mod covering;
 pub mod exposure;
 pub mod gate;
 pub mod hold;
@@ -40,6 +42,7 @@ pub mod wanted_pose;
 pub mod worth;
 
 pub use advice::{Advice, advise};
+pub use covering::covering_share;
 pub use exposure::ExposureEstimate;
 pub use gate::gate;
 pub use hold::{HeldFrame, Hold};

@@ -164,6 +164,12 @@ impl GuidanceParams {
         Self { independent_rad: closer * self.independent_rad, ..self }
     }
 
+    /// The limits for views that are to cover more of the picture: their direction hardly matters.
+    #[must_use]
+    pub fn for_coverage(self) -> Self {
+        Self { independent_rad: CLOSER * self.independent_rad, ..self }
+    }
+
     /// Whether boards stay small in the picture, as in front of an installed camera: see [`mod@super::reach`].
     pub fn is_far(&self) -> bool {
         self.target_span_fraction < FAR_SPAN_FRACTION

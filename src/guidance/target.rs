@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Isometry3, Point2};
+use nalgebra::{Isometry3, Point2, Vector2};
 
 use super::{
-    candidates::{corner_covering_pair, most_covering_pair, most_informative_pair},
+    candidates::most_informative_pair,
+    covering::{corner_covering_pair, most_covering_pair},
     independence::partner_of,
     params::{GuidanceParams, Plan},
     reach::{place_first, wanted_poses},
@@ -19,6 +20,8 @@ use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 /// Angle of the second pair's lines to the first's: 45° and some degrees that a person misses it by. Two pairs 41°
 /// apart are the closest that span the plane well enough for a verdict without a finding.
 const SECOND_PAIR_RAD: f64 = 52.0 * PI / 180.0;
+/// What a person misses a place near the picture's edge by, as a share of the picture's shorter side.
+const LEEWAY: f64 = 0.02;
 /// Share of the largest board that fits below which an accepted view counts as small.
 const SMALL: f64 = 0.6;
 
@@ -99,9 +102,9 @@ pub fn next_target(
     Some(target(purpose, &wanted, &pose, board, lens_estimate))
 }
 
-/// One view of the reflected pair that closes most of the picture's corners in which no board has been, and covers most
-/// of the rest, as far as a board large enough to be taken reaches; otherwise of the most informative pair: for a person
-/// who wants more than the plan does. First the partner of a view that has none.
+/// One view of the reflected pair that closes most of the picture's corners that boards have hardly reached, and covers
+/// most of the rest; otherwise of the most informative pair: for a person who wants more than the plan does. First the
+/// partner of a view that has none.
 ///
 /// `None` if no pose in a new direction fits.
 pub fn covering_target(
@@ -112,7 +115,8 @@ pub fn covering_target(
 ) -> Option<Target> {
     let unpaired = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
     if let Some(of) = unpaired {
-        return Some(partner_target(of, &accepted[of], board, lens_estimate, params));
+        let partner = partner_target(of, &accepted[of], board, lens_estimate, params);
+        return Some(within_picture(partner, lens_estimate.image_size, params));
     }
     let (wanted, pose) = corner_covering_pair(accepted, board, lens_estimate, params)
         .or_else(|| most_informative_pair(accepted, board, lens_estimate, params))?;
@@ -192,6 +196,28 @@ fn partner_target(
         tilt_rad: view.tilt_rad.unwrap_or(0.0),
         ghost_px: view.corners.iter().rev().map(reflected).collect(),
     }
+}
+
+/// The target with its ghost shrunk about its middle until it lies in the picture: the reflection of a view at one edge
+/// may lie beyond the other.
+fn within_picture(mut target: Target, image_size: ImageSize, params: &GuidanceParams) -> Target {
+    let ImageSize { width_px, height_px } = image_size;
+    let last = [f64::from(width_px) - 1.0, f64::from(height_px) - 1.0];
+    let count = target.ghost_px.len().max(1) as f64;
+    let middle = target.ghost_px.iter().map(|px| px.coords).sum::<Vector2<f64>>() / count;
+    let margin_px = params.margin_px + LEEWAY * f64::from(width_px.min(height_px));
+    let mut scale = 1.0_f64;
+    for px in &target.ghost_px {
+        let off = px.coords - middle;
+        for axis in 0..2 {
+            let room = if off[axis] > 0.0 { last[axis] - middle[axis] } else { middle[axis] };
+            scale = scale.min((room - margin_px).max(0.0) / off[axis].abs().max(1e-9));
+        }
+    }
+    for px in &mut target.ghost_px {
+        px.coords = middle + (px.coords - middle) * scale;
+    }
+    target
 }
 
 fn target(

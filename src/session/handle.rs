@@ -5,16 +5,13 @@ use super::{
     decision::{Decision, Outcome},
     input::{Command, Input, Observation},
     prompt::Prompt,
-    state::{Session, Tracking},
+    state::{MORE_VIEWS, Session, Tracking},
     view_number::ViewNumber,
 };
 use crate::{
     device::CameraEvent,
     guidance::{Advice, Refusal, View},
 };
-
-/// Views that [`Command::TakeMore`] asks for: a view and its partner.
-const MORE_VIEWS: usize = 2;
 
 impl Session {
     /// Applies one input and returns what it decided.

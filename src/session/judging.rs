@@ -14,9 +14,10 @@ use super::{
 use crate::{
     detection::Miss,
     frame::{CaptureTime, FrameKind, ImageSize},
+    geometry::BoardOutline,
     guidance::{
         Advice, GuidanceParams, HeldFrame, Hold, Motion, Progress, Refusal, Role, Smear,
-        StillLimits, View, advise, gate,
+        StillLimits, View, advise, covering_share, gate,
         hold::wanted_secs,
         measure, role_of, still,
         worth::{is_followed, least_share, pose_of},
@@ -50,6 +51,18 @@ fn eased(guidance: &GuidanceParams, waited_secs: f64, unfollowed: u32) -> Guidan
         min_tilt_rad: guidance.min_tilt_rad * (1.0 - 0.5 * share),
         ..*guidance
     }
+}
+
+/// Least share of what the ghost would cover, at first …
+const COVERED: f64 = 0.8;
+/// … which falls by as much each time this long has passed, down to the least.
+const COVERED_STEP: (f64, f64) = (0.1, 3.0);
+const COVERED_LEAST: f64 = 0.4;
+
+/// Least share of what the ghost would cover at which a view is taken that is to cover more of the picture.
+fn least_covered(waited_secs: f64) -> f64 {
+    let (step, every_secs) = COVERED_STEP;
+    (COVERED - step * waited_secs.max(0.0) / every_secs).max(COVERED_LEAST)
 }
 
 /// A ghost recedes after the board has been cut off at it for this long.
@@ -260,7 +273,11 @@ impl Session {
     /// one asked for. The longer nothing better comes, the less it must tell, and the farther a partner may be off.
     fn offered_role(&self, view: &View, kind: FrameKind) -> Result<Role, Refusal> {
         let derived = &self.derived;
-        let guidance = &self.setup.guidance.after(self.ground.accepted.len());
+        let guidance = &if derived.wants_more {
+            self.setup.guidance.for_coverage()
+        } else {
+            self.setup.guidance.after(self.ground.accepted.len())
+        };
         let waited_secs = self.waited_secs(view.captured_at);
         // A photograph was chosen, and is offered once.
         let least_share = match kind {
@@ -276,8 +293,21 @@ impl Session {
         if !matches!(role, Role::Partner { .. }) {
             gated?;
         }
-        let (worth, wanted) = (self.worth(view), least_share);
+        let (worth, wanted) = match self.covers(view) {
+            // A photograph was chosen.
+            Some(share) if kind == FrameKind::Video => (share, least_covered(waited_secs)),
+            _ => (self.worth(view), least_share),
+        };
         if worth < wanted { Err(Refusal::TellsLittle { worth, wanted }) } else { Ok(role) }
+    }
+
+    /// What a view covers, as a share of what the pose asked for would; `None` unless that is what it's for.
+    fn covers(&self, view: &View) -> Option<f64> {
+        let derived = &self.derived;
+        let target = derived.target.as_ref().filter(|_| derived.wants_more)?;
+        let columns = self.setup.board.columns();
+        let ghost = BoardOutline::of(&target.ghost_px, columns)?;
+        Some(covering_share(view, &ghost, &derived.measured, columns, self.setup.image_size))
     }
 
     /// What a view tells, as a share of what the pose asked for would.

@@ -27,6 +27,9 @@ use crate::{
     },
 };
 
+/// Views that [`Command::TakeMore`](super::Command::TakeMore) asks for: a view and its partner.
+pub(super) const MORE_VIEWS: usize = 2;
+
 /// One calibration in progress.
 #[derive(Clone, Debug)]
 pub struct Session {
@@ -69,8 +72,8 @@ pub(super) struct Derived {
     pub(super) measured: Vec<View>,
     pub(super) progress: Progress,
     pub(super) target: Option<Target>,
-    /// Whether the person wants more than the plan.
-    wants_more: bool,
+    /// Whether the person wants more than the plan: views that cover more of the picture.
+    pub(super) wants_more: bool,
     /// What the accepted views tell, and the variance that the pose asked for would leave; infinite without one.
     pub(super) knowledge: Knowledge,
     pub(super) variance_after_target: f64,
@@ -126,6 +129,7 @@ impl Derived {
         let SessionSetup { board, image_size, .. } = setup;
         let solver =
             &CalibrationParams { noise_floor_px: seen.noise_px(), ..setup.calibration.clone() };
+        let more = wanted_views.saturating_sub(accepted.len());
         let guidance = &seen.limits(&setup.guidance.after(accepted.len()));
         let corners: Vec<Vec<Corner>> =
             accepted.iter().map(|accepted| accepted.view.corners.clone()).collect();
@@ -140,17 +144,18 @@ impl Derived {
         if progress == Progress::Collecting && seen.given_up {
             progress = final_progress(precision.as_ref(), guidance);
         }
-        let more = wanted_views.saturating_sub(accepted.len());
+        let covers = (1..=MORE_VIEWS).contains(&more);
         let target = match progress {
+            _ if covers => {
+                let limits = seen.limits(&setup.guidance.for_coverage());
+                covering_target(&measured, board, &lens_estimate, &limits)
+            }
             Progress::Collecting => {
                 next_target(&measured, board, &lens_estimate, precision.as_ref(), guidance)
             }
-            Progress::Complete | Progress::Exhausted if more > 0 => {
-                covering_target(&measured, board, &lens_estimate, guidance)
-            }
             Progress::Complete | Progress::Exhausted => None,
         };
-        let wants_more = progress != Progress::Collecting && target.is_some();
+        let wants_more = covers && target.is_some();
         if wants_more {
             progress = Progress::Collecting;
         }
@@ -191,7 +196,8 @@ impl Derived {
     /// Draws the ghost of the pose asked for again, a step smaller.
     fn recede_target(&mut self, setup: &SessionSetup, seen: &Seen) {
         let Some(target) = &self.target else { return };
-        let limits = seen.receded_limits(target, setup.image_size, &setup.guidance);
+        let guidance = if self.wants_more { setup.guidance.for_coverage() } else { setup.guidance };
+        let limits = seen.receded_limits(target, setup.image_size, &guidance);
         let (board, precision) = (&setup.board, self.precision.as_ref());
         let (measured, lens) = (&self.measured, &self.lens_estimate);
         let smaller = if self.wants_more {

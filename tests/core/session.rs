@@ -6,12 +6,14 @@ use boresight::{
     detection::{Detection, Quality},
     device::{CameraEvent, Control, ControlChange},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
-    geometry::{Camera, Corner},
+    geometry::{BoardOutline, Camera, Corner, corner_coverage, coverage},
     guidance::{
         Advice, GuidanceParams, LensEstimate, Progress, Purpose, Refusal, Role, measure,
         next_target,
     },
-    session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup},
+    session::{
+        AcceptedView, Command, Decision, Input, Observation, Outcome, Session, SessionSetup,
+    },
     text,
 };
 use nalgebra::{Point2, Vector2};
@@ -138,6 +140,65 @@ fn a_session_without_any_possible_pose_says_so_at_once() {
     let decision = session.handle(&Input::Command(Command::Resume));
     assert_eq!((decision.progress, decision.advice), (Progress::Exhausted, Advice::Finished));
     assert_eq!(session.snapshot(decision).views_to_go, None);
+}
+
+/// Share of the picture that boards cover, and that of its corners which they cover least.
+fn reached(session: &Session) -> (f64, [f64; 4]) {
+    let outline = |taken: &AcceptedView| {
+        let corners: Vec<_> = taken.view.corners.iter().map(|corner| corner.px).collect();
+        BoardOutline::of(&corners, 9)
+    };
+    let outlines: Vec<_> = session.accepted().iter().filter_map(outline).collect();
+    (coverage(&outlines, SIZE), corner_coverage(&outlines, SIZE))
+}
+
+#[test]
+fn two_more_views_cover_what_is_named() {
+    let mut sums = [0.0; 4];
+    let sessions: u32 = 12;
+    for seed in 1..=sessions {
+        let (mut world, mut session, _) = guided(u64::from(seed), |_, _| ());
+        let (before, corners_before) = reached(&session);
+        session.handle(&Input::Command(Command::TakeMore));
+        for _ in 0..2 {
+            let target = session.target().expect("a pose");
+            println!(
+                "  {:?} {:?}",
+                target.purpose,
+                BoardOutline::of(&target.ghost_px, 9)
+                    .map(|o| o.corners_px().map(|p| (p.x.round(), p.y.round())))
+            );
+            take_one(&mut world, &mut session);
+            println!(
+                "  {:?}",
+                session
+                    .accepted()
+                    .last()
+                    .and_then(|a| BoardOutline::of(
+                        &a.view.corners.iter().map(|c| c.px).collect::<Vec<_>>(),
+                        9
+                    ))
+                    .map(|o| o.corners_px().map(|p| (p.x.round(), p.y.round())))
+            );
+        }
+        let (after, corners_after) = reached(&session);
+        println!(
+            "seed {seed}: covered {:.1} % before, {:.1} % after; corners {corners_before:.2?}, {corners_after:.2?}",
+            100.0 * before,
+            100.0 * after
+        );
+        let mean = |corners: [f64; 4]| corners.iter().sum::<f64>() / 4.0;
+        for (sum, more) in
+            sums.iter_mut().zip([before, after, mean(corners_before), mean(corners_after)])
+        {
+            *sum += more / f64::from(sessions);
+        }
+    }
+    let [before, after, corners_before, corners_after] = sums.map(|share| 100.0 * share);
+    println!(
+        "mean of {sessions} sessions: covered {before:.1} % before, {after:.1} % after; corners {corners_before:.1} %, {corners_after:.1} %"
+    );
+    assert!(after > before + 6.0 && corners_after > corners_before + 15.0);
 }
 
 #[test]
