@@ -42,8 +42,10 @@ impl Texture {
         if !self.linear {
             return self.at(x.floor(), y.floor());
         }
+        // Rounded down without a call: neither is below −1.
+        let down = |value: f32| (value + 1.0) as i32 as f32 - 1.0;
         let (x, y) = (x - 0.5, y - 0.5);
-        let (left, top) = (x.floor(), y.floor());
+        let (left, top) = (down(x), down(y));
         let (across, down) = (x - left, y - top);
         let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
             .map(|(i, j)| self.at(left + i, top + j));
@@ -125,31 +127,59 @@ impl Canvas {
             let least = |k: usize| at.iter().map(|p| p[k]).fold(f64::MAX, f64::min).floor() as f32;
             let most = |k: usize| at.iter().map(|p| p[k]).fold(f64::MIN, f64::max).ceil() as f32;
             let range = |low: f32, high: f32| low.max(0.0) as usize..high.max(0.0) as usize;
+            let color_of = |weights: [f32; 3]| -> Rgba {
+                std::array::from_fn(|k| mix(weights, colors.map(|color| color[k])))
+            };
+            let is_plain = colors[0] == colors[1] && colors[0] == colors[2];
+            let texel_at = |weights: [f32; 3]| {
+                texture.sample(
+                    mix(weights, vertices.map(|vertex| vertex.uv.x)),
+                    mix(weights, vertices.map(|vertex| vertex.uv.y)),
+                )
+            };
+            let one_texel = (vertices[0].uv == vertices[1].uv && vertices[0].uv == vertices[2].uv)
+                .then(|| texel_at([1.0, 0.0, 0.0]));
             for y in range(least(1).max(clip[1]), most(1).min(clip[3])) {
-                for x in range(least(0).max(clip[0]), most(0).min(clip[2])) {
-                    let centre = [x as f64 + 0.5, y as f64 + 0.5];
+                let middle = y as f64 + 0.5;
+                let (left, right) = span(&edges, turn, middle);
+                let from = least(0).max(clip[0]).max(left as f32);
+                for x in range(from, most(0).min(clip[2]).min(right as f32)) {
+                    let centre = [x as f64 + 0.5, middle];
                     let sides = edges.map(|(from, to)| side(from, to, centre) * turn);
                     let inside = |i: usize| sides[i] > 0.0 || (sides[i] == 0.0 && owns[i]);
                     if !(0..3).all(inside) {
                         continue;
                     }
                     let weights = sides.map(|value| (value / (area * turn)) as f32);
-                    let mix = |values: [f32; 3]| -> f32 {
-                        values.iter().zip(weights).map(|(value, weight)| value * weight).sum()
-                    };
-                    let uv = [
-                        mix(vertices.map(|vertex| vertex.uv.x)),
-                        mix(vertices.map(|vertex| vertex.uv.y)),
-                    ];
-                    let texel = texture.sample(uv[0], uv[1]);
-                    let source: Rgba =
-                        std::array::from_fn(|k| texel[k] * mix(colors.map(|color| color[k])));
+                    let texel = one_texel.unwrap_or_else(|| texel_at(weights));
+                    let color = if is_plain { colors[0] } else { color_of(weights) };
+                    let source: Rgba = std::array::from_fn(|k| texel[k] * color[k]);
                     let pixel = &mut self.pixels[y * self.size[0] + x];
                     *pixel = std::array::from_fn(|k| source[k] + pixel[k] * (1.0 - source[3]));
                 }
             }
         }
     }
+}
+
+fn mix(weights: [f32; 3], values: [f32; 3]) -> f32 {
+    values.iter().zip(weights).map(|(value, weight)| value * weight).sum()
+}
+
+/// Where a row crosses a triangle, and a pixel more on either side.
+fn span(edges: &[([f64; 2], [f64; 2]); 3], turn: f64, y: f64) -> (f64, f64) {
+    let (mut left, mut right) = (f64::MIN, f64::MAX);
+    for (from, to) in edges {
+        // `side` is linear in x: its value at 0, and its slope.
+        let at_0 = side(*from, *to, [0.0, y]) * turn;
+        let slope = -(to[1] - from[1]) * turn;
+        if slope > 0.0 {
+            left = left.max(-at_0 / slope);
+        } else if slope < 0.0 {
+            right = right.min(-at_0 / slope);
+        }
+    }
+    (left - 1.5, right + 1.5)
 }
 
 /// Twice the signed area of the triangle `from`, `to`, `point`.
