@@ -15,6 +15,8 @@ const LARGE_HEIGHT: f64 = 240.0;
 const LEFT: f64 = 50.0;
 const BOTTOM: f64 = 36.0;
 const MARGIN: f64 = 8.0;
+/// Width of a digit in letters of the usual size.
+const DIGIT: f64 = 6.4;
 /// Corners of an ellipse as it is drawn.
 const ELLIPSE_POINTS: usize = 60;
 
@@ -144,12 +146,15 @@ impl Canvas {
         let mut below = String::new();
         for tick in ticks(x.0, x.1) {
             let (at, _) = canvas.at(Point2::new(tick, y.0));
+            let label = short(tick);
+            // A number at the right end isn't cut off.
+            let half = 0.5 * DIGIT * label.chars().count() as f64;
             push(
                 &mut below,
                 format_args!(
-                    "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{top}\" y2=\"{bottom}\" stroke=\"#ddd\"/><text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n",
+                    "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{top}\" y2=\"{bottom}\" stroke=\"#ddd\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>\n",
+                    at.min(full_width - half),
                     bottom + 13.0,
-                    short(tick)
                 ),
             );
         }

@@ -10,7 +10,7 @@ pub(super) enum BackendName {
     /// The kernel's own interface, on Linux only: controls are locked and watched, every frame is checked and timed
     V4l,
     /// The library nokhwa, on every system: controls are neither locked nor watched, frames carry no number and are
-    /// timed as they arrive; `boresight devices` says what else it cannot promise
+    /// timed as they arrive; `boresight devices` lists its other limits
     Nokhwa,
 }
 

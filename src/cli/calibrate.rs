@@ -72,7 +72,7 @@ const EXAMPLES: &str = "\
 Examples:
   boresight calibrate pictures/*.png
   boresight calibrate --board 9x6 --square 25mm pictures/*.png
-  boresight calibrate --board 9x6 --square 25mm --out camera.json --report camera.html pictures/*.png
+  boresight calibrate --board 9x6 --out camera.json --report camera.html pictures/*.png
   boresight calibrate --board 9x6 --square 25mm --image-size 1280x720 corners.vnl";
 
 impl Arguments {

@@ -77,6 +77,7 @@ details{font-size:8pt}
 @media screen and (max-width:600px){body{padding:3mm;font-size:11pt}.two,.wide,section.wide,.narrow,.signatures{display:block}
 table,.certificate table{font-size:9.5pt}ul{font-size:10pt}.note{font-size:9pt}#methods,#skip-table{font-size:8pt}.views{grid-template-columns:repeat(2,1fr)}.views p{font-size:8pt}
 section,figure,.two>table{margin-bottom:4mm}.masthead{display:block}.title{text-align:left;margin-top:2mm}.masthead h1{font-size:16pt}#numbers td.n,#methods td.n{white-space:normal}.results{letter-spacing:-.01em}.results td,.results th{padding-left:.5mm;padding-right:.5mm}.results [colspan]{white-space:normal}.certificate>.watermark{font-size:40pt}details{overflow-x:auto}}
+@media print and (max-height:270mm){body>*:not(.certificate){zoom:.95}}
 @media print{.certificate{border:0;margin:0;padding:0}html{background:#fff}body{margin:0;padding:0;width:auto}.screen{display:none}.command{max-height:9.1em;overflow:hidden}.dense{zoom:.84}.denser{zoom:.72}}
 ";
 

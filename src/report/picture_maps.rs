@@ -47,10 +47,11 @@ pub(super) fn coverage(calibration: &CalibrationFile) -> String {
         canvas.area(corners, fill, stroke);
     }
     if outlines.len() <= LABELS {
-        for (number, corners) in &outlines {
-            // At the first corner, which differs between opposed views.
+        for (index, (number, corners)) in outlines.iter().enumerate() {
+            // Boards that lie upon each other have their numbers in different corners.
+            let corner = corners[index % 4];
             let middle = corners.iter().fold(Vector2::zeros(), |sum, c| sum + c.coords) / 4.0;
-            let place = corners[0] + (Point2::from(middle) - corners[0]) * 0.12;
+            let place = corner + (Point2::from(middle) - corner) * 0.12;
             canvas.label(place, (0.0, 4.0), &number.to_string());
         }
     }

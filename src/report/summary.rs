@@ -66,7 +66,7 @@ pub(super) fn verdict(report: &Report) -> String {
     section_with(Section::Verdict, "box", &body)
 }
 
-/// Which corners of the picture no board has covered, in words.
+/// Which corners of the picture boards have hardly reached, in words.
 fn open_corners(calibration: &CalibrationFile) -> Option<String> {
     let outlines: Vec<BoardOutline> =
         calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();

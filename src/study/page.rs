@@ -92,7 +92,7 @@ fn section(outcome: &Outcome) -> String {
     if !outcome.checks.is_empty() {
         let passed = outcome.checks.iter().filter(|check| check.passes()).count();
         html += &format!(
-            "<details{}><summary>{passed} of {} known numbers reproduced</summary><table><thead><tr><th>Number</th><th>Known</th><th>Measured</th><th>Wanted</th><th></th></tr></thead><tbody>\n",
+            "<details{}><summary>{passed} of {} known numbers reproduced</summary><table><thead><tr><th>Number</th><th>Known</th><th>Measured</th><th>Tolerance</th><th></th></tr></thead><tbody>\n",
             if passed < outcome.checks.len() { " open" } else { "" },
             outcome.checks.len()
         );

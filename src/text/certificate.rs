@@ -44,7 +44,7 @@ pub mod name {
     pub const NOISE: &str = "Corner error";
     pub const COVERAGE: &str = "Picture covered by the board";
     pub const VIEWS: &str = "Views";
-    pub const CHECK: &str = "Independent check, apart by";
+    pub const CHECK: &str = "Distance from the independent check";
     pub const GOAL: &str = "Goal";
     pub const FIELD: &str = "Field of view";
     pub const PASTE: &str = "To paste (OpenCV)";
@@ -81,7 +81,7 @@ pub fn board(columns: u32, rows: u32, square: &str) -> String {
 pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict GOOD. The independent check compares with the principal point from each view alone, without a common lens.";
 
 /// What the numbers hold for.
-pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the center of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";
+pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the centre of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";
 
 /// Where the checks warn.
 pub const WARNINGS: &str = "Warnings:";

@@ -19,15 +19,10 @@ pub enum Chart {
 }
 
 impl Chart {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::Uncertainty,
-        Self::Residuals,
-        Self::Lines,
-        Self::Skipped,
-        Self::Undistorted,
-        Self::Change,
-    ];
+    /// What everybody looks at.
+    pub const PLAIN: [Self; 3] = [Self::Uncertainty, Self::Undistorted, Self::Change];
+    /// What engineers look at.
+    pub const EXPERT: [Self; 3] = [Self::Residuals, Self::Lines, Self::Skipped];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -65,6 +60,9 @@ impl Chart {
         }
     }
 }
+
+/// Heading of the charts for engineers.
+pub const MORE: &str = "Residuals and lines";
 
 /// Below the chart of uncertainty.
 pub fn uncertainty_scale(mean_px: f64, max_px: f64) -> String {

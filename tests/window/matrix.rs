@@ -24,8 +24,9 @@ use crate::{
 const SIZES: [(f32, f32); 3] = [(1024.0, 640.0), (1280.0, 800.0), (1920.0, 1080.0)];
 
 /// The moments of the matrix: name, and that of the fixture.
-const MOMENTS: [(&str, &str); 12] = [
+const MOMENTS: [(&str, &str); 15] = [
     ("first run", "fresh"),
+    ("no camera", "fresh"),
     ("searching", "searching"),
     ("approaching", "refused: TooFlat"),
     ("holding", "holding"),
@@ -35,6 +36,8 @@ const MOMENTS: [(&str, &str); 12] = [
     ("focus moved", "focus moved"),
     ("different board", "other board"),
     ("done good", "done good"),
+    ("done care", "done care"),
+    ("unfinished", "partner wanted"),
     ("done untrustworthy", "done untrustworthy"),
     ("paused", "paused"),
 ];
@@ -151,7 +154,7 @@ fn the_matrix_of_pages_and_moments_is_painted() {
                 for (page, distance) in pages {
                     paint(&folder, title, &moment, (page, distance), (theme, size));
                 }
-                if title == "first run" {
+                if ["first run", "no camera"].contains(&title) {
                     for page in [Page::Start, Page::Settings, Page::Explore] {
                         paint(&folder, title, &moment, (page, false), (theme, size));
                     }
@@ -169,6 +172,10 @@ fn paint(
     (theme, size): (Theme, Vec2),
 ) {
     let mut shown = page_at(page, moment, (theme, size), distance);
+    if title == "no camera" {
+        shown.state_mut().choices.cameras.clear();
+        shown.run();
+    }
     let picture: RgbaImage = shown.render().expect("painted");
     let page = if distance { "distance".into() } else { format!("{page:?}").to_lowercase() };
     let theme = format!("{theme:?}").to_lowercase();

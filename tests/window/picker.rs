@@ -33,9 +33,9 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
     page.get_by_role_and_label(Role::Button, "sessions/one").click();
     page.run();
     assert_eq!(page.state().1, [UiAction::Replay("sessions/one".into())]);
-    page.get_by_role_and_label(Role::TextInput, "Folder:").focus();
+    page.get_by_role_and_label(Role::TextInput, "Folder").focus();
     page.run();
-    page.get_by_role_and_label(Role::TextInput, "Folder:").type_text("elsewhere/two");
+    page.get_by_role_and_label(Role::TextInput, "Folder").type_text("elsewhere/two");
     page.run();
     page.get_by_role_and_label(Role::Button, "Open").click();
     page.run();
@@ -49,7 +49,9 @@ fn an_empty_list_and_a_folder_that_is_none_say_so() {
         action: Some("Name a session's folder.".into()),
     };
     let mut page = page(Picker { trouble: Some(trouble), ..Picker::default() });
-    page.get_by_label("No recorded sessions yet. Each session you finish appears here.");
+    page.get_by_label(
+        "No recorded sessions yet. Each session is recorded: start one, and it appears here.",
+    );
     page.get_by_label("could not read session.toml");
     page.get_by_label("Name a session's folder.");
     page.get_by_role_and_label(Role::Button, "Open").click();

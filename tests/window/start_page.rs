@@ -87,7 +87,7 @@ fn the_only_camera_is_chosen_and_one_click_starts() {
     let any = SessionRequest { source: "auto".into(), go_on_with: None, ..draft() };
     let mut page = page(any, choices());
     page.get_by_role_and_label(Role::Image, "10 × 7 squares, 9 × 6 inner corners");
-    press(&mut page, Role::RadioButton, "Quick, about 1 min");
+    press(&mut page, Role::RadioButton, "Quick, about ½ min");
     press(&mut page, Role::Button, words::GO);
     let wanted = SessionRequest {
         source: "usb:046d:0825:1F3A".into(),

@@ -190,7 +190,7 @@ fn session(rows: &[Row], limits: &[Limit], hand: Hand) -> Option<Claim> {
     let worst = (views.median / SESSION_VIEWS).max(secs.median / SESSION_SECS);
     Some(Claim {
         claim: format!(
-            "A session that stops by itself takes at most {SESSION_VIEWS} views and {SESSION_SECS} s ({} hand).",
+            "A session that stops automatically takes at most {SESSION_VIEWS} views and {SESSION_SECS} s ({} hand).",
             hand.code()
         ),
         measured,

@@ -6,7 +6,7 @@ mod picture;
 
 pub use explored::Explored;
 
-use egui::{CentralPanel, Color32, Frame, Panel, RichText, ScrollArea, Ui};
+use egui::{CentralPanel, CollapsingHeader, Frame, Panel, RichText, ScrollArea, Ui};
 
 use super::theme;
 use crate::{
@@ -18,14 +18,20 @@ use crate::{
 pub fn show(ui: &mut Ui, explored: &mut Explored) {
     let mut wish = explored.wish.clone();
     let mut changed = false;
-    Panel::right("explore").resizable(false).exact_size(330.0).show(ui, |ui| {
+    Panel::right("explore").resizable(false).exact_size(PANEL).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             changed |= controls::show(ui, &mut wish);
-            ui.separator();
-            numbers(ui, &explored.seen, &wish);
+            ui.add_space(theme::UNIT);
+            theme::card(ui.visuals()).show(ui, |ui| {
+                ui.set_width(ui.available_width());
+                let heading = RichText::new(words::NUMBERS).strong();
+                CollapsingHeader::new(heading).default_open(true).show(ui, |ui| {
+                    numbers(ui, &explored.seen, &wish);
+                });
+            });
         });
     });
-    CentralPanel::no_frame().frame(Frame::new().fill(Color32::from_gray(40))).show(ui, |ui| {
+    CentralPanel::no_frame().frame(Frame::new().fill(theme::BAND)).show(ui, |ui| {
         changed |= picture::show(ui, &mut wish, &explored.seen);
     });
     if changed {
@@ -33,6 +39,9 @@ pub fn show(ui: &mut Ui, explored: &mut Explored) {
         ui.ctx().request_repaint();
     }
 }
+
+/// Width of the controls.
+const PANEL: f32 = 360.0;
 
 fn numbers(ui: &mut Ui, seen: &Seen, wish: &ExploreSetup) {
     let mut lines = Vec::new();

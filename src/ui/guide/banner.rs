@@ -21,12 +21,21 @@ pub(super) fn is_needed(screen: &Screen) -> bool {
 
 /// Shows what is wrong.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
-    for Trouble { what, action, detail } in troubles(screen) {
-        Frame::new().fill(theme::ALARM).inner_margin(8.0).show(ui, |ui| {
+    // Read from afar, too.
+    let larger = if screen.distance { 1.5 } else { 1.0 };
+    for Trouble { what, action, detail, board } in troubles(screen) {
+        let is_board = board.is_some();
+        let (fill, title) =
+            if is_board { (theme::BAND, theme::AMBER) } else { (theme::ALARM, Color32::WHITE) };
+        Frame::new().fill(fill).inner_margin(theme::UNIT).show(ui, |ui| {
             ui.set_width(ui.available_width());
-            ui.label(RichText::new(what).size(theme::TITLE).strong().color(Color32::WHITE));
+            ui.label(RichText::new(what).size(larger * theme::TITLE).strong().color(title));
             if !action.is_empty() {
-                ui.label(RichText::new(action).size(theme::BODY).color(Color32::WHITE));
+                let action = RichText::new(action).size(larger * theme::BODY);
+                ui.label(action.color(Color32::WHITE));
+            }
+            if let Some(board) = board.filter(|_| !screen.is_recorded) {
+                use_other_board(ui, board, asks);
             }
             if !detail.is_empty() {
                 let heading = RichText::new(words::DETAILS).color(Color32::WHITE);
@@ -38,18 +47,15 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
     if !screen.is_recorded {
         undo(ui, screen, asks);
-        use_other_board(ui, screen, asks);
     }
 }
 
 /// The board in view is one button away.
-fn use_other_board(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
-    let shown = screen.snapshot.as_ref().map(|snapshot| snapshot.shown.prompt);
-    let Some(Prompt::OtherBoard { columns, rows }) = shown else { return };
-    let (Ok(columns), Ok(rows)) = (columns.try_into(), rows.try_into()) else { return };
-    let board = [columns, rows];
+fn use_other_board(ui: &mut Ui, board: [u16; 2], asks: &mut Vec<UiAction>) {
+    ui.add_space(0.5 * theme::UNIT);
     let label = RichText::new(words::use_board(board)).size(theme::TITLE).color(theme::ON_ACCENT);
-    if ui.add(Button::new(label).fill(theme::ACCENT)).clicked() {
+    let button = Button::new(label).fill(theme::ACCENT);
+    if ui.add_sized([20.0 * theme::UNIT, 4.5 * theme::UNIT], button).clicked() {
         asks.push(UiAction::UseBoard(board));
     }
 }
@@ -74,17 +80,31 @@ pub(super) struct Trouble {
     action: String,
     /// What a device or program said about it; may be empty.
     detail: String,
+    /// Inner corners of a board that could be used instead.
+    board: Option<[u16; 2]>,
+}
+
+/// Inner corners of another board in view.
+fn other_board(snapshot: &Snapshot) -> Option<[u16; 2]> {
+    let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
+    Some([columns.try_into().ok()?, rows.try_into().ok()?])
 }
 
 /// Everything that is wrong, most important first.
 pub(super) fn troubles(screen: &Screen) -> Vec<Trouble> {
-    let plain = |(what, action): (String, String)| Trouble { what, action, detail: String::new() };
+    let plain = |(what, action): (String, String)| Trouble {
+        what,
+        action,
+        detail: String::new(),
+        board: None,
+    };
     let with_detail = |fault: Fault, detail: &str| {
         let (what, action) = text::camera::fault(fault);
         Trouble {
             what: what.into(),
             action: action.into(),
             detail: text::camera::printable(detail),
+            board: None,
         }
     };
     let mut troubles = Vec::new();
@@ -102,7 +122,9 @@ pub(super) fn troubles(screen: &Screen) -> Vec<Trouble> {
             troubles.push(trouble);
         }
     }
-    troubles.extend(words::other_board(snapshot).map(plain));
+    let board = other_board(snapshot);
+    let words = words::other_board(snapshot).map(plain);
+    troubles.extend(words.map(|trouble| Trouble { board, ..trouble }));
     let silent = screen.picture.came_secs.map_or(0.0, |came| screen.now_secs - came);
     let collecting = snapshot.decision.progress == Progress::Collecting;
     let still_going = collecting && !snapshot.source_ended && !snapshot.paused;

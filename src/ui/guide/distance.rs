@@ -9,6 +9,8 @@ use crate::guidance::Advice;
 const BAR: f32 = 0.035;
 /// Height of the count as a share of the picture's.
 const COUNT: f32 = 0.3;
+/// Width of its outline as a share of that.
+const OUTLINE: f32 = 0.025;
 
 /// The bar, whose place is kept while nothing is held.
 pub(super) fn hold(ui: &mut Ui, screen: &Screen) {
@@ -32,7 +34,11 @@ pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
     let font = FontId::proportional(COUNT * rect.height());
     let at = rect.right_bottom() - Vec2::splat(2.0 * theme::UNIT);
     let number = snapshot.views.len().to_string();
-    let shade = Color32::from_black_alpha(160);
-    painter.text(at + Vec2::splat(3.0), Align2::RIGHT_BOTTOM, &number, font.clone(), shade);
-    painter.text(at, Align2::RIGHT_BOTTOM, number, font, Color32::from_white_alpha(200));
+    // An outline, so that it's seen on any picture.
+    let wide = (OUTLINE * font.size).max(2.0);
+    for step in 0..16 {
+        let aside = wide * Vec2::angled(step as f32 * std::f32::consts::TAU / 16.0);
+        painter.text(at + aside, Align2::RIGHT_BOTTOM, &number, font.clone(), Color32::BLACK);
+    }
+    painter.text(at, Align2::RIGHT_BOTTOM, number, font, Color32::WHITE);
 }

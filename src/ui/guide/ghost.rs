@@ -61,7 +61,10 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     // The last steps matter most, so that green comes late.
     let color = close.map_or(theme::GREY, |close| theme::approach(close.powi(3)));
     sheet.outline(color);
-    sheet.over_the_edge(color);
+    // Once it fits, nothing has to move.
+    if close.is_none_or(|close| close < SNAP) {
+        sheet.over_the_edge(color);
+    }
     sheet.brackets(close.unwrap_or(0.0));
 }
 

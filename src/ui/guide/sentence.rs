@@ -2,6 +2,7 @@
 
 use egui::{
     Align2, Color32, FontId, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2,
+    text::LayoutJob,
 };
 
 use super::{
@@ -17,16 +18,18 @@ use crate::{
 struct Size {
     /// Height of the band as a share of the window's.
     band: f32,
-    /// Height of letters as a share of the band's …
+    /// Size of letters as a share of the band's height …
     letters: f32,
     /// … and at most as a share of the width that a line of the longest sentence has.
     across: f32,
+    /// Height of a line as a share of the letters' size.
+    line: f32,
 }
 
 /// At the computer: one line.
-const NEAR: Size = Size { band: 0.14, letters: 0.6, across: 1.0 / 17.5 };
-/// From afar: up to two lines.
-const FAR: Size = Size { band: 0.3, letters: 0.4, across: 1.0 / 9.5 };
+const NEAR: Size = Size { band: 0.14, letters: 0.6, across: 1.0 / 17.5, line: 1.15 };
+/// From afar: up to two lines, close to each other.
+const FAR: Size = Size { band: 0.22, letters: 0.47, across: 1.0 / 9.5, line: 1.05 };
 
 /// Side of the sign as a share of the band's height.
 const SIGN: f32 = 0.8;
@@ -71,7 +74,7 @@ pub(super) fn height(ui: &Ui, screen: &Screen) -> f32 {
 pub(super) fn show(ui: &mut Ui, screen: &Screen) -> Response {
     let (words, color) = words(screen);
     let width = ui.available_width();
-    let Size { letters, across, .. } = size(screen);
+    let Size { letters, across, line, .. } = size(screen);
     let high = height(ui, screen);
     let (rect, response) = ui.allocate_exact_size(Vec2::new(width, high), Sense::hover());
     let painter = ui.painter_at(rect);
@@ -83,17 +86,19 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) -> Response {
     // One size for every sentence: a change of size is a change that says nothing.
     let room = width - SIGN * high - 3.0 * theme::UNIT;
     let size = (letters * high).min(across * room).floor();
-    let font = FontId::proportional(size);
-    let mut galley = if screen.distance {
-        painter.layout(words.clone(), font, color, room)
-    } else {
-        painter.layout_no_wrap(words.clone(), font, color)
+    let wrap = if screen.distance { room } else { f32::INFINITY };
+    let laid_out = |size: f32, wrap: f32| {
+        let mut job = LayoutJob::simple(words.clone(), FontId::proportional(size), color, wrap);
+        for section in &mut job.sections {
+            section.format.line_height = Some(line * size);
+        }
+        painter.layout_job(job)
     };
+    let mut galley = laid_out(size, wrap);
     let fits = (room / galley.size().x).min(high / galley.size().y);
     if fits < 1.0 {
         // Longer than any sentence of a session.
-        let fitting = FontId::proportional((size * fits).floor().max(1.0));
-        galley = painter.layout(words.clone(), fitting, color, room);
+        galley = laid_out((size * fits).floor().max(1.0), room);
     }
     let gap = if sign.is_some() { theme::UNIT } else { 0.0 };
     let both = Vec2::new(side + gap + galley.size().x, galley.size().y);

@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use egui::{Button, CentralPanel, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
+use egui::{Button, CentralPanel, Grid, Key, RichText, ScrollArea, TextEdit, Ui, Vec2};
 
-use super::super::{keys::UiAction, theme};
+use super::super::{
+    keys::{UiAction, button},
+    theme,
+};
 use crate::{
     app::{host::UserError, recordings::Recording},
-    text::replay as words,
+    text::{Act, replay as words},
 };
 
 /// What the person does where no recording is open.
@@ -27,40 +30,60 @@ pub struct Picker {
 pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            ui.label(RichText::new(words::PICK).size(theme::VERDICT).strong());
-            ui.add_space(6.0);
-            path(ui, picker, asks);
-            if let Some(folder) = &picker.opening {
-                ui.horizontal(|ui| {
-                    ui.spinner();
-                    ui.label(words::opening(folder));
-                });
-            }
-            if let Some(trouble) = &picker.trouble {
-                let bad = theme::palette(ui.visuals()).bad;
-                ui.colored_label(bad, RichText::new(&trouble.what).size(theme::TITLE));
-                if let Some(action) = &trouble.action {
-                    ui.label(RichText::new(action).size(theme::BODY));
-                }
-            }
-            ui.add_space(12.0);
-            ui.label(RichText::new(words::RECENT).size(theme::TITLE).strong());
-            if picker.recordings.is_empty() {
-                ui.label(words::NO_RECORDINGS);
-            }
-            Grid::new("recordings").num_columns(2).spacing([24.0, 8.0]).show(ui, |ui| {
-                for recording in &picker.recordings {
-                    let folder = recording.folder.display().to_string();
-                    let button = Button::new(&folder);
-                    let button = ui.add_enabled(picker.opening.is_none(), button);
-                    if button.on_hover_text(words::open_tip(&recording.folder)).clicked() {
-                        asks.push(UiAction::Replay(recording.folder.clone()));
-                    }
-                    ui.label(&recording.what);
-                    ui.end_row();
-                }
+            let card = theme::card(ui.visuals());
+            card.show(ui, |ui| {
+                ui.set_width(ui.available_width());
+                ui.label(RichText::new(words::PICK).size(theme::VERDICT).strong());
+                ui.add_space(0.5 * theme::UNIT);
+                path(ui, picker, asks);
+                opening(ui, picker);
+            });
+            ui.add_space(theme::UNIT);
+            card.show(ui, |ui| {
+                ui.set_width(ui.available_width());
+                ui.label(RichText::new(words::RECENT).size(theme::TITLE).strong());
+                ui.add_space(0.5 * theme::UNIT);
+                recent(ui, picker, asks);
             });
         });
+    });
+}
+
+/// What is being opened, or why it couldn't be.
+fn opening(ui: &mut Ui, picker: &Picker) {
+    if let Some(folder) = &picker.opening {
+        ui.horizontal(|ui| {
+            ui.spinner();
+            ui.label(words::opening(folder));
+        });
+    }
+    if let Some(trouble) = &picker.trouble {
+        let bad = theme::palette(ui.visuals()).bad;
+        ui.colored_label(bad, RichText::new(&trouble.what).size(theme::TITLE));
+        if let Some(action) = &trouble.action {
+            ui.label(RichText::new(action).size(theme::BODY));
+        }
+    }
+}
+
+fn recent(ui: &mut Ui, picker: &Picker, asks: &mut Vec<UiAction>) {
+    if picker.recordings.is_empty() {
+        ui.label(words::NO_RECORDINGS);
+        ui.add_space(0.5 * theme::UNIT);
+        button(ui, Act::StartPage, asks);
+        return;
+    }
+    let spacing = Vec2::new(3.0, 1.0) * theme::UNIT;
+    Grid::new("recordings").num_columns(2).striped(true).spacing(spacing).show(ui, |ui| {
+        for recording in &picker.recordings {
+            let folder = recording.folder.display().to_string();
+            let open = ui.add_enabled(picker.opening.is_none(), Button::new(&folder));
+            if open.on_hover_text(words::open_tip(&recording.folder)).clicked() {
+                asks.push(UiAction::Replay(recording.folder.clone()));
+            }
+            ui.label(RichText::new(&recording.what).weak());
+            ui.end_row();
+        }
     });
 }
 

@@ -25,6 +25,8 @@ pub struct Replayed {
     pub(super) shown: Option<usize>,
     /// Time of the recording at the window's clock 0, while it plays.
     pub(super) playing_from_secs: Option<f64>,
+    /// Whether gauges and numbers stand beside the picture.
+    pub(super) numbers: bool,
 }
 
 impl Replayed {
@@ -54,6 +56,7 @@ impl Replayed {
             at: 0,
             shown: None,
             playing_from_secs: None,
+            numbers: false,
         })
     }
 
@@ -127,6 +130,7 @@ impl Replayed {
     /// Brings the step onto the screen.
     pub(super) fn bring(&mut self, ui: &Ui) {
         self.screen.now_secs = ui.ctx().time();
+        self.screen.preferences.panels = self.numbers;
         if self.shown == Some(self.at) {
             return;
         }

@@ -1,18 +1,13 @@
 //! Charts of what the result rests on.
 
 use egui::{
-    Align2, Button, Color32, Mesh, Painter, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2,
-    WidgetInfo, accesskit::Role, pos2, vec2,
+    Align2, Button, CollapsingHeader, Color32, FontId, Mesh, Painter, Rect, RichText, Sense, Shape,
+    Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2, vec2,
 };
 use nalgebra::{Point2, Point3};
 
 use super::{
-    super::{
-        guide::overlay::{ellipse_px, shaded_text},
-        picture::Placed,
-        screen::Screen,
-        theme,
-    },
+    super::{guide::overlay::ellipse_px, picture::Placed, screen::Screen, theme},
     result_page::ResultPage,
 };
 use crate::{
@@ -23,22 +18,26 @@ use crate::{
     text::charts::{self as words, Chart},
 };
 
+/// Room for the words below a chart.
+const NOTE: f32 = 34.0;
+
 /// Shows the choice of charts and the chosen one.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
     let ResultPage { chart, comparison } = table;
-    ui.horizontal_wrapped(|ui| {
-        for other in Chart::ALL {
-            let button = Button::selectable(*chart == other, other.name());
-            if ui.add(button).on_hover_text(other.tip()).clicked() {
-                *chart = other;
-            }
-        }
+    choose(ui, chart, &Chart::PLAIN);
+    CollapsingHeader::new(words::MORE).default_open(Chart::EXPERT.contains(chart)).show(ui, |ui| {
+        choose(ui, chart, &Chart::EXPERT);
     });
     let Some(snapshot) = &screen.snapshot else { return };
     let Some(calibration) = snapshot.calibration.as_deref() else { return };
-    let area = ui.available_rect_before_wrap();
+    let all = ui.available_rect_before_wrap();
+    // Below the choice, where its words follow.
+    let size = calibration.image_size;
+    let high = all.width() * size.height_px as f32 / size.width_px as f32 + NOTE;
+    let area = Rect::from_min_size(all.min, vec2(all.width(), high.min(all.height())));
     let response = ui.allocate_rect(area, Sense::hover());
-    let placed = Placed::within(area.shrink2(vec2(4.0, 26.0)), calibration.image_size, false);
+    let within = Rect::from_min_max(area.min + vec2(4.0, 4.0), area.max - vec2(4.0, NOTE));
+    let placed = Placed::within(within, calibration.image_size, false);
     let painter = ui.painter_at(placed.rect);
     painter.rect_filled(placed.rect, 0.0, Color32::from_gray(28));
     let note = match chart {
@@ -54,11 +53,25 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
             })
         }
     };
-    let at = area.left_bottom() + vec2(8.0, -4.0);
-    shaded_text(ui.painter(), at, Align2::LEFT_BOTTOM, &note, 14.0);
+    let at = placed.rect.left_bottom() + vec2(0.0, theme::UNIT);
+    let font = FontId::proportional(theme::BODY);
+    let color = ui.visuals().text_color();
+    let galley = ui.painter().layout(note.clone(), font, color, placed.rect.width());
+    ui.painter().galley(at, galley, color);
     let described = format!("{}: {note}", chart.name());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &described));
     response.on_hover_text(RichText::new(chart.tip()));
+}
+
+fn choose(ui: &mut Ui, chart: &mut Chart, charts: &[Chart]) {
+    ui.horizontal_wrapped(|ui| {
+        for other in charts {
+            let button = Button::selectable(chart == other, other.name());
+            if ui.add(button).on_hover_text(other.tip()).clicked() {
+                *chart = *other;
+            }
+        }
+    });
 }
 
 /// Cells of the picture by the standard deviation of projection there.

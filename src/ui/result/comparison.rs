@@ -128,12 +128,20 @@ pub(super) fn show(ui: &mut Ui, comparison: &Comparison) {
             return;
         }
     };
-    ui.separator();
+    ui.add_space(theme::UNIT);
+    theme::card(ui.visuals()).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        what_changed(ui, compared);
+    });
+}
+
+fn what_changed(ui: &mut Ui, compared: &Compared) {
     ui.label(text::compared_with(&compared.against));
+    let palette = theme::palette(ui.visuals());
     let color = match compared.drift.as_ref().map(|drift| drift.verdict) {
-        Some(DriftVerdict::Ok) => theme::GREEN,
-        Some(DriftVerdict::Watch) | None => theme::AMBER,
-        Some(DriftVerdict::Recalibrate) => theme::RED,
+        Some(DriftVerdict::Ok) => palette.good,
+        Some(DriftVerdict::Watch) | None => palette.care,
+        Some(DriftVerdict::Recalibrate) => palette.bad,
     };
     ui.label(RichText::new(format!("{}.", compared.what)).size(theme::TITLE).strong().color(color));
     ui.label(RichText::new(&compared.action).size(theme::BODY).strong());
@@ -148,5 +156,4 @@ pub(super) fn show(ui: &mut Ui, comparison: &Comparison) {
             });
         }
     }
-    ui.separator();
 }

@@ -4,10 +4,12 @@ mod charts;
 mod comparison;
 mod error_lines;
 mod result_page;
+mod state;
 mod verdict;
 
 pub use comparison::{Comparison, Outcome};
 pub use result_page::ResultPage;
+pub use state::State;
 
 use std::path::PathBuf;
 
@@ -20,19 +22,6 @@ use crate::{
     app::host::{Ended, UserError},
     text::window as words,
 };
-
-/// Where the session is.
-#[derive(Clone, Copy, Debug)]
-pub enum State<'a> {
-    /// There is none.
-    Nothing,
-    /// Views are being taken.
-    Running,
-    /// It is being stored.
-    Ending,
-    /// It is stored.
-    Ended(&'a Ended),
-}
 
 /// What the page shows in addition to the screen.
 #[derive(Clone, Copy, Debug)]
@@ -62,11 +51,11 @@ pub fn show(
     }
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            let may_go_on = matches!(context.state, State::Ended(_));
             if matches!(context.state, State::Ending) {
                 ui.label(RichText::new(words::ENDING).size(theme::TITLE));
             }
-            verdict::show(ui, screen, may_go_on, asks);
+            verdict::show(ui, screen, context.state, asks);
+            verdict::found(ui, screen);
             if let State::Ended(ended) = context.state {
                 ui.add_space(theme::UNIT);
                 theme::card(ui.visuals()).show(ui, |ui| {

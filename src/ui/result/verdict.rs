@@ -5,73 +5,105 @@ use egui::{
 };
 
 use super::{
-    super::{keys::UiAction, screen::Screen, theme},
+    super::{
+        keys::{UiAction, button},
+        screen::Screen,
+        theme,
+    },
     comparison::{self, Comparison},
+    state::State,
 };
 use crate::{
     calibration::{Calibration, Severity, Verdict},
     geometry::{BoardOutline, open_corners},
     session::Snapshot,
-    text::{self, window as words},
+    text::{self, Act, window as words},
 };
 
 /// Shows the verdict, and what would make it better.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, may_go_on: bool, asks: &mut Vec<UiAction>) {
+pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
     let Some((snapshot, calibration)) = shown else {
-        nothing(ui, screen);
+        nothing(ui, screen, state, asks);
         return;
     };
     theme::card(ui.visuals()).show(ui, |ui| {
         ui.set_width(ui.available_width());
         verdict(ui, screen, snapshot, calibration);
+        let may_go_on = matches!(state, State::Ended(_));
         uncovered(ui, (snapshot, calibration), may_go_on, asks);
     });
 }
 
-/// Shows the findings, what a comparison found, and the numbers; methods behind a fold.
-pub(super) fn details(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
+/// Shows what the checks found, if anything.
+pub(super) fn found(ui: &mut Ui, screen: &Screen) {
     let snapshot = screen.snapshot.as_ref();
     let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
     let Some((snapshot, calibration)) = shown else { return };
-    let card = theme::card(ui.visuals());
-    if !calibration.findings.is_empty() {
-        ui.add_space(theme::UNIT);
-        card.show(ui, |ui| {
-            ui.set_width(ui.available_width());
-            findings(ui, snapshot, calibration);
-        });
+    if calibration.findings.is_empty() {
+        return;
     }
+    ui.add_space(theme::UNIT);
+    theme::card(ui.visuals()).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        findings(ui, snapshot, calibration);
+    });
+}
+
+/// Shows what a comparison found, and the numbers and methods behind folds.
+pub(super) fn details(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
+    let snapshot = screen.snapshot.as_ref();
+    let Some(calibration) = snapshot.and_then(|snapshot| snapshot.calibration.as_ref()) else {
+        return;
+    };
     comparison::show(ui, compared);
     ui.add_space(theme::UNIT);
-    card.show(ui, |ui| {
+    theme::card(ui.visuals()).show(ui, |ui| {
         ui.set_width(ui.available_width());
-        ui.label(RichText::new(words::NUMBERS_HEADING).size(theme::TITLE).strong());
-        table(ui, "result", words::result_lines(calibration).into_iter().map(|(n, v)| (n, v, "")));
+        let heading = |words: &str| RichText::new(words).strong();
+        CollapsingHeader::new(heading(words::NUMBERS_HEADING)).show(ui, |ui| {
+            let lines = words::result_lines(calibration);
+            table(ui, "result", lines.into_iter().map(|(name, value)| (name, value, "")));
+        });
+        let fold = CollapsingHeader::new(heading(words::METHODS)).show(ui, |ui| {
+            ui.label(RichText::new(words::METHODS_TIP).small().weak());
+            table(ui, "methods", words::method_lines(&calibration.principal_point).into_iter());
+        });
+        fold.header_response.on_hover_text(words::METHODS_TIP);
     });
-    ui.add_space(theme::UNIT);
-    let heading = RichText::new(words::METHODS).strong();
-    let fold = CollapsingHeader::new(heading).show(ui, |ui| {
-        table(ui, "methods", words::method_lines(&calibration.principal_point).into_iter());
-    });
-    fold.header_response.on_hover_text(words::METHODS_TIP);
 }
 
 /// Why there is no result, and what to try.
-fn nothing(ui: &mut Ui, screen: &Screen) {
-    let has_views = screen.snapshot.as_ref().is_some_and(|snapshot| !snapshot.views.is_empty());
+fn nothing(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiAction>) {
+    let snapshot = screen.snapshot.as_ref();
+    let has_views = snapshot.is_some_and(|snapshot| !snapshot.views.is_empty());
     theme::card(ui.visuals()).show(ui, |ui| {
         ui.set_width(ui.available_width());
+        let heading = |words: &str| RichText::new(words).size(theme::VERDICT).strong();
         if has_views || screen.asked.is_empty() {
-            ui.label(RichText::new(words::NO_RESULT).size(theme::TITLE));
-            return;
+            ui.label(heading(words::NO_RESULT));
+            ui.label(words::NO_RESULT_ACTION);
+        } else {
+            ui.label(heading(words::NO_VIEW_TAKEN));
+            if let Some(reasons) = words::most_often(&screen.asked) {
+                ui.label(reasons);
+            }
+            ui.label(words::TRY);
         }
-        ui.label(RichText::new(words::NO_VIEW_TAKEN).size(theme::TITLE).strong());
-        if let Some(reasons) = words::most_often(&screen.asked) {
-            ui.label(reasons);
-        }
-        ui.label(words::TRY);
+        ui.add_space(theme::UNIT);
+        ui.horizontal(|ui| match state {
+            State::Running | State::Ending => {
+                button(ui, Act::GuidePage, asks);
+            }
+            State::Ended(_) => {
+                button(ui, Act::GoOn, asks);
+                button(ui, Act::StartPage, asks);
+            }
+            State::Nothing => {
+                button(ui, Act::StartPage, asks);
+            }
+        });
     });
 }
 
@@ -84,10 +116,12 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
         Verdict::Untrustworthy => palette.bad,
     };
     let verdict = text::of_source(&screen.source, text::verdict_on(calibration));
-    ui.horizontal_wrapped(|ui| {
+    ui.horizontal_top(|ui| {
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(theme::VERDICT), Sense::hover());
         sign(ui.painter(), rect, calibration.verdict, color);
-        ui.label(RichText::new(verdict).size(theme::VERDICT).strong().color(color));
+        ui.vertical(|ui| {
+            ui.label(RichText::new(verdict).size(theme::VERDICT).strong().color(color));
+        });
     });
     for accuracy in words::accuracies(snapshot) {
         ui.label(RichText::new(accuracy).size(theme::TITLE));
@@ -100,7 +134,7 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     }
 }
 
-/// Names the corners of the picture that no board has covered, and offers the two views that would.
+/// Names the corners of the picture that boards have hardly reached, and offers the two views that would.
 fn uncovered(
     ui: &mut Ui,
     (snapshot, calibration): (&Snapshot, &Calibration),
@@ -154,11 +188,13 @@ fn findings(ui: &mut Ui, snapshot: &Snapshot, calibration: &Calibration) {
             Severity::Care => palette.care,
             Severity::Bad => palette.bad,
         };
-        ui.horizontal_wrapped(|ui| {
+        ui.horizontal_top(|ui| {
             let (dot, _) = ui.allocate_exact_size(Vec2::splat(2.0 * theme::UNIT), Sense::hover());
             ui.painter().circle_filled(dot.center(), 5.0, mark);
-            ui.label(format!("{what}.")).on_hover_text(finding.code.code());
-            ui.label(RichText::new(action).strong());
+            ui.vertical(|ui| {
+                ui.label(format!("{what}.")).on_hover_text(finding.code.code());
+                ui.label(RichText::new(action).strong());
+            });
         });
     }
 }
