@@ -34,7 +34,14 @@ if [ -n "$SHARES" ]; then
 fi
 case $CAMERA in
 uvc)
-	load vhci-hcd uvcvideo
+	load vhci-hcd
+	# The last of the list is the driver itself.
+	while read -r file; do
+		case $file in
+		uvcvideo.*) insmod "/m/$file" $DRIVER_ARGS ;;
+		*) insmod "/m/$file" 2>/dev/null ;;
+		esac
+	done </m/uvcvideo.list
 	export CAMERA_CONTROL=/tmp/camera
 	mkfifo $CAMERA_CONTROL
 	sleep 1000000 >$CAMERA_CONTROL &
