@@ -1,10 +1,16 @@
 #!/usr/bin/env bash
 # Builds the program for packages from two clones of the last commit, in folders with names of different lengths. Both
-# programs must have the same bytes. DIST_FEATURES is passed on.
+# programs must have the same bytes. DIST_FEATURES is passed on. DIST_WORK names a new folder for the clones, which is
+# kept.
 set -euo pipefail
 checkout=$(cd "$(dirname "$0")/.." && pwd)
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+if [ -n "${DIST_WORK:-}" ]; then
+	mkdir "$DIST_WORK"
+	work=$(realpath "$DIST_WORK")
+else
+	work=$(mktemp -d)
+	trap 'rm -rf "$work"' EXIT
+fi
 sums=()
 for folder in one another/folder; do
 	git clone --quiet "$checkout" "$work/$folder"
