@@ -50,11 +50,12 @@ uvc)
 vivid) load vivid ;;
 esac
 if [ "$CAMERA" != none ]; then
+	# Where time is counted, it runs on while this computer's disk is busy.
 	tries=0
 	while [ ! -e /dev/video0 ]; do
 		usleep 50000
 		tries=$((tries + 1))
-		[ $tries -gt 400 ] && {
+		[ $tries -gt 4000 ] && {
 			cat /tmp/camera.log
 			dmesg | tail -20
 			lost "$CAMERA"
