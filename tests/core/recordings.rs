@@ -56,7 +56,7 @@ fn json(path: &Path) -> Value {
 /// rules, so that this version decides on other pictures differently, and says so.
 fn replayed(name: &str) -> SavedSession {
     let saved = SavedSession::open(&recording(name)).expect("a session");
-    assert!(!saved.cut, "{name}");
+    assert!(!saved.contents.cut, "{name}");
     assert!(saved.header.guidance_rules < RULES, "{name}");
     let taken: Vec<(String, u64)> = saved
         .session
@@ -72,12 +72,12 @@ fn replayed(name: &str) -> SavedSession {
     }));
     let said = said.lock().expect("one thread");
     let explained = said.iter().any(|sentence| sentence == text::replay::EARLIER_RULES);
-    assert_eq!(explained, !saved.differences.is_empty(), "{name}: {said:?}");
+    assert_eq!(explained, !saved.replayed.different_lines.is_empty(), "{name}: {said:?}");
     println!(
         "{name}: {} decisions, {} differ by the rules, {} by rounding",
-        saved.lines.len(),
-        saved.differences.len(),
-        saved.rounding.count
+        saved.contents.lines.len(),
+        saved.replayed.different_lines.len(),
+        saved.replayed.rounding.count
     );
     saved
 }
@@ -144,11 +144,13 @@ fn assert_same_calibration(saved: &SavedSession) {
 
 /// Stable names of the outcomes of a recorded journal that are not of a frame.
 fn outcomes(saved: &SavedSession) -> Vec<String> {
-    let outcome = |line: &boresight::recording::Line| {
-        let decision: Value = serde_json::from_str(line.decision.get()).expect("JSON");
-        decision["outcome"]["outcome"].as_str().expect("an outcome").to_owned()
-    };
-    saved.lines.iter().map(outcome).collect()
+    let outcome =
+        |line: Result<boresight::recording::Line, boresight::recording::RecordingError>| {
+            let decision = line.expect("readable").decision;
+            let decision: Value = serde_json::from_str(decision.get()).expect("JSON");
+            decision["outcome"]["outcome"].as_str().expect("an outcome").to_owned()
+        };
+    saved.contents.lines.iter().map(outcome).collect()
 }
 
 #[test]
