@@ -121,6 +121,32 @@ pub trait AppHost {
 
     /// Whether the person asked the whole program to end.
     fn interrupted(&self) -> bool;
+
+    /// The phone's page, if it's served.
+    fn phone(&self) -> Option<PhoneLink> {
+        None
+    }
+
+    /// How many phones follow the session now.
+    fn phones(&self) -> usize {
+        0
+    }
+
+    /// Whether a phone asked for the end of the session.
+    fn phone_ends_session(&self) -> bool {
+        false
+    }
+}
+
+/// Where the phone's page is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PhoneLink {
+    /// The link.
+    pub link: String,
+    /// The link for those who only look on.
+    pub watcher: String,
+    /// The link as a QR code: rows of modules with their quiet zone, true where dark.
+    pub code: Vec<Vec<bool>>,
 }
 
 /// What a session should be about.

@@ -7,6 +7,7 @@ use clap::Args;
 use super::{
     accept_args::AcceptArguments,
     backend::BackendName,
+    beside::BesideArguments,
     board_args::BoardArguments,
     terminal::{announcer, print, say, stop_flag},
 };
@@ -62,6 +63,8 @@ pub(super) struct Arguments {
     /// Stop after this many pictures.
     #[arg(long, value_name = "N", default_value_t = 18_000)]
     max_frames: u64,
+    #[command(flatten)]
+    beside: BesideArguments,
     /// Print the result as JSON on the last line of stdout.
     #[arg(long)]
     json: bool,
@@ -80,13 +83,13 @@ impl Arguments {
         if !self.headless {
             #[cfg(feature = "window")]
             if crate::ui::has_display() {
-                return window::run(opening, self.says_something(), self.json);
+                return window::run(opening, &self.beside, self.says_something(), self.json);
             }
             say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
         // A window names the board that it sees by itself.
         opening.board_code = self.board.open_to_code()?;
-        run(&opening, self.json)
+        self.beside.run(&opening, self.json)
     }
 
     /// The program behind a window that shows these sessions.

@@ -1,6 +1,7 @@
 //! The window's frame: pages, keys, and the session behind them.
 
 mod bar;
+mod phone;
 
 use std::{
     collections::BTreeMap,
@@ -83,6 +84,7 @@ pub struct App {
     switches: u32,
     /// Whether the window fills the screen only while nobody is at the computer.
     fills_screen: bool,
+    phone: phone::PhoneCard,
     stage: SessionState,
     screen: Screen,
     page: Page,
@@ -136,6 +138,7 @@ impl App {
             full_screen: preferences.full_screen,
             ..Choices::default()
         };
+        let phone = phone::PhoneCard::of(&*host);
         let mut app = Self {
             host,
             wish: wish.clone(),
@@ -148,6 +151,7 @@ impl App {
             other_board: None,
             switches: 0,
             fills_screen: false,
+            phone,
             stage: SessionState::Idle,
             screen: Screen { preferences, ..Screen::default() },
             page: Page::Start,
@@ -345,7 +349,7 @@ impl App {
                 if self.screen.preferences.speech {
                     self.sound.say(&guide::sentence_words(&self.screen).0);
                 }
-                if news.over {
+                if news.over || self.host.phone_ends_session() {
                     self.end();
                 } else {
                     self.notice_other_board(ctx);
@@ -443,6 +447,7 @@ impl App {
             }
         }
         self.help(ui);
+        self.phone.show(ui.ctx(), self.host.phones());
         if self.start.shows_board {
             self.start.shows_board = start::show_board(ui.ctx(), self.start.draft.board);
         }

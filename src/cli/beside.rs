@@ -1,0 +1,126 @@
+//! Who is beside a session in the terminal: a phone's page, a voice.
+
+use anyhow::Context;
+use clap::Args;
+
+#[cfg(feature = "serve")]
+use super::terminal::print;
+use super::{
+    guide::conclude,
+    terminal::{announcer, say, stop_flag},
+};
+#[cfg(feature = "serve")]
+use crate::{
+    app::phone::Phone,
+    serve::{ServeAddress, Setup},
+};
+use crate::{
+    app::{Exit, Opening, Speaker, Voice},
+    pipeline::Onlookers,
+    text,
+};
+
+#[derive(Debug, Args)]
+pub(super) struct BesideArguments {
+    /// Serve a page for a phone on the local network, with the live picture, the next pose, a voice, and buttons.
+    /// Prints a link with a secret key and a QR code; only who has it is let in. ADDRESS: an address of this computer,
+    /// a port (:8000), or both [default: every address, port 8417].
+    #[cfg(feature = "serve")]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "")]
+    serve: Option<String>,
+    #[cfg(feature = "serve")]
+    #[command(flatten)]
+    names: NameArguments,
+    #[command(flatten)]
+    voice: VoiceArguments,
+}
+
+/// Names of this computer.
+#[cfg(feature = "serve")]
+#[derive(Debug, Args)]
+pub(super) struct NameArguments {
+    /// A name of this computer by which a phone may open the page; repeat for several. Addresses need no name.
+    #[arg(long, value_name = "NAME")]
+    serve_name: Vec<String>,
+}
+
+/// The computer's voice.
+#[derive(Debug, Args)]
+pub(super) struct VoiceArguments {
+    /// Say aloud what to do, through spd-say or espeak-ng. WHERE the person stands decides what left and right mean:
+    /// facing the camera, or behind it [default: facing].
+    #[arg(long, value_name = "WHERE", num_args = 0..=1, default_missing_value = "facing")]
+    speak: Option<Stands>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Stands {
+    Facing,
+    Behind,
+}
+
+impl BesideArguments {
+    /// Runs a session in the terminal; prints the result as JSON with `json`.
+    pub(super) fn run(&self, opening: &Opening, json: bool) -> anyhow::Result<Exit> {
+        let mut onlookers = Onlookers::new();
+        let voice = self.voice.start()?;
+        onlookers.extend(voice.iter().map(Voice::onlooker));
+        #[cfg(feature = "serve")]
+        if let Some(phone) = self.phone()? {
+            return with_phone(&phone, opening, &onlookers, json);
+        }
+        let announcer = announcer();
+        let run = opening.open(&announcer)?;
+        let run = if onlookers.is_empty() { run } else { run.paced() };
+        conclude(run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?, json)
+    }
+
+    /// The page that was asked for, being served.
+    #[cfg(feature = "serve")]
+    pub(super) fn phone(&self) -> anyhow::Result<Option<Phone>> {
+        self.serve.as_deref().map(|address| self.names.phone(address)).transpose()
+    }
+}
+
+impl VoiceArguments {
+    /// The voice that was asked for.
+    pub(super) fn start(&self) -> anyhow::Result<Option<Voice>> {
+        let Some(stands) = self.speak else { return Ok(None) };
+        let Some(speaker) = Speaker::find() else {
+            say(text::NO_VOICE);
+            return Ok(None);
+        };
+        let voice = Voice::start(speaker, stands == Stands::Facing);
+        voice.map(Some).context("could not start the voice")
+    }
+}
+
+#[cfg(feature = "serve")]
+impl NameArguments {
+    /// The page at `address` (empty: the usual one), being served.
+    pub(super) fn phone(&self, address: &str) -> anyhow::Result<Phone> {
+        let address = match address {
+            "" => ServeAddress::default(),
+            given => given.parse().with_context(|| format!("could not serve at {given:?}"))?,
+        };
+        let phone = Phone::start(&Setup { address, names: self.serve_name.clone() })?;
+        phone.announce(&announcer());
+        Ok(phone)
+    }
+}
+
+#[cfg(feature = "serve")]
+fn with_phone(
+    phone: &Phone,
+    opening: &Opening,
+    onlookers: &Onlookers,
+    json: bool,
+) -> anyhow::Result<Exit> {
+    let (announcer, stop) = (announcer(), stop_flag()?);
+    let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
+    if json {
+        print(&concluded.result.to_json()?.to_string())?;
+    }
+    phone.linger(&stop, &announcer);
+    Ok(concluded.exit)
+}
