@@ -4,19 +4,15 @@ use anyhow::Context;
 use clap::Args;
 
 #[cfg(feature = "serve")]
-use super::terminal::print;
-use super::{
-    guide::conclude,
-    terminal::{announcer, say, stop_flag},
-};
+use super::terminal::announcer;
+use super::terminal::say;
 #[cfg(feature = "serve")]
 use crate::{
     app::phone::Phone,
     serve::{ServeAddress, Setup},
 };
 use crate::{
-    app::{Exit, Opening, Speaker, Voice},
-    pipeline::Onlookers,
+    app::{Speaker, Voice},
     text,
 };
 
@@ -60,19 +56,9 @@ enum Stands {
 }
 
 impl BesideArguments {
-    /// Runs a session in the terminal; prints the result as JSON with `json`.
-    pub(super) fn run(&self, opening: &Opening, json: bool) -> anyhow::Result<Exit> {
-        let mut onlookers = Onlookers::new();
-        let voice = self.voice.start()?;
-        onlookers.extend(voice.iter().map(Voice::onlooker));
-        #[cfg(feature = "serve")]
-        if let Some(phone) = self.phone()? {
-            return with_phone(&phone, opening, &onlookers, json);
-        }
-        let announcer = announcer();
-        let run = opening.open(&announcer)?;
-        let run = if onlookers.is_empty() { run } else { run.paced() };
-        conclude(run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?, json)
+    /// The voice that was asked for.
+    pub(super) fn voice(&self) -> anyhow::Result<Option<Voice>> {
+        self.voice.start()
     }
 
     /// The page that was asked for, being served.
@@ -107,20 +93,4 @@ impl NameArguments {
         phone.announce(&announcer());
         Ok(phone)
     }
-}
-
-#[cfg(feature = "serve")]
-fn with_phone(
-    phone: &Phone,
-    opening: &Opening,
-    onlookers: &Onlookers,
-    json: bool,
-) -> anyhow::Result<Exit> {
-    let (announcer, stop) = (announcer(), stop_flag()?);
-    let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
-    if json {
-        print(&concluded.result.to_json()?.to_string())?;
-    }
-    phone.linger(&stop, &announcer);
-    Ok(concluded.exit)
 }

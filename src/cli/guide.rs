@@ -11,8 +11,11 @@ use super::{
     board_args::BoardArguments,
     terminal::{announcer, print, say, stop_flag},
 };
+#[cfg(feature = "serve")]
+use crate::app::phone::Phone;
 use crate::{
-    app::{BoardFromCode, Exit, FinishedRun, Opening},
+    app::{BoardFromCode, Exit, FinishedRun, Opening, Voice},
+    pipeline::Onlookers,
     text::window as words,
 };
 #[cfg(feature = "window")]
@@ -89,7 +92,18 @@ impl Arguments {
         }
         // A window names the board that it sees by itself.
         opening.board_code = self.board.open_to_code()?;
-        self.beside.run(&opening, self.json)
+        let voice = self.beside.voice()?;
+        let onlookers: Onlookers = voice.iter().map(Voice::onlooker).collect();
+        #[cfg(feature = "serve")]
+        if let Some(phone) = self.beside.phone()? {
+            return with_phone(&phone, &opening, &onlookers, self.json);
+        }
+        if onlookers.is_empty() {
+            return run(&opening, self.json);
+        }
+        let announcer = announcer();
+        let run = opening.open(&announcer)?.paced();
+        conclude(run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?, self.json)
     }
 
     /// The program behind a window that shows these sessions.
@@ -141,5 +155,22 @@ pub(super) fn conclude(finished: FinishedRun, json: bool) -> anyhow::Result<Exit
     if json {
         print(&concluded.result.to_json()?.to_string())?;
     }
+    Ok(concluded.exit)
+}
+
+/// Runs a session in the terminal and on the phone's page.
+#[cfg(feature = "serve")]
+fn with_phone(
+    phone: &Phone,
+    opening: &Opening,
+    onlookers: &Onlookers,
+    json: bool,
+) -> anyhow::Result<Exit> {
+    let (announcer, stop) = (announcer(), stop_flag()?);
+    let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
+    if json {
+        print(&concluded.result.to_json()?.to_string())?;
+    }
+    phone.linger(&stop, &announcer);
     Ok(concluded.exit)
 }

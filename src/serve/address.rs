@@ -36,7 +36,7 @@ impl FromStr for ServeAddress {
     fn from_str(text: &str) -> Result<Self, NoAddress> {
         let usual = Self::default();
         let is_any = |port: u16| port == 0;
-        if let Some(port) = text.strip_prefix(':') {
+        if let Some(port) = text.strip_prefix(':').filter(|port| !port.contains(':')) {
             let port = port.parse().map_err(|_| NoAddress)?;
             return Ok(Self {
                 bind: SocketAddr::new(usual.bind.ip(), port),

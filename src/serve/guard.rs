@@ -17,8 +17,8 @@ use axum::{
 
 use super::{
     connection::Peer,
+    error::ServeError,
     keys::{Bucket, Keys, Opened, Secret},
-    server::ServeError,
 };
 
 /// Addresses without a key that are remembered.

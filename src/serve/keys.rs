@@ -5,7 +5,7 @@ use std::time::Instant;
 use base64::{Engine, prelude::BASE64_URL_SAFE_NO_PAD};
 use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
 
-use super::server::ServeError;
+use super::error::ServeError;
 
 /// Keys in use at most; the one unused for longest goes.
 const MOST_KEYS: usize = 96;

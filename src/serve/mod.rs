@@ -33,6 +33,7 @@
 
 mod address;
 mod connection;
+mod error;
 mod events;
 mod guard;
 mod hub;
@@ -44,7 +45,8 @@ mod server;
 mod view;
 
 pub use address::{DEFAULT_PORT, ServeAddress};
+pub use error::ServeError;
 pub use hub::{EndedPage, Hub, Offer, OfferedCamera, PageFile, Request, Stage};
 pub use keys::Role;
 pub use qr::QrCode;
-pub use server::{Links, ServeError, Server, Setup};
+pub use server::{Links, Server, Setup};

@@ -12,6 +12,7 @@ use tokio::sync::watch;
 use super::{
     address::{ServeAddress, reachable},
     connection::{self, Peers},
+    error::ServeError,
     guard::Gate,
     hub::Hub,
     routes::router,
@@ -44,25 +45,6 @@ pub struct Links {
     pub owner: String,
     /// May look on.
     pub watcher: String,
-}
-
-/// Why the page can't be served.
-#[derive(Debug, thiserror::Error)]
-pub enum ServeError {
-    /// The address can't be used.
-    #[error("could not serve at {address}")]
-    Bind {
-        /// The address.
-        address: SocketAddr,
-        /// The system's error.
-        source: std::io::Error,
-    },
-    /// The system refused a thread or its parts.
-    #[error("could not start the phone's page")]
-    Thread(#[source] std::io::Error),
-    /// There would be no safe link.
-    #[error("the system gives no random numbers")]
-    NoRandomness,
 }
 
 impl Server {

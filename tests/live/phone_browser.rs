@@ -154,7 +154,7 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        self.call("DELETE", &format!("/session/{}", self.session), &Value::Null);
+        self.call("DELETE", &format!("/session/{}", self.session), &json!({}));
         self.driver.kill().ok();
         self.driver.wait().ok();
     }
