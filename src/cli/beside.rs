@@ -1,5 +1,8 @@
 //! Who is beside a session in the terminal: a phone's page, a voice.
 
+#[cfg(feature = "serve")]
+use std::path::PathBuf;
+
 use anyhow::Context;
 use clap::Args;
 
@@ -9,12 +12,17 @@ use super::terminal::say;
 #[cfg(feature = "serve")]
 use crate::{
     app::phone::Phone,
-    serve::{ServeAddress, Setup},
+    files::{Links, read},
+    serve::{Certificate, ServeAddress, Setup},
 };
 use crate::{
     app::{Speaker, Voice},
     text,
 };
+
+/// Bytes of a certificate or key at most.
+#[cfg(feature = "serve")]
+const LARGEST_PEM: u64 = 1 << 20;
 
 #[derive(Debug, Args)]
 pub(super) struct BesideArguments {
@@ -38,6 +46,12 @@ pub(super) struct NameArguments {
     /// A name of this computer by which a phone may open the page; repeat for several. Addresses need no name.
     #[arg(long, value_name = "NAME")]
     serve_name: Vec<String>,
+    /// Serve HTTPS with this certificate (PEM, with those that it rests on) for one of the names.
+    #[arg(long, value_name = "FILE", requires = "tls_key", requires = "serve_name")]
+    tls_cert: Option<PathBuf>,
+    /// The certificate's private key (PEM).
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
 }
 
 /// The computer's voice.
@@ -89,7 +103,15 @@ impl NameArguments {
             "" => ServeAddress::default(),
             given => given.parse().with_context(|| format!("could not serve at {given:?}"))?,
         };
-        let phone = Phone::start(&Setup { address, names: self.serve_name.clone() })?;
+        let read = |path: &PathBuf| read(path, LARGEST_PEM, Links::Followed);
+        let certificate = match (&self.tls_cert, &self.tls_key) {
+            (Some(chain), Some(key)) => {
+                Some(Certificate { chain_pem: read(chain)?, key_pem: read(key)? })
+            }
+            _ => None,
+        };
+        let names = self.serve_name.clone();
+        let phone = Phone::start(&Setup { address, names, certificate })?;
         phone.announce(&announcer());
         Ok(phone)
     }

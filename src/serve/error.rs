@@ -14,6 +14,9 @@ pub enum ServeError {
     /// The system refused a thread or its parts.
     #[error("could not start the phone's page")]
     Thread(#[source] std::io::Error),
+    /// Certificate and key can't be used.
+    #[error("the certificate can't be used: {0}")]
+    Certificate(String),
     /// There would be no safe link.
     #[error("the system gives no random numbers")]
     NoRandomness,

@@ -17,6 +17,7 @@
 //! | `events` | the stream of events to one page |
 //! | `connection` | limits of connections, and their end |
 //! | `server` | the thread |
+//! | `tls` | HTTPS, with a certificate |
 //! | `address` | what to bind to, and where the page is found |
 //! | `qr` | an address as a QR code |
 //! | `page.html` | the page |
@@ -42,6 +43,7 @@ mod picture;
 mod qr;
 mod routes;
 mod server;
+mod tls;
 mod view;
 
 pub use address::{DEFAULT_PORT, ServeAddress};
@@ -50,3 +52,4 @@ pub use hub::{EndedPage, Hub, Offer, OfferedCamera, PageFile, Request, Stage};
 pub use keys::Role;
 pub use qr::QrCode;
 pub use server::{Links, Server, Setup};
+pub use tls::Certificate;

@@ -7,6 +7,7 @@ use std::{
     time::Duration,
 };
 
+use axum::Router;
 use tokio::sync::watch;
 
 use super::{
@@ -16,10 +17,13 @@ use super::{
     guard::Gate,
     hub::Hub,
     routes::router,
+    tls::{self, Certificate, TlsAcceptor},
 };
 
 /// After an error of the listener, such as too many open files.
 const RETRY: Duration = Duration::from_millis(100);
+/// A connection that hasn't agreed on its encryption by then is closed.
+const HANDSHAKE_WITHIN: Duration = Duration::from_secs(8);
 /// The pipeline comes first.
 const POLITENESS: i32 = 5;
 
@@ -29,6 +33,8 @@ pub struct Setup {
     pub address: ServeAddress,
     /// Names by which the page may be called beside addresses.
     pub names: Vec<String>,
+    /// Serves HTTPS with it; plain HTTP without one.
+    pub certificate: Option<Certificate>,
 }
 
 /// A page that is being served. Ends when dropped.
@@ -54,22 +60,24 @@ impl Server {
     ///
     /// [`ServeError`].
     pub fn start(setup: &Setup, hub: Arc<Hub>) -> Result<Self, ServeError> {
+        let tls = setup.certificate.as_ref().map(tls::acceptor).transpose()?;
         let listener = bind(setup.address)?;
         let bound = listener.local_addr().map_err(ServeError::Thread)?;
         listener.set_nonblocking(true).map_err(ServeError::Thread)?;
         let names: Vec<String> =
             setup.names.iter().map(|name| name.trim_end_matches('.').to_owned()).collect();
-        let gate = Arc::new(Gate::new(names.clone(), false)?);
+        let gate = Arc::new(Gate::new(names.clone(), tls.is_some())?);
         let [owner, watcher] = {
             let keys = gate.keys();
             [keys.owner.text(), keys.watcher.text()]
         };
+        let scheme = if tls.is_some() { "https" } else { "http" };
         let named = names.iter().map(|name| format!("{name}:{}", bound.port()));
         let links = named
             .chain(reachable(bound).iter().map(SocketAddr::to_string))
             .map(|host| Links {
-                owner: format!("http://{host}/#{owner}"),
-                watcher: format!("http://{host}/#{watcher}"),
+                owner: format!("{scheme}://{host}/#{owner}"),
+                watcher: format!("{scheme}://{host}/#{watcher}"),
             })
             .collect();
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -81,7 +89,7 @@ impl Server {
             .name("phone".into())
             .spawn(move || {
                 be_polite();
-                runtime.block_on(serve(listener, hub, gate, stopped));
+                runtime.block_on(serve(listener, tls, router(hub, gate), stopped));
                 // Dropping the runtime drops every connection.
             })
             .map_err(ServeError::Thread)?;
@@ -125,12 +133,12 @@ fn be_polite() {
 
 async fn serve(
     listener: TcpListener,
-    hub: Arc<Hub>,
-    gate: Arc<Gate>,
+    tls: Option<TlsAcceptor>,
+    router: Router,
     mut stopped: watch::Receiver<bool>,
 ) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
-    let (router, peers) = (router(hub, gate), Peers::default());
+    let peers = Peers::default();
     let accept = async {
         loop {
             let Ok((stream, address)) = listener.accept().await else {
@@ -139,8 +147,18 @@ async fn serve(
             };
             // Small answers go at once.
             stream.set_nodelay(true).ok();
-            if let Some(peer) = peers.admit(address) {
-                tokio::spawn(connection::serve(stream, peer, router.clone()));
+            let Some(peer) = peers.admit(address) else { continue };
+            match tls.clone() {
+                None => drop(tokio::spawn(connection::serve(stream, peer, router.clone()))),
+                Some(tls) => {
+                    let router = router.clone();
+                    tokio::spawn(async move {
+                        let handshake = tokio::time::timeout(HANDSHAKE_WITHIN, tls.accept(stream));
+                        if let Ok(Ok(stream)) = handshake.await {
+                            connection::serve(stream, peer, router).await;
+                        }
+                    });
+                }
             }
         }
     };

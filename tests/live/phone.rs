@@ -34,8 +34,11 @@ impl Site {
     pub(crate) fn new() -> Self {
         let hub = Arc::new(Hub::new());
         let address = "127.0.0.1:0".parse().expect("an address");
-        let server = Server::start(&Setup { address, names: Vec::new() }, Arc::clone(&hub))
-            .expect("a free port");
+        let server = Server::start(
+            &Setup { address, names: Vec::new(), certificate: None },
+            Arc::clone(&hub),
+        )
+        .expect("a free port");
         let links = &server.links()[0];
         let (url, owner) = links.owner.split_once("/#").expect("a token in the fragment");
         let at = url.strip_prefix("http://").expect("plain HTTP").parse().expect("an address");

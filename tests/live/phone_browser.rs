@@ -397,7 +397,7 @@ impl Site {
     fn new() -> Self {
         let hub = Arc::new(Hub::new());
         let address = "127.0.0.1:0".parse().expect("an address");
-        let setup = Setup { address, names: Vec::new() };
+        let setup = Setup { address, names: Vec::new(), certificate: None };
         let server = Server::start(&setup, Arc::clone(&hub)).expect("a free port");
         Self { hub, server }
     }

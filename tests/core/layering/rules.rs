@@ -97,6 +97,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("std::process"), &["capture", "app", "cli", "main", "ui/sound"]),
         (Reach::Path("std::net"), &["serve"]),
         (Reach::Path("tokio"), &["serve"]),
+        (Reach::Path("tokio_rustls"), &["serve"]),
         (Reach::Path("axum"), &["serve"]),
         (Reach::Path("hyper"), &["serve"]),
         (Reach::Path("getrandom"), &["serve/keys.rs"]),
