@@ -122,6 +122,26 @@ pub trait AppHost {
     /// Whether the person asked the whole program to end.
     fn interrupted(&self) -> bool;
 
+    /// Switches the computer's voice on or off. With `mirrored`, left and right are those of a person who faces the
+    /// camera. May be called as often as anything is painted.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if nothing here speaks.
+    fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
+        let _ = (on, mirrored);
+        Ok(())
+    }
+
+    /// Says something to try the voice.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if nothing here speaks.
+    fn test_voice(&mut self) -> Result<(), UserError> {
+        Ok(())
+    }
+
     /// The phone's page, if it's served.
     fn phone(&self) -> Option<PhoneLink> {
         None

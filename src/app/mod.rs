@@ -85,7 +85,7 @@ pub use saved_session::{JournalReading, SavedSession};
 #[cfg(feature = "study")]
 pub use study_folder::StudyFolder;
 pub use verdict::{Exit, announce_result};
-pub use voice::{Speaker, Voice};
+pub use voice::{NoVoice, Voice};
 pub use window_host::{OnResult, WindowHost};
 
 /// Name of the report in the session's folder.

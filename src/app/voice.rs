@@ -4,7 +4,7 @@ use std::{
     path::PathBuf,
     process::{Child, Command, Stdio},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     thread::{Builder, JoinHandle},
@@ -14,7 +14,8 @@ use std::{
 use crate::{
     pipeline::Onlooker,
     session::Snapshot,
-    speech::{Narrator, Queue, Word},
+    speech::{Narrator, Queue, Rank, Word},
+    text,
 };
 
 /// Programs that speak their last argument and end when it's spoken.
@@ -26,14 +27,14 @@ const LONGEST: Duration = Duration::from_secs(8);
 
 /// A program that speaks.
 #[derive(Clone, Debug)]
-pub struct Speaker {
+struct Speaker {
     program: PathBuf,
     arguments: &'static [&'static str],
 }
 
 impl Speaker {
     /// The first that is installed.
-    pub fn find() -> Option<Self> {
+    fn find() -> Option<Self> {
         let path = std::env::var_os("PATH")?;
         SPEAKERS.iter().find_map(|(name, arguments)| {
             let program =
@@ -54,7 +55,7 @@ impl Speaker {
     }
 }
 
-/// Says what a session asks for while it looks on. Ends when dropped, after the news.
+/// Says what a session asks for while it looks on and is switched on. Ends when dropped, after the news.
 pub struct Voice {
     said: Arc<Said>,
     thread: Option<JoinHandle<()>>,
@@ -65,27 +66,73 @@ struct Said {
     queue: Mutex<Queue>,
     narrator: Mutex<Narrator>,
     began: Instant,
+    on: AtomicBool,
+    /// Left and right are those of a person who faces the camera.
+    mirrored: AtomicBool,
     over: AtomicBool,
 }
 
+/// Why nothing can be heard.
+#[derive(Debug, thiserror::Error)]
+pub enum NoVoice {
+    /// No program speaks.
+    #[error("{}", text::NO_VOICE)]
+    NoProgram,
+    /// The system refused a thread.
+    #[error("could not start the voice")]
+    Thread(#[from] std::io::Error),
+}
+
+impl Default for Voice {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Voice {
-    /// Speaks through `speaker`. With `mirrored`, left and right are those of a person who faces the camera.
-    ///
-    /// # Errors
-    ///
-    /// If the system refuses a thread.
-    pub fn start(speaker: Speaker, mirrored: bool) -> std::io::Result<Self> {
+    /// A voice that is switched off.
+    pub fn new() -> Self {
         let said = Arc::new(Said {
             queue: Mutex::default(),
             narrator: Mutex::default(),
             began: Instant::now(),
+            on: AtomicBool::new(false),
+            mirrored: AtomicBool::new(false),
             over: AtomicBool::new(false),
         });
-        let thread = Builder::new().name("voice".into()).spawn({
-            let said = Arc::clone(&said);
-            move || speak(&said, &speaker, mirrored)
-        })?;
-        Ok(Self { said, thread: Some(thread) })
+        Self { said, thread: None }
+    }
+
+    /// Switches it on or off. With `mirrored`, left and right are those of a person who faces the camera.
+    ///
+    /// # Errors
+    ///
+    /// [`NoVoice`]; it's then off.
+    pub fn switch(&mut self, on: bool, mirrored: bool) -> Result<(), NoVoice> {
+        self.said.mirrored.store(mirrored, Ordering::Relaxed);
+        if on && self.thread.is_none() {
+            let speaker = Speaker::find().ok_or(NoVoice::NoProgram)?;
+            let said = Arc::clone(&self.said);
+            let thread = Builder::new().name("voice".into()).spawn(move || speak(&said, &speaker));
+            self.thread = Some(thread?);
+        }
+        if self.said.on.swap(on, Ordering::Relaxed) && !on {
+            *self.said.queue() = Queue::default();
+        }
+        Ok(())
+    }
+
+    /// Says something to try it.
+    ///
+    /// # Errors
+    ///
+    /// [`NoVoice`].
+    pub fn test(&mut self) -> Result<(), NoVoice> {
+        let mirrored = self.said.mirrored.load(Ordering::Relaxed);
+        self.switch(true, mirrored)?;
+        let said = text::VOICE_TEST.to_owned();
+        self.said.offer(Word { rank: Rank::Taken, text: said.clone(), mirrored: said });
+        Ok(())
     }
 
     /// Looks on at a session.
@@ -104,20 +151,30 @@ impl Drop for Voice {
 }
 
 impl Said {
+    fn queue(&self) -> MutexGuard<'_, Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn offer(&self, word: Word) {
-        let now_secs = self.began.elapsed().as_secs_f64();
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner).offer(now_secs, word);
+        if self.on.load(Ordering::Relaxed) {
+            let now_secs = self.began.elapsed().as_secs_f64();
+            self.queue().offer(now_secs, word);
+        }
     }
 }
 
 impl Onlooker for Said {
     fn decided(&self, snapshot: &Snapshot) {
-        let news = self.narrator.lock().unwrap_or_else(PoisonError::into_inner).news(snapshot);
-        news.into_iter().chain(Narrator::request(snapshot)).for_each(|word| self.offer(word));
+        let mut narrator = self.narrator.lock().unwrap_or_else(PoisonError::into_inner);
+        let news = narrator.news(snapshot);
+        drop(narrator);
+        if self.on.load(Ordering::Relaxed) {
+            news.into_iter().chain(Narrator::request(snapshot)).for_each(|word| self.offer(word));
+        }
     }
 }
 
-fn speak(said: &Said, speaker: &Speaker, mirrored: bool) {
+fn speak(said: &Said, speaker: &Speaker) {
     let mut speaking: Option<(Child, Instant)> = None;
     loop {
         let over = said.over.load(Ordering::Relaxed);
@@ -125,7 +182,7 @@ fn speak(said: &Said, speaker: &Speaker, mirrored: bool) {
             !matches!(child.try_wait(), Ok(None)) || since.elapsed() > LONGEST
         });
         let step = {
-            let mut queue = said.queue.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut queue = said.queue();
             if has_ended {
                 queue.finished();
             }
@@ -138,6 +195,7 @@ fn speak(said: &Said, speaker: &Speaker, mirrored: bool) {
             hush(speaking.take());
         }
         if let Some(step) = step {
+            let mirrored = said.mirrored.load(Ordering::Relaxed);
             let text = if mirrored { &step.word.mirrored } else { &step.word.text };
             speaking = speaker.say(text).map(|child| (child, Instant::now()));
         }

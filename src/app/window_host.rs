@@ -13,7 +13,7 @@ use std::{
 #[cfg(feature = "serve")]
 use super::host::PhoneLink;
 use super::{
-    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, camera, comparison,
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison,
     explain::user_error,
     export,
     host::{
@@ -60,6 +60,7 @@ pub struct WindowHost {
     board_id: BoardId,
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
+    voice: Voice,
     /// The phone's page.
     #[cfg(feature = "serve")]
     phone: Option<Arc<super::phone::Phone>>,
@@ -212,6 +213,14 @@ impl AppHost for WindowHost {
         self.stop.load(Ordering::Relaxed)
     }
 
+    fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
+        self.voice.switch(on, mirrored).map_err(|err| user_error(&err.into()))
+    }
+
+    fn test_voice(&mut self) -> Result<(), UserError> {
+        self.voice.test().map_err(|err| user_error(&err.into()))
+    }
+
     #[cfg(feature = "serve")]
     fn phone(&self) -> Option<PhoneLink> {
         let links = self.phone.as_ref()?.links().first()?;
@@ -261,6 +270,7 @@ impl WindowHost {
             lookout: None,
             board_id: printed_board::new_id(),
             named: None,
+            voice: Voice::new(),
             #[cfg(feature = "serve")]
             phone: None,
         }
@@ -273,14 +283,11 @@ impl WindowHost {
         Self { phone: phone.map(Arc::new), ..self }
     }
 
-    #[cfg(feature = "serve")]
     fn onlookers(&self) -> Onlookers {
-        self.phone.iter().map(|phone| Arc::clone(phone.hub()) as _).collect()
-    }
-
-    #[cfg(not(feature = "serve"))]
-    fn onlookers(&self) -> Onlookers {
-        Onlookers::new()
+        let voice = std::iter::once(self.voice.onlooker());
+        #[cfg(feature = "serve")]
+        let voice = voice.chain(self.phone.iter().map(|phone| Arc::clone(phone.hub()) as _));
+        voice.collect()
     }
 
     /// Keeps choices in the file at `path`.

@@ -3,21 +3,19 @@
 #[cfg(feature = "serve")]
 use std::path::PathBuf;
 
+#[cfg(feature = "serve")]
 use anyhow::Context;
 use clap::Args;
 
 #[cfg(feature = "serve")]
 use super::terminal::announcer;
 use super::terminal::say;
+use crate::app::{NoVoice, Voice};
 #[cfg(feature = "serve")]
 use crate::{
     app::phone::Phone,
     files::{Links, read},
     serve::{Certificate, ServeAddress, Setup},
-};
-use crate::{
-    app::{Speaker, Voice},
-    text,
 };
 
 /// Bytes of a certificate or key at most.
@@ -86,12 +84,16 @@ impl VoiceArguments {
     /// The voice that was asked for.
     pub(super) fn start(&self) -> anyhow::Result<Option<Voice>> {
         let Some(stands) = self.speak else { return Ok(None) };
-        let Some(speaker) = Speaker::find() else {
-            say(text::NO_VOICE);
-            return Ok(None);
-        };
-        let voice = Voice::start(speaker, stands == Stands::Facing);
-        voice.map(Some).context("could not start the voice")
+        let mut voice = Voice::new();
+        match voice.switch(true, stands == Stands::Facing) {
+            Ok(()) => Ok(Some(voice)),
+            // The session can be read, too.
+            Err(err @ NoVoice::NoProgram) => {
+                say(&err.to_string());
+                Ok(None)
+            }
+            Err(err) => Err(err.into()),
+        }
     }
 }
 

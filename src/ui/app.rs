@@ -267,6 +267,15 @@ impl App {
         self.note = Some(text::start::switched(board, before));
     }
 
+    /// Switches the voice as the person wants it; off if nothing here speaks.
+    fn voice(&mut self) {
+        let Preferences { speech, mirrored, .. } = self.screen.preferences;
+        if let Err(trouble) = self.host.speak(speech, mirrored) {
+            self.screen.preferences.speech = false;
+            self.note = Some(trouble.what);
+        }
+    }
+
     /// Keeps the person's choices for the next window.
     fn keep(&mut self, ctx: &Context) {
         let preferences = self.screen.preferences;
@@ -337,6 +346,7 @@ impl App {
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
         self.notice_hands(ctx);
+        self.voice();
         if self.host.interrupted() {
             ctx.send_viewport_cmd(ViewportCommand::Close);
         }
@@ -345,9 +355,6 @@ impl App {
                 let news = running.look(ctx, &mut self.screen);
                 if news.taken && self.screen.preferences.tone {
                     self.sound.play(Tone::Taken);
-                }
-                if self.screen.preferences.speech {
-                    self.sound.say(&guide::sentence_words(&self.screen).0);
                 }
                 if news.over || self.host.phone_ends_session() {
                     self.end();
@@ -585,6 +592,13 @@ impl App {
             UiAction::Mirror(mirrored) => {
                 preferences.mirrored = mirrored;
                 self.memorise(Memory { mirrored: Some(mirrored), ..self.memory.clone() });
+            }
+            UiAction::TestVoice => {
+                preferences.speech = true;
+                if let Err(trouble) = self.host.test_voice() {
+                    preferences.speech = false;
+                    self.note = Some(trouble.what);
+                }
             }
             UiAction::FullScreenAfar(full) => preferences.full_screen = full,
             UiAction::Start(wish) => {

@@ -32,7 +32,7 @@ const FAR: Size = Size { band: 0.3, letters: 0.4, across: 1.0 / 9.5 };
 const SIGN: f32 = 0.8;
 
 /// What is to be read, and its colour.
-pub(in super::super) fn words(screen: &Screen) -> (String, Color32) {
+fn words(screen: &Screen) -> (String, Color32) {
     let Some(snapshot) = &screen.snapshot else {
         return (words::STARTING.into(), theme::GREY);
     };
