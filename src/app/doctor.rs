@@ -100,17 +100,17 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     }
     let is_proven = contents.header_crc32.is_some();
     let reading = JournalReading::new(path, header, contents);
-    let stored = reading.stored();
-    for stored in &stored {
+    for stored in &reading.contents.stored {
         if let Err(err) = stored_frame(path, stored) {
             problems.push(said(&err.into()));
         }
     }
-    let (lines, cut) = (reading.lines.len(), reading.cut);
+    let JournalContents { lines, stored, cut, .. } = reading.contents.clone();
+    let lines = lines.len();
     let saved = reading.session().map_err(|err| problems.push(said(&err))).ok();
-    let differences = saved.as_ref().map_or(&[][..], |saved| &saved.differences);
+    let different = saved.as_ref().map_or(&[][..], |saved| &saved.replayed.different_lines);
     // Without a checksum of the header: no rules of guidance ever changed every decision.
-    if is_whole && !is_proven && lines >= FOREIGN_LINES && differences.len() == lines {
+    if is_whole && !is_proven && lines >= FOREIGN_LINES && different.len() == lines {
         problems.push(text::doctor::FOREIGN_HEADER.into());
     }
     Ok(Diagnosis {
@@ -118,8 +118,8 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
         cut,
         pictures: stored.len(),
         views: saved.as_ref().map_or(0, |saved| saved.session.accepted().len()),
-        different_decisions: differences.len(),
-        first_difference: differences.first().map(|difference| difference.line),
+        different_decisions: different.len(),
+        first_difference: different.first().copied(),
         problems,
     })
 }
@@ -137,6 +137,6 @@ fn fewer_views(path: &Path, contents: &JournalContents) -> Option<String> {
     let text = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused).ok()?;
     let tree: serde_json::Value = serde_json::from_str(&text).ok()?;
     let in_result = CalibrationFile::read(&tree).ok()?.used().count();
-    let taken = views_taken(contents);
+    let taken = views_taken(contents).ok()?;
     (in_result > taken).then(|| text::doctor::fewer_views(in_result, taken))
 }

@@ -178,7 +178,6 @@ impl Opening {
         }
         saved.announce(announcer);
         announcer.say(&text::resuming(saved.session.accepted().len()));
-        let stored = saved.lines.into_iter().filter_map(|line| line.stored).collect();
         Ok(Run {
             folder,
             session: saved.session,
@@ -186,7 +185,7 @@ impl Opening {
             open,
             record_stream: self.record_stream,
             first_frame: saved.first_frame,
-            stored,
+            stored: saved.contents.stored,
             resumed: true,
         })
     }

@@ -11,7 +11,7 @@ use image::GrayImage;
 use super::JournalReading;
 use crate::{
     files::entries,
-    recording::{Difference, SessionFolder, Stored, stored_frame},
+    recording::{Replayed, SessionFolder, Stored, stored_frame},
     session::Snapshot,
     text,
 };
@@ -69,7 +69,7 @@ pub fn open(folder: &Path) -> anyhow::Result<DecidedRecording> {
     let again = journal.decide_again(&journal.header.config, |session, decision| {
         steps.push(session.snapshot(*decision));
     })?;
-    decided(folder, steps, &again.differences, journal.stored())
+    decided(folder, steps, &again.replayed, journal.contents.stored)
 }
 
 /// A recording to step through: the state after each input, and where this build decides differently.
@@ -80,13 +80,13 @@ pub fn open(folder: &Path) -> anyhow::Result<DecidedRecording> {
 pub fn decided(
     folder: &Path,
     steps: Vec<Snapshot>,
-    differences: &[Difference],
+    replayed: &Replayed,
     stored: Vec<Stored>,
 ) -> anyhow::Result<DecidedRecording> {
     if steps.is_empty() {
         bail!("this recording is empty");
     }
-    let different = differences.iter().map(|difference| difference.line - 1).collect();
+    let different = replayed.different_lines.iter().map(|line| line - 1).collect();
     let name = folder.display().to_string();
     let folder = folder.to_path_buf();
     let load = move |frame: u64| {

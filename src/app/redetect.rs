@@ -1,6 +1,6 @@
 //! A recording decided again: the board found again in its pictures, and how decisions differ.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
@@ -9,7 +9,7 @@ use crate::{
     board::Checkerboard,
     detection::{Prediction, Track},
     pipeline::detect_many,
-    recording::{Difference, Line, stored_frame},
+    recording::{Difference, JournalContents, RecordingError, stored_frame},
     session::{Input, Observation},
 };
 
@@ -25,42 +25,45 @@ pub fn redetect(
     threads: usize,
     progress: impl Fn() + Sync,
 ) -> anyhow::Result<(usize, usize)> {
-    let stored = journal.stored();
-    let JournalReading { path, lines, .. } = journal;
+    let JournalReading { path, contents, .. } = &*journal;
+    let stored = &contents.stored;
     let load = |index: usize| stored_frame(path, &stored[index]);
-    let predictions = predictions(lines);
+    let (predictions, observed) = predictions(contents)?;
     let near = |index: usize| predictions.get(&stored[index].frame).cloned();
     let found = detect_many(stored.len(), threads, board, load, near, |_| progress())?;
+    let searched = stored.len();
     let mut seen = BTreeMap::new();
     for (stored, found) in stored.iter().zip(found) {
         seen.insert(stored.frame, found?);
     }
-    let mut observed = 0;
-    for observation in lines.iter_mut().filter_map(|line| line.input.observed_mut()) {
-        observed += 1;
-        if let Some(seen) = seen.remove(&observation.frame()) {
-            observation.see(&seen);
-        }
-    }
-    Ok((stored.len(), observed))
+    journal.seen_again = seen;
+    Ok((searched, observed))
 }
 
-/// Where the board was looked for first in each frame, as when the session was recorded: a function
-/// of what had been seen before it.
-fn predictions(lines: &[Line]) -> BTreeMap<u64, Prediction> {
+/// Where the board was looked for first in each stored frame, as when the session was recorded: a function of what had
+/// been seen before it. And the number of frames observed.
+fn predictions(
+    contents: &JournalContents,
+) -> Result<(BTreeMap<u64, Prediction>, usize), RecordingError> {
+    let stored: BTreeSet<u64> = contents.stored.iter().map(|stored| stored.frame).collect();
     let mut track = Track::default();
     let mut predictions = BTreeMap::new();
-    for line in lines {
-        match Input::from(line.input.clone()) {
+    let mut observed = 0;
+    for line in &contents.lines {
+        match Input::from(line?.input) {
             Input::Observed(Observation { frame_id, kind, captured_at, seen, .. }) => {
-                predictions.extend(track.predict(kind, captured_at).map(|near| (frame_id.0, near)));
+                observed += 1;
+                if stored.contains(&frame_id.0) {
+                    let near = track.predict(kind, captured_at);
+                    predictions.extend(near.map(|near| (frame_id.0, near)));
+                }
                 track.add(kind, captured_at, &seen);
             }
             Input::Resumed => track = Track::default(),
             _ => {}
         }
     }
-    predictions
+    Ok((predictions, observed))
 }
 
 /// How the two decisions differ, in the names of the journal: the outcome with the reason for a refusal, else

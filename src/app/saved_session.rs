@@ -14,33 +14,38 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, bail};
 
 use super::Announcer;
 use crate::{
     config::Config,
+    detection::{Detection, Miss},
     guidance::RULES,
     recording::{
-        Difference, Header, JournalContents, Line, RecordedOutcome, Rounding, SessionFolder,
-        Stored, replay, take_rounding,
+        Header, JournalContents, Line, RecordedOutcome, RecordingError, Replayed, SessionFolder,
+        replay,
     },
     session::{Command, Decision, Input, Observation, Session},
     text,
 };
 
-/// Header and journal of a session folder, not yet decided.
+/// Header and journal of a session folder, not yet decided. The journal's lines stay on disk.
 #[derive(Clone, Debug)]
 pub struct JournalReading {
     /// The folder.
     pub path: PathBuf,
     /// What `session.toml` says.
     pub header: Header,
-    /// The whole lines of the journal, oldest first.
-    pub lines: Vec<Line>,
-    /// Whether the last line was cut by a crash, and is therefore left out.
-    pub cut: bool,
+    /// What the journal holds.
+    pub contents: JournalContents,
+    /// What was found in stored pictures that were searched again, by the number of their frame. It takes the place
+    /// of what is recorded.
+    pub seen_again: BTreeMap<u64, Result<Detection, Miss>>,
 }
 
 /// A session as its folder records it.
@@ -52,17 +57,13 @@ pub struct SavedSession {
     pub header: Header,
     /// The state after the last line. Its accepted views are those that were recorded as accepted.
     pub session: Session,
-    /// Decisions that this build makes differently, rounding apart.
-    pub differences: Vec<Difference>,
-    /// Decisions that differ by rounding only.
-    pub rounding: Rounding,
+    /// Decisions that this build makes differently.
+    pub replayed: Replayed,
     /// Whether the accepted views had to be restored from the recorded outcomes, because this build would
     /// have accepted others.
     pub restored: bool,
-    /// The whole lines of the journal, oldest first.
-    pub lines: Vec<Line>,
-    /// Whether the last line was cut by a crash, and is therefore left out.
-    pub cut: bool,
+    /// What the journal holds. If the last line was cut by a crash, it's left out.
+    pub contents: JournalContents,
     /// The first frame number that the journal has not used.
     pub first_frame: u64,
 }
@@ -72,10 +73,8 @@ pub struct SavedSession {
 pub struct DecidedAgain {
     /// The state after the last line.
     pub session: Session,
-    /// Decisions that came out differently, rounding apart.
-    pub differences: Vec<Difference>,
-    /// Decisions that differ by rounding only.
-    pub rounding: Rounding,
+    /// How the decisions compare with the recorded ones.
+    pub replayed: Replayed,
 }
 
 impl JournalReading {
@@ -90,29 +89,35 @@ impl JournalReading {
     }
 
     pub(super) fn new(path: &Path, header: Header, contents: JournalContents) -> Self {
-        let JournalContents { lines, cut, .. } = contents;
-        Self { path: path.to_path_buf(), header, lines, cut }
+        Self { path: path.to_path_buf(), header, contents, seen_again: BTreeMap::new() }
     }
 
-    /// The stored pictures, in journal order.
-    pub fn stored(&self) -> Vec<Stored> {
-        self.lines.iter().filter_map(|line| line.stored.clone()).collect()
+    /// Reads the lines of the journal, oldest first.
+    fn lines(&self) -> impl Iterator<Item = Result<Line, RecordingError>> + '_ {
+        self.contents.lines.iter().map(|line| {
+            let mut line = line?;
+            if let Some(observed) = line.input.observed_mut()
+                && let Some(seen) = self.seen_again.get(&observed.frame())
+            {
+                observed.see(seen);
+            }
+            Ok(line)
+        })
     }
 
     /// Decides every line again with the settings of `config`, and calls `each` after each decision.
     ///
     /// # Errors
     ///
-    /// If `config` names no usable board.
+    /// If `config` names no usable board, or a line can't be read.
     pub fn decide_again(
         &self,
         config: &Config,
         each: impl FnMut(&Session, &Decision),
     ) -> anyhow::Result<DecidedAgain> {
         let mut session = Session::new(config.session(self.header.image_size())?);
-        let mut differences = replay(&mut session, self.lines.clone(), each);
-        let rounding = take_rounding(&mut differences);
-        Ok(DecidedAgain { session, differences, rounding })
+        let replayed = replay(&mut session, self.lines(), each)?;
+        Ok(DecidedAgain { session, replayed })
     }
 
     /// The session that the journal records: which views are accepted is a recorded fact, and stands even
@@ -120,44 +125,37 @@ impl JournalReading {
     ///
     /// # Errors
     ///
-    /// If a recorded view can't be restored because its observation is missing or has no board.
+    /// If a line can't be read, or a recorded view can't be restored because its observation is missing or has no
+    /// board.
     pub fn session(self) -> anyhow::Result<SavedSession> {
         let mut first_frame = 0;
-        let DecidedAgain { mut session, differences, rounding } =
+        let DecidedAgain { mut session, replayed } =
             self.decide_again(&self.header.config, |_, decision| {
                 first_frame =
                     first_frame.max(decision.frame.map_or(0, |frame| frame.saturating_add(1)));
             })?;
-        let restored = differences.iter().any(Difference::changes_views);
+        let restored = replayed.changes_views;
         if restored {
             session = self.restore()?;
         }
-        let Self { path, header, lines, cut } = self;
-        Ok(SavedSession {
-            path,
-            header,
-            session,
-            differences,
-            rounding,
-            restored,
-            lines,
-            cut,
-            first_frame,
-        })
+        let Self { path, header, contents, .. } = self;
+        Ok(SavedSession { path, header, session, replayed, restored, contents, first_frame })
     }
 
     fn restore(&self) -> anyhow::Result<Session> {
+        let observations = self.observations_of_views()?;
         let mut session = Session::new(self.header.config.session(self.header.image_size())?);
-        for (index, line) in self.lines.iter().enumerate() {
+        for (index, line) in self.lines().enumerate() {
+            let line = line?;
             let outcome = line.outcome().with_context(|| {
                 format!("line {} of the journal holds no decision that can be read", index + 1)
             })?;
-            match (Input::from(line.input.clone()), outcome) {
+            match (Input::from(line.input), outcome) {
                 (Input::Observed(_), RecordedOutcome::Accepted { view, frame, role }) => {
-                    let Some(observation) = self.observation(frame) else {
+                    let Some(observation) = observations.get(&frame) else {
                         bail!("the journal has no frame {frame}, from which view {view} was taken");
                     };
-                    session.accept_recorded(&observation, view, role).map_err(|refusal| {
+                    session.accept_recorded(observation, view, role).map_err(|refusal| {
                         anyhow::anyhow!("{}", text::refusal(&refusal))
                             .context(format!("could not restore view {view} from frame {frame}"))
                     })?;
@@ -176,11 +174,23 @@ impl JournalReading {
         Ok(session)
     }
 
-    fn observation(&self, frame: u64) -> Option<Observation> {
-        self.lines.iter().find_map(|line| match Input::from(line.input.clone()) {
-            Input::Observed(observation) if observation.frame_id.0 == frame => Some(observation),
-            _ => None,
-        })
+    /// What was observed in the frames from which views were taken, by the number of the frame.
+    fn observations_of_views(&self) -> Result<BTreeMap<u64, Observation>, RecordingError> {
+        let mut wanted = BTreeSet::new();
+        for line in self.lines() {
+            if let Some(RecordedOutcome::Accepted { frame, .. }) = line?.outcome() {
+                wanted.insert(frame);
+            }
+        }
+        let mut found = BTreeMap::new();
+        for line in self.lines() {
+            if let Input::Observed(observation) = Input::from(line?.input)
+                && wanted.remove(&observation.frame_id.0)
+            {
+                found.insert(observation.frame_id.0, observation);
+            }
+        }
+        Ok(found)
     }
 }
 
@@ -207,10 +217,10 @@ impl SavedSession {
 
     /// Announces a cut last line, and that this build decides differently.
     pub fn announce(&self, announcer: &Announcer) {
-        if self.cut {
+        if self.contents.cut {
             announcer.say(text::replay::CUT);
         }
-        if self.header.guidance_rules < RULES && !self.differences.is_empty() {
+        if self.header.guidance_rules < RULES && !self.replayed.different_lines.is_empty() {
             announcer.say(text::replay::EARLIER_RULES);
         }
         if self.restored {

@@ -21,7 +21,9 @@ use crate::{
     device::{Control, Lock},
     files::{self, Links, Overwrite, save},
     guidance::Progress,
-    recording::{Header, Line, SessionFolder, Stored, stored_frame},
+    recording::{
+        Header, JournalContents, Line, Lines, RecordingError, SessionFolder, Stored, stored_frame,
+    },
     report::{
         CameraChange, CameraSection, Certificate, Provenance, Refused, Report, Thumbnail, page,
     },
@@ -47,7 +49,7 @@ pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer)
 fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     let (header, contents) = SessionFolder::read(path)?;
     let stated = &header.config.certificate;
-    let report = compose(path, &header, &contents.lines, session, stated)?;
+    let report = compose(path, &header, &contents, session, stated)?;
     let file = page_path(path);
     save(&file, page(&report).as_bytes(), Overwrite::Allowed)?;
     Ok(file)
@@ -61,7 +63,7 @@ fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
 /// If the folder or its `check.json` can't be read.
 pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Report> {
     let saved = SavedSession::open(path)?;
-    let SavedSession { header, session, lines, .. } = &saved;
+    let SavedSession { header, session, contents, .. } = &saved;
     // A session may come from somebody else, who could mean any picture of this machine.
     let mut recorded = header.config.certificate.clone();
     let foreign = Some(&recorded.logo)
@@ -70,9 +72,9 @@ pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Repo
     if foreign.is_some() {
         recorded.logo.clear();
     }
-    let mut report = compose(path, header, lines, session, &stated.clone().over(recorded))?;
+    let mut report = compose(path, header, contents, session, &stated.clone().over(recorded))?;
     report.notes.extend(foreign.filter(|_| stated.logo.is_empty()));
-    if saved.cut {
+    if contents.cut {
         report.notes.push(words::CUT.into());
     }
     if saved.restored {
@@ -104,15 +106,12 @@ fn holds_another_result(path: &Path, ours: &CalibrationFile) -> bool {
 fn compose(
     path: &Path,
     header: &Header,
-    lines: &[Line],
+    contents: &JournalContents,
     session: &Session,
     stated: &CertificateConfig,
 ) -> anyhow::Result<Report> {
-    let stored: BTreeMap<u64, &Stored> = lines
-        .iter()
-        .filter_map(|line| line.stored.as_ref())
-        .map(|stored| (stored.frame, stored))
-        .collect();
+    let stored: BTreeMap<u64, &Stored> =
+        contents.stored.iter().map(|stored| (stored.frame, stored)).collect();
     // A picture that is gone or damaged leaves the board's outline; `doctor` names it.
     let picture = |frame: u64| {
         let stored = stored.get(&frame)?;
@@ -129,7 +128,7 @@ fn compose(
     if session.progress() != Progress::Complete {
         notes.push(text::progress(session.progress()).into());
     }
-    let History { frames, refused, changes } = history(lines);
+    let History { frames, refused, changes } = history(&contents.lines)?;
     let mut rows = versions(&[&header.schema]);
     rows.push((words::name::SESSION.into(), path.display().to_string()));
     rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
@@ -263,14 +262,15 @@ struct History {
     changes: Vec<CameraChange>,
 }
 
-fn history(lines: &[Line]) -> History {
+fn history(lines: &Lines) -> Result<History, RecordingError> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     let mut frames = 0;
     let mut changes = Vec::new();
     let mut last_frame = None;
     for line in lines {
-        let input = Input::from(line.input.clone());
-        if let Some(reason) = refusal(&input, line) {
+        let Line { input, decision, .. } = line?;
+        let input = Input::from(input);
+        if let Some(reason) = refusal(&input, decision.get()) {
             *counts.entry(reason).or_default() += 1;
         }
         let mut change = |what: String| {
@@ -296,12 +296,12 @@ fn history(lines: &[Line]) -> History {
         .map(|(code, count)| Refused { what: words::refusal_kind(&code).into(), count })
         .collect();
     refused.sort_by(|a, b| b.count.cmp(&a.count).then_with(|| a.what.cmp(&b.what)));
-    History { frames, refused, changes }
+    Ok(History { frames, refused, changes })
 }
 
 /// Why the frame was refused or a view taken back, as the person was told then: a stable name.
-fn refusal(input: &Input, line: &Line) -> Option<String> {
-    let decision: Value = serde_json::from_str(line.decision.get()).unwrap_or_default();
+fn refusal(input: &Input, decision: &str) -> Option<String> {
+    let decision: Value = serde_json::from_str(decision).unwrap_or_default();
     let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);
     match (word("/outcome/outcome")?, word("/outcome/refusal/why")) {
         ("removed", _) => Some("removed".into()),

@@ -1,6 +1,9 @@
 //! What a source's name means, and how it's opened.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, bail};
 
@@ -186,16 +189,18 @@ fn open_session(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
     let identity =
         SourceIdentity { name: header.source.clone(), image_size: Some(header.image_size()) };
     let session = path.to_path_buf();
-    let mut frames = Vec::new();
-    let mut times = std::collections::BTreeMap::new();
-    for line in contents.lines {
-        if let Input::Observed(observation) = Input::from(line.input) {
+    let frames = contents.stored;
+    let stored: BTreeSet<u64> = frames.iter().map(|stored| stored.frame).collect();
+    let mut times = BTreeMap::new();
+    for line in &contents.lines {
+        if let Input::Observed(observation) = Input::from(line?.input)
+            && stored.contains(&observation.frame_id.0)
+        {
             times.insert(
                 observation.frame_id.0,
                 (observation.captured_at, observation.kind, observation.name),
             );
         }
-        frames.extend(line.stored);
     }
     if frames.is_empty() {
         bail!("no pictures are stored in {path:?}");

@@ -1,9 +1,11 @@
 use std::borrow::Cow;
 
-use nalgebra::Point2;
+use nalgebra::{Matrix3, Point2};
 
 use super::{
     check::{
+        correction::{Correction, with_square_pixels},
+        heavy_tails::TailWeights,
         noise_inflation::{excess_variance_px2, inflated},
         odd_corners::is_grid,
     },
@@ -13,12 +15,12 @@ use super::{
     result::Calibration,
     solve::{
         bundle::{Bundle, BundleState, InvalidCorners, Observations},
-        free_homography::{self, DistortionCentrePrior},
-        initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, starts},
+        free_homography::{self, DistortionCentrePrior, FreeHomographies},
+        initial_guess::{AsSeen, NotPlanar, as_seen, distinct_views, noise_floor, starts},
         lens_model::{LensModel, LensPrior},
         model_choice::{ModelChoice, ModelSearch, Reversals, fit_models},
     },
-    summary::assemble,
+    summary::{Examined, assemble},
 };
 use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 
@@ -105,7 +107,14 @@ pub fn calibrate(
     if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
         return Err(NotCalibrated::NoGrid { view });
     }
-    let given = Given { count: views.len(), board, board_m: &board_m, image_size, params };
+    let given = Given {
+        count: views.len(),
+        board,
+        board_m: &board_m,
+        image_size,
+        params,
+        correction: None,
+    };
     let Some(repeats) = Repeats::among(views, image_size) else {
         return given.calibrate(views, observations);
     };
@@ -122,6 +131,7 @@ pub fn calibrate(
 }
 
 /// What a calibration is given beside the views.
+#[derive(Clone, Copy)]
 struct Given<'a> {
     /// Number of views, those of one held pose included.
     count: usize,
@@ -129,34 +139,71 @@ struct Given<'a> {
     board_m: &'a [Point2<f64>],
     image_size: ImageSize,
     params: &'a CalibrationParams,
+    /// What is allowed for.
+    correction: Option<&'a Correction>,
 }
 
 impl Given<'_> {
-    /// Calibrates from `views`, of which none repeats another.
+    /// Calibrates from `views`, of which none repeats another; again with the cause of a misfit allowed for, if it's clear.
     fn calibrate(
         &self,
         views: &[Vec<Corner>],
-        mut observations: Observations,
+        observations: Observations,
     ) -> Result<Calibration, NotCalibrated> {
-        let Self { count: given, board, board_m, image_size, params } = *self;
+        let problem = self.inputs(views, observations)?;
+        let undetermined = NotCalibrated::Undetermined { distinct: problem.distinct };
+        let solution = problem.solve()?;
+        let examined = Examined::of(&problem, &solution.choice);
+        if self.correction.is_none()
+            && let Some(correction) = examined.correction(&problem, &solution.choice)
+            && let Ok(corrected) = self.corrected(views, &correction)
+        {
+            return Ok(corrected);
+        }
+        assemble(&problem, &solution, &examined).ok_or(undetermined)
+    }
+
+    fn corrected(
+        &self,
+        views: &[Vec<Corner>],
+        correction: &Correction,
+    ) -> Result<Calibration, NotCalibrated> {
+        let views = correction.views(views);
+        let board_m = correction.board_m(self.board_m);
+        let params = correction.params(self.params);
+        let observations = observations(&views, &board_m)?;
+        Given { board_m: &board_m, params: &params, correction: Some(correction), ..*self }
+            .calibrate(&views, observations)
+    }
+
+    /// Everything that follows from the corners without an adjustment of the lens.
+    fn inputs<'b>(
+        &'b self,
+        views: &'b [Vec<Corner>],
+        mut observations: Observations,
+    ) -> Result<Inputs<'b>, NotCalibrated> {
+        let Self { count: given, board, board_m, image_size, params, correction } = *self;
         let as_seen = as_seen(views, board_m, image_size)
             .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
         let distinct = distinct_views(views, image_size);
-        let prior = DistortionCentrePrior::of(image_size);
-        let fit_free = |observations: &Observations| {
-            free_homography::fit(observations, prior, &as_seen.image_from_board)
-        };
-        let mut free = fit_free(&observations);
+        let mut free = self.free(views, &observations, &as_seen);
         let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
         let mut views = Cow::Borrowed(views);
         if rho > 0.0 {
             views = Cow::Owned(inflated(&views, rho));
             observations = self::observations(&views, board_m)?;
-            free = fit_free(&observations);
         }
-        let problem = Inputs {
+        let tails = free.as_ref().and_then(|free| TailWeights::of(&observations, free, board));
+        let weighted = tails.as_ref().map(|tails| tails.applied(&views));
+        if let Some(weighted) = &weighted {
+            observations = self::observations(weighted, board_m)?;
+        }
+        if rho > 0.0 || weighted.is_some() {
+            free = self.free(weighted.as_deref().unwrap_or(&views), &observations, &as_seen);
+        }
+        Ok(Inputs {
             noise_floor: noise_floor(&views),
-            views: &views,
+            views,
             board,
             board_m,
             image_size,
@@ -167,10 +214,30 @@ impl Given<'_> {
             distinct,
             given,
             excess_px: rho.sqrt(),
-        };
-        let undetermined = NotCalibrated::Undetermined { distinct };
-        let solution = problem.solve()?;
-        assemble(&problem, &solution).ok_or(undetermined)
+            tails,
+            correction,
+        })
+    }
+
+    /// Free homographies through `views`, of which `observations` were made. Their principal lines meet in the principal
+    /// point only if pixels are square, so they are fitted to square ones.
+    fn free(
+        &self,
+        views: &[Vec<Corner>],
+        observations: &Observations,
+        as_seen: &AsSeen,
+    ) -> Option<FreeHomographies> {
+        let prior = DistortionCentrePrior::of(self.image_size);
+        let aspect = self.correction.map_or(1.0, Correction::pixel_aspect);
+        if aspect == 1.0 {
+            return free_homography::fit(observations, prior, &as_seen.image_from_board);
+        }
+        let square = self::observations(&with_square_pixels(views, aspect), self.board_m).ok()?;
+        let prior = prior.with_square_pixels(aspect);
+        let squeeze = Matrix3::from_diagonal(&[1.0, 1.0 / aspect, 1.0].into());
+        let image_from_board: Vec<_> =
+            as_seen.image_from_board.iter().map(|h| squeeze * h).collect();
+        Some(free_homography::fit(&square, prior, &image_from_board)?.with_pixel_aspect(aspect))
     }
 }
 

@@ -1,12 +1,15 @@
 //! Detects whether an installed camera has changed: new views against an old calibration. `docs/method.md`, section 4.
 
-use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, SVector, Vector2, Vector3};
 
-use super::solve::{
-    bundle::{Bundle, BundleState, Observations, adjust, information_at},
-    initial_guess::noise_floor,
-    lens_model::LensModel,
-    schur_lm::inverse,
+use super::{
+    lens_change::{DistortionPull, LensChange},
+    solve::{
+        bundle::{Bundle, BundleState, Observations, adjust, information_at},
+        initial_guess::noise_floor,
+        lens_model::LensModel,
+        schur_lm::inverse,
+    },
 };
 use crate::{
     board::Checkerboard,
@@ -16,9 +19,10 @@ use crate::{
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// χ² quantile at 0.99 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit.
-const LIMIT: f64 = 11.345;
-const NONCENTRALITY_95: f64 = 22.674;
+/// χ² quantile at 0.991 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit. The rest of the
+/// false alarms, of which there is one in a hundred checks, is left to the lens.
+const LIMIT: f64 = 11.573;
+const NONCENTRALITY_95: f64 = 23.017;
 /// χ² quantiles at 0.99 with 2 and 1 degrees of freedom.
 const PP_LIMIT: f64 = 9.210;
 const F_LIMIT: f64 = 6.635;
@@ -90,13 +94,16 @@ pub struct Drift {
     pub visible_pp_px: f64,
     /// Change of the focal length that would be detected with a probability of 95 %, in pixels.
     pub visible_f_px: f64,
+    /// Largest displacement of a ray over the picture, in pixels, by a proportional change of the distortion that would be
+    /// detected with a probability of 95 %. `None` if the views leave the distortion open.
+    pub visible_lens_px: Option<f64>,
     /// Largest displacement of the image of a ray over the picture, in pixels.
     pub displacement_px: f64,
     /// Displacement above which a change matters, in pixels.
     pub matters_px: f64,
     /// Residual with the old distortion over that with a free one; far above 1 if the distortion itself changed.
     pub residual_ratio: f64,
-    /// Whether `residual_ratio` is too large for the distortion to be unchanged.
+    /// Whether the distortion changed: significantly, at 0.1 %, or so that `residual_ratio` is too large.
     pub lens_changed: bool,
     /// Whether a typical covariance was assumed because the old calibration states none.
     pub assumed: bool,
@@ -218,7 +225,10 @@ pub fn drift(
     let change_px = d.component_mul(&back);
     let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
     let residual_ratio = change.residual_ratio;
-    let lens_changed = residual_ratio > MAX_RESIDUAL_RATIO;
+    let of_distortion = SMatrix::from_fn(|i, j| old_covariance[(DISTORTION[i], DISTORTION[j])]);
+    let lens = LensChange::of(&change.distortion, &camera, &of_distortion, image_size);
+    let lens_changed =
+        residual_ratio > MAX_RESIDUAL_RATIO || lens.is_some_and(|lens| lens.is_significant);
     let mut now = old.camera;
     now.f_px *= 1.0 + change_px.x / now.f_px.x;
     now.pp_px += change_px.yz();
@@ -232,6 +242,7 @@ pub fn drift(
         f_changed: d.x * d.x / covariance[(0, 0)] > F_LIMIT,
         visible_pp_px: (NONCENTRALITY_95 / weakest.symmetric_eigenvalues().min()).sqrt(),
         visible_f_px: (NONCENTRALITY_95 / information[(0, 0)]).sqrt(),
+        visible_lens_px: lens.map(|lens| lens.visible_px),
         displacement_px: 0.0,
         matters_px,
         residual_ratio,
@@ -242,9 +253,14 @@ pub fn drift(
     };
     found.displacement_px =
         cell_centres_px(image_size).map(|px| found.displacement_at(&px).norm()).fold(0.0, f64::max);
-    let verdict = if lens_changed || (statistic > LIMIT && found.displacement_px > matters_px) {
+    if let Some(lens) = lens.filter(|lens| lens.is_significant) {
+        found.displacement_px = found.displacement_px.max(lens.displacement_px);
+    }
+    let is_significant = lens_changed || statistic > LIMIT;
+    let is_other_lens = residual_ratio > MAX_RESIDUAL_RATIO;
+    let verdict = if is_other_lens || (is_significant && found.displacement_px > matters_px) {
         DriftVerdict::Recalibrate
-    } else if statistic > LIMIT {
+    } else if is_significant {
         DriftVerdict::Watch
     } else {
         DriftVerdict::Ok
@@ -298,6 +314,7 @@ struct Change {
     unit_covariance: Matrix3<f64>,
     /// `I₃ₖ`: information between `(f, cx, cy)` and the distortion, per unit of noise.
     cross: SMatrix<f64, 3, 5>,
+    distortion: DistortionPull,
     noise_factor: f64,
     residual_ratio: f64,
 }
@@ -315,18 +332,29 @@ impl Change {
         let bundle = adjust(&observations, &fixed, None, start)?;
         let richest = LensModel::K1K2P1P2K3.freedom(true);
         let free = adjust(&observations, &richest, None, bundle.state.clone());
-        let information = information_at(&observations, &richest, &bundle.state)?;
+        let (information, gradient) = information_at(&observations, &richest, &bundle.state)?;
         let of = |bundle: &Bundle| bundle.noise_factor().max(noise_floor(views));
         let noise_factor = of(&bundle);
         let now = bundle.state.camera;
         let off = now.pp_px - old.pp_px;
         let own = Matrix3::from_fn(|i, j| information[(F_AND_PP[i], F_AND_PP[j])]);
+        let unit_covariance = inverse(&own)?;
+        let cross = SMatrix::<f64, 3, 5>::from_fn(|i, j| information[(F_AND_PP[i], DISTORTION[j])]);
+        let of_distortion =
+            SMatrix::<f64, 5, 5>::from_fn(|i, j| information[(DISTORTION[i], DISTORTION[j])]);
+        let free_noise_factor = free.as_ref().map_or(noise_factor, of);
         Some(Self {
             d_px: Vector3::new(now.f_px.x - old.f_px.x, off.x, off.y),
-            unit_covariance: inverse(&own)?,
-            cross: SMatrix::from_fn(|i, j| information[(F_AND_PP[i], DISTORTION[j])]),
+            unit_covariance,
+            cross,
+            distortion: DistortionPull {
+                information: of_distortion - cross.transpose() * unit_covariance * cross,
+                // Those of f and of the principal point are zero at the minimum.
+                gradient: SVector::from_fn(|i, _| gradient[DISTORTION[i]]),
+                noise_factor: free_noise_factor,
+            },
             noise_factor,
-            residual_ratio: free.map_or(1.0, |free| noise_factor / of(&free)),
+            residual_ratio: noise_factor / free_noise_factor,
         })
     }
 

@@ -1,6 +1,9 @@
+use std::borrow::Cow;
+
 use nalgebra::Point2;
 
 use super::{
+    check::{correction::Correction, heavy_tails::TailWeights},
     params::CalibrationParams,
     solve::{
         bundle::Observations, free_homography::FreeHomographies, initial_guess::AsSeen,
@@ -14,7 +17,7 @@ pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
 
 /// The arguments of a calibration, and everything derived from the corners before adjustment.
 pub(super) struct Inputs<'a> {
-    pub(super) views: &'a [Vec<Corner>],
+    pub(super) views: Cow<'a, [Vec<Corner>]>,
     pub(super) board: &'a Checkerboard,
     pub(super) board_m: &'a [Point2<f64>],
     pub(super) image_size: ImageSize,
@@ -29,6 +32,10 @@ pub(super) struct Inputs<'a> {
     pub(super) excess_px: f64,
     /// Smallest [`noise_factor`](crate::calibration::Bundle::noise_factor) that is believed.
     pub(super) noise_floor: f64,
+    /// Weights of the corners, if their errors have heavy tails. `observations` carry them, `views` don't.
+    pub(super) tails: Option<TailWeights>,
+    /// What the calibration allows for.
+    pub(super) correction: Option<&'a Correction>,
 }
 
 /// The lens models fitted, and which priors that took.

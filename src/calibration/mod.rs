@@ -21,6 +21,7 @@ mod drift;
 pub mod files;
 mod inputs;
 mod known_lens;
+mod lens_change;
 mod params;
 mod repeats;
 mod result;
@@ -30,7 +31,7 @@ mod summary;
 pub use acceptance::{Acceptance, AcceptanceGoal, ErrorBound, NotAGoal};
 pub use calibrate::calibrate;
 pub use check::{
-    finding::{Finding, FindingCode, Severity, Verdict, is_unfinished},
+    finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity, Verdict, is_unfinished},
     leave_out,
     limits::Limits,
     noise_findings::noise_finding,

@@ -11,6 +11,8 @@ pub struct CalibrationParams {
     pub models: Vec<LensModel>,
     /// Let every view have its own focal length, as with a zoom or an autofocus that can't be locked.
     pub varying_focal: bool,
+    /// The sensor or the picture is shifted by design: a principal point far from the middle is no reason for care.
+    pub shifted_sensor: bool,
     /// What the calibration must be good for; it's judged, and nothing else depends on it.
     pub accept: Option<AcceptanceGoal>,
     /// Relative standard deviation of the board's square size. It only enters the error of lengths: see
@@ -32,6 +34,7 @@ impl Default for CalibrationParams {
             square_pixels: true,
             models: LensModel::ALL.to_vec(),
             varying_focal: false,
+            shifted_sensor: false,
             accept: None,
             board_scale_sd: BOARD_SCALE_SD,
             noise_floor_px: None,

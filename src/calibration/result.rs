@@ -114,6 +114,12 @@ pub struct Calibration {
     pub views: Vec<ViewResult>,
     /// Standard deviation of projection over the picture.
     pub projection_sd: ProjectionSd,
+    /// 95 % quantile of the root mean square error of projection over the part of the picture that boards have covered, in
+    /// pixels; [`ProjectionSd::bound_px`] is that of the whole picture. `None` if no cell of the grid is covered.
+    pub covered_bound_px: Option<f64>,
+    /// Relative change of the focal length from the first view to the last that would have been reported. `None` if the
+    /// views are too few to tell.
+    pub visible_drift: Option<f64>,
     /// Observed over expected shift of the principal point when each view is left out in turn; near 1 if the views agree.
     /// `None` below four different views.
     pub skip_one_ratio: Option<f64>,
@@ -140,6 +146,13 @@ impl Calibration {
             }
             _ => self.camera,
         }
+    }
+
+    /// 95 % quantile of the root mean square error of projection over the picture, in pixels. `None` if the lens model folds
+    /// inside the picture, where nothing bounds the error.
+    pub fn picture_bound_px(&self) -> Option<f64> {
+        let sd = &self.projection_sd;
+        (sd.unmapped == 0).then_some(sd.bound_px)
     }
 
     /// Standard deviation of each lens parameter, in the order of [`LENS_PARAMETERS`].

@@ -1,14 +1,17 @@
 //! Builds the [`Calibration`] from the solver's minimum: every view, every method, every check.
 
-use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3};
 
 use super::{
     acceptance::acceptance,
     check::{
+        correction::Correction,
         disagreement::Disagreement,
         finding::Verdict,
+        heavy_tails::TailWeights,
         held_out, leave_out,
         misfit_diagnosis::{Causes, causes},
+        next_radial::next_radial_doubt,
         noise_correlation::{NoiseCorrelation, noise_correlation},
         odd_corners::odd_corners,
         projection_sd::projection_jacobian,
@@ -34,6 +37,9 @@ use crate::geometry::{
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
+/// Different views that are advised.
+const VIEWS_ADVISED: usize = 8;
+
 /// The resulting lens and its covariance.
 struct Lens {
     model: LensModel,
@@ -44,28 +50,62 @@ struct Lens {
     noise_factor: f64,
 }
 
+/// What the residuals of the richest lens model say about noise and causes.
+pub(super) struct Examined {
+    correlation: Option<NoiseCorrelation>,
+    causes: Causes,
+    /// By how much the corners claim to tell more about the lens than they do, at least 1.
+    overcount: f64,
+}
+
+impl Examined {
+    pub(super) fn of(inputs: &Inputs<'_>, choice: &ModelChoice) -> Self {
+        let correlation = inputs.noise_correlation(choice);
+        let overcount = correlation
+            .as_ref()
+            .zip(choice.bundles.last())
+            .map_or(1.0, |(correlation, richest)| {
+                correlation.overcount(richest, inputs.noise_floor)
+            });
+        let causes = inputs.causes(choice, correlation.as_ref().map_or(0.0, |c| c.gain));
+        Self { correlation, causes, overcount }
+    }
+
+    /// What a better calibration would allow for, if that's clear.
+    pub(super) fn correction(
+        &self,
+        inputs: &Inputs<'_>,
+        choice: &ModelChoice,
+    ) -> Option<Correction> {
+        let n = inputs.observations.coordinate_count() as f64;
+        Correction::of(&self.causes, choice.bundles.last()?, n, self.overcount)
+    }
+}
+
 /// Summarises `solution`. `None` if its covariance isn't finite.
-pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calibration> {
+pub(super) fn assemble(
+    inputs: &Inputs<'_>,
+    solution: &Solution,
+    examined: &Examined,
+) -> Option<Calibration> {
     let choice = &solution.choice;
     let bundle = choice.bundle();
     let noise_floor = inputs.noise_floor;
-    let correlation = inputs.noise_correlation(choice);
-    let overcount = correlation
-        .as_ref()
-        .zip(choice.bundles.last())
-        .map_or(1.0, |(correlation, richest)| correlation.overcount(richest, noise_floor));
-    let plain = choice.averaged_covariance(noise_floor, overcount)?;
-    let causes = inputs.causes(choice, correlation.as_ref().map_or(0.0, |c| c.gain));
+    let Examined { correlation, causes, overcount } = examined;
+    let of_tails = inputs.tails.as_ref().map_or(1.0, TailWeights::variance_factor);
+    let plain = choice.averaged_covariance(noise_floor, *overcount)? * of_tails * inputs.alike();
     let correlated =
         correlation.as_ref().map_or_else(LensMatrix::zeros, |c| c.doubt(choice, noise_floor));
-    let doubt = causes.doubt + correlated;
+    let next_radial = inputs.next_radial_doubt(choice, *overcount);
+    let allowed_for = inputs.correction.map_or_else(LensMatrix::zeros, |c| c.doubt);
+    let doubt = causes.doubt + correlated + next_radial + allowed_for;
     let free = inputs.free.as_ref();
     let pp_doubt_px2: Matrix2<f64> = doubt.fixed_view::<2, 2>(2, 2).into();
     let disagreement =
         free.map(|free| Disagreement::between(choice, free, noise_floor, &pp_doubt_px2));
     // Lines of symmetry pass through the principal point only if pixels are square.
     let contradiction = disagreement
-        .filter(|_| inputs.params.square_pixels)
+        .filter(|_| inputs.params.square_pixels || inputs.correction.is_some())
         .map_or(1.0, |disagreement| disagreement.variance_factor());
     let varying = free
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
@@ -82,8 +122,12 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         _ => alone,
     };
     let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;
-    let noise_px = noise_factor * typical_sigma_px(inputs.views);
-    let projection_sd = projection_jacobian(&camera, inputs.image_size)?.sd(&covariance_all);
+    let noise_px = noise_factor * typical_sigma_px(&inputs.views);
+    let jacobian = projection_jacobian(&camera, inputs.image_size)?;
+    let projection_sd = jacobian.sd(&covariance_all);
+    let outlines = inputs.outlines();
+    let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
+    let covered_bound_px = jacobian.bound_px_inside(&covariance_all, is_covered);
     let pp_covariance_px2: Matrix2<f64> = covariance.fixed_view::<2, 2>(2, 2).into();
     let views: Vec<ViewResult> = match &varying {
         Some(varying) => inputs.views_of_varying(varying, &bundle.state),
@@ -95,7 +139,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         .then(|| leave_out::leave_one_out(bundle, bundle.noise_factor().max(noise_floor)))
         .flatten()
         .map(|left_out| left_out.ratio / inflation.sqrt());
-    let coverage = coverage(&inputs.outlines(), inputs.image_size);
+    let coverage = coverage(&outlines, inputs.image_size);
     let view_evidence: Vec<ViewEvidence> = views
         .iter()
         .zip(&inputs.as_seen.image_from_board)
@@ -108,7 +152,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         .collect();
     let odd_corners = odd_corners(&inputs.observations, &bundle.state);
     let held_out = (inputs.distinct > held_out::VIEWS_NEEDED)
-        .then(|| held_out::check(&inputs.observations, bundle, inputs.views))
+        .then(|| held_out::check(&inputs.observations, bundle, &inputs.views))
         .flatten();
     let findings = trust_checks::check(&Evidence {
         image_size: inputs.image_size,
@@ -120,8 +164,9 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         },
         free,
         views: &view_evidence,
-        seen: inputs.views,
-        causes: &causes,
+        seen: &inputs.views,
+        causes,
+        correction: inputs.correction,
         odd_corners: &odd_corners,
         held_out,
         known_lens: combined.as_ref(),
@@ -137,6 +182,7 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         noise_correlation: correlation.as_ref(),
         noise_floor_px: inputs.params.noise_floor_px,
         noise_floor,
+        shifted_sensor: inputs.params.shifted_sensor,
         prior_used: solution.prior_used,
         focal_prior_used: solution.focal_prior_used,
     });
@@ -160,6 +206,8 @@ pub(super) fn assemble(inputs: &Inputs<'_>, solution: &Solution) -> Option<Calib
         principal_point: inputs.principal_points(choice, free, of_bundle * contradiction),
         views,
         projection_sd,
+        covered_bound_px,
+        visible_drift: causes.visible_drift,
         skip_one_ratio,
         noise_floor_px: inputs.params.noise_floor_px,
         acceptance: goal,
@@ -212,10 +260,33 @@ impl Inputs<'_> {
         let richest = choice.bundles.last();
         match richest {
             Some(richest) if self.distinct >= VIEWS_WITHOUT_PRIOR => {
-                causes(&self.observations, richest, self.image_size, self.noise_floor, noise_gain)
+                let (size, result) = (self.image_size, &choice.fit().camera);
+                causes(&self.observations, richest, result, size, self.noise_floor, noise_gain)
             }
             _ => Causes::none(),
         }
+    }
+
+    /// Variance over what the corners say, as nearly alike views err alike: with fewer than [`VIEWS_ADVISED`] that differ, those that
+    /// repeat them don't count.
+    fn alike(&self) -> f64 {
+        let views = self.views.len().min(VIEWS_ADVISED) as f64;
+        (views / self.distinct.max(1) as f64).max(1.0)
+    }
+
+    /// Doubt from the radial term that even the richest lens model leaves out. Zero if that model isn't allowed: who names a
+    /// simpler one knows the lens.
+    fn next_radial_doubt(&self, choice: &ModelChoice, overcount: f64) -> LensMatrix {
+        choice
+            .bundles
+            .last()
+            .filter(|_| Some(&choice.richest_allowed) == LensModel::ALL.last())
+            .and_then(|richest| {
+                let k1 = choice.fit().camera.distortion.k1;
+                let (size, noise_floor) = (self.image_size, self.noise_floor);
+                next_radial_doubt(&self.observations, richest, k1, size, noise_floor, overcount)
+            })
+            .unwrap_or_else(LensMatrix::zeros)
     }
 
     /// Whether neighbouring corners err alike, under the richest lens model.

@@ -47,6 +47,10 @@ pub(super) struct Arguments {
     board: BoardArguments,
     #[command(flatten)]
     goal: AcceptArguments,
+    /// The principal point is far from the middle of the picture by design, as with a shift lens or a cropped
+    /// picture: don't warn about it.
+    #[arg(long)]
+    shifted_sensor: bool,
     /// Width and height of the corner table's pictures.
     #[arg(long, value_name = "WxH")]
     image_size: Option<Size>,
@@ -84,6 +88,7 @@ impl Arguments {
         let mut config = self.board.config_for(&self.inputs)?;
         self.goal.apply(&mut config);
         config.calibration.varying_focal |= self.varying_focal;
+        config.calibration.shifted_sensor |= self.shifted_sensor;
         let board = config.board()?;
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         for path in self.out.iter().chain(&self.report) {

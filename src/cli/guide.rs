@@ -46,8 +46,12 @@ pub(super) struct Arguments {
     board: BoardArguments,
     #[command(flatten)]
     goal: AcceptArguments,
+    /// The principal point is far from the middle of the picture by design, as with a shift lens or a cropped
+    /// picture: don't warn about it.
+    #[arg(long)]
+    shifted_sensor: bool,
     /// Resume this session with its original settings.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config", "accept", "board_scale_error"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config", "accept", "board_scale_error", "shifted_sensor"])]
     session: Option<PathBuf>,
     /// Compare the result with this older calibration and report what has changed. The older file isn't
     /// changed.
@@ -128,6 +132,7 @@ impl Arguments {
     fn opening(&self) -> anyhow::Result<Opening> {
         let mut config = self.board.config()?;
         self.goal.apply(&mut config);
+        config.calibration.shifted_sensor |= self.shifted_sensor;
         Ok(Opening {
             source: self.source.clone().unwrap_or_else(|| "auto".into()),
             backend: self.backend.map(Into::into),

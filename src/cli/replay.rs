@@ -21,7 +21,7 @@ use crate::{
         redetect::{change, redetect},
         result::{Conclusion, conclude},
     },
-    recording::Rounding,
+    recording::{Replayed, Rounding},
     text,
 };
 
@@ -78,13 +78,13 @@ impl Arguments {
     fn replay(&self, path: &Path) -> anyhow::Result<Exit> {
         let mut journal = JournalReading::of(path)?;
         let config = journal.header.config.with(&self.settings)?;
-        if journal.cut {
+        if journal.contents.cut {
             say(text::replay::CUT);
         }
         if self.redetect {
             let threads =
                 self.threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
-            let progress = Progress::new(FINDING, journal.stored().len());
+            let progress = Progress::new(FINDING, journal.contents.stored.len());
             let (searched, observed) =
                 redetect(&mut journal, &config.board()?, threads, || progress.step())?;
             progress.finish();
@@ -92,7 +92,7 @@ impl Arguments {
         }
         let mut checksum = crc32fast::Hasher::new();
         let mut steps = Vec::new();
-        let progress = Progress::new("replaying", journal.lines.len());
+        let progress = Progress::new("replaying", journal.contents.lines.len());
         let again = journal.decide_again(&config, |session, decision| {
             if self.gui {
                 steps.push(session.snapshot(*decision));
@@ -103,15 +103,17 @@ impl Arguments {
             progress.step();
         })?;
         progress.finish();
-        let (count, differences) = (journal.lines.len(), again.differences);
+        let count = journal.contents.lines.len();
+        let Replayed { different_lines, differences, rounding, .. } = &again.replayed;
+        let different_count = different_lines.len();
         let crc32 = format!("{:08x}", checksum.finalize());
-        let Rounding { count: rounded, largest } = again.rounding;
-        say(&format!("{} of {count} decisions differ from the recording", differences.len()));
+        let Rounding { count: rounded, largest } = *rounding;
+        say(&format!("{different_count} of {count} decisions differ from the recording"));
         for difference in differences.iter().take(SHOWN) {
             say(&format!("  line {} of the journal: {}", difference.line, change(difference)));
         }
-        if differences.len() > SHOWN {
-            say(&format!("  and {} more", differences.len() - SHOWN));
+        if different_count > SHOWN {
+            say(&format!("  and {} more", different_count - SHOWN));
         }
         if rounded > 0 {
             say(&format!(
@@ -120,11 +122,17 @@ impl Arguments {
         }
         let Conclusion { exit, result } = conclude(&again.session, &journal.header, &announcer());
         let asked_for_change = self.redetect || !self.settings.is_empty();
-        let exit = if differences.is_empty() || asked_for_change { exit } else { Exit::Failed };
+        let exit = if different_count == 0 || asked_for_change { exit } else { Exit::Failed };
         if self.json {
             let mut result = result.to_json()?;
             result["session"] = json!(path.display().to_string());
-            result["decisions"] = json!({ "count": count, "crc32": crc32, "different": differences, "rounded": rounded });
+            result["decisions"] = json!({
+                "count": count,
+                "crc32": crc32,
+                "different_count": different_count,
+                "different": differences,
+                "rounded": rounded,
+            });
             print(&result.to_string())?;
         }
         if self.gui {
@@ -132,8 +140,8 @@ impl Arguments {
             super::window::replay(crate::app::recordings::decided(
                 path,
                 steps,
-                &differences,
-                journal.stored(),
+                &again.replayed,
+                journal.contents.stored,
             )?)?;
         }
         Ok(exit)

@@ -162,6 +162,8 @@ pub struct CalibrationConfig {
     pub square_pixels: bool,
     #[serde(default)]
     pub varying_focal: bool,
+    #[serde(default)]
+    pub shifted_sensor: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_lens: Option<KnownLens>,
 }
@@ -361,6 +363,7 @@ impl Config {
         CalibrationParams {
             square_pixels: self.calibration.square_pixels,
             varying_focal: self.calibration.varying_focal,
+            shifted_sensor: self.calibration.shifted_sensor,
             known_lens: self.calibration.known_lens,
             accept: self.guidance.accept,
             board_scale_sd: self.board.scale_error_percent / 100.0,

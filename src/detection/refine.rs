@@ -90,6 +90,7 @@ impl Refiner {
         let mut corners = Vec::with_capacity(wanted);
         corners.extend(fits().map(|fit| fit.corner));
         self.bent_edges.correct(&self.fits, columns, &mut corners);
+        corners.iter_mut().for_each(|corner| *corner = corner.in_few_digits());
         let motion_px = motion_px(image, &self.fits, &mut self.scratch);
         Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
     }

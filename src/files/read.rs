@@ -3,7 +3,7 @@
 use std::{
     fs::File,
     io::{BufRead, BufReader, Read},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use super::{
@@ -79,25 +79,33 @@ pub fn read_text(path: &Path, limit_bytes: u64, links: Links) -> Result<String, 
     String::from_utf8(bytes).map_err(|_| FileError::NotText { path: path.to_path_buf() })
 }
 
-/// Calls `each` with every line of a file, its line break included, until it returns false. A line longer than
-/// `limit_bytes` comes in pieces without a line break.
-///
-/// # Errors
-///
-/// As [`open`].
-pub fn lines_of(
-    path: &Path,
+/// The lines of a file, one after the other, in the same buffer.
+#[derive(Debug)]
+pub struct LineReader {
+    reader: BufReader<File>,
     limit_bytes: u64,
-    links: Links,
-    mut each: impl FnMut(&[u8]) -> bool,
-) -> Result<(), FileError> {
-    let mut reader = BufReader::with_capacity(1 << 16, open(path, links)?);
-    let mut line = Vec::new();
-    loop {
+    path: PathBuf,
+}
+
+impl LineReader {
+    /// Opens the file at `path`. A line longer than `limit_bytes` comes in pieces without a line break.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`].
+    pub fn open(path: &Path, limit_bytes: u64, links: Links) -> Result<Self, FileError> {
+        let reader = BufReader::with_capacity(1 << 16, open(path, links)?);
+        Ok(Self { reader, limit_bytes, path: path.to_path_buf() })
+    }
+
+    /// Reads the next line into `line`, its line break included; false at the end of the file.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError::Read`].
+    pub fn read(&mut self, line: &mut Vec<u8>) -> Result<bool, FileError> {
         line.clear();
-        let got = (&mut reader).take(limit_bytes).read_until(b'\n', &mut line);
-        if got.map_err(FileError::reading(path))? == 0 || !each(&line) {
-            return Ok(());
-        }
+        let got = (&mut self.reader).take(self.limit_bytes).read_until(b'\n', line);
+        Ok(got.map_err(FileError::reading(&self.path))? > 0)
     }
 }

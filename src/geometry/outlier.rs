@@ -31,8 +31,16 @@ pub struct OutlierLine {
     pub index: usize,
     /// Distance from the point in pixels, signed.
     pub distance_px: f64,
-    /// Distance in standard deviations, scaled by the spread of the other lines.
+    /// Distance in standard deviations of line and point, scaled by the spread of the other lines.
     pub sigmas: f64,
+}
+
+impl OutlierLine {
+    /// The same line, if its distance varies `times` as much. `None` if it then may be a good one.
+    pub fn with_variance(self, times: f64) -> Option<Self> {
+        let sigmas = self.sigmas / times.sqrt();
+        (sigmas * sigmas > REJECTED).then_some(Self { sigmas, ..self })
+    }
 }
 
 /// Why outliers can't be identified.
@@ -106,10 +114,13 @@ pub fn consistent_lines(lines: &[PrincipalLine]) -> Result<ConsistentLines, Outl
         .iter()
         .enumerate()
         .filter(|(index, _)| !kept[*index])
-        .map(|(index, line)| OutlierLine {
-            index,
-            distance_px: line.distance_px(&pp.px),
-            sigmas: (square(line, &pp) / variance_scale).sqrt(),
+        .filter_map(|(index, line)| {
+            let (distance_px, own) = (line.distance_px(&pp.px), line.variance_of_distance(&pp.px));
+            let sigmas = distance_px.abs() / (own * variance_scale).sqrt();
+            // The point is that of the other lines, which may leave it open in just this direction.
+            let normal = line.normal();
+            let of_point = (normal.transpose() * pp.covariance_px2 * normal).x;
+            OutlierLine { index, distance_px, sigmas }.with_variance(1.0 + of_point / own)
         })
         .collect();
     Ok(ConsistentLines { pp, variance_scale, outliers })

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     CameraTable, Journal, JournalContents, RecordedOutcome, RecordingError, Stored,
-    journal::checksum,
+    envelope::checksum,
 };
 use crate::{
     config::Config,
@@ -273,11 +273,11 @@ fn lock(path: &Path) -> Result<File, RecordingError> {
 /// A crash can leave a picture whose line was never written: one, each time that the program ran.
 pub fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
     let named: std::collections::BTreeSet<PathBuf> = contents
-        .lines
+        .stored
         .iter()
-        .filter_map(|line| Some(path.join(FrameId(line.stored.as_ref()?.frame).stored_name())))
+        .map(|stored| path.join(FrameId(stored.frame).stored_name()))
         .collect();
-    let runs = 1 + contents.lines.iter().filter(|line| line.is_resumed()).count();
+    let runs = 1 + contents.resumed;
     let is_picture = |file: &PathBuf| file.extension().is_some_and(|ending| ending == "png");
     let nameless = entries(&path.join(FRAMES))
         .iter()
@@ -287,10 +287,15 @@ pub fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> 
 }
 
 /// How many views the lines record as taken, removed ones included.
-pub fn views_taken(contents: &JournalContents) -> usize {
-    let taken =
-        |line: &&super::Line| matches!(line.outcome(), Some(RecordedOutcome::Accepted { .. }));
-    contents.lines.iter().filter(taken).count()
+///
+/// # Errors
+///
+/// As [`LinesWalk`](super::LinesWalk).
+pub fn views_taken(contents: &JournalContents) -> Result<usize, RecordingError> {
+    contents.lines.iter().try_fold(0, |count, line| {
+        let is_taken = matches!(line?.outcome(), Some(RecordedOutcome::Accepted { .. }));
+        Ok(count + usize::from(is_taken))
+    })
 }
 
 /// The bytes of a stored picture of the session at `session`, checked.

@@ -47,13 +47,6 @@ pub struct Line {
     pub stored: Option<Stored>,
 }
 
-impl Line {
-    /// Whether the session was resumed here.
-    pub fn is_resumed(&self) -> bool {
-        matches!(self.input, InputLine::Resumed)
-    }
-}
-
 /// A picture in `frames/`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

@@ -2,19 +2,16 @@
 
 use std::path::Path;
 
-use serde_json::value::RawValue;
-
 use super::{
+    envelope::{Glance, checksum, enveloped, glance},
     error::{Damage, RecordingError},
     format::{Envelope, InputLine, Line, Stored},
+    lines::{LINE_LIMIT, Lines},
 };
 use crate::{
-    files::{Appending, Links, lines_of},
+    files::{Appending, LineReader, Links},
     session::{Decision, Input},
 };
-
-/// The longest line that is read: ten times that of the largest board.
-const LINE_LIMIT: u64 = 16 << 20;
 
 /// The open journal.
 #[derive(Debug)]
@@ -31,10 +28,14 @@ pub struct Journal {
 }
 
 /// What a journal holds.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct JournalContents {
-    /// Its lines in order.
-    pub lines: Vec<Line>,
+    /// Its whole lines in order.
+    pub lines: Lines,
+    /// The pictures stored with them, in order.
+    pub stored: Vec<Stored>,
+    /// How often the session was resumed.
+    pub resumed: usize,
     /// Bytes up to the end of the last whole line.
     pub whole_bytes: u64,
     /// Whether the end was cut and is left out: part of a line, or lines that had not been synced.
@@ -158,28 +159,35 @@ impl Journal {
         Self::scan(path).map(|(contents, _)| contents)
     }
 
+    /// Looks through the journal once: checksums, numbers and pictures. What else is in a line is read by the walks
+    /// through [`Lines`].
     fn scan(path: &Path) -> Result<(JournalContents, Option<Damage>), RecordingError> {
         let mut contents = JournalContents::default();
         let mut damage = None;
-        lines_of(path, LINE_LIMIT, Links::Refused, |line| {
-            let due = contents.lines.len() as u64;
+        let mut count = 0;
+        let mut reader = LineReader::open(path, LINE_LIMIT, Links::Refused)?;
+        let mut line = Vec::new();
+        while reader.read(&mut line)? {
+            let due = count as u64;
             let whole = line.strip_suffix(b"\n");
             match (&damage, whole) {
                 (None, None) if (line.len() as u64) < LINE_LIMIT => contents.cut = true,
                 (None, None) => {
                     let reason = "it is longer than any line".to_owned();
-                    damage = Some(Damage { line: contents.lines.len() + 1, reason });
+                    damage = Some(Damage { line: count + 1, reason });
                     contents.cut = false;
-                    return false;
+                    break;
                 }
-                (None, Some(text)) => match parse(text, due) {
-                    Ok((parsed, header_crc32)) => {
-                        contents.lines.push(parsed);
+                (None, Some(text)) => match glance(text, due) {
+                    Ok(Glance { stored, is_resumed, header_crc32 }) => {
+                        count += 1;
+                        contents.stored.extend(stored);
+                        contents.resumed += usize::from(is_resumed);
                         contents.header_crc32 = contents.header_crc32.take().or(header_crc32);
                         contents.whole_bytes += line.len() as u64;
                     }
                     Err(reason) => {
-                        damage = Some(Damage { line: contents.lines.len() + 1, reason });
+                        damage = Some(Damage { line: count + 1, reason });
                         // No text has a zero: the file system never got these bytes.
                         // A hole may have taken the end of a line, and joined the next whole one to it.
                         contents.cut = text.contains(&0)
@@ -192,39 +200,14 @@ impl Journal {
                 }
                 (Some(_), None) => {}
             }
-            true
-        })?;
+        }
+        contents.lines = Lines::of(path, count);
         let damage = damage.filter(|_| !contents.cut);
         Ok((contents, damage))
     }
 }
 
-/// The envelope of a line whose checksum is right.
-fn enveloped(text: &[u8]) -> Result<Envelope, String> {
-    let envelope: Envelope = serde_json::from_slice(text).map_err(|err| err.to_string())?;
-    if envelope.crc32 != checksum(envelope.body.get().as_bytes()) {
-        return Err("its checksum does not match".into());
-    }
-    Ok(envelope)
-}
-
 /// The whole line behind the last zero, if there is one.
 fn after_hole(text: &[u8]) -> Option<Envelope> {
     enveloped(text.rsplit(|byte| *byte == 0).next()?).ok()
-}
-
-/// The line of that number, and the checksum of `session.toml` if it states one.
-fn parse(text: &[u8], seq: u64) -> Result<(Line, Option<String>), String> {
-    let envelope = enveloped(text)?;
-    if envelope.seq != seq {
-        return Err(format!("it is number {}, number {seq} was due", envelope.seq));
-    }
-    let body: &RawValue = &envelope.body;
-    let line = serde_json::from_str(body.get()).map_err(|err| err.to_string())?;
-    Ok((line, envelope.session))
-}
-
-/// CRC-32, hexadecimal.
-pub(super) fn checksum(bytes: &[u8]) -> String {
-    format!("{:08x}", crc32fast::hash(bytes))
 }

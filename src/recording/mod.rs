@@ -35,10 +35,12 @@
 
 mod camera_line;
 mod camera_table;
+mod envelope;
 mod error;
 mod folder;
 mod format;
 mod journal;
+mod lines;
 mod recovery;
 mod replay;
 
@@ -50,5 +52,6 @@ pub use folder::{Header, SessionFolder, missing_lines, stored_frame, views_taken
 pub use format::journal_line_schema;
 pub use format::{Line, Stored};
 pub use journal::{Journal, JournalContents};
+pub use lines::{Lines, LinesWalk};
 pub use recovery::{Recovered, recover};
-pub use replay::{Difference, RecordedOutcome, Rounding, replay, take_rounding};
+pub use replay::{Difference, MOST_KEPT, RecordedOutcome, Replayed, Rounding, replay};

@@ -39,8 +39,12 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
     })?;
     make_folder(&draft.path().join("frames"))?;
     let mut journal = Journal::create(&draft.path().join(JOURNAL), header_crc32)?;
-    let mut recovered = Recovered { lines: contents.lines.len(), lost_pictures: 0 };
-    for mut line in contents.lines {
+    let mut recovered = Recovered { lines: 0, lost_pictures: 0 };
+    for line in &contents.lines {
+        let mut line = match line {
+            Err(RecordingError::Damaged { .. }) => break,
+            line => line?,
+        };
         if let Some(stored) = line.stored.take() {
             let name = FrameId(stored.frame).stored_name();
             match stored_bytes(from, &stored) {
@@ -52,6 +56,7 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
             }
         }
         journal.append_line(&line)?;
+        recovered.lines += 1;
     }
     journal.sync()?;
     let header = read(&from.join(HEADER), HEADER_LIMIT, Links::Refused)?;

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::Line;
+use super::{Line, RecordingError};
 use crate::{
     guidance::Role,
     session::{Decision, Input, Session, ViewNumber},
@@ -94,16 +94,35 @@ pub struct Rounding {
     pub largest: f64,
 }
 
-/// Takes the decisions that differ by rounding only out of `differences`, for they are no other decisions.
-pub fn take_rounding(differences: &mut Vec<Difference>) -> Rounding {
-    let mut taken = Rounding::default();
-    differences.retain(|difference| {
-        let Some(rounding) = difference.rounding() else { return true };
-        taken.count += 1;
-        taken.largest = taken.largest.max(rounding);
-        false
-    });
-    taken
+/// How replayed decisions compare with the recorded ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replayed {
+    /// Lines of the journal, from 1, whose decisions differ by more than rounding.
+    pub different_lines: Vec<usize>,
+    /// The first [`MOST_KEPT`] of these decisions.
+    pub differences: Vec<Difference>,
+    /// Whether any of them does something else to the views.
+    pub changes_views: bool,
+    /// Decisions that differ by rounding only.
+    pub rounding: Rounding,
+}
+
+/// Differing decisions whose texts are kept: those of a long session would fill the memory.
+pub const MOST_KEPT: usize = 1000;
+
+impl Replayed {
+    fn add(&mut self, difference: Difference) {
+        if let Some(rounding) = difference.rounding() {
+            self.rounding.count += 1;
+            self.rounding.largest = self.rounding.largest.max(rounding);
+            return;
+        }
+        self.changes_views |= difference.changes_views();
+        self.different_lines.push(difference.line);
+        if self.differences.len() < MOST_KEPT {
+            self.differences.push(difference);
+        }
+    }
 }
 
 /// How far the numbers of two values are apart at most; infinitely far if anything else differs.
@@ -125,24 +144,29 @@ fn apart(a: &Value, b: &Value) -> f64 {
     }
 }
 
-/// Handles the input of every line, calls `seen` after each, and returns the decisions that differ.
+/// Handles the input of every line, calls `seen` after each, and compares the decisions.
+///
+/// # Errors
+///
+/// The first error among `lines`.
 pub fn replay(
     session: &mut Session,
-    lines: Vec<Line>,
+    lines: impl IntoIterator<Item = Result<Line, RecordingError>>,
     mut seen: impl FnMut(&Session, &Decision),
-) -> Vec<Difference> {
-    let mut differences = Vec::new();
+) -> Result<Replayed, RecordingError> {
+    let mut compared = Replayed::default();
     for (index, line) in lines.into_iter().enumerate() {
-        let recorded = line.decision.get().to_owned();
-        let decision = session.handle(&Input::from(line.input));
+        let Line { input, decision: recorded, .. } = line?;
+        let decision = session.handle(&Input::from(input));
         // A decision is numbers, flags and fixed names; it always has a JSON form.
         let replayed = serde_json::to_string(&decision).unwrap_or_default();
-        if replayed != recorded {
-            differences.push(Difference { line: index + 1, recorded, replayed });
+        if replayed != recorded.get() {
+            let recorded = recorded.get().to_owned();
+            compared.add(Difference { line: index + 1, recorded, replayed });
         }
         seen(session, &decision);
     }
-    differences
+    Ok(compared)
 }
 
 #[cfg(test)]
@@ -173,18 +197,26 @@ mod tests {
     }
 
     #[test]
-    fn rounding_is_taken_out_and_counted() {
+    fn rounding_is_counted_apart_and_not_all_texts_are_kept() {
         let difference = |line: usize, replayed: &str| Difference {
             line,
             recorded: r#"{"tilt_rad":0.5}"#.into(),
             replayed: format!(r#"{{"tilt_rad":{replayed}}}"#),
         };
-        let other = difference(2, "0.6");
-        let mut all =
-            vec![difference(1, "0.50000000001"), other.clone(), difference(3, "0.50000000002")];
-        let taken = take_rounding(&mut all);
-        assert_eq!(all, [other]);
-        assert_eq!(taken.count, 2);
-        assert!((1.9e-11..2.1e-11).contains(&taken.largest), "{}", taken.largest);
+        let mut compared = Replayed::default();
+        compared.add(difference(1, "0.50000000001"));
+        compared.add(difference(2, "0.6"));
+        compared.add(difference(3, "0.50000000002"));
+        assert_eq!(compared.different_lines, [2]);
+        assert_eq!(compared.differences, [difference(2, "0.6")]);
+        let Rounding { count, largest } = compared.rounding;
+        assert_eq!(count, 2);
+        assert!((1.9e-11..2.1e-11).contains(&largest), "{largest}");
+        assert!(!compared.changes_views);
+        for line in 4..4 + 2 * MOST_KEPT {
+            compared.add(difference(line, "0.7"));
+        }
+        assert_eq!(compared.different_lines.len(), 1 + 2 * MOST_KEPT);
+        assert_eq!(compared.differences.len(), MOST_KEPT);
     }
 }

@@ -126,6 +126,13 @@ pub(super) fn numbers(calibration: &CalibrationFile) -> String {
             format!("{}, {} px", brief_data(projection.mean, 2), brief_data(projection.max, 2));
         rows += &row(name::PROJECTION, &[both]);
     }
+    let bound = calibration.bound_px.and_then(|b| result::error_bound(b.picture, b.covered));
+    if let Some(bound) = bound {
+        rows += &row(name::BOUND, &[bound]);
+    }
+    if let Some(change) = calibration.visible_drift {
+        rows += &row(name::FOCUS, &[result::unseen_drift(change)]);
+    }
     if let Some(noise_px) = lens.noise_px {
         rows += &row(name::NOISE, &[format!("{} px", brief_data(noise_px, 2))]);
     }

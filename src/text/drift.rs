@@ -8,10 +8,21 @@ use crate::{
     device::{Control, Lock},
 };
 
+/// Residuals with the old distortion over those with a new one, from which on they are worth a word.
+const LARGE_RATIO: f64 = 1.2;
+
 /// The verdict with its numbers, and the next action.
 pub fn drift(drift: &Drift) -> (String, &'static str) {
     let (moved, limit) = apart(drift.displacement_px, drift.matters_px, 2);
-    if drift.lens_changed {
+    if drift.lens_changed && drift.verdict == DriftVerdict::Recalibrate {
+        if drift.residual_ratio < LARGE_RATIO {
+            return (
+                format!(
+                    "RECALIBRATE: the distortion changed; it moves points by up to {moved} px, above your {limit} px limit"
+                ),
+                "Recalibrate. Look for a changed focus or zoom, or another lens.",
+            );
+        }
         return (
             format!(
                 "RECALIBRATE: the old distortion doesn't fit (residuals {:.1} times as large as with a new one)",
@@ -24,7 +35,10 @@ pub fn drift(drift: &Drift) -> (String, &'static str) {
         DriftVerdict::Ok => (
             format!(
                 "OK: no change detected (smallest detectable: {:.1} px)",
-                drift.visible_pp_px.max(drift.visible_f_px)
+                drift
+                    .visible_pp_px
+                    .max(drift.visible_f_px)
+                    .max(drift.visible_lens_px.unwrap_or_default())
             ),
             "Keep the calibration.",
         ),
@@ -49,10 +63,12 @@ pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
         ("focal length", format!("changed by {f:+.2} ± {sd_f:.2} px")),
         ("principal point", format!("changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
         ("projection", format!("shifted by up to {moved_px:.2} px (limit {matters_px:.2} px)")),
-        (
-            "smallest detectable change",
-            format!("principal point {pp_px:.1} px, focal length {f_px:.1} px"),
-        ),
+        ("smallest detectable change", {
+            let lens =
+                drift.visible_lens_px.map(|px| format!(", distortion {px:.1} px at the edge"));
+            let lens = lens.unwrap_or_default();
+            format!("principal point {pp_px:.1} px, focal length {f_px:.1} px{lens}")
+        }),
     ]
 }
 

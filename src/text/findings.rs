@@ -3,8 +3,8 @@
 use super::{acceptance, apart};
 use crate::{
     calibration::{
-        Calibration, Finding, FindingCode, NotCalibrated, Severity, Verdict, files::FindingWords,
-        is_unfinished,
+        Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, Severity, Verdict,
+        files::FindingWords, is_unfinished,
     },
     session::ViewSummary,
 };
@@ -141,11 +141,22 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             ),
             "Retake that pose and remove this view. Check that the board is flat.",
         ),
-        FindingCode::FocusMoved { relative_sd, .. } => (
-            format!(
-                "The focus or zoom moved: the focal length varies by {:.2} % (sd) between views",
-                100.0 * relative_sd
-            ),
+        FindingCode::FocusMoved { relative_sd, motion, .. } => (
+            match motion {
+                FocusMotion::Scattered => format!(
+                    "The focus or zoom moved: the focal length varies by {:.2} % (sd) between views",
+                    100.0 * relative_sd
+                ),
+                FocusMotion::Drift { change } => format!(
+                    "The focus drifted: the focal length changed by {:+.2} % from the first view to the last",
+                    100.0 * change
+                ),
+                FocusMotion::Jump { view, change } => format!(
+                    "The focus or zoom moved before view {}: the focal length changed by {:+.2} %",
+                    called(view),
+                    100.0 * change
+                ),
+            },
             "The principal point is still usable. For one focal length, lock focus and zoom and start over.",
         ),
         FindingCode::FocalVaries { f_px, scatter_px } => (
@@ -162,15 +173,22 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             "Calibrate each camera, mode and orientation separately. Switch off automatic rotation, zoom and framing.",
         ),
         FindingCode::PixelsNotSquare { aspect, .. } => (
-            format!("The pixels aren't square: height to width {aspect:.4}"),
-            "If the camera stretches its pictures, calibrate with --set calibration.square_pixels=false. Otherwise measure the board in both directions.",
+            format!(
+                "The pixels aren't square: fy is {aspect:.4} times fx. The result allows for it"
+            ),
+            "If the camera doesn't stretch its pictures, the board may be stretched instead: these views hardly tell the two apart. Measure the board in both directions.",
         ),
         FindingCode::BoardStretched { aspect, .. } => (
-            format!("The board's squares aren't square: height to width {aspect:.4}"),
-            "Measure five squares in both directions. Print without \"fit to page\".",
+            format!(
+                "The board's squares aren't square: height to width {aspect:.4}. The result allows for it"
+            ),
+            "Measure five squares in both directions. Print without \"fit to page\". If the squares are square, the camera stretches its pictures.",
         ),
         FindingCode::BoardBent { depth_m, .. } => (
-            format!("The board isn't flat: it bends by {:.2} mm", 1000.0 * depth_m),
+            format!(
+                "The board isn't flat: it bends by {:.2} mm. The result allows for it",
+                1000.0 * depth_m
+            ),
             "Mount it on glass, aluminium or thick board. Then take the views again.",
         ),
         FindingCode::RollingShutter { shear_px, .. } => (
@@ -186,6 +204,37 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
                 if views > 1 { format!(" ({views} such views)") } else { String::new() }
             ),
             "Remove it and take that pose again. If it happens again, use another cable, port or picture mode.",
+        ),
+        FindingCode::BoardFlexes { depth_m, .. } => (
+            format!(
+                "The board bends differently in each view, by about {:.2} mm",
+                1000.0 * depth_m
+            ),
+            "Mount it on glass, aluminium or thick board. Then take the views again.",
+        ),
+        FindingCode::PictureShifted { shift_px, .. } => (
+            format!("Each view is shifted differently in the picture, by about {shift_px:.1} px"),
+            "Switch off image stabilisation and automatic framing. Then start over.",
+        ),
+        FindingCode::PixelsSkewed { skew_rad, .. } => (
+            format!(
+                "Rows and columns of the picture miss a right angle by {:.2}°",
+                skew_rad.to_degrees()
+            ),
+            "Check whether the picture or the print is sheared, as by a scanner, a printer or software that corrects pictures.",
+        ),
+        FindingCode::PictureWarped { shift_px, .. } => (
+            format!(
+                "Something shifts the picture smoothly, by up to {shift_px:.1} px in a way no lens does"
+            ),
+            "Look for a window, dome or windscreen in front of the lens, or software that corrects the picture. Use the result only where the board was.",
+        ),
+        FindingCode::CauseUnclear { candidates, .. } => (
+            format!(
+                "The views disagree more than they should; the cause isn't clear ({})",
+                candidates.into_iter().flatten().collect::<Vec<_>>().join(", ")
+            ),
+            "Rule out the causes named one by one: lock focus and zoom, switch off stabilisation, fix the board to a flat plate, rest it before each view.",
         ),
         FindingCode::LensOther { .. } => (
             "No available lens model fits this lens".into(),
@@ -211,7 +260,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
                 "The principal point is {distance_px:.0} px from the middle of the picture ({:.0} % of its width)",
                 100.0 * share
             ),
-            "Check the picture size, and that the camera doesn't crop the picture.",
+            "Check the picture size, and that the camera doesn't crop the picture. If that's by design, say so with --shifted-sensor.",
         ),
         FindingCode::HeldOut { view, rms_px, expected_px } => (
             format!(
@@ -264,11 +313,12 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             },
             "Take more views, tipped by 40 to 50°.",
         ),
-        FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px } => (
+        FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px, max_wanted_px } => (
             {
                 let (mean, most) = apart(mean_px, wanted_px, 2);
+                let (worst, worst_most) = apart(max_px, max_wanted_px, 2);
                 format!(
-                    "Projection is uncertain by {mean} px on average (limit {most} px) and {max_px:.2} px at worst"
+                    "Projection is uncertain by {mean} px on average (limit {most} px) and {worst} px at worst (limit {worst_most} px)"
                 )
             },
             "Take more views that fill the picture.",

@@ -286,6 +286,8 @@ pub mod name {
     pub const FOCAL_SCATTER: &str = "Its sd between views";
     pub const LENS_MODEL: &str = "Lens model";
     pub const PROJECTION: &str = "Projection sd, mean and max";
+    pub const BOUND: &str = "Error bound (95 %)";
+    pub const FOCUS: &str = "Focus";
     pub const NOISE: &str = "Corner error";
     pub const NOISE_FLOOR: &str = "Corner error, measured while holding still";
     pub const COVERAGE: &str = "Coverage";

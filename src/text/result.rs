@@ -149,6 +149,11 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
         "Projection",
         format!("± {:.3} px on average, {:.3} px at worst", sd.mean_px, sd.max_px),
     ));
+    let bound = error_bound(calibration.picture_bound_px(), calibration.covered_bound_px);
+    lines.extend(bound.map(|bound| ("Error bound (95 %)", bound)));
+    if let Some(change) = calibration.visible_drift {
+        lines.push(("Focus", unseen_drift(change)));
+    }
     lines.push((
         "Corners",
         match calibration.views.len() {
@@ -161,6 +166,19 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     }
     lines.push(("Covered", percent(calibration.coverage)));
     lines
+}
+
+/// The bound of the error of projection, over the picture and where boards were.
+pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<String> {
+    let picture = picture_px.map(|px| format!("{px:.2} px over the picture"));
+    let covered = covered_px.map(|px| format!("{px:.2} px where boards were"));
+    let bounds: Vec<String> = picture.into_iter().chain(covered).collect();
+    (!bounds.is_empty()).then(|| bounds.join(", "))
+}
+
+/// What a change of the focal length has to be, relative to itself, to be reported.
+pub fn unseen_drift(change: f64) -> String {
+    format!("changes below {:.2} % wouldn't show in these views", 100.0 * change)
 }
 
 /// Noise of a corner by the fit, beside the measured one.

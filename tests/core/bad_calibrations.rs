@@ -56,6 +56,14 @@ const SCRIPTS: &[Script] = &[
     Script { name: "blurred", right: &["NOISE-HIGH"], make: blurred },
     Script { name: "one view shaken", right: &["VIEW-ODD"], make: shaken },
     Script { name: "rolling shutter", right: &["ROLLING-SHUTTER"], make: rolling },
+    Script { name: "board that flexes", right: &["BOARD-FLEXES"], make: flexing },
+    Script {
+        name: "stabilised picture",
+        right: &["PICTURE-SHIFTED", "CAUSE-UNCLEAR"],
+        make: stabilised,
+    },
+    Script { name: "skewed pixels", right: &["PIXELS-SKEWED"], make: skewed },
+    Script { name: "windscreen", right: &["PICTURE-WARPED"], make: windscreen },
     Script { name: "one view torn", right: &["VIEW-TORN"], make: torn },
     Script { name: "two views torn", right: &["VIEW-TORN"], make: torn_twice },
     Script { name: "focus moved at view 5", right: &["FOCUS-MOVED"], make: refocused },
@@ -215,6 +223,56 @@ fn rolling(scene: &mut Scene) -> Given {
         still + speeds[view] * (still.y / f64::from(SIZE.height_px) - 0.5)
     };
     scene.seen(&poses, see).into()
+}
+
+/// A sheet of paper that bends differently each time it is held.
+fn flexing(scene: &mut Scene) -> Given {
+    let plan = scene.plan(10);
+    let poses = scene.poses(&plan);
+    let camera = scene.camera;
+    let bows_m: Vec<[f64; 3]> = poses.iter().map(|_| [0; 3].map(|_| scene.normal(0.001))).collect();
+    let see = |view: usize, pose: &_, p: &Point2<f64>| {
+        let (x, y) = (p.x / 0.1, p.y / 0.0625);
+        let [along, across, twist] = bows_m[view];
+        let rise_m = along * (1.0 - x * x) + across * (1.0 - y * y) + twist * x * y;
+        at(&camera, pose, &Point3::new(p.x, p.y, rise_m))
+    };
+    scene.seen(&poses, see).into()
+}
+
+/// Each picture is moved by some pixels against a shaking hand.
+fn stabilised(scene: &mut Scene) -> Given {
+    let plan = scene.plan(12);
+    let mut views = scene.views(&plan);
+    for view in &mut views {
+        let shift_px = Vector2::new(scene.normal(5.0), scene.normal(5.0));
+        view.iter_mut().for_each(|corner| corner.px += shift_px);
+    }
+    views.into()
+}
+
+fn skewed(scene: &mut Scene) -> Given {
+    let plan = scene.plan(10);
+    let mut views = scene.views(&plan);
+    for corner in views.iter_mut().flatten() {
+        corner.px.x += 0.005 * (corner.px.y - SIZE.centre_px().y);
+    }
+    views.into()
+}
+
+/// Curved glass in front of the lens.
+fn windscreen(scene: &mut Scene) -> Given {
+    let plan = scene.plan(12);
+    let mut views = scene.views(&plan);
+    let field_px: [[f64; 7]; 2] = [0; 2].map(|_| [0; 7].map(|_| scene.normal(1.5)));
+    for corner in views.iter_mut().flatten() {
+        let off = (corner.px - SIZE.centre_px()) * 2.0 / f64::from(SIZE.width_px);
+        let (u, v) = (off.x, off.y);
+        let terms = [u * u, u * v, v * v, u * u * u, u * u * v, u * v * v, v * v * v];
+        let along = |by: &[f64; 7]| terms.iter().zip(by).map(|(term, by)| term * by).sum::<f64>();
+        corner.px += Vector2::new(along(&field_px[0]), along(&field_px[1]));
+    }
+    views.into()
 }
 
 /// Below half the height the picture shows the board a moment earlier.
@@ -391,6 +449,81 @@ fn bad_calibrations_are_told_for_what_they_are() {
     println!("right {right} of {all}, good {good}");
     assert_eq!(good, 0);
     assert!(right * 100 >= 98 * all, "{right} of {all}");
+}
+
+/// A bent board, a stretched one, and pixels that aren't square: the lens comes out right, within its bound.
+#[test]
+fn what_is_found_is_allowed_for() {
+    let (mut inside, mut all) = (0, 0);
+    for make in [bent, twisted, stretched_print, stretched_pixels] {
+        for seed in 0..10 {
+            let mut scene = Scene::ordinary(2000 + seed);
+            let found = run(&make(&mut scene)).expect("calibrates");
+            let (sd, truth, camera) = (found.sd(), &scene.camera, &found.camera);
+            let off = [
+                (camera.f_px.x - truth.f_px.x, sd[0]),
+                (camera.f_px.y - truth.f_px.y, sd[1]),
+                (camera.pp_px.x - truth.pp_px.x, sd[2]),
+                (camera.pp_px.y - truth.pp_px.y, sd[3]),
+            ];
+            for (off_px, sd_px) in off {
+                all += 1;
+                inside += usize::from(off_px.abs() <= 1.96 * sd_px);
+                assert!(off_px.abs() < 6.0, "#{seed}: {off_px:.2} ± {sd_px:.2} px");
+            }
+            assert_eq!(found.verdict, Verdict::Care, "#{seed}: {:?}", found.findings);
+            assert!(found.rms_px < 1.1 * scene.noise_px, "#{seed}: {} px", found.rms_px);
+        }
+    }
+    println!("inside 95 %: {inside} of {all}");
+    assert!(inside * 100 >= 90 * all, "{inside} of {all}");
+}
+
+/// One wrong corner in a thousand, and errors of Student's t distribution: neither pulls the lens out of its bound.
+#[test]
+fn heavy_tails_do_not_pull_the_lens() {
+    let (mut inside, mut all) = (0, 0);
+    for seed in 0..40 {
+        let mut scene = Scene::ordinary(3000 + seed);
+        let plan = scene.plan(10);
+        let noise_px = scene.noise_px;
+        let mut views = scene.views(&plan);
+        for corner in views.iter_mut().flatten() {
+            // Normal over the root of χ² with three degrees of freedom.
+            let chi2: f64 = (0..3).map(|_| scene.normal(1.0).powi(2)).sum();
+            let times = (3.0 / chi2).sqrt() - 1.0;
+            corner.px += Vector2::new(scene.normal(noise_px), scene.normal(noise_px)) * times;
+        }
+        let found = run(&views.into()).expect("calibrates");
+        let sd = found.sd();
+        let off_px = found.camera.pp_px - scene.camera.pp_px;
+        for (off_px, sd_px) in [(off_px.x, sd[2]), (off_px.y, sd[3])] {
+            all += 1;
+            inside += usize::from(off_px.abs() <= 1.96 * sd_px);
+        }
+    }
+    println!("inside 95 %: {inside} of {all}");
+    assert!(inside * 100 >= 88 * all, "{inside} of {all}");
+}
+
+/// A focus that warms up: what would have been seen is stated, and is.
+#[test]
+fn a_drifting_focus_is_seen_from_the_change_stated() {
+    let (mut told, mut all) = (0, 0);
+    for seed in 0..30 {
+        let mut scene = Scene::ordinary(4000 + seed);
+        let still = run(&with_focal(&mut scene, &[1.0; 12])).expect("calibrates");
+        let change = still.visible_drift.expect("twelve views tell");
+        assert!((0.0005..0.05).contains(&change), "{change}");
+        let factors: Vec<f64> =
+            (0..12).map(|view| 1.0 + change * (f64::from(view) / 11.0 - 0.5)).collect();
+        let mut scene = Scene::ordinary(4000 + seed);
+        let codes = codes(&run(&with_focal(&mut scene, &factors)));
+        all += 1;
+        told += usize::from(codes.contains(&"FOCUS-MOVED") || codes.contains(&"CAUSE-UNCLEAR"));
+    }
+    println!("told {told} of {all}");
+    assert!(told * 100 >= 85 * all, "{told} of {all}");
 }
 
 /// Distances scale with it, pixels do not: nothing in the corners says how large a square is.

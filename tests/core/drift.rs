@@ -156,6 +156,31 @@ fn another_lens_is_told_by_its_residual() {
     assert_eq!(found.verdict, DriftVerdict::Recalibrate);
 }
 
+/// A distortion that shrank by a tenth, as by another focus, wherever it moves a ray by more than the check could see.
+#[test]
+fn a_change_of_the_distortion_is_told_where_it_could_be_seen() {
+    let (mut told, mut visible) = (0, 0);
+    for seed in 0..200 {
+        let mut installed = Installed::new(9000 + seed);
+        let before = installed.scene.camera;
+        let distortion = &mut installed.scene.camera.distortion;
+        distortion.k1 *= 0.9;
+        distortion.k2 *= 0.9;
+        let after = installed.scene.camera;
+        let corner = nalgebra::Point2::new(0.0, 0.0);
+        let ray = before.normalized_from_px(&corner).expect("inside the field");
+        let moved_px = (after.px_from_normalized(&ray) - corner).norm();
+        let found = installed.check().expect("a verdict");
+        if moved_px > found.visible_lens_px.expect("four views tell") {
+            visible += 1;
+            told += u32::from(found.verdict != DriftVerdict::Ok);
+        }
+    }
+    println!("told {told} of {visible} visible ones");
+    assert!(visible >= 20, "{visible}");
+    assert!(told * 10 >= visible * 9, "{told} of {visible}");
+}
+
 #[test]
 fn what_cannot_be_compared_gets_no_verdict() {
     let mut installed = Installed::new(9001);

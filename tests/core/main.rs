@@ -37,6 +37,7 @@ mod steady_state;
 mod study;
 mod target;
 mod technician;
+mod torn_views;
 mod varying_focal;
 mod verdict_monte_carlo;
 mod words;

@@ -3,20 +3,21 @@
 use std::{fs, path::Path};
 
 use boresight::{
+    app::SavedSession,
     config::Config,
     detection::{Detection, Miss, Quality, Side},
     device::{CameraInfo, Control, ControlBefore, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
-    recording::{Header, Journal, RecordingError, SessionFolder, replay, stored_frame},
+    recording::{Header, Journal, RecordingError, Replayed, SessionFolder, replay, stored_frame},
     session::{Command, Input, Observation, Session, ViewNumber},
 };
 use image::GrayImage;
-use nalgebra::{Matrix2, Point2};
+use nalgebra::{Isometry3, Matrix2, Point2};
 use proptest::{prelude::*, test_runner::RngSeed};
 use tempfile::TempDir;
 
-use crate::world::{SIZE, guided, setup};
+use crate::world::{SIZE, World, guided, setup};
 
 fn header() -> Header {
     Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"))
@@ -43,8 +44,8 @@ fn a_recording_replays_to_the_same_session() {
     let contents = SessionFolder::journal(&path).expect("whole");
     assert!(!contents.cut && contents.lines.len() > 50, "{} lines", contents.lines.len());
     let mut session = Session::new(setup(live.setup().board));
-    let differences = replay(&mut session, contents.lines, |_, _| ());
-    assert_eq!(differences, []);
+    let replayed = replay(&mut session, &contents.lines, |_, _| ()).expect("readable");
+    assert_eq!(replayed, Replayed::default());
     assert_eq!(session.accepted(), live.accepted());
     let camera = |session: &Session| session.calibration().expect("calibrated").camera;
     assert_eq!(camera(&session), camera(&live));
@@ -58,9 +59,11 @@ fn another_setting_gives_other_decisions_and_says_where() {
     let mut setup = setup(live.setup().board);
     setup.guidance.min_span_fraction = 0.98;
     let lines = SessionFolder::journal(&path).expect("whole").lines;
-    let differences = replay(&mut Session::new(setup), lines, |_, _| ());
-    assert!(!differences.is_empty());
-    assert!(differences.windows(2).all(|pair| pair[0].line < pair[1].line));
+    let replayed = replay(&mut Session::new(setup), &lines, |_, _| ()).expect("readable");
+    assert!(!replayed.differences.is_empty());
+    let numbers: Vec<usize> = replayed.differences.iter().map(|one| one.line).collect();
+    assert_eq!(numbers, replayed.different_lines);
+    assert!(numbers.is_sorted_by(|a, b| a < b));
 }
 
 #[test]
@@ -76,8 +79,8 @@ fn a_line_cut_at_any_byte_is_dropped_and_the_session_goes_on() {
         let (mut folder, _, contents) = SessionFolder::open(&path).expect("opens");
         assert_eq!(contents.lines.len(), whole - 1, "cut at {cut_at}");
         assert_eq!(contents.cut, cut_at > last);
-        let mut session = Session::new(setup(crate::world::World::new(3).board));
-        replay(&mut session, contents.lines, |_, _| ());
+        let mut session = Session::new(setup(World::new(3).board));
+        replay(&mut session, &contents.lines, |_, _| ()).expect("readable");
         let decision = session.handle(&Input::Resumed);
         folder.journal_mut().append(&Input::Resumed, &decision, None, true).expect("appended");
         drop(folder);
@@ -153,6 +156,34 @@ fn what_a_power_cut_leaves_of_lines_that_were_not_synced_is_dropped() {
     flipped[ends[24] + 30] ^= 4;
     fs::write(journal(&path), flipped).expect("written");
     assert!(matches!(SessionFolder::open(&path), Err(RecordingError::Damaged { .. })));
+}
+
+#[test]
+fn memory_does_not_grow_with_the_length_of_a_session() {
+    let place = TempDir::new().expect("folder");
+    let peak = |count: usize| {
+        let path = place.path().join(count.to_string());
+        let mut folder = SessionFolder::create(&path, &header()).expect("created");
+        let mut world = World::new(3);
+        let mut session = Session::new(setup(world.board));
+        for index in 0..count {
+            // A board that is never held still.
+            let x_m = if index % 2 == 0 { -0.15 } else { -0.05 };
+            let input = Input::Observed(world.observe(&Isometry3::translation(x_m, -0.05, 0.5)));
+            let decision = session.handle(&input);
+            folder.journal_mut().append(&input, &decision, None, false).expect("appended");
+        }
+        drop(folder);
+        let mut held = None;
+        let memory = allocation_counter::measure(|| held = SavedSession::open(&path).ok());
+        let saved = held.expect("a session");
+        assert_eq!(saved.contents.lines.len(), count);
+        assert_eq!(saved.replayed, Replayed::default());
+        memory.bytes_max
+    };
+    let (short, long) = (peak(300), peak(3000));
+    println!("bytes at most: {short} with 300 lines, {long} with 3,000");
+    assert!(long < short + (64 << 10), "{short} -> {long}");
 }
 
 #[test]
@@ -353,13 +384,14 @@ proptest! {
     fn inputs_come_back_bit_for_bit(inputs in prop::collection::vec(input(), 1..8)) {
         let place = TempDir::new().expect("folder");
         let mut folder = SessionFolder::create(&place.path().join("s"), &header()).expect("created");
-        let mut session = Session::new(setup(crate::world::World::new(3).board));
+        let mut session = Session::new(setup(World::new(3).board));
         for input in &inputs {
             let decision = session.handle(&Input::Stop);
             folder.journal_mut().append(input, &decision, None, false).expect("appended");
         }
         let lines = SessionFolder::journal(&place.path().join("s")).expect("whole").lines;
-        let back: Vec<Input> = lines.into_iter().map(|line| Input::from(line.input)).collect();
+        let back: Vec<Input> =
+            lines.iter().map(|line| Input::from(line.expect("readable").input)).collect();
         prop_assert_eq!(back, inputs);
     }
 }

@@ -7,6 +7,8 @@ mod nokhwa;
 mod odd_frames;
 mod rates;
 mod refused;
+mod replugs;
+mod time_stamps;
 
 use std::{
     collections::BTreeSet,
@@ -136,26 +138,6 @@ fn row(fault: &str, saw: &str, recovered: Duration) {
 /// What a person is told of a fault.
 fn words(fault: Fault) -> String {
     format!("{}: {}", fault.code(), text::camera::fault(fault).0)
-}
-
-#[test]
-#[ignore = "needs the camera of tests/vm"]
-fn an_unplugged_camera_is_noticed_and_comes_back_twenty_times() {
-    let mut source = open(&small());
-    frames(&mut source, 3);
-    let (mut noticed, mut back): (Vec<Duration>, Vec<Duration>) = Default::default();
-    for _ in 0..20 {
-        tell("unplug");
-        let seen = until(&mut source, |seen| lost(seen).is_some());
-        assert_eq!(lost(&seen), Some(Fault::Unplugged));
-        noticed.push(seen.took);
-        tell("plug");
-        let seen = until(&mut source, |seen| returned(seen) && seen.frames > 0);
-        back.push(seen.took);
-    }
-    let longest = |all: &[Duration]| all.iter().max().copied().unwrap_or_default();
-    row("unplugged and plugged in, 20 times", &words(Fault::Unplugged), longest(&back));
-    println!("noticed within {:.2} s", longest(&noticed).as_secs_f64());
 }
 
 #[test]

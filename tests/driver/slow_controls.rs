@@ -55,10 +55,11 @@ fn a_whole_session_is_taken_from_cameras_with_slow_controls() {
     let folder = TempDir::new().expect("a folder");
     let (pictures, out) = (folder.path().join("pictures"), folder.path().join("out"));
     save_poses(&pictures);
+    let limit = std::env::var("BORESIGHT_VM_SECS").unwrap_or_else(|_| "500".into());
     let millis = std::env::var("BORESIGHT_CONTROLS_MS").unwrap_or_else(|_| USUAL_MILLIS.into());
     let millis: Vec<&str> = millis.split(',').collect();
     let status = Command::new(here.join("vm.sh"))
-        .args(["--uvcsim", &camera, "--timeout", "500", "--pace", "counted"])
+        .args(["--uvcsim", &camera, "--timeout", &limit, "--pace", "counted"])
         .args(["--with", env!("CARGO_BIN_EXE_boresight"), "--pictures"])
         .arg(&pictures)
         .arg("--out")

@@ -124,9 +124,24 @@ fn words(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned())).unwrap_or_default()
 }
 
+/// Debug text without what stands in quotes: a name may hold any word.
+fn outside_quotes(text: &str) -> String {
+    let (mut kept, mut is_quoted) = (String::with_capacity(text.len()), false);
+    let mut letters = text.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\\' if is_quoted => drop(letters.next()),
+            '"' => is_quoted = !is_quoted,
+            _ if is_quoted => {}
+            _ => kept.push(letter),
+        }
+    }
+    kept
+}
+
 /// Refuses numbers that are none, wherever they stand in the debug text of what was accepted.
 pub(crate) fn only_numbers(what: &impl std::fmt::Debug) -> Result<(), String> {
-    let text = format!("{what:?}");
+    let text = outside_quotes(&format!("{what:?}"));
     for no_number in ["NaN", ": inf", " inf,", "[inf", "-inf", "(inf"] {
         if let Some(at) = text.find(no_number) {
             let from = text[..at].char_indices().rev().nth(80).map_or(0, |(from, _)| from);

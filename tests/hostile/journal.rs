@@ -4,7 +4,7 @@ use std::fs;
 
 use boresight::{
     config::Config,
-    recording::{Journal, replay},
+    recording::{Journal, RecordingError, replay},
     session::Session,
 };
 use serde_json::{Value, json};
@@ -90,11 +90,16 @@ fn journals() {
             }
             let mut session = Session::new(config.session(SIZE).map_err(|err| err.to_string())?);
             let mut no_number = Ok(());
-            replay(&mut session, contents.lines, |_, decision| {
+            let replayed = replay(&mut session, &contents.lines, |_, decision| {
                 if no_number.is_ok() {
                     no_number = only_numbers(decision);
                 }
             });
+            // A line may be whole, and yet say something else than a line says.
+            match replayed {
+                Ok(_) | Err(RecordingError::Damaged { .. }) => {}
+                Err(err) => return Err(err.to_string()),
+            }
             no_number?;
             if let Some(calibration) = session.calibration() {
                 only_numbers(&calibration.camera)?;

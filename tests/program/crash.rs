@@ -11,7 +11,7 @@ use std::{
 };
 
 use boresight::{
-    recording::{SessionFolder, replay, stored_frame},
+    recording::{Replayed, SessionFolder, replay, stored_frame},
     session::Session,
 };
 use rand::{RngExt, SeedableRng};
@@ -72,14 +72,14 @@ fn held(path: &Path) -> Option<Held> {
     let header = SessionFolder::header(path).expect("a header is whole or absent");
     let contents = SessionFolder::journal(path).expect("at most the last line is cut");
     let mut stored = BTreeSet::new();
-    for picture in contents.lines.iter().filter_map(|line| line.stored.as_ref()) {
+    for picture in &contents.stored {
         assert!(stored.insert(picture.frame), "frame {} is there twice", picture.frame);
         stored_frame(path, picture).expect("a stored picture is whole");
     }
     let setup = header.config.session(header.image_size()).expect("board");
     let mut session = Session::new(setup);
-    let differences = replay(&mut session, contents.lines, |_, _| ());
-    assert_eq!(differences, []);
+    let replayed = replay(&mut session, &contents.lines, |_, _| ()).expect("readable");
+    assert_eq!(replayed, Replayed::default());
     let frames: Vec<u64> =
         session.accepted().iter().map(|accepted| accepted.view.frame_id.0).collect();
     assert!(frames.iter().all(|frame| stored.contains(frame)), "every view has its picture");

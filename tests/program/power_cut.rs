@@ -307,8 +307,7 @@ impl Checks {
                 SavedSession::resume(&path).map_err(|err| format!("resume: {err:#}"))?;
             for view in saved.session.accepted() {
                 let frame = view.view.frame_id.0;
-                let stored = saved.lines.iter().filter_map(|line| line.stored.as_ref());
-                let stored = stored.clone().find(|stored| stored.frame == frame);
+                let stored = saved.contents.stored.iter().find(|stored| stored.frame == frame);
                 let stored = stored.ok_or_else(|| format!("no picture of frame {frame}"))?;
                 stored_frame(&path, stored).map_err(|err| err.to_string())?;
             }
@@ -319,7 +318,7 @@ impl Checks {
             appended.map_err(|err| err.to_string())?;
             drop(folder);
             let again = SessionFolder::journal(&path).map_err(|err| err.to_string())?;
-            if again.cut || again.lines.len() != saved.lines.len() + 1 {
+            if again.cut || again.lines.len() != saved.contents.lines.len() + 1 {
                 return Err("what was cut came back".into());
             }
             saved.session.accepted().len()
@@ -452,7 +451,10 @@ fn no_power_cut_costs_a_view_or_a_session() {
     let session = place.path().join("session");
     let journal = fs::read(session.join("journal.jsonl")).expect("there");
     let lines = SessionFolder::journal(&session).expect("whole").lines;
-    let mut with_picture = lines.iter().enumerate().filter(|(_, line)| line.stored.is_some());
+    let mut with_picture = lines
+        .iter()
+        .enumerate()
+        .filter(|(_, line)| line.as_ref().expect("readable").stored.is_some());
     let second = with_picture.nth(1).expect("two views").0 + 1;
     let cut =
         journal.split_inclusive(|byte| *byte == b'\n').take(second).map(<[u8]>::len).sum::<usize>();
@@ -463,9 +465,9 @@ fn no_power_cut_costs_a_view_or_a_session() {
     }
     let named: Vec<String> = SessionFolder::journal(&session)
         .expect("whole")
-        .lines
+        .stored
         .iter()
-        .filter_map(|line| Some(format!("{:08}.png", line.stored.as_ref()?.frame)))
+        .map(|stored| format!("{:08}.png", stored.frame))
         .collect();
     for entry in fs::read_dir(session.join("frames")).expect("there") {
         let entry = entry.expect("listable");

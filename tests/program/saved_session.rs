@@ -57,7 +57,7 @@ fn a_session_that_this_build_decides_alike_is_not_restored() {
     let path = place.path().join("session");
     let live = recorded(&path);
     let saved = SavedSession::open(&path).expect("whole");
-    assert_eq!((saved.restored, saved.differences.len()), (false, 0));
+    assert_eq!((saved.restored, saved.replayed.different_lines.len()), (false, 0));
     assert_eq!(views(&saved.session), views(&live));
 }
 
@@ -69,7 +69,7 @@ fn recorded_views_stand_where_this_build_decides_otherwise() {
     assert!(live.accepted().len() >= 3, "{} views", live.accepted().len());
     make_another_build(&path);
     let saved = SavedSession::open(&path).expect("whole");
-    assert!(saved.restored && !saved.differences.is_empty());
+    assert!(saved.restored && !saved.replayed.different_lines.is_empty());
     assert_eq!(views(&saved.session), views(&live));
     let roles = |session: &Session| -> Vec<_> {
         session.accepted().iter().map(|view| (view.role, view.view.partner_frame)).collect()

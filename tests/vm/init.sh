@@ -34,7 +34,14 @@ if [ -n "$SHARES" ]; then
 fi
 case $CAMERA in
 uvc)
-	load vhci-hcd uvcvideo
+	load vhci-hcd
+	# The last of the list is the driver itself.
+	while read -r file; do
+		case $file in
+		uvcvideo.*) insmod "/m/$file" $DRIVER_ARGS ;;
+		*) insmod "/m/$file" 2>/dev/null ;;
+		esac
+	done </m/uvcvideo.list
 	export CAMERA_CONTROL=/tmp/camera
 	mkfifo $CAMERA_CONTROL
 	sleep 1000000 >$CAMERA_CONTROL &
@@ -43,11 +50,12 @@ uvc)
 vivid) load vivid ;;
 esac
 if [ "$CAMERA" != none ]; then
+	# Where time is counted, it runs on while this computer's disk is busy.
 	tries=0
 	while [ ! -e /dev/video0 ]; do
 		usleep 50000
 		tries=$((tries + 1))
-		[ $tries -gt 400 ] && {
+		[ $tries -gt 4000 ] && {
 			cat /tmp/camera.log
 			dmesg | tail -20
 			lost "$CAMERA"

@@ -2,6 +2,9 @@
 # Runs the camera tests on the kernel's own drivers, in a small virtual machine.
 #
 # Where the machine cannot run, it says so; in continuous integration (CI is set) that is a failure.
+#
+# Longer runs: BORESIGHT_REPLUGS=100 and BORESIGHT_CONTROLS_MS=20,60,250,1000,4900, with BORESIGHT_VM_SECS=3000 for each
+# part. BORESIGHT_VM_PARTS='clock|slow' runs the parts whose names match.
 set -u
 cd "$(dirname "$0")/../.."
 vm=tests/vm/vm.sh
@@ -18,6 +21,7 @@ trap 'rm -f "$said"' EXIT
 part() {
 	local name=$1
 	shift
+	[[ $name =~ ${BORESIGHT_VM_PARTS:-.} ]] || return 0
 	echo "In the test machine: $name"
 	"$@" | tee -a "$said"
 	local result=${PIPESTATUS[0]}
@@ -32,9 +36,12 @@ part() {
 }
 options=(--ignored --test-threads=1 --nocapture)
 # Time counted by instructions, so that nothing depends on what else this computer does.
-vm="$vm --pace counted --timeout 400"
+vm="$vm --pace counted --timeout ${BORESIGHT_VM_SECS:-400}"
 part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --with "$target/debug/boresight" \
-	"$tests" "${options[@]}" camera:: --skip two_equal --skip the_test_driver --skip nokhwa::
+	--env BORESIGHT_REPLUGS="${BORESIGHT_REPLUGS:-}" \
+	"$tests" "${options[@]}" camera:: --skip two_equal --skip the_test_driver --skip nokhwa:: --skip time_stamps
+part "a USB camera with a clock that jumps" $vm --uvcsim "$uvcsim" --driver-args hwtimestamps=1 \
+	"$tests" "${options[@]}" time_stamps
 part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin "$tests" "${options[@]}" two_equal
 part "the kernel's test driver" $vm --camera vivid "$tests" "${options[@]}" the_test_driver
 part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" nokhwa:: --skip freezes

@@ -7,6 +7,7 @@
 #                             vivid: the kernel's test driver                                               [uvc]
 #   --uvcsim FILE             the built uvcsim
 #   --camera-args TEXT        for uvcsim, such as '--twin'
+#   --driver-args TEXT        for the kernel's camera driver, such as 'hwtimestamps=1'
 #   --pictures DIR            PNG files that the camera plays, in order
 #   --with FILE               one more program, at /app/NAME; may be repeated
 #   --data DIR                readable at /data
@@ -21,12 +22,13 @@
 # BORESIGHT_VM_KERNEL, else the one that is kept, else the newest of Debian.
 set -u
 
-camera=uvc uvcsim='' camera_args='' pictures='' data='' out='' limit=120 log='' envs=() others=() pace=''
+camera=uvc uvcsim='' camera_args='' driver_args='' pictures='' data='' out='' limit=120 log='' envs=() others=() pace=''
 while [ $# -gt 0 ]; do
 	case $1 in
 	--camera) camera=$2 ;;
 	--uvcsim) uvcsim=$2 ;;
 	--camera-args) camera_args=$2 ;;
+	--driver-args) driver_args=$2 ;;
 	--pictures) pictures=$2 ;;
 	--with) others+=("$2") ;;
 	--data) data=$2 ;;
@@ -40,7 +42,7 @@ while [ $# -gt 0 ]; do
 	shift 2
 done
 [ $# -ge 1 ] || {
-	sed -n '2,24s/^# \{0,1\}//p' "$0"
+	sed -n '2,25s/^# \{0,1\}//p' "$0"
 	exit 2
 }
 program=$1
@@ -133,7 +135,7 @@ share() {
 [ -n "$pictures" ] && share pictures "$pictures" ,readonly=on
 [ -n "$out" ] && mkdir -p "$out" && share back "$out" ''
 cp "$(dirname "$0")/init.sh" "$work/root/init" && chmod 755 "$work/root/init"
-printf 'CAMERA=%q SHARES=%q CAMERA_ARGS=%q\n' "$camera" "$shares" "$camera_args" >"$work/root/vm.env"
+printf 'CAMERA=%q SHARES=%q CAMERA_ARGS=%q DRIVER_ARGS=%q\n' "$camera" "$shares" "$camera_args" "$driver_args" >"$work/root/vm.env"
 {
 	echo '#!/bin/sh'
 	for one in "${envs[@]}"; do printf 'export %q\n' "$one"; done

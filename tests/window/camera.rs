@@ -215,8 +215,8 @@ fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
     let before = [80, 156, 90].map(|value| boresight::device::Lock::Locked { value });
     let lines = SessionFolder::journal(&folder.path().join("1")).expect("whole").lines;
     let set: Vec<_> = lines
-        .into_iter()
-        .filter_map(|line| match Input::from(line.input) {
+        .iter()
+        .filter_map(|line| match Input::from(line.expect("readable").input) {
             Input::Camera(CameraEvent::ControlSet { control: Control::Exposure, lock, .. }) => {
                 Some(lock)
             }

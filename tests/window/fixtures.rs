@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use boresight::{
-    calibration::{Calibration, Finding, FindingCode, Severity, Verdict},
+    calibration::{Calibration, Finding, FindingCode, FocusMotion, Severity, Verdict},
     detection::{Miss, Side},
     device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, PixelLayout},
     frame::CaptureTime,
@@ -181,7 +181,8 @@ fn locked() -> CameraEvent {
 
 fn untrustworthy(done: &Snapshot) -> Snapshot {
     let calibration: &Calibration = done.calibration.as_ref().expect("calibrated");
-    let moved = FindingCode::FocusMoved { gain: 80.0, relative_sd: 0.031 };
+    let moved =
+        FindingCode::FocusMoved { gain: 80.0, relative_sd: 0.031, motion: FocusMotion::Scattered };
     let findings = vec![Finding { code: moved, severity: Severity::Bad }];
     let calibration =
         Calibration { findings, verdict: Verdict::Untrustworthy, ..calibration.clone() };

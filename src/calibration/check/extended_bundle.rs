@@ -2,46 +2,22 @@
 
 use nalgebra::{Isometry3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
 
+use super::cause::{Cause, LOCAL_EXTRAS, SHARED_EXTRAS};
 use crate::{
     calibration::solve::{
         bundle::{BundleState, Observations, Whitened},
+        lens_model::LensFreedom,
         schur_lm::{NormalEquations, Problem, Step, ViewBlock},
     },
     frame::ImageSize,
     geometry::{Camera, LENS_PARAMETERS},
 };
 
-/// Most parameters of a cause that all views share.
-pub(super) const SHARED_EXTRAS: usize = 4;
-/// Most parameters of a cause per view.
-pub(super) const LOCAL_EXTRAS: usize = 2;
-const SHARED: usize = LENS_PARAMETERS + SHARED_EXTRAS;
-const LOCAL: usize = 6 + LOCAL_EXTRAS;
-/// Prior standard deviations of the coefficients of r⁸, r¹⁰ and of thin prisms along x and y. They only keep the fit
-/// bounded.
-const LENS_SHAPE_SD: [f64; SHARED_EXTRAS] = [1.0, 1.0, 3e-3, 3e-3];
+pub(super) const LOCAL: usize = 6 + LOCAL_EXTRAS;
 /// Half step of numeric derivatives.
 const HALF_STEP: f64 = 1e-6;
-/// A reason for which views disagree with a single lens and a flat board of squares.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Cause {
-    /// Every view has its own focal length.
-    Focus,
-    /// The marked views are of another camera, mode or size, with another focal length and principal point.
-    Mixed(Vec<bool>),
-    /// `fy ≠ fx`.
-    PixelAspect,
-    /// The squares of the board aren't square.
-    BoardStretched,
-    /// The board is bowed along x and y, and twisted.
-    BoardBent,
-    /// Each view moved while it was read out, row by row.
-    RollingShutter,
-    /// Radial terms of higher order, and thin prisms.
-    LensShape,
-    /// Views torn at a row in pixels: the corners below it are shifted.
-    Torn(Vec<Option<f64>>),
-}
+/// The same of pixels.
+const HALF_STEP_PX: f64 = 1e-3;
 
 /// Lens, poses and the parameters of a cause.
 #[derive(Clone, Debug)]
@@ -52,49 +28,28 @@ pub(super) struct ExtendedState {
 }
 
 impl ExtendedState {
-    /// Relative sample standard deviation of the focal lengths, for [`Cause::Focus`].
-    pub(super) fn focal_relative_sd(&self) -> f64 {
-        let logs: Vec<f64> = self.local.iter().map(|local| local[0]).collect();
-        let mean = logs.iter().sum::<f64>() / logs.len() as f64;
-        let squares: f64 = logs.iter().map(|x| (x - mean).powi(2)).sum();
-        (squares / (logs.len() - 1).max(1) as f64).sqrt()
-    }
-
-    /// Root mean square movement in pixels from the top to the bottom row, for [`Cause::RollingShutter`].
-    pub(super) fn shear_px(&self) -> f64 {
-        let squares: f64 = self.local.iter().map(|local| local[0].powi(2) + local[1].powi(2)).sum();
-        (squares / self.local.len() as f64).sqrt()
-    }
-}
-
-impl Cause {
-    fn shared_extras(&self) -> usize {
-        match self {
-            Self::BoardBent => 3,
-            Self::BoardStretched => 1,
-            Self::Mixed(_) | Self::LensShape => 4,
-            Self::Focus | Self::PixelAspect | Self::RollingShutter | Self::Torn(_) => 0,
+    /// The state of `bundle`, without any cause.
+    pub(super) fn plain(bundle: &BundleState) -> Self {
+        Self {
+            bundle: bundle.clone(),
+            shared: [0.0; SHARED_EXTRAS],
+            local: vec![[0.0; LOCAL_EXTRAS]; bundle.cam_from_board.len()],
         }
     }
 
-    fn local_extras(&self) -> usize {
-        match self {
-            Self::Focus => 1,
-            Self::RollingShutter | Self::Torn(_) => 2,
-            _ => 0,
-        }
+    /// Root mean square over the views of the first `count` local parameters.
+    pub(super) fn local_rms(&self, count: usize) -> f64 {
+        let squares: f64 = self.local.iter().flat_map(|l| &l[..count]).map(|x| x * x).sum();
+        (squares / (count * self.local.len()).max(1) as f64).sqrt()
     }
 
-    /// Parameters beyond those of the plain bundle.
-    pub(in crate::calibration) fn parameters(&self, views: usize) -> usize {
-        match self {
-            // The mean is the common focal length.
-            Self::Focus => views - 1,
-            Self::PixelAspect => 1,
-            // A row and a shift for each.
-            Self::Torn(rows) => 3 * rows.iter().flatten().count(),
-            _ => self.shared_extras() + self.local_extras() * views,
-        }
+    /// Root mean square over the views of the length of the first two local parameters.
+    pub(super) fn local_rms_length(&self) -> f64 {
+        std::f64::consts::SQRT_2 * self.local_rms(2)
+    }
+
+    fn is_plain(&self) -> bool {
+        self.shared.iter().chain(self.local.iter().flatten()).all(|x| *x == 0.0)
     }
 }
 
@@ -104,7 +59,10 @@ pub(super) struct ExtendedProblem<'a> {
     pub(super) image_size: ImageSize,
     pub(super) half_board_m: f64,
     pub(super) square_pixels: bool,
-    pub(super) rolling_sd_px: f64,
+    /// Prior standard deviation of the local parameters, where [`Cause::local_sd`] gives one.
+    pub(super) local_sd: f64,
+    /// Variance of the corners as a multiple of the stated covariances, against which priors are weighed.
+    pub(super) noise_variance: f64,
 }
 
 /// All parameters on which the image of a board point depends.
@@ -126,58 +84,100 @@ impl ExtendedProblem<'_> {
         }
     }
 
+    /// A board point in metres, with the board as it is under the cause.
     pub(super) fn on_board(
         &self,
         shared: &[f64; SHARED_EXTRAS],
+        local: &[f64; LOCAL_EXTRAS],
         point_m: &Point2<f64>,
     ) -> Point3<f64> {
-        let [first, second, third, _] = *shared;
         let (x, y) = (point_m.x / self.half_board_m, point_m.y / self.half_board_m);
+        let bent = |by: &[f64]| {
+            let rise = by[0] * (1.0 - x * x) + by[1] * (1.0 - y * y) + by[2] * x * y;
+            Point3::new(point_m.x, point_m.y, rise * self.half_board_m)
+        };
         match self.cause {
-            Cause::BoardStretched => Point3::new(point_m.x, point_m.y * (1.0 + first), 0.0),
-            Cause::BoardBent => {
-                let rise = first * (1.0 - x * x) + second * (1.0 - y * y) + third * x * y;
-                Point3::new(point_m.x, point_m.y, rise * self.half_board_m)
-            }
+            Cause::BoardStretched => Point3::new(point_m.x, point_m.y * (1.0 + shared[0]), 0.0),
+            Cause::BoardBent => bent(&shared[..3]),
+            Cause::BoardFlexes => bent(local),
             _ => Point3::new(point_m.x, point_m.y, 0.0),
         }
     }
 
     fn predict(&self, view: usize, at: &Parameters, corner: &Whitened) -> Option<Point2<f64>> {
         let camera = Camera::from_lens_parameters(&at.lens);
-        let [first, second, third, fourth] = at.shared;
-        let on_board = self.on_board(&at.shared, &corner.board_m);
+        let [first, second, third, fourth, ..] = at.shared;
+        let on_board = self.on_board(&at.shared, &at.local, &corner.board_m);
         let in_cam = at.pose * on_board;
         if in_cam.z <= 1e-9 {
             return None;
         }
         let normalized = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
-        if let Cause::LensShape = self.cause {
-            let r2 = normalized.coords.norm_squared();
-            let r8 = r2.powi(4);
-            let more =
-                normalized.coords * (r8 * (first + second * r2)) + Vector2::new(third, fourth) * r2;
-            return Some(camera.px_from_normalized(&normalized) + more.component_mul(&camera.f_px));
-        }
         let px = camera.px_from_normalized(&normalized);
         let off = px - camera.pp_px;
+        let r2 = normalized.coords.norm_squared();
         Some(match self.cause {
+            Cause::LensShape => {
+                let more = normalized.coords * (r2.powi(4) * (first + second * r2))
+                    + Vector2::new(third, fourth) * r2;
+                px + more.component_mul(&camera.f_px)
+            }
+            Cause::NextRadial => {
+                px + (normalized.coords * (r2.powi(4) * first)).component_mul(&camera.f_px)
+            }
+            Cause::SmoothField => px + self.field_px(&at.shared, &px),
             Cause::Focus => camera.pp_px + off * at.local[0].exp(),
+            Cause::FocusDrift => {
+                let last = (self.observations.view_count() - 1).max(1) as f64;
+                camera.pp_px + off * (first * (view as f64 / last - 0.5)).exp()
+            }
+            Cause::FocusJump(from) if view >= *from => camera.pp_px + off * first.exp(),
             Cause::Mixed(other) if other[view] => {
                 let f_px = camera.f_px.x;
-                let bend = 1.0 + fourth * normalized.coords.norm_squared();
+                let bend = 1.0 + fourth * r2;
                 camera.pp_px + Vector2::new(second, third) * f_px + off * (first.exp() * bend)
             }
+            Cause::PixelSkew => px + Vector2::new(first * off.y, 0.0),
+            Cause::Shifted => px + Vector2::new(at.local[0], at.local[1]),
             Cause::RollingShutter => {
                 let row = px.y / f64::from(self.image_size.height_px) - 0.5;
-                px + Vector2::from(at.local) * row
+                px + Vector2::new(at.local[0], at.local[1]) * row
             }
             // By where the corner was seen, so that the fit can't move it over the tear.
             Cause::Torn(rows) if rows[view].is_some_and(|row_px| corner.px.y > row_px) => {
-                px + Vector2::from(at.local)
+                px + Vector2::new(at.local[0], at.local[1])
             }
             _ => px,
         })
+    }
+
+    /// The field of [`Cause::SmoothField`] at `px`: terms of second order, those that p1 and p2 give left out, and of
+    /// third order.
+    fn field_px(&self, by: &[f64; SHARED_EXTRAS], px: &Point2<f64>) -> Vector2<f64> {
+        let off = (px - self.image_size.centre_px()) * 2.0 / f64::from(self.image_size.width_px);
+        let (u, v) = (off.x, off.y);
+        let cubes = [u * u * u, u * u * v, u * v * v, v * v * v];
+        let third_order =
+            |by: &[f64]| cubes.iter().zip(by).map(|(cube, by)| cube * by).sum::<f64>();
+        let prism = Vector2::new(by[0], by[1]) * (u * u + v * v);
+        let saddle = Vector2::new(
+            by[2] * (u * u - v * v) + 2.0 * by[3] * u * v,
+            by[3] * (u * u - v * v) - 2.0 * by[2] * u * v,
+        );
+        prism + saddle + Vector2::new(third_order(&by[4..8]), third_order(&by[8..]))
+    }
+
+    /// Shift of each corner in pixels by the cause, view by view, lens and poses being the same. `None` if a corner is
+    /// behind the camera.
+    pub(super) fn shifts_px(&self, state: &ExtendedState) -> Option<Vec<Vec<Vector2<f64>>>> {
+        let shift_px = |view: usize, corner: &Whitened| {
+            let at = self.parameters(state, view);
+            let plain = state.bundle.camera.px_from_board(&at.pose, &corner.board_m)?;
+            Some(self.predict(view, &at, corner)? - plain)
+        };
+        (0..self.observations.view_count())
+            .map(|view| self.observations.view(view).iter().map(|c| shift_px(view, c)).collect())
+            .collect()
     }
 
     pub(super) fn cost(&self, state: &ExtendedState) -> Option<f64> {
@@ -198,6 +198,24 @@ impl ExtendedProblem<'_> {
             0 => *self.cause != Cause::Focus,
             1 => !self.square_pixels,
             _ => index < LENS_PARAMETERS + self.cause.shared_extras(),
+        }
+    }
+
+    /// Half step by which a shared parameter is moved for its derivative.
+    fn shared_half_step(&self, index: usize) -> f64 {
+        match index {
+            ..4 => HALF_STEP_PX,
+            LENS_PARAMETERS.. if *self.cause == Cause::SmoothField => HALF_STEP_PX,
+            _ => HALF_STEP,
+        }
+    }
+
+    /// The same of a parameter of one view.
+    fn local_half_step(&self, index: usize, depth_m: f64) -> f64 {
+        match index {
+            3..6 => HALF_STEP * depth_m,
+            6.. if !matches!(self.cause, Cause::Focus | Cause::BoardFlexes) => HALF_STEP_PX,
+            _ => HALF_STEP,
         }
     }
 
@@ -227,88 +245,122 @@ impl ExtendedProblem<'_> {
     }
 }
 
-impl Problem<SHARED, LOCAL> for ExtendedProblem<'_> {
+/// Index of a parameter, half a step of it, and the parameters after and before that.
+type Perturbed = (usize, f64, Parameters, Parameters);
+
+impl ExtendedProblem<'_> {
+    /// Adds the priors of the local parameters to `block`, and holds those that the view doesn't have at zero. Returns
+    /// their cost.
+    fn weigh_local<const S: usize>(
+        &self,
+        view: usize,
+        local: &[f64; LOCAL_EXTRAS],
+        block: &mut ViewBlock<S, LOCAL>,
+    ) -> f64 {
+        let count = self.cause.local_extras();
+        let is_whole = matches!(self.cause, Cause::Torn(rows) if rows[view].is_none());
+        for index in if is_whole { 6 } else { 6 + count }..LOCAL {
+            block.local[(index, index)] = 1.0;
+        }
+        if self.cause.local_sd().is_none() {
+            return 0.0;
+        }
+        let information = self.noise_variance / (self.local_sd * self.local_sd);
+        for (index, value) in local[..count].iter().enumerate() {
+            block.local[(6 + index, 6 + index)] += information;
+            block.gradient[6 + index] -= value * information;
+        }
+        local[..count].iter().map(|value| value * value * information).sum()
+    }
+}
+
+impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
     type State = ExtendedState;
 
-    fn linearise(&self, state: &ExtendedState) -> Option<(f64, NormalEquations<SHARED, LOCAL>)> {
+    fn linearise(&self, state: &ExtendedState) -> Option<(f64, NormalEquations<S, LOCAL>)> {
         if state.bundle.camera.f_px.min() <= 1.0 {
             return None;
         }
         let mut cost = 0.0;
         let mut blocks = Vec::with_capacity(state.local.len());
         let local_count = 6 + self.cause.local_extras();
+        // Where the cause changes nothing, lens and pose have the derivatives of the plain bundle.
+        let is_plain = state.is_plain();
+        let (first_shared, first_local) = if is_plain { (LENS_PARAMETERS, 6) } else { (0, 0) };
+        let freedom =
+            LensFreedom { free: [true; LENS_PARAMETERS], square_pixels: self.square_pixels };
         for view in 0..self.observations.view_count() {
             let at = self.parameters(state, view);
             let depth_m = at.pose.translation.z.abs().max(1e-3);
             // Perturbed parameters are built once per view rather than per corner.
-            let half = |index: usize| if index < 4 { 1e-3 } else { HALF_STEP };
-            let shared: Vec<(usize, f64, Parameters, Parameters)> = (0..SHARED)
+            let shared: Vec<Perturbed> = (first_shared..S)
                 .filter(|index| self.is_free(*index))
                 .map(|i| {
-                    let h = half(i);
+                    let h = self.shared_half_step(i);
                     (i, h, self.with_shared(&at, i, h), self.with_shared(&at, i, -h))
                 })
                 .collect();
-            let local: Vec<(usize, f64, Parameters, Parameters)> = (0..local_count)
+            let local: Vec<Perturbed> = (first_local..local_count)
                 .map(|i| {
-                    let h = match i {
-                        3..6 => HALF_STEP * depth_m,
-                        6.. if *self.cause != Cause::Focus => 1e-3,
-                        _ => HALF_STEP,
-                    };
+                    let h = self.local_half_step(i, depth_m);
                     (i, h, Self::with_local(&at, i, h), Self::with_local(&at, i, -h))
                 })
                 .collect();
             let mut block = ViewBlock::zeros();
             for corner in self.observations.view(view) {
-                let predicted = self.predict(view, &at, corner)?;
+                let mut by_shared = SMatrix::<f64, 2, S>::zeros();
+                let mut by_local = SMatrix::<f64, 2, LOCAL>::zeros();
+                let predicted = if is_plain {
+                    let camera = &state.bundle.camera;
+                    let mut plain = camera.project_board_point(&at.pose, &corner.board_m)?;
+                    freedom.restrict(&mut plain.jac_lens);
+                    for index in (0..LENS_PARAMETERS).filter(|index| self.is_free(*index)) {
+                        let column = corner.whitener * plain.jac_lens.column(index);
+                        by_shared.set_column(index, &column);
+                    }
+                    by_local
+                        .fixed_columns_mut::<6>(0)
+                        .copy_from(&(corner.whitener * plain.jac_pose));
+                    plain.px
+                } else {
+                    self.predict(view, &at, corner)?
+                };
                 let residual = corner.whitener * (corner.px - predicted);
                 cost += residual.norm_squared();
-                let slope = |(_, h, up, down): &(usize, f64, Parameters, Parameters)| {
+                let slope = |(_, h, up, down): &Perturbed| {
                     let up = self.predict(view, up, corner)?;
                     let down = self.predict(view, down, corner)?;
                     Some(corner.whitener * (up - down) / (2.0 * h))
                 };
-                let mut by_shared = SMatrix::<f64, 2, SHARED>::zeros();
-                for world in &shared {
-                    by_shared.set_column(world.0, &slope(world)?);
+                for perturbed in &shared {
+                    by_shared.set_column(perturbed.0, &slope(perturbed)?);
                 }
-                let mut by_local = SMatrix::<f64, 2, LOCAL>::zeros();
-                for world in &local {
-                    by_local.set_column(world.0, &slope(world)?);
+                for perturbed in &local {
+                    by_local.set_column(perturbed.0, &slope(perturbed)?);
                 }
                 block.add(&by_shared, &by_local, &residual);
             }
-            let is_whole = matches!(&self.cause, Cause::Torn(rows) if rows[view].is_none());
-            for index in if is_whole { 6 } else { local_count }..LOCAL {
-                block.local[(index, index)] = 1.0;
-            }
-            if *self.cause == Cause::RollingShutter {
-                for (index, value) in at.local.iter().enumerate() {
-                    let information = 1.0 / (self.rolling_sd_px * self.rolling_sd_px);
-                    block.local[(6 + index, 6 + index)] += information;
-                    block.gradient[6 + index] -= value * information;
-                    cost += value * value * information;
-                }
-            }
+            cost += self.weigh_local(view, &at.local, &mut block);
             blocks.push(block);
         }
         let mut normal = NormalEquations::from_views(blocks);
-        for index in (0..SHARED).filter(|index| !self.is_free(*index)) {
+        for index in (0..S).filter(|index| !self.is_free(*index)) {
             normal.shared[(index, index)] = 1.0;
         }
-        if *self.cause == Cause::LensShape {
-            for (index, (value, sd)) in state.shared.iter().zip(LENS_SHAPE_SD).enumerate() {
+        let shared_sd = self.cause.shared_sd();
+        for (index, (value, sd)) in state.shared.iter().zip(shared_sd).enumerate() {
+            if sd.is_finite() {
                 let index = LENS_PARAMETERS + index;
-                normal.shared[(index, index)] += 1.0 / (sd * sd);
-                normal.gradient[index] -= value / (sd * sd);
-                cost += (value / sd).powi(2);
+                let information = self.noise_variance / (sd * sd);
+                normal.shared[(index, index)] += information;
+                normal.gradient[index] -= value * information;
+                cost += value * value * information;
             }
         }
         cost.is_finite().then_some((cost, normal))
     }
 
-    fn moved(&self, state: &ExtendedState, step: &Step<SHARED, LOCAL>) -> ExtendedState {
+    fn moved(&self, state: &ExtendedState, step: &Step<S, LOCAL>) -> ExtendedState {
         let mut lens = state.bundle.camera.lens_parameters();
         for (value, change) in lens.iter_mut().zip(step.shared.iter()) {
             *value += change;

@@ -58,6 +58,28 @@ pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
     has_few
 }
 
+/// Most causes that [`FindingCode::CauseUnclear`] names.
+pub const CANDIDATES: usize = 3;
+
+/// How a focus or zoom moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FocusMotion {
+    /// Another focal length in every view.
+    Scattered,
+    /// At a constant rate.
+    Drift {
+        /// Relative change of the focal length from the first view to the last.
+        change: f64,
+    },
+    /// Once.
+    Jump {
+        /// The first view with the new focal length.
+        view: usize,
+        /// Relative change of the focal length.
+        change: f64,
+    },
+}
+
 /// The possible findings. Measured values come with the limit they exceed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FindingCode {
@@ -170,6 +192,8 @@ pub enum FindingCode {
         gain: f64,
         /// Standard deviation of the focal lengths over their mean.
         relative_sd: f64,
+        /// How it moved.
+        motion: FocusMotion,
     },
     /// Every view has its own focal length, as requested.
     FocalVaries {
@@ -230,6 +254,41 @@ pub enum FindingCode {
         /// Number of such views.
         views: usize,
         /// Gain in BIC over whole views.
+        gain: f64,
+    },
+    /// The board bends differently in each view.
+    BoardFlexes {
+        /// Root mean square distance between its lowest and highest corner, in metres.
+        depth_m: f64,
+        /// Gain in BIC over a flat board.
+        gain: f64,
+    },
+    /// Every view is shifted in the picture, as by a stabiliser.
+    PictureShifted {
+        /// Root mean square shift, in pixels.
+        shift_px: f64,
+        /// Gain in BIC over views that aren't.
+        gain: f64,
+    },
+    /// Rows and columns of the picture aren't at right angles.
+    PixelsSkewed {
+        /// Angle by which they miss it.
+        skew_rad: f64,
+        /// Gain in BIC over right angles.
+        gain: f64,
+    },
+    /// Something in front of the lens shifts the picture smoothly.
+    PictureWarped {
+        /// Largest shift at a corner of the board in pixels, without what lens and poses can do as well.
+        shift_px: f64,
+        /// Gain in BIC over a picture that isn't.
+        gain: f64,
+    },
+    /// The views disagree, and several causes explain them about equally well.
+    CauseUnclear {
+        /// What each of the likeliest causes would be reported as, the likeliest first.
+        candidates: [Option<&'static str>; CANDIDATES],
+        /// Gain in BIC of the likeliest.
         gain: f64,
     },
     /// No lens model describes the shape of the lens.
@@ -332,6 +391,8 @@ pub enum FindingCode {
         max_px: f64,
         /// Largest mean wanted, in pixels.
         wanted_px: f64,
+        /// Largest maximum wanted, in pixels.
+        max_wanted_px: f64,
     },
     /// Bundle adjustment did not converge.
     NotConverged,
@@ -363,6 +424,11 @@ impl FindingCode {
             Self::BoardBent { .. } => "BOARD-BENT",
             Self::RollingShutter { .. } => "ROLLING-SHUTTER",
             Self::ViewTorn { .. } => "VIEW-TORN",
+            Self::BoardFlexes { .. } => "BOARD-FLEXES",
+            Self::PictureShifted { .. } => "PICTURE-SHIFTED",
+            Self::PixelsSkewed { .. } => "PIXELS-SKEWED",
+            Self::PictureWarped { .. } => "PICTURE-WARPED",
+            Self::CauseUnclear { .. } => "CAUSE-UNCLEAR",
             Self::LensOther { .. } => "LENS-OTHER",
             Self::CornersOutside { .. } => "CORNERS-OUTSIDE",
             Self::CornerOdd { .. } => "CORNER-ODD",
@@ -392,7 +458,10 @@ impl FindingCode {
             | Self::CornersOutside { view, .. }
             | Self::CornerOdd { view, .. }
             | Self::HeldOut { view, .. }
-            | Self::Mirrored { view } => *view = number(*view),
+            | Self::Mirrored { view }
+            | Self::FocusMoved { motion: FocusMotion::Jump { view, .. }, .. } => {
+                *view = number(*view);
+            }
             _ => {}
         }
     }

@@ -7,6 +7,8 @@ use crate::frame::ImageSize;
 const PP_SD: f64 = 0.002;
 const F_SD: f64 = 0.004;
 const PROJECTION_SD: f64 = 0.001;
+/// The same in the worst place of the picture, usually a corner that no board has covered.
+const PROJECTION_MAX_SD: f64 = 0.004;
 /// Fraction of the picture that the boards should cover; outside, the distortion is extrapolated. A convention.
 const COVERAGE: f64 = 0.4;
 /// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong board.
@@ -23,6 +25,8 @@ pub struct Limits {
     pub f_sd_px: f64,
     /// Largest mean standard deviation of projection over the picture.
     pub projection_sd_px: f64,
+    /// Largest standard deviation of projection in the worst place of the picture.
+    pub projection_max_sd_px: f64,
     /// Largest typical error of a corner coordinate.
     pub noise_px: f64,
     /// Smallest share of the picture that the boards cover.
@@ -39,6 +43,7 @@ impl Limits {
             pp_sd_px: PP_SD * width_px,
             f_sd_px: F_SD * f_px,
             projection_sd_px: PROJECTION_SD * width_px,
+            projection_max_sd_px: PROJECTION_MAX_SD * width_px,
             noise_px: NOISE_PX,
             coverage: COVERAGE,
             views: VIEWS,

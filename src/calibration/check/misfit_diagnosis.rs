@@ -1,20 +1,17 @@
 //! Compares hypotheses for a misfit by BIC, and adds their uncertainty to the covariance.
 
-use nalgebra::{Matrix3, SVector, Vector3};
-use statrs::function::factorial::ln_binomial;
+use nalgebra::SVector;
 
 use super::{
-    extended_bundle::Cause,
-    misfit_models::{Explanation, explain},
+    cause::{Cause, Family},
+    misfit_models::{Explanation, FirstStep, Unexplained},
     torn_views,
+    view_split::{cost_of_search, likeliest_jump, likeliest_split},
 };
 use crate::{
-    calibration::solve::{
-        bundle::{Bundle, Observations},
-        schur_lm::inverse,
-    },
+    calibration::solve::bundle::{Bundle, Observations},
     frame::ImageSize,
-    geometry::LENS_PARAMETERS,
+    geometry::{Camera, LENS_PARAMETERS},
 };
 
 type LensMatrix = nalgebra::SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
@@ -23,14 +20,26 @@ type LensMatrix = nalgebra::SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 const MAX_FOCAL_SCATTER: f64 = 0.003;
 /// Minimum gain in BIC to report a hypothesis: odds of e¹⁰ to 1. Sound views stay below 3.
 pub(super) const MIN_BIC_GAIN: f64 = 20.0;
+/// The same for a hypothesis with one parameter, which finds less by chance: odds of e⁶ to 1.
+const MIN_BIC_GAIN_OF_ONE: f64 = 12.0;
+/// Gain by which a hypothesis must beat the next one to be called the cause: odds of e⁵ to 1.
+pub(super) const CLEAR_GAIN: f64 = 10.0;
 /// Two groups of views whose principal points differ by less than this fraction of the picture's width are one camera,
 /// refocused: 5 px at 1280.
 const SAME_CENTRE: f64 = 0.004;
+/// Standard deviations of a drift of the focal length at which it is reported with a probability of 95 %, beside the
+/// square root of the gain wanted.
+const POWER_SIGMAS: f64 = 1.645;
+
+/// Prior probability that the focus drifts though nothing moves it, and the standard deviation of that drift relative to the
+/// focal length: what warming up does to small lenses.
+const DRIFT_PROBABILITY: f64 = 0.3;
+const DRIFT_SD: f64 = 6e-3;
 
 /// A fitted hypothesis, and how much better it explains the corners than the plain bundle.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
-    /// Gain in BIC over the richest plain bundle, `n ln(cost₀/cost) − k ln n`, less [`cost_of_search`].
+    /// Gain in BIC over the richest plain bundle, less [`cost_of_search`].
     pub(in crate::calibration) gain: f64,
     pub(super) explanation: Explanation,
 }
@@ -43,76 +52,127 @@ pub(in crate::calibration) struct Causes {
     noise_gain: f64,
     /// Covariance of the lens from not knowing which hypothesis holds.
     pub(in crate::calibration) doubt: LensMatrix,
+    /// Relative change of the focal length from the first view to the last that would be reported. `None` if views are
+    /// too few to tell.
+    pub(in crate::calibration) visible_drift: Option<f64>,
 }
 
 impl Causes {
     pub(in crate::calibration) fn none() -> Self {
-        Self { hypotheses: Vec::new(), noise_gain: 0.0, doubt: LensMatrix::zeros() }
+        Self {
+            hypotheses: Vec::new(),
+            noise_gain: 0.0,
+            doubt: LensMatrix::zeros(),
+            visible_drift: None,
+        }
     }
 
     /// The most probable hypothesis, if its gain is large enough to report and correlated noise doesn't explain as much.
     pub(super) fn best_hypothesis(&self) -> Option<&Hypothesis> {
-        let least = MIN_BIC_GAIN.max(self.noise_gain);
-        self.hypotheses.first().filter(|hypothesis| hypothesis.gain > least)
+        let best = self.hypotheses.first()?;
+        let is_one = best.explanation.parameters == 1;
+        let least = if is_one { MIN_BIC_GAIN_OF_ONE } else { MIN_BIC_GAIN };
+        (best.gain > least.max(self.noise_gain)).then_some(best)
+    }
+
+    /// The best hypothesis of each other family that explains the views nearly as well as [`Self::best_hypothesis`].
+    pub(super) fn rivals(&self) -> Vec<&Hypothesis> {
+        let Some(best) = self.best_hypothesis() else { return Vec::new() };
+        let family = best.explanation.cause.family();
+        let mut rivals: Vec<&Hypothesis> = Vec::new();
+        for hypothesis in &self.hypotheses {
+            let other = hypothesis.explanation.cause.family();
+            let is_first = rivals.iter().all(|rival| rival.explanation.cause.family() != other);
+            if hypothesis.gain > best.gain - CLEAR_GAIN && is_first && family.rivals(other) {
+                rivals.push(hypothesis);
+            }
+        }
+        rivals
+    }
+
+    /// Covariance of the lens under `best`, from hypotheses of its family that may hold instead. Others are examined again
+    /// once `best` is allowed for.
+    pub(super) fn doubt_beside(&self, best: &Hypothesis) -> LensMatrix {
+        let there = best.explanation.state.bundle.camera.lens_parameters();
+        let odds = |gain: f64| (0.5 * (gain - best.gain)).exp().min(1.0);
+        let family = best.explanation.cause.family();
+        let alike = self.hypotheses.iter().filter(|h| h.explanation.cause.family() == family);
+        let total: f64 = alike.clone().map(|hypothesis| odds(hypothesis.gain)).sum();
+        let spread = |hypothesis: &Hypothesis| {
+            let lens = hypothesis.explanation.state.bundle.camera.lens_parameters();
+            let off = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| lens[i] - there[i]);
+            off * off.transpose() * (odds(hypothesis.gain) / total)
+        };
+        alike.map(spread).sum()
     }
 
     /// Relative scatter of the focal length, if a moving focus is the best hypothesis and the scatter too large for a common
     /// focal length.
     pub(in crate::calibration) fn focus_moved(&self) -> Option<f64> {
-        let hypothesis = self.best_hypothesis().filter(|s| s.explanation.cause == Cause::Focus)?;
-        let relative_sd = hypothesis.explanation.state.focal_relative_sd();
-        (relative_sd > MAX_FOCAL_SCATTER).then_some(relative_sd)
+        let best = self.best_hypothesis()?;
+        let is_focus = best.explanation.cause.family() == Family::Focus;
+        let relative_sd = best.explanation.focal_relative_sd();
+        (is_focus && relative_sd > MAX_FOCAL_SCATTER).then_some(relative_sd)
     }
 }
 
-/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one. `noise_gain` is what correlated
-/// noise gains in BIC.
+/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one. `result` is the lens whose doubt is
+/// asked for; `noise_gain` is what correlated noise gains in BIC.
 pub(in crate::calibration) fn causes(
     observations: &Observations,
     bundle: &Bundle,
+    result: &Camera,
     image_size: ImageSize,
     noise_floor: f64,
     noise_gain: f64,
 ) -> Causes {
     let n = observations.coordinate_count() as f64;
-    let views = observations.view_count();
-    let square_pixels = bundle.freedom.square_pixels;
-    let least = n * noise_floor * noise_floor;
-    let cost = bundle.cost.max(least);
+    let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor);
     let mut all = vec![
         Cause::Focus,
+        Cause::FocusDrift,
         Cause::BoardStretched,
         Cause::BoardBent,
+        Cause::BoardFlexes,
+        Cause::PixelSkew,
         Cause::RollingShutter,
+        Cause::Shifted,
         Cause::LensShape,
+        Cause::SmoothField,
     ];
-    all.extend(square_pixels.then_some(Cause::PixelAspect));
+    all.extend(bundle.freedom.square_pixels.then_some(Cause::PixelAspect));
+    all.extend(likeliest_jump(bundle).map(Cause::FocusJump));
     all.extend(likeliest_split(bundle).map(Cause::Mixed));
     all.extend(torn_views::suspects(observations, &bundle.state).map(Cause::Torn));
     let mut hypotheses: Vec<Hypothesis> = all
         .into_iter()
         .filter_map(|cause| {
-            // Fitted only if the first step promises to gain most of what the parameters cost.
-            let k = cause.parameters(views) as f64;
-            let worth = cost * (-0.8 * k * n.ln() / n).exp();
-            let explanation =
-                explain(observations, cause, image_size, &bundle.state, square_pixels, worth)?;
+            let explanation = unexplained.explain(cause)?;
             let searched = match &explanation.cause {
                 Cause::Mixed(odd) => cost_of_search(odd),
+                Cause::FocusJump(_) => 2.0 * ((observations.view_count() - 1) as f64).ln(),
                 _ => 0.0,
             };
-            let gain = n * (cost / explanation.cost.max(least)).ln() - k * n.ln() - searched;
-            Some(Hypothesis { gain, explanation })
+            Some(Hypothesis { gain: explanation.gain - searched, explanation })
         })
         .collect();
     hypotheses.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     prefer_focus(&mut hypotheses, image_size);
     let noise_gain = noise_gain.max(0.0);
-    let doubt = doubt(&hypotheses, bundle, n, noise_gain);
-    Causes { hypotheses, noise_gain, doubt }
+    let mut doubt = doubt(&hypotheses, bundle, result, n, noise_gain);
+    let drift = unexplained.first_step(&Cause::FocusDrift);
+    let noise_variance = bundle.noise_factor().max(noise_floor).powi(2);
+    if let Some(FirstStep { value, unit_variance, .. }) = drift {
+        add_to_f(&mut doubt, unseen_drift(value, unit_variance * noise_variance), result);
+    }
+    let visible_drift = drift.map(|step| {
+        let sd = (step.unit_variance * noise_variance).sqrt();
+        ((MIN_BIC_GAIN_OF_ONE + n.ln()).sqrt() + POWER_SIGMAS) * sd
+    });
+    Causes { hypotheses, noise_gain, doubt, visible_drift }
 }
 
-/// Moves `Focus` to the front if the best hypothesis is two cameras with the same principal point.
+/// Moves the best hypothesis about focus to the front if the best hypothesis is two cameras with the same principal point.
 fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
     let Some(first) = hypotheses.first() else { return };
     if !matches!(first.explanation.cause, Cause::Mixed(_)) {
@@ -124,9 +184,9 @@ fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
         return;
     }
     let gain = first.gain;
-    let focus = hypotheses
-        .iter()
-        .position(|s| s.explanation.cause == Cause::Focus && s.gain > MIN_BIC_GAIN.min(0.5 * gain));
+    let focus = hypotheses.iter().position(|s| {
+        s.explanation.cause.family() == Family::Focus && s.gain > MIN_BIC_GAIN.min(0.5 * gain)
+    });
     if let Some(focus) = focus {
         hypotheses[..=focus].rotate_right(1);
     }
@@ -134,33 +194,59 @@ fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
 
 /// Covariance added by averaging over the hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in proportion to the odds
 /// `e^(gain/2)`; the plain bundle counts with the gain of its noise.
-fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, n: f64, noise_gain: f64) -> LensMatrix {
+fn doubt(
+    hypotheses: &[Hypothesis],
+    bundle: &Bundle,
+    result: &Camera,
+    n: f64,
+    noise_gain: f64,
+) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
     let most = hypotheses.iter().map(|s| s.gain).fold(noise_gain, f64::max);
     let odds = |gain: f64| (0.5 * (gain - most)).exp();
     let total = odds(noise_gain) + hypotheses.iter().map(|s| odds(s.gain)).sum::<f64>();
     let Some(plain) = bundle.covariance(bundle.noise_factor()) else { return doubt };
-    let there = bundle.state.camera.lens_parameters();
+    let there = result.lens_parameters();
     for Hypothesis { gain, explanation } in hypotheses {
+        let is_one_of_focus =
+            explanation.cause.family() == Family::Focus && explanation.parameters == 1;
+        if is_one_of_focus && *gain < MIN_BIC_GAIN_OF_ONE {
+            // Allowed for by `unseen_drift`, which has the better prior.
+            continue;
+        }
         let lens = explanation.state.bundle.camera.lens_parameters();
         let off = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| lens[i] - there[i]);
-        let parameters = bundle.freedom.count() + 6 * explanation.state.local.len();
-        let freedom = (n - (parameters + explanation.parameters) as f64).max(1.0);
-        let variance = explanation.cost / freedom;
+        let freedom = bundle.freedom.count() + 6 * explanation.state.local.len();
+        let variance = explanation.noise_variance(n, freedom);
         let mut spread = explanation.unit_covariance * variance + off * off.transpose();
-        if explanation.cause == Cause::Focus {
-            let f_px = lens[0];
-            let logs = explanation.state.local.iter().map(|local| local[0]);
-            let of_f = f_px * f_px * logs.clone().map(|x| x * x).sum::<f64>() / logs.count() as f64;
-            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                spread[(i, j)] += of_f;
-            }
-        }
+        add_to_f(&mut spread, explanation.focal_spread().powi(2), result);
         let more = spread - plain;
         // Only positive parts: a hypothesis must not make the result look more certain.
         doubt += positive_part(&more) * (odds(*gain) / total);
     }
     doubt
+}
+
+/// Adds `relative_variance` of the focal length to a covariance.
+fn add_to_f(covariance: &mut LensMatrix, relative_variance: f64, result: &Camera) {
+    let f_px = result.f_px;
+    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        covariance[(i, j)] += relative_variance * f_px[i] * f_px[j];
+    }
+}
+
+/// Relative variance of the focal length after the last view from a drift too small to be seen: a quarter of the mean
+/// square of a drift that was measured as `measured` with `variance`, by its prior.
+fn unseen_drift(measured: f64, variance: f64) -> f64 {
+    let prior = DRIFT_SD * DRIFT_SD;
+    let sum = prior + variance;
+    // Likelihood of a drift over that of none.
+    let ratio =
+        (variance / sum).sqrt() * (0.5 * measured * measured * prior / (variance * sum)).exp();
+    let odds = ratio * DRIFT_PROBABILITY / (1.0 - DRIFT_PROBABILITY);
+    let probability = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
+    let (mean, left) = (measured * prior / sum, variance * prior / sum);
+    0.25 * probability * (mean * mean + left)
 }
 
 /// The part of a symmetric matrix with positive eigenvalues, computed after scaling to a unit diagonal.
@@ -174,109 +260,4 @@ pub(super) fn positive_part(matrix: &LensMatrix) -> LensMatrix {
     eigen.eigenvalues.iter_mut().for_each(|value| *value = value.max(0.0));
     let positive = eigen.recompose();
     LensMatrix::from_fn(|i, j| positive[(i, j)] * scale[i] * scale[j])
-}
-
-/// Splits the views into the two groups that disagree most about f and the principal point, and marks the smaller.
-///
-/// With `I` and `g` the information and gradient of each view, splitting into A and B gains `gₐᵀ(Iₐ⁻¹ + I_b⁻¹)gₐ`. Tries
-/// consecutive views, and views sorted by the shift of each parameter; then improves the best split view by view. `None`
-/// with fewer than four views.
-fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
-    const PP_AND_F: [usize; 3] = [0, 2, 3];
-    let views: Vec<Pull> = bundle
-        .view_information()
-        .iter()
-        .map(|(information, gradient)| Pull {
-            information: Matrix3::from_fn(|i, j| information[(PP_AND_F[i], PP_AND_F[j])]),
-            gradient: Vector3::from_fn(|i, _| gradient[PP_AND_F[i]]),
-        })
-        .collect();
-    let count = views.len();
-    if count < 4 {
-        return None;
-    }
-    let all = views.iter().fold(Pull::zero(), |sum, view| sum.with(view, 1.0));
-    let gain = |odd: &Pull| -> Option<f64> {
-        let (first, second) =
-            (inverse(&(all.information - odd.information))?, inverse(&odd.information)?);
-        Some((odd.gradient.transpose() * (first + second) * odd.gradient).x)
-    };
-    let mut orders: Vec<Vec<usize>> = vec![(0..count).collect()];
-    for i in 0..3 {
-        let mut order: Vec<usize> = (0..count).collect();
-        let pull = |view: usize| {
-            views[view].gradient[i] / views[view].information[(i, i)].max(f64::MIN_POSITIVE)
-        };
-        order.sort_by(|a, b| pull(*a).total_cmp(&pull(*b)));
-        orders.push(order);
-    }
-    let mut best: Option<(f64, Vec<bool>)> = None;
-    for order in orders {
-        let mut group = Pull::zero();
-        let mut most: Option<(f64, usize)> = None;
-        for (taken, view) in order.iter().take(count - 1).enumerate() {
-            group = group.with(&views[*view], 1.0);
-            if let Some(gain) = gain(&group)
-                && most.is_none_or(|(most, _)| gain > most)
-            {
-                most = Some((gain, taken + 1));
-            }
-        }
-        if let Some((gain, taken)) = most
-            && best.as_ref().is_none_or(|(most, _)| gain > *most)
-        {
-            let mut odd = vec![false; count];
-            order[..taken].iter().for_each(|view| odd[*view] = true);
-            best = Some((gain, odd));
-        }
-    }
-    let (mut most, mut odd) = best?;
-    let marked = views.iter().zip(&odd).filter(|(_, odd)| **odd);
-    let mut group = marked.fold(Pull::zero(), |sum, (view, _)| sum.with(view, 1.0));
-    let mut changed = true;
-    while changed {
-        changed = false;
-        for view in 0..count {
-            let moved = group.with(&views[view], if odd[view] { -1.0 } else { 1.0 });
-            if let Some(better) = gain(&moved).filter(|gain| *gain > most * (1.0 + 1e-9)) {
-                (most, group, changed) = (better, moved, true);
-                odd[view] = !odd[view];
-            }
-        }
-    }
-    if 2 * odd.iter().filter(|odd| **odd).count() > count {
-        odd.iter_mut().for_each(|odd| *odd = !*odd);
-    }
-    Some(odd)
-}
-
-/// What views tell about f and the principal point.
-#[derive(Clone, Copy)]
-struct Pull {
-    information: Matrix3<f64>,
-    gradient: Vector3<f64>,
-}
-
-impl Pull {
-    fn zero() -> Self {
-        Self { information: Matrix3::zeros(), gradient: Vector3::zeros() }
-    }
-
-    fn with(&self, other: &Self, times: f64) -> Self {
-        Self {
-            information: self.information + other.information * times,
-            gradient: self.gradient + other.gradient * times,
-        }
-    }
-}
-
-/// What a split costs in BIC for having been searched for: twice the logarithm of how many splits are as simple. A
-/// split into consecutive views is one of `N`; any other one of `N` sizes and of those with its size.
-///
-/// Noise alone gains about 0.64 `N` by the best of 2ᴺ splits.
-fn cost_of_search(odd: &[bool]) -> f64 {
-    let (views, marked) = (odd.len() as u64, odd.iter().filter(|odd| **odd).count() as u64);
-    let changes = odd.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    let of_this_size = if changes == 1 { 0.0 } else { ln_binomial(views, marked) };
-    2.0 * ((views as f64).ln() + of_this_size)
 }

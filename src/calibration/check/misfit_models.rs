@@ -1,15 +1,18 @@
-//! Extended bundle models, one for each hypothesis about a misfit: a focus that moves, a bent board, a rolling shutter.
+//! Fits the extended bundle under one cause, and weighs what it gains against what its parameters cost.
 //!
 //! Each [`Cause`] adds parameters to the lens and poses. How much better it explains the corners than the plain bundle
 //! tells how probable it is.
 
-use nalgebra::SMatrix;
+use nalgebra::{DMatrix, SMatrix, SVector, Vector2};
 
-use super::extended_bundle::{Cause, ExtendedProblem, ExtendedState, LOCAL_EXTRAS, SHARED_EXTRAS};
+use super::{
+    cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS},
+    extended_bundle::{ExtendedProblem, ExtendedState, LOCAL},
+};
 use crate::{
     calibration::solve::{
-        bundle::{BundleState, Observations},
-        schur_lm::{Problem, inverse, minimise_to},
+        bundle::{Bundle, BundleState, Observations},
+        schur_lm::{Minimum, NormalEquations, Problem, ViewBlock, inverse, minimise_to},
     },
     frame::ImageSize,
     geometry::LENS_PARAMETERS,
@@ -17,15 +20,17 @@ use crate::{
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Prior standard deviation of the movement between the readout of the top and the bottom row, for the first pass: a hand
-/// moving at 300 px/s during 1/30 s.
-const ROLLING_SD_PX: f64 = 10.0;
-/// Floor of that standard deviation in later passes.
-const LEAST_ROLLING_SD_PX: f64 = 0.1;
-/// Passes; each takes the standard deviation from the movements found by the one before.
-const ROLLING_PASSES: usize = 4;
+/// Fits of a cause whose parameters of the views have a prior; each takes their standard deviation from the one before.
+const PRIOR_PASSES: usize = 4;
 /// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change a BIC that must differ by 20.
 const NEGLIGIBLE_STEP: f64 = 1e-3;
+/// Part of what its parameters cost that the first step of a fit must promise to gain.
+const PROMISING: f64 = 0.8;
+/// For parameters of the views with a prior: standard deviations above what chance gains.
+const PROMISING_SIGMAS: f64 = 4.0;
+
+const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
+const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
 
 /// The best fit under one cause.
 #[derive(Clone, Debug)]
@@ -33,74 +38,272 @@ pub(super) struct Explanation {
     pub(super) cause: Cause,
     /// Number of parameters added by the cause.
     pub(in crate::calibration) parameters: usize,
+    /// Gain in BIC over the plain bundle: `n ln(cost₀/cost)` less what the parameters cost.
+    pub(super) gain: f64,
     /// Sum of squared whitened residuals.
     pub(in crate::calibration) cost: f64,
     pub(in crate::calibration) state: ExtendedState,
     /// Covariance of the lens for corners with the stated error, parameters of the cause marginalised out.
     pub(in crate::calibration) unit_covariance: LensMatrix,
-    /// Distance in metres between the lowest and the highest corner of the board; zero unless it's bent.
+    /// The same with the parameters of the cause known.
+    pub(super) known_unit_covariance: LensMatrix,
+    /// Shift of each corner in pixels by the cause, view by view; empty unless the board is bent.
+    pub(in crate::calibration) shift_px: Vec<Vec<Vector2<f64>>>,
+    /// Largest shift of a corner in pixels by the cause; zero unless it's a smooth field.
+    pub(super) largest_shift_px: f64,
+    /// Distance in metres between the lowest and the highest corner of the board; zero unless it's bent. If it bends
+    /// differently in each view, root mean square.
     pub(super) depth_m: f64,
 }
 
-/// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle.
-///
-/// `None` if the first step predicts a cost above `worth`, or if the fit fails.
-pub(super) fn explain(
-    observations: &Observations,
-    cause: Cause,
-    image_size: ImageSize,
-    start: &BundleState,
-    square_pixels: bool,
-    worth: f64,
-) -> Option<Explanation> {
-    let views = observations.view_count();
-    let half_board_m =
-        observations.board_m().iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max);
-    let square_pixels = square_pixels && cause != Cause::PixelAspect;
-    let mut problem = ExtendedProblem {
-        observations,
-        cause: &cause,
-        image_size,
-        half_board_m,
-        square_pixels,
-        rolling_sd_px: ROLLING_SD_PX,
-    };
-    let start = ExtendedState {
-        bundle: start.clone(),
-        shared: [0.0; SHARED_EXTRAS],
-        local: vec![[0.0; LOCAL_EXTRAS]; views],
-    };
-    let (cost, normal) = problem.linearise(&start)?;
-    if cost - normal.solve(1e-9)?.decrement > worth {
-        return None;
+impl Explanation {
+    /// Variance of the corners as a multiple of the stated covariances, after a plain bundle that has estimated `freedom`
+    /// parameters from `n` coordinates.
+    pub(super) fn noise_variance(&self, n: f64, freedom: usize) -> f64 {
+        self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
     }
-    let mut minimum = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
-    if cause == Cause::RollingShutter {
-        // A prior wider than the actual movements would leave f and the principal point undetermined.
-        for _ in 1..ROLLING_PASSES {
-            let shear_px = minimum.state.shear_px() / std::f64::consts::SQRT_2;
-            problem.rolling_sd_px = shear_px.max(LEAST_ROLLING_SD_PX);
-            minimum = minimise_to(&problem, minimum.state, NEGLIGIBLE_STEP)?;
+
+    /// Relative sample standard deviation of the focal length over the views; zero unless the cause is a moving focus.
+    pub(super) fn focal_relative_sd(&self) -> f64 {
+        let views = self.state.local.len() as f64;
+        let change = self.state.shared[0].abs();
+        match &self.cause {
+            Cause::Focus => {
+                let logs = self.state.local.iter().map(|local| local[0]);
+                let mean = logs.clone().sum::<f64>() / views;
+                let squares: f64 = logs.map(|x| (x - mean).powi(2)).sum();
+                (squares / (views - 1.0).max(1.0)).sqrt()
+            }
+            // Of equal steps.
+            Cause::FocusDrift => change * ((views + 1.0) / (12.0 * (views - 1.0).max(1.0))).sqrt(),
+            Cause::FocusJump(from) => {
+                let share = *from as f64 / views;
+                change * (share * (1.0 - share) * views / (views - 1.0).max(1.0)).sqrt()
+            }
+            _ => 0.0,
         }
     }
-    let mut unit_covariance: LensMatrix = inverse(&minimum.normal.reduced()?)?
-        .fixed_view::<LENS_PARAMETERS, LENS_PARAMETERS>(0, 0)
-        .into();
+
+    /// How far a single focal length is from that of some views, relative to itself: a standard deviation if every view
+    /// has its own, else the way to the first and to the last view. The focus is expected to stay where it ended.
+    pub(super) fn focal_spread(&self) -> f64 {
+        let change = self.state.shared[0].abs();
+        match &self.cause {
+            Cause::Focus => self.state.local_rms(1),
+            Cause::FocusDrift => 0.5 * change,
+            Cause::FocusJump(_) => change,
+            _ => 0.0,
+        }
+    }
+}
+
+/// What is explained: corners, and the minimum of the plain bundle.
+#[derive(Clone, Copy)]
+pub(super) struct Unexplained<'a> {
+    pub(super) observations: &'a Observations,
+    pub(super) image_size: ImageSize,
+    pub(super) start: &'a BundleState,
+    pub(super) square_pixels: bool,
+    /// Sum of squared whitened residuals of the plain bundle.
+    pub(super) cost: f64,
+    /// Least sum that is believed.
+    pub(super) least_cost: f64,
+}
+
+impl<'a> Unexplained<'a> {
+    /// What `bundle` leaves unexplained.
+    pub(super) fn by(
+        bundle: &'a Bundle,
+        observations: &'a Observations,
+        image_size: ImageSize,
+        noise_floor: f64,
+    ) -> Self {
+        let least_cost = observations.coordinate_count() as f64 * noise_floor * noise_floor;
+        Self {
+            observations,
+            image_size,
+            start: &bundle.state,
+            square_pixels: bundle.freedom.square_pixels,
+            cost: bundle.cost.max(least_cost),
+            least_cost,
+        }
+    }
+
+    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle.
+    ///
+    /// `None` if the first step doesn't promise to gain most of what the parameters cost, or if the fit fails.
+    pub(super) fn explain(&self, cause: Cause) -> Option<Explanation> {
+        if cause.shared_extras() > FEW_SHARED_EXTRAS {
+            self.fit::<MANY>(cause)
+        } else {
+            self.fit::<FEW>(cause)
+        }
+    }
+
+    /// Variance of the corners as a multiple of the stated covariances, if `cost` is left.
+    fn noise_variance(&self, cost: f64) -> f64 {
+        let n = self.observations.coordinate_count() as f64;
+        let left = n - (6 * self.observations.view_count() + LENS_PARAMETERS) as f64;
+        cost.max(self.least_cost) / left.max(1.0)
+    }
+
+    fn problem<'b>(&'b self, cause: &'b Cause) -> ExtendedProblem<'b> {
+        let board_m = self.observations.board_m();
+        ExtendedProblem {
+            observations: self.observations,
+            cause,
+            image_size: self.image_size,
+            half_board_m: board_m.iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max),
+            square_pixels: self.square_pixels && *cause != Cause::PixelAspect,
+            local_sd: cause.local_sd().map_or(1.0, |(first, _)| first),
+            noise_variance: self.noise_variance(self.cost),
+        }
+    }
+
+    fn fit<const S: usize>(&self, cause: Cause) -> Option<Explanation> {
+        let views = self.observations.view_count();
+        let n = self.observations.coordinate_count() as f64;
+        let mut problem = self.problem(&cause);
+        let start = ExtendedState::plain(self.start);
+        let (cost, normal): (f64, NormalEquations<S, LOCAL>) = problem.linearise(&start)?;
+        let parameters = cause.parameters(views);
+        let promised =
+            n * (self.cost / (cost - normal.solve(1e-9)?.decrement).max(self.least_cost)).ln();
+        let wanted = match cause.local_sd() {
+            Some(_) => parameters as f64 + PROMISING_SIGMAS * (2.0 * parameters as f64).sqrt(),
+            None => PROMISING * parameters as f64 * n.ln(),
+        };
+        if promised < wanted {
+            return None;
+        }
+        let mut minimum: Minimum<_, S, LOCAL> = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
+        if let Some((_, least)) = cause.local_sd() {
+            // A prior wider than the actual scatter would leave f and the principal point undetermined.
+            for _ in 1..PRIOR_PASSES {
+                problem.local_sd = minimum.state.local_rms(cause.local_extras()).max(least);
+                problem.noise_variance = self.noise_variance(problem.cost(&minimum.state)?);
+                minimum = minimise_to(&problem, minimum.state, NEGLIGIBLE_STEP)?;
+            }
+        }
+        let state = minimum.state;
+        let cost = problem.cost(&state)?;
+        let gain = match cause.local_sd() {
+            Some(_) => {
+                let prior_information = problem.noise_variance / problem.local_sd.powi(2);
+                let occam: f64 = minimum
+                    .normal
+                    .views
+                    .iter()
+                    .map(|view| evidence_cost(view, cause.local_extras(), prior_information))
+                    .sum();
+                n * (self.cost / minimum.cost.max(self.least_cost)).ln() - occam - n.ln()
+            }
+            None => n * (self.cost / cost.max(self.least_cost)).ln() - parameters as f64 * n.ln(),
+        };
+        let information = minimum.normal.reduced()?;
+        let unit_covariance = lens_covariance(&problem, &inverse(&information)?);
+        let mut known = information;
+        for index in LENS_PARAMETERS..S {
+            known.row_mut(index).fill(0.0);
+            known.column_mut(index).fill(0.0);
+            known[(index, index)] = 1.0;
+        }
+        let known_unit_covariance = lens_covariance(&problem, &inverse(&known)?);
+        let depth_m = depth_m(&problem, &state);
+        let shifts_px = || problem.shifts_px(&state);
+        let shift_px = if cause == Cause::BoardBent { shifts_px()? } else { Vec::new() };
+        let largest_shift_px = match cause {
+            Cause::SmoothField => {
+                shifts_px()?.iter().flatten().map(Vector2::norm).fold(0.0, f64::max)
+            }
+            _ => 0.0,
+        };
+        Some(Explanation {
+            shift_px,
+            largest_shift_px,
+            depth_m,
+            parameters,
+            gain,
+            cost,
+            state,
+            unit_covariance,
+            known_unit_covariance,
+            cause,
+        })
+    }
+
+    /// Standard deviation of the one shared parameter of `cause`, for corners with the stated error, and its value after
+    /// the first step. `None` if the corners leave it undetermined.
+    pub(super) fn first_step(&self, cause: &Cause) -> Option<FirstStep> {
+        let problem = self.problem(cause);
+        let start = ExtendedState::plain(self.start);
+        let (_, normal): (f64, NormalEquations<FEW, LOCAL>) = problem.linearise(&start)?;
+        let covariance = inverse(&normal.reduced()?)?;
+        let variance = covariance[(LENS_PARAMETERS, LENS_PARAMETERS)];
+        let mut lens_by_value: SVector<f64, LENS_PARAMETERS> =
+            covariance.fixed_view::<LENS_PARAMETERS, 1>(0, LENS_PARAMETERS).into();
+        lens_by_value /= variance;
+        if problem.square_pixels {
+            lens_by_value[1] = lens_by_value[0];
+        }
+        let value = normal.solve(0.0)?.shared[LENS_PARAMETERS];
+        Some(FirstStep { value, unit_variance: variance, lens_by_value })
+    }
+}
+
+/// What the corners say about a cause with one parameter, to first order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstStep {
+    /// Its most probable value.
+    pub(super) value: f64,
+    /// Its variance for corners with the stated error.
+    pub(super) unit_variance: f64,
+    /// Derivative of the fitted lens parameters by its value.
+    pub(super) lens_by_value: SVector<f64, LENS_PARAMETERS>,
+}
+
+/// `ln |I + A/p|`: what the `count` parameters of a view with the information `p` by their prior cost, if the corners have
+/// the information `A` about them, the pose eliminated (the Occam factor of Bayesian model comparison, MacKay 1992).
+fn evidence_cost<const S: usize>(
+    view: &ViewBlock<S, LOCAL>,
+    count: usize,
+    prior_information: f64,
+) -> f64 {
+    let of_pose = view.local.fixed_view::<6, 6>(0, 0).into_owned();
+    let Some(settled) = inverse(&of_pose) else { return f64::INFINITY };
+    let cross = view.local.fixed_view::<LOCAL_EXTRAS, 6>(6, 0).into_owned();
+    let own = view.local.fixed_view::<LOCAL_EXTRAS, LOCAL_EXTRAS>(6, 6).into_owned();
+    let left = own - cross * settled * cross.transpose();
+    // The prior is among the information of the block.
+    let scaled = DMatrix::from_fn(count, count, |i, j| left[(i, j)] / prior_information);
+    scaled.cholesky().map_or(f64::INFINITY, |factors| factors.ln_determinant().max(0.0))
+}
+
+/// The lens's block of a covariance, with zeros for fixed parameters and `fy` as `fx` if pixels are square.
+fn lens_covariance<const S: usize>(
+    problem: &ExtendedProblem<'_>,
+    covariance: &SMatrix<f64, S, S>,
+) -> LensMatrix {
+    let mut lens = LensMatrix::from_fn(|i, j| covariance[(i, j)]);
     for index in (0..LENS_PARAMETERS).filter(|index| !problem.is_free(*index)) {
-        unit_covariance.row_mut(index).fill(0.0);
-        unit_covariance.column_mut(index).fill(0.0);
+        lens.row_mut(index).fill(0.0);
+        lens.column_mut(index).fill(0.0);
     }
     if problem.square_pixels {
-        let row = unit_covariance.row(0).clone_owned();
-        unit_covariance.row_mut(1).copy_from(&row);
-        let column = unit_covariance.column(0).clone_owned();
-        unit_covariance.column_mut(1).copy_from(&column);
+        let row = lens.row(0).clone_owned();
+        lens.row_mut(1).copy_from(&row);
+        let column = lens.column(0).clone_owned();
+        lens.column_mut(1).copy_from(&column);
     }
-    let state = minimum.state;
-    let cost = problem.cost(&state)?;
-    let parameters = cause.parameters(views);
-    let rises = observations.board_m().iter().map(|p| problem.on_board(&state.shared, p).z);
-    let depth_m =
-        rises.clone().fold(f64::NEG_INFINITY, f64::max) - rises.fold(f64::INFINITY, f64::min);
-    Some(Explanation { depth_m, cause, parameters, cost, state, unit_covariance })
+    lens
+}
+
+fn depth_m(problem: &ExtendedProblem<'_>, state: &ExtendedState) -> f64 {
+    let depth_m = |local: &[f64; LOCAL_EXTRAS]| {
+        let board_m = problem.observations.board_m();
+        let rises = board_m.iter().map(|p| problem.on_board(&state.shared, local, p).z);
+        rises.clone().fold(f64::NEG_INFINITY, f64::max) - rises.fold(f64::INFINITY, f64::min)
+    };
+    let squares: f64 = state.local.iter().map(|local| depth_m(local).powi(2)).sum();
+    (squares / state.local.len().max(1) as f64).sqrt()
 }

@@ -12,19 +12,24 @@
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
 //! | `torn_views` | finds views put together from two pictures |
-//! | `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
+//! | `cause`, `view_split`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
 //! | `trust_checks` | turns all evidence into findings |
 //! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
 
+mod cause;
+mod cause_findings;
+pub(super) mod correction;
 pub(super) mod disagreement;
 mod extended_bundle;
 pub(super) mod finding;
+pub(super) mod heavy_tails;
 pub(super) mod held_out;
 pub mod leave_out;
 pub(super) mod limits;
 pub(super) mod misfit_diagnosis;
-pub(super) mod misfit_models;
+mod misfit_models;
+pub(super) mod next_radial;
 pub(super) mod noise_correlation;
 pub mod noise_findings;
 pub(super) mod noise_inflation;
@@ -32,3 +37,4 @@ pub(super) mod odd_corners;
 pub(super) mod projection_sd;
 mod torn_views;
 pub(super) mod trust_checks;
+mod view_split;

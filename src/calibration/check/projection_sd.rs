@@ -106,7 +106,26 @@ impl ProjectionJacobian {
     /// The mean square error is distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`. Its
     /// quantile is that of the gamma distribution with the same mean and variance (Satterthwaite 1946).
     fn bound_px(&self, covariance: &LensMatrix) -> f64 {
-        let product = self.weight() * covariance / 2.0;
+        Self::quantile_px(&self.weight(), covariance)
+    }
+
+    /// The same over the grid points that `is_inside` selects. `None` if it selects none.
+    pub fn bound_px_inside(
+        &self,
+        covariance: &LensMatrix,
+        is_inside: impl Fn(&Point2<f64>) -> bool,
+    ) -> Option<f64> {
+        let inside = self.px.iter().zip(&self.jac_lens).filter(|(px, _)| is_inside(px));
+        let (mut weight, mut count) = (LensMatrix::zeros(), 0);
+        for (_, jac_lens) in inside {
+            weight += jac_lens.transpose() * jac_lens;
+            count += 1;
+        }
+        (count > 0).then(|| Self::quantile_px(&(weight / f64::from(count)), covariance))
+    }
+
+    fn quantile_px(weight: &LensMatrix, covariance: &LensMatrix) -> f64 {
+        let product = weight * covariance / 2.0;
         let (mean, variance) = (product.trace(), 2.0 * (product * product).trace());
         let freedom = 2.0 * mean * mean / variance;
         ChiSquared::new(freedom).map_or(mean.max(0.0).sqrt(), |chi2| {

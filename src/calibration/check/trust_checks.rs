@@ -3,8 +3,9 @@
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
 use super::{
+    cause_findings::cause_findings,
+    correction::Correction,
     disagreement::{CONTRADICTION_SIGMAS, Disagreement, distance2},
-    extended_bundle::Cause,
     finding::{Finding, FindingCode, Severity},
     held_out::HeldOutView,
     limits::Limits,
@@ -20,9 +21,7 @@ use crate::{
         solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
     },
     frame::ImageSize,
-    geometry::{
-        Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, PrincipalLine, consistent_lines,
-    },
+    geometry::{Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine},
 };
 
 /// Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99 quantile, `docs/method.md`, section 2.
@@ -92,6 +91,8 @@ pub(in crate::calibration) struct Evidence<'a> {
     pub(in crate::calibration) views: &'a [ViewEvidence],
     pub(in crate::calibration) seen: &'a [Vec<Corner>],
     pub(in crate::calibration) causes: &'a Causes,
+    /// What the result allows for.
+    pub(in crate::calibration) correction: Option<&'a Correction>,
     pub(in crate::calibration) odd_corners: &'a [OddCorner],
     pub(in crate::calibration) held_out: Option<HeldOutView>,
     /// The result together with an earlier calibration, if one was given.
@@ -110,6 +111,7 @@ pub(in crate::calibration) struct Evidence<'a> {
     pub(in crate::calibration) noise_correlation: Option<&'a NoiseCorrelation>,
     pub(in crate::calibration) noise_floor_px: Option<f64>,
     pub(in crate::calibration) noise_floor: f64,
+    pub(in crate::calibration) shifted_sensor: bool,
     pub(in crate::calibration) prior_used: bool,
     pub(in crate::calibration) focal_prior_used: bool,
 }
@@ -136,7 +138,12 @@ pub(in crate::calibration) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
         odd_views(evidence, &mut report);
     } else {
         lens(evidence, &mut report);
-        cause(evidence, &mut report);
+        let allowed_for = evidence.correction.map(|correction| correction.finding);
+        for Finding { code, severity } in
+            allowed_for.into_iter().chain(cause_findings(evidence.causes))
+        {
+            report(Some(severity), code);
+        }
         agreement(evidence, &mut report);
         odd_views(evidence, &mut report);
     }
@@ -278,84 +285,36 @@ fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
     }
 }
 
-/// Views that fit far worse than the others.
+/// Views that fit far worse than the others, single odd corners aside.
 fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
-    let mut residuals: Vec<f64> = evidence.views.iter().map(|v| v.residual_rms_px).collect();
-    residuals.sort_by(f64::total_cmp);
-    let typical_px = residuals.get(residuals.len() / 2).copied().unwrap_or(0.0);
+    let rms_px: Vec<f64> = evidence
+        .views
+        .iter()
+        .zip(evidence.seen)
+        .enumerate()
+        .map(|(view, (result, seen))| {
+            let odd = evidence.odd_corners.iter().filter(|odd| odd.view == view);
+            let of_odd: f64 = odd.map(|odd| odd.off_px.powi(2)).sum();
+            let coordinates = (2 * seen.len()) as f64;
+            (result.residual_rms_px.powi(2) - of_odd / coordinates).max(0.0).sqrt()
+        })
+        .collect();
+    let mut sorted_px = rms_px.clone();
+    sorted_px.sort_by(f64::total_cmp);
+    let typical_px = sorted_px.get(sorted_px.len() / 2).copied().unwrap_or(0.0);
     let limit_px = ODD_VIEW * typical_px.max(LEAST_MEDIAN_PX);
-    for (view, result) in evidence.views.iter().enumerate() {
-        if result.residual_rms_px > limit_px {
-            let rms_px = result.residual_rms_px;
+    for (view, rms_px) in rms_px.into_iter().enumerate() {
+        if rms_px > limit_px {
             report(Some(Severity::Care), FindingCode::ViewOdd { view, rms_px, typical_px });
         }
     }
 }
 
-/// Principal lines that miss the intersection of the others. Reports nothing while there are too few to tell.
+/// Principal lines that miss the intersection of the others.
 fn outliers(free: &FreeHomographies, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
-    let (views, lines): (Vec<usize>, Vec<PrincipalLine>) = free
-        .lines
-        .iter()
-        .enumerate()
-        .filter_map(|(view, line)| Some((view, line.clone()?)))
-        .unzip();
-    let Ok(consistent) = consistent_lines(&lines) else { return };
-    for OutlierLine { index, distance_px, sigmas } in consistent.outliers {
-        let code = FindingCode::PlOutlier { view: views[index], distance_px, sigmas };
-        report(Some(Severity::Care), code);
-    }
-}
-
-/// The most probable cause of a misfit, if there is a misfit.
-fn cause(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
-    let Some(hypothesis) = evidence.causes.best_hypothesis() else { return };
-    let gain = hypothesis.gain;
-    let state = &hypothesis.explanation.state;
-    let camera = &state.bundle.camera;
-    let [first, second, third, _] = state.shared;
-    match &hypothesis.explanation.cause {
-        Cause::Focus => {
-            let relative_sd = state.focal_relative_sd();
-            let moved = evidence.causes.focus_moved().is_some();
-            let severity = if moved { Severity::Bad } else { Severity::Care };
-            report(Some(severity), FindingCode::FocusMoved { gain, relative_sd });
-        }
-        Cause::Mixed(odd) => {
-            let code = FindingCode::ViewsMixed {
-                odd_views: odd.iter().filter(|odd| **odd).count(),
-                view: odd.iter().position(|odd| *odd).unwrap_or_default(),
-                f_ratio: first.exp(),
-                shift_px: second.hypot(third) * camera.f_px.x,
-                gain,
-            };
-            report(Some(Severity::Care), code);
-        }
-        Cause::PixelAspect => {
-            let aspect = camera.f_px.y / camera.f_px.x;
-            report(Some(Severity::Care), FindingCode::PixelsNotSquare { aspect, gain });
-        }
-        Cause::BoardStretched => {
-            report(Some(Severity::Care), FindingCode::BoardStretched { aspect: 1.0 + first, gain });
-        }
-        Cause::BoardBent => {
-            let depth_m = hypothesis.explanation.depth_m;
-            report(Some(Severity::Care), FindingCode::BoardBent { depth_m, gain });
-        }
-        Cause::RollingShutter => {
-            let shear_px = state.shear_px();
-            report(Some(Severity::Care), FindingCode::RollingShutter { shear_px, gain });
-        }
-        Cause::Torn(rows) => {
-            let shift_px = |view: usize| state.local[view][0].hypot(state.local[view][1]);
-            let torn = rows.iter().enumerate().filter_map(|(view, row)| Some((view, (*row)?)));
-            let first = torn.clone().max_by(|a, b| shift_px(a.0).total_cmp(&shift_px(b.0)));
-            let Some((view, row_px)) = first else { return };
-            let (views, shift_px) = (torn.count(), shift_px(view));
-            let code = FindingCode::ViewTorn { view, row_px, shift_px, views, gain };
-            report(Some(Severity::Care), code);
-        }
-        Cause::LensShape => report(Some(Severity::Care), FindingCode::LensOther { gain }),
+    for OutlierLine { index, distance_px, sigmas } in &free.outliers {
+        let (view, distance_px, sigmas) = (*index, *distance_px, *sigmas);
+        report(Some(Severity::Care), FindingCode::PlOutlier { view, distance_px, sigmas });
     }
 }
 
@@ -383,7 +342,9 @@ fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Fi
     let distance_px = (pp_px - evidence.image_size.centre_px()).norm();
     let share = distance_px / width_px;
     let code = FindingCode::PrincipalPointFar { distance_px, share };
-    report(above(share, PP_FAR_CARE, PP_FAR_BAD), code);
+    let severity = above(share, PP_FAR_CARE, PP_FAR_BAD);
+    let by_design = |severity| if evidence.shifted_sensor { Severity::Info } else { severity };
+    report(severity.map(by_design), code);
 }
 
 fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
@@ -402,9 +363,10 @@ fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>
     let code = FindingCode::FocalLengthUncertain { sd_px, wanted_px };
     report(above(sd_px, wanted_px, F_BAD * f_px), code);
     let ProjectionSd { mean_px, max_px, .. } = *evidence.projection_sd;
-    let wanted_px = limits.projection_sd_px;
-    let code = FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px };
-    report(above(mean_px, wanted_px, PROJECTION_BAD * width_px), code);
+    let (wanted_px, max_wanted_px) = (limits.projection_sd_px, limits.projection_max_sd_px);
+    let code = FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px, max_wanted_px };
+    let of_mean = above(mean_px, wanted_px, PROJECTION_BAD * width_px);
+    report(of_mean.max(above(max_px, max_wanted_px, f64::INFINITY)), code);
 }
 
 /// Noise that the residuals understate.

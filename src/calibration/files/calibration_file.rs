@@ -53,6 +53,12 @@ pub struct CalibrationFile {
     /// Uncertainty of projection over the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub projection_sd_px: Option<ProjectionEntry>,
+    /// 95 % bound of the root mean square error of projection.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound_px: Option<BoundEntry>,
+    /// Relative change of the focal length from the first view to the last that would have been reported.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visible_drift: Option<f64>,
     /// Whether the calibration meets the goal that was set for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceptance: Option<AcceptanceEntry>,
@@ -280,6 +286,16 @@ pub struct ProjectionEntry {
     /// `[x, y, sd]`, row by row, without the pixels that no ray reaches.
     #[serde(default)]
     pub grid: Vec<[f64; 3]>,
+}
+
+/// 95 % bound of the root mean square error of projection.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct BoundEntry {
+    /// Over the whole picture; null if the lens model folds inside it.
+    pub picture: Option<f64>,
+    /// Over the part that boards have covered; null if that's none of it.
+    pub covered: Option<f64>,
 }
 
 /// One picture. One that was not used has no more than `name`, `used` and `reason`.

@@ -106,6 +106,9 @@ pub struct VisibleEntry {
     pub pp_px: f64,
     /// Of the focal length.
     pub f_px: f64,
+    /// Displacement of a ray by a change of the distortion in proportion; null if the views leave the distortion open.
+    #[serde(default)]
+    pub lens_px: Option<f64>,
 }
 
 /// Focal length and principal point.
@@ -174,7 +177,11 @@ impl CheckFile {
             f_changed: Some(drift.f_changed),
             lens_changed: Some(drift.lens_changed),
             residual_ratio: Some(drift.residual_ratio),
-            visible: Some(VisibleEntry { pp_px: drift.visible_pp_px, f_px: drift.visible_f_px }),
+            visible: Some(VisibleEntry {
+                pp_px: drift.visible_pp_px,
+                f_px: drift.visible_f_px,
+                lens_px: drift.visible_lens_px,
+            }),
             displacement_px: Some(drift.displacement_px),
             matters_px: Some(drift.matters_px),
             uncertainty_of_old: Some(if drift.assumed { "assumed" } else { "stated" }.into()),

@@ -4,9 +4,10 @@ use nalgebra::Point2;
 
 use super::{
     calibration_file::{
-        AcceptanceEntry, BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CandidateEntry,
-        DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry,
-        LineEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
+        AcceptanceEntry, BoardEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile,
+        CandidateEntry, DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths,
+        LensEntry, LineEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
+        ViewEntry,
     },
     named_covariance::NamedCovariance,
 };
@@ -70,6 +71,11 @@ impl CalibrationFile {
                 candidates: Some(calibration.candidates.iter().map(CandidateEntry::of).collect()),
                 principal_point: Some(PrincipalPointEntry::of(&calibration.principal_point)),
                 projection_sd_px: Some(projection(calibration)),
+                bound_px: Some(BoundEntry {
+                    picture: calibration.picture_bound_px(),
+                    covered: calibration.covered_bound_px,
+                }),
+                visible_drift: calibration.visible_drift,
                 acceptance: calibration
                     .acceptance
                     .as_ref()
@@ -100,6 +106,8 @@ impl CalibrationFile {
             candidates: None,
             principal_point: None,
             projection_sd_px: None,
+            bound_px: None,
+            visible_drift: None,
             acceptance: None,
             coverage: None,
             views: views.iter().map(unused).collect(),

@@ -236,16 +236,21 @@ pub fn adjust(
     })
 }
 
-/// Information about all free parameters at `state`, poses marginalised out. Nothing is adjusted.
+/// Information and gradient of all free parameters at `state`, poses marginalised out. Nothing is adjusted.
 ///
 /// `None` if a corner is behind the camera.
 pub(in crate::calibration) fn information_at(
     observations: &Observations,
     freedom: &LensFreedom,
     state: &BundleState,
-) -> Option<LensMatrix> {
+) -> Option<(LensMatrix, LensVector)> {
     let problem = BundleProblem { observations, freedom, prior: None, noise_variance: 1.0 };
-    problem.linearise(state)?.1.reduced()
+    let normal = problem.linearise(state)?.1;
+    let mut gradient = LensVector::zeros();
+    for view in &normal.views {
+        gradient += view.reduced()?.1;
+    }
+    Some((normal.reduced()?, gradient))
 }
 
 impl Bundle {

@@ -16,7 +16,10 @@ use super::{
 };
 use crate::{
     frame::ImageSize,
-    geometry::{Corner, Distortion, Homography, PrincipalLine, intersect_weighted, mean_px},
+    geometry::{
+        Corner, Distortion, Homography, OutlierLine, PrincipalLine, consistent_lines,
+        intersect_weighted, mean_px,
+    },
 };
 
 /// `S`, so that g is about 1 at the edge of the picture.
@@ -35,6 +38,11 @@ impl DistortionCentrePrior {
     /// Mean at the image centre, standard deviation 5 % of the width.
     pub fn of(image_size: ImageSize) -> Self {
         Self { px: image_size.centre_px(), sd_px: 0.05 * f64::from(image_size.width_px) }
+    }
+
+    /// The prior in a picture whose rows were moved so that pixels of that height to width become square.
+    pub(in crate::calibration) fn with_square_pixels(self, pixel_aspect: f64) -> Self {
+        Self { px: Point2::new(self.px.x, self.px.y / pixel_aspect), ..self }
     }
 }
 
@@ -59,12 +67,27 @@ pub struct FreeHomographies {
     pub shared_unit_covariance: Matrix4<f64>,
     /// Principal lines of the undistorted corners, for the stated error; `None` for frontal views.
     pub lines: Vec<Option<PrincipalLine>>,
+    /// Lines that miss the point where the others meet by more than their variance and that of the distortion explain, with
+    /// the numbers of their views.
+    pub outliers: Vec<OutlierLine>,
 }
 
 impl FreeHomographies {
     /// σ₀ of this fit, see [`Bundle::noise_factor`](crate::calibration::Bundle::noise_factor).
     pub fn noise_factor(&self) -> f64 {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
+    }
+
+    /// The fit in the camera's picture, after one in a picture whose pixels of that height to width were made square. The
+    /// principal lines and the covariance of the distortion stay in the latter.
+    pub(in crate::calibration) fn with_pixel_aspect(mut self, pixel_aspect: f64) -> Self {
+        let stretch = Matrix2::new(1.0, 0.0, 0.0, pixel_aspect);
+        self.pp_px.y *= pixel_aspect;
+        self.distortion_centre_px.y *= pixel_aspect;
+        self.pp_unit_covariance_px2 = stretch * self.pp_unit_covariance_px2 * stretch;
+        let image_from_square = Matrix3::from_diagonal(&[1.0, pixel_aspect, 1.0].into());
+        self.image_from_board.iter_mut().for_each(|h| *h = image_from_square * *h);
+        self
     }
 
     /// `S`, the unit of `g`, in pixels.
@@ -184,6 +207,7 @@ pub fn fit(
         degrees_of_freedom,
         pp_px,
         pp_unit_covariance_px2,
+        outliers: problem.outliers(&lines, state, &shared_covariance, noise_variance),
         shared_unit_covariance: shared_covariance,
         lines,
     })
@@ -218,6 +242,63 @@ impl FreeProblem<'_> {
             .collect::<Option<_>>()?;
         let homography = Homography::fit(self.observations.board_m(), &corners).ok()?;
         Some(PrincipalLine::of(&homography, self.prior.px, mean_px(&corners)).ok())
+    }
+
+    /// Lines among `lines` that miss the point where the others meet, with the numbers of their views.
+    ///
+    /// A wrong distortion moves the lines of boards far from its centre, so each distance has that variance, too:
+    /// `J C Jᵀ` with the covariance `C` of `(DC, K1, K2)`.
+    fn outliers(
+        &self,
+        lines: &[Option<PrincipalLine>],
+        state: &FreeState,
+        shared_unit_covariance: &Matrix4<f64>,
+        noise_variance: f64,
+    ) -> Vec<OutlierLine> {
+        let there: Vec<usize> = (0..lines.len()).filter(|view| lines[*view].is_some()).collect();
+        let usable: Vec<PrincipalLine> = lines.iter().flatten().cloned().collect();
+        let Ok(consistent) = consistent_lines(&usable) else { return Vec::new() };
+        if consistent.outliers.is_empty() {
+            return Vec::new();
+        }
+        let is_outlier =
+            |view: usize| consistent.outliers.iter().any(|outlier| there[outlier.index] == view);
+        let distances_px = |state: &FreeState| -> Option<Vec<f64>> {
+            let line = |view: &usize| self.line(*view, state).flatten();
+            let good: Vec<PrincipalLine> =
+                there.iter().filter(|view| !is_outlier(**view)).filter_map(line).collect();
+            let pp_px = intersect_weighted(&good).ok()?.px;
+            let outliers = consistent.outliers.iter().map(|outlier| &there[outlier.index]);
+            outliers.map(|view| Some(line(view)?.distance_px(&pp_px))).collect()
+        };
+        let slopes: Option<Vec<Vec<f64>>> = (0..4)
+            .map(|i| {
+                let step = 1e-3 * shared_unit_covariance[(i, i)].sqrt();
+                let moved = |step: f64| {
+                    let mut moved = state.clone();
+                    moved.shared[i] += step;
+                    distances_px(&moved)
+                };
+                let (up, down) = (moved(step)?, moved(-step)?);
+                Some(up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * step)).collect())
+            })
+            .collect();
+        consistent
+            .outliers
+            .iter()
+            .enumerate()
+            .filter_map(|(place, outlier)| {
+                let outlier = OutlierLine { index: there[outlier.index], ..*outlier };
+                let Some(slopes) = &slopes else { return Some(outlier) };
+                let slope = Vector4::from_fn(|i, _| slopes[i][place]);
+                let of_lens = (slope.transpose() * shared_unit_covariance * slope).x;
+                let line = lines[outlier.index].as_ref()?;
+                let own = line.variance_of_distance(&consistent.pp.px);
+                // A few lines hardly tell their own spread; the residuals of all corners do.
+                let noisier = (noise_variance / consistent.variance_scale).max(1.0);
+                outlier.with_variance(noisier * (1.0 + of_lens / own))
+            })
+            .collect()
     }
 
     fn prior_cost(&self, shared: &Vector4<f64>) -> f64 {

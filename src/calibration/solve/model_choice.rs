@@ -59,7 +59,7 @@ pub(in crate::calibration) struct ModelChoice {
     pub(in crate::calibration) bundles: Vec<Bundle>,
     pub(in crate::calibration) chosen: usize,
     /// The richest model that could have been chosen.
-    richest_allowed: LensModel,
+    pub(in crate::calibration) richest_allowed: LensModel,
 }
 
 /// Arguments of [`fit_models`].

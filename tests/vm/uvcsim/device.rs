@@ -29,6 +29,28 @@ const TAKEN_BACK: i32 = -104;
 /// The only size that cameras grant, whatever is asked for; also those that are plugged in later.
 pub(crate) static ONLY: Mutex<Option<(u16, u16)>> = Mutex::new(None);
 
+/// The times that cameras send; also those that are plugged in later.
+pub(crate) static TIMES: Mutex<Times> = Mutex::new(Times::None);
+
+/// What a camera's own clock says of its frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Times {
+    None,
+    Steady,
+    /// Every second it leaps, forward and back.
+    Jump,
+}
+
+impl Times {
+    pub(crate) fn called(name: &str) -> Self {
+        match name {
+            "steady" => Self::Steady,
+            "jump" => Self::Jump,
+            _ => Self::None,
+        }
+    }
+}
+
 /// What goes wrong with the stream; numbers count down frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Faults {

@@ -8,6 +8,7 @@
 //! freeze          thaw            slow MILLIS     drop N          short N       badjpeg N      errbit N
 //! nodht 0|1       stall_stream    stall_commit 0|1                set CONTROL VALUE
 //! ctldelay MILLIS (of every control transfer)     torn N          only WIDTHxHEIGHT | only (from the next plug on, too)
+//! times none|steady|jump (of the camera's own clock; the driver heeds it with hwtimestamps=1)
 //! ```
 
 mod controls;
@@ -18,7 +19,7 @@ mod stream;
 
 use std::{io::BufRead, path::PathBuf, process::ExitCode, sync::Arc, time::Duration};
 
-use device::{Device, Faults};
+use device::{Device, Faults, Times};
 use pictures::Pictures;
 
 fn main() -> ExitCode {
@@ -62,6 +63,7 @@ fn run() -> std::io::Result<()> {
             "plug" if device.is_none() => device = Some(plug(&name, &serial, 0)?),
             "name" => name = rest.into(),
             "serial" => serial = rest.into(),
+            "times" => *device::locked(&device::TIMES) = Times::called(rest),
             "only" => *device::locked(&device::ONLY) = size(rest),
             _ => {
                 if let Some(device) = &device {

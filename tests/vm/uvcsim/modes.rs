@@ -8,6 +8,8 @@ pub(crate) const SIZES: [(u16, u16); 5] =
 pub(crate) const INTERVALS: [u32; 5] = [166_666, 333_333, 666_666, 1_333_333, 4_000_000];
 /// 30 frames per second.
 const USUAL_INTERVAL: u32 = INTERVALS[1];
+/// Rate of the camera's own clock.
+pub(crate) const CLOCK_HZ: u32 = 48_000_000;
 /// Bytes of an isochronous packet: 3 transactions of 1024.
 pub(crate) const PACKET: u32 = 3072;
 
@@ -52,7 +54,7 @@ impl Mode {
         block[4..8].copy_from_slice(&self.interval.to_le_bytes());
         block[18..22].copy_from_slice(&largest_frame(self.size).to_le_bytes());
         block[22..26].copy_from_slice(&PACKET.to_le_bytes());
-        block[26..30].copy_from_slice(&48_000_000_u32.to_le_bytes());
+        block[26..30].copy_from_slice(&CLOCK_HZ.to_le_bytes());
         (block[30], block[31]) = (3, 1);
         block
     }
@@ -89,7 +91,7 @@ pub(crate) fn configuration() -> Vec<u8> {
     units.extend([9, 0x24, 0x03, 3, 0x01, 0x01, 0, 2, 0]);
     let mut control = vec![13, 0x24, 0x01, 0x00, 0x01];
     control.extend((13 + units.len() as u16).to_le_bytes());
-    control.extend(48_000_000_u32.to_le_bytes());
+    control.extend(CLOCK_HZ.to_le_bytes());
     control.extend([1, 1]);
     control.extend(units);
 

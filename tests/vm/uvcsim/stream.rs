@@ -6,8 +6,8 @@ use std::{
 };
 
 use crate::{
-    device::{Request, Shared, locked},
-    modes::{Format, Mode, PACKET},
+    device::{Request, Shared, TIMES, Times, locked},
+    modes::{CLOCK_HZ, Format, Mode, PACKET},
     pictures::{Pictures, without_tables},
 };
 
@@ -21,11 +21,19 @@ pub(crate) struct Stream<'a> {
     /// Toggles with each frame.
     frame_bit: u8,
     due: Instant,
+    began: Instant,
 }
 
 impl<'a> Stream<'a> {
     pub(crate) fn new(shared: &'a Shared, pictures: &'a Pictures) -> Self {
-        Self { shared, pictures, number: 0, frame_bit: 0, due: Instant::now() }
+        Self {
+            shared,
+            pictures,
+            number: 0,
+            frame_bit: 0,
+            due: Instant::now(),
+            began: Instant::now(),
+        }
     }
 
     pub(crate) fn run(&mut self) {
@@ -78,6 +86,28 @@ impl<'a> Stream<'a> {
         }
     }
 
+    /// Time of the frame, the same again as the clock's time, and the number of the USB frame; as the camera's clock says.
+    fn clock(&self) -> Option<[u8; 10]> {
+        let times = *locked(&TIMES);
+        if times == Times::None {
+            return None;
+        }
+        let mut millis = self.began.elapsed().as_millis() as u64 + 60_000;
+        if times == Times::Jump {
+            millis = match millis / 1000 % 4 {
+                1 => millis + 2_500,
+                3 => millis - 4_000,
+                _ => millis,
+            };
+        }
+        let ticks = (millis * u64::from(CLOCK_HZ / 1000)) as u32;
+        let mut clock = [0; 10];
+        clock[0..4].copy_from_slice(&ticks.to_le_bytes());
+        clock[4..8].copy_from_slice(&ticks.to_le_bytes());
+        clock[8..10].copy_from_slice(&((millis % 2048) as u16).to_le_bytes());
+        Some(clock)
+    }
+
     fn wait_until_due(&mut self, mode: Mode) {
         let interval = Duration::from_nanos(u64::from(mode.interval) * 100);
         let now = Instant::now();
@@ -92,21 +122,25 @@ impl<'a> Stream<'a> {
     fn send(&mut self, mut request: Request, frame: &[u8], error_bit: u8, run: u64) {
         self.frame_bit ^= 1;
         let mut sent = 0;
+        let clock = self.clock();
         loop {
             let (mut data, mut packets, mut ended) = (Vec::new(), Vec::new(), false);
             for length in &request.packets {
                 let room = (*length).min(PACKET) as usize;
-                if ended || room < 3 {
+                let head = 2 + clock.map_or(0, |clock| clock.len());
+                if ended || room <= head {
                     packets.push((*length, 0));
                     continue;
                 }
-                let part = (room - 2).min(frame.len() - sent);
+                let part = (room - head).min(frame.len() - sent);
                 ended = sent + part == frame.len();
                 let end_bit = if ended { 2 } else { 0 };
-                data.extend([2, 0x80 | self.frame_bit | error_bit | end_bit]);
+                let clock_bits = if clock.is_some() { 0x0c } else { 0 };
+                data.extend([head as u8, 0x80 | self.frame_bit | error_bit | end_bit | clock_bits]);
+                data.extend(clock.iter().flatten());
                 data.extend_from_slice(&frame[sent..sent + part]);
                 sent += part;
-                packets.push((*length, part as u32 + 2));
+                packets.push((*length, (head + part) as u32));
             }
             self.give(&request, 0, &data, &packets);
             if ended {

@@ -1,0 +1,120 @@
+//! Turns the likeliest cause of a misfit into findings.
+
+use super::{
+    cause::{Cause, Family},
+    finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity},
+    misfit_diagnosis::{CLEAR_GAIN, Causes, Hypothesis},
+};
+
+/// Gain in BIC from which `fy ≠ fx` is believed as a coefficient of the lens is: with square pixels and independent noise
+/// it gains that once in a thousand calibrations.
+const WORTH_A_PARAMETER: f64 = 4.0;
+
+/// The likeliest cause, if there is a misfit; or that it isn't clear.
+pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
+    let Some(best) = causes.best_hypothesis() else { return Vec::new() };
+    let rivals = causes.rivals();
+    let is_moved = causes.focus_moved().is_some();
+    let severity = if is_moved { Severity::Bad } else { Severity::Care };
+    if rivals.is_empty() {
+        return finding_code(best).map(|code| Finding { code, severity }).into_iter().collect();
+    }
+    let mut codes = std::iter::once(best)
+        .chain(rivals)
+        .filter_map(|hypothesis| Some(finding_code(hypothesis)?.code()));
+    let candidates: [Option<&str>; CANDIDATES] = std::array::from_fn(|_| codes.next());
+    vec![Finding { code: FindingCode::CauseUnclear { candidates, gain: best.gain }, severity }]
+}
+
+/// What a hypothesis is reported as.
+pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
+    let Hypothesis { gain, explanation } = hypothesis;
+    let gain = *gain;
+    let state = &explanation.state;
+    let camera = &state.bundle.camera;
+    let [first, second, third, ..] = state.shared;
+    let depth_m = explanation.depth_m;
+    Some(match &explanation.cause {
+        cause @ (Cause::Focus | Cause::FocusDrift | Cause::FocusJump(_)) => {
+            let change = first.exp_m1();
+            let motion = match *cause {
+                Cause::FocusDrift => FocusMotion::Drift { change },
+                Cause::FocusJump(view) => FocusMotion::Jump { view, change },
+                _ => FocusMotion::Scattered,
+            };
+            FindingCode::FocusMoved { gain, relative_sd: explanation.focal_relative_sd(), motion }
+        }
+        Cause::Mixed(odd) => FindingCode::ViewsMixed {
+            odd_views: odd.iter().filter(|odd| **odd).count(),
+            view: odd.iter().position(|odd| *odd).unwrap_or_default(),
+            f_ratio: first.exp(),
+            shift_px: second.hypot(third) * camera.f_px.x,
+            gain,
+        },
+        Cause::PixelAspect => {
+            FindingCode::PixelsNotSquare { aspect: camera.f_px.y / camera.f_px.x, gain }
+        }
+        Cause::PixelSkew => FindingCode::PixelsSkewed { skew_rad: first.atan(), gain },
+        Cause::BoardStretched => FindingCode::BoardStretched { aspect: 1.0 + first, gain },
+        Cause::BoardBent => FindingCode::BoardBent { depth_m, gain },
+        Cause::BoardFlexes => FindingCode::BoardFlexes { depth_m, gain },
+        Cause::RollingShutter => {
+            FindingCode::RollingShutter { shear_px: state.local_rms_length(), gain }
+        }
+        Cause::Shifted => FindingCode::PictureShifted { shift_px: state.local_rms_length(), gain },
+        Cause::Torn(rows) => {
+            let shift_px = |view: usize| state.local[view][0].hypot(state.local[view][1]);
+            let torn = rows.iter().enumerate().filter_map(|(view, row)| Some((view, (*row)?)));
+            let (view, row_px) =
+                torn.clone().max_by(|a, b| shift_px(a.0).total_cmp(&shift_px(b.0)))?;
+            let (views, shift_px) = (torn.count(), shift_px(view));
+            FindingCode::ViewTorn { view, row_px, shift_px, views, gain }
+        }
+        Cause::SmoothField => {
+            FindingCode::PictureWarped { shift_px: explanation.largest_shift_px, gain }
+        }
+        Cause::LensShape | Cause::NextRadial => FindingCode::LensOther { gain },
+    })
+}
+
+impl Causes {
+    /// What a calibration can and should allow for: the likeliest cause, if it's clear. Else pixels or squares that aren't
+    /// square, if that gains what a coefficient of the lens must gain: what else is wrong shows better then. Corners that
+    /// err alike gain too much, by `overcount`; `n` is the number of coordinates.
+    pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<&Hypothesis> {
+        let best = self.best_hypothesis();
+        let clear = best.filter(|_| self.rivals().is_empty());
+        match clear.map(|clear| &clear.explanation.cause) {
+            Some(Cause::BoardBent | Cause::PixelAspect) => return clear,
+            Some(Cause::BoardStretched) => return Some(self.aspect_rather_than(clear?)),
+            _ => {}
+        }
+        let family = best.map(|best| best.explanation.cause.family());
+        if matches!(family, Some(Family::Focus | Family::Mixed | Family::Torn)) {
+            return None;
+        }
+        let aspect = self.hypotheses.iter().find(|hypothesis| {
+            let gain = (hypothesis.gain + n.ln()) / overcount - n.ln();
+            hypothesis.explanation.cause.family() == Family::Aspect && gain > WORTH_A_PARAMETER
+        })?;
+        Some(self.aspect_rather_than(aspect))
+    }
+
+    /// Pixels that aren't square instead of a stretched board, unless the views tell the two apart: the board then stays as
+    /// it was stated, for whoever uses the lens with it.
+    fn aspect_rather_than<'a>(&'a self, stretched: &'a Hypothesis) -> &'a Hypothesis {
+        let is_as_good = |hypothesis: &&Hypothesis| {
+            hypothesis.explanation.cause == Cause::PixelAspect
+                && hypothesis.gain > stretched.gain - CLEAR_GAIN
+        };
+        self.hypotheses.iter().find(is_as_good).unwrap_or(stretched)
+    }
+}
+
+impl Family {
+    /// Whether a hypothesis of this family contradicts one of `other`.
+    pub(super) fn rivals(self, other: Self) -> bool {
+        // Two cameras are called a moved focus only if they have the same principal point.
+        self != other && (self, other) != (Self::Focus, Self::Mixed)
+    }
+}

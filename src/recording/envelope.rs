@@ -1,0 +1,62 @@
+//! A journal line around its body: number and checksum.
+
+use serde::{Deserialize, de::IgnoredAny};
+use serde_json::value::RawValue;
+
+use super::format::{Envelope, Line, Stored};
+
+/// What is read of a line when the whole journal is looked through.
+pub(super) struct Glance {
+    /// The picture stored with it, if one was.
+    pub(super) stored: Option<Stored>,
+    /// Whether the session was resumed here.
+    pub(super) is_resumed: bool,
+    /// The checksum of `session.toml` that it states.
+    pub(super) header_crc32: Option<String>,
+}
+
+/// Reads the envelope of a line whose checksum is right.
+pub(super) fn enveloped(text: &[u8]) -> Result<Envelope, String> {
+    let envelope: Envelope = serde_json::from_slice(text).map_err(|err| err.to_string())?;
+    if envelope.crc32 != checksum(envelope.body.get().as_bytes()) {
+        return Err("its checksum does not match".into());
+    }
+    Ok(envelope)
+}
+
+/// Reads the envelope of the line numbered `seq`, from 0.
+fn numbered(text: &[u8], seq: u64) -> Result<Envelope, String> {
+    let envelope = enveloped(text)?;
+    if envelope.seq != seq {
+        return Err(format!("it is number {}, number {seq} was due", envelope.seq));
+    }
+    Ok(envelope)
+}
+
+/// Reads the line numbered `seq`, from 0.
+pub(super) fn parse(text: &[u8], seq: u64) -> Result<Line, String> {
+    let envelope = numbered(text, seq)?;
+    serde_json::from_str(envelope.body.get()).map_err(|err| err.to_string())
+}
+
+/// Looks at the line numbered `seq`, from 0: numbers in it aren't read.
+pub(super) fn glance(text: &[u8], seq: u64) -> Result<Glance, String> {
+    #[derive(Deserialize)]
+    struct Body<'a> {
+        #[serde(borrow)]
+        input: &'a RawValue,
+        #[serde(rename = "decision")]
+        _decision: IgnoredAny,
+        #[serde(default)]
+        stored: Option<Stored>,
+    }
+    let Envelope { session, body, .. } = numbered(text, seq)?;
+    let Body { input, stored, .. } =
+        serde_json::from_str(body.get()).map_err(|err| err.to_string())?;
+    Ok(Glance { stored, is_resumed: input.get() == "\"resumed\"", header_crc32: session })
+}
+
+/// CRC-32, hexadecimal.
+pub(super) fn checksum(bytes: &[u8]) -> String {
+    format!("{:08x}", crc32fast::hash(bytes))
+}
