@@ -9,6 +9,7 @@ use super::{
         noise_inflation::{excess_variance_px2, inflated},
         odd_corners::is_grid,
     },
+    examined::Examined,
     inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
     params::{CalibrationParams, NotCalibrated},
     repeats::Repeats,
@@ -20,7 +21,7 @@ use super::{
         lens_model::{LensModel, LensPrior},
         model_choice::{ModelChoice, ModelSearch, Reversals, fit_models},
     },
-    summary::{Examined, assemble},
+    summary::assemble,
 };
 use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 

@@ -6,7 +6,7 @@
 //! | [`check`] | findings and the verdict: checks that don't rely on the residual of the fit |
 //! | [`files`] | calibrations as files: the formats of other programs, read and written |
 //! | `params`, `inputs` | what to estimate; the corners and everything derived from them before adjustment |
-//! | `calibrate`, `summary`, `result` | runs the stages; turns the minimum into a [`Calibration`] |
+//! | `calibrate`, `examined`, `summary`, `result` | runs the stages; judges the residuals; turns the minimum into a [`Calibration`] |
 //! | `repeats` | pictures of one held pose count once |
 //! | [`acceptance`](mod@acceptance) | whether the result is good enough for a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
@@ -18,6 +18,7 @@ pub mod acceptance;
 mod calibrate;
 pub mod check;
 mod drift;
+mod examined;
 pub mod files;
 mod inputs;
 mod known_lens;

@@ -5,19 +5,15 @@ use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3};
 use super::{
     acceptance::acceptance,
     check::{
-        correction::Correction,
         disagreement::Disagreement,
         finding::Verdict,
-        heavy_tails::TailWeights,
         held_out, leave_out,
-        misfit_diagnosis::{Causes, causes},
-        next_radial::next_radial_doubt,
-        noise_correlation::{NoiseCorrelation, noise_correlation},
         odd_corners::odd_corners,
         projection_sd::projection_jacobian,
         trust_checks::{self, Evidence, ViewEvidence},
     },
-    inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
+    examined::Examined,
+    inputs::{Inputs, Solution},
     known_lens::Combined,
     result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
     solve::{
@@ -37,9 +33,6 @@ use crate::geometry::{
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Different views that are advised.
-const VIEWS_ADVISED: usize = 8;
-
 /// The resulting lens and its covariance.
 struct Lens {
     model: LensModel,
@@ -48,38 +41,6 @@ struct Lens {
     covariance: LensMatrix,
     covariance_all: LensMatrix,
     noise_factor: f64,
-}
-
-/// What the residuals of the richest lens model say about noise and causes.
-pub(super) struct Examined {
-    correlation: Option<NoiseCorrelation>,
-    causes: Causes,
-    /// By how much the corners claim to tell more about the lens than they do, at least 1.
-    overcount: f64,
-}
-
-impl Examined {
-    pub(super) fn of(inputs: &Inputs<'_>, choice: &ModelChoice) -> Self {
-        let correlation = inputs.noise_correlation(choice);
-        let overcount = correlation
-            .as_ref()
-            .zip(choice.bundles.last())
-            .map_or(1.0, |(correlation, richest)| {
-                correlation.overcount(richest, inputs.noise_floor)
-            });
-        let causes = inputs.causes(choice, correlation.as_ref().map_or(0.0, |c| c.gain));
-        Self { correlation, causes, overcount }
-    }
-
-    /// What a better calibration would allow for, if that's clear.
-    pub(super) fn correction(
-        &self,
-        inputs: &Inputs<'_>,
-        choice: &ModelChoice,
-    ) -> Option<Correction> {
-        let n = inputs.observations.coordinate_count() as f64;
-        Correction::of(&self.causes, choice.bundles.last()?, n, self.overcount)
-    }
 }
 
 /// Summarises `solution`. `None` if its covariance isn't finite.
@@ -91,14 +52,9 @@ pub(super) fn assemble(
     let choice = &solution.choice;
     let bundle = choice.bundle();
     let noise_floor = inputs.noise_floor;
-    let Examined { correlation, causes, overcount } = examined;
-    let of_tails = inputs.tails.as_ref().map_or(1.0, TailWeights::variance_factor);
-    let plain = choice.averaged_covariance(noise_floor, *overcount)? * of_tails * inputs.alike();
-    let correlated =
-        correlation.as_ref().map_or_else(LensMatrix::zeros, |c| c.doubt(choice, noise_floor));
-    let next_radial = inputs.next_radial_doubt(choice, *overcount);
-    let allowed_for = inputs.correction.map_or_else(LensMatrix::zeros, |c| c.doubt);
-    let doubt = causes.doubt + correlated + next_radial + allowed_for;
+    let Examined { correlation, causes, .. } = examined;
+    let plain = examined.plain_covariance(inputs, choice)?;
+    let doubt = examined.doubt(inputs, choice);
     let free = inputs.free.as_ref();
     let pp_doubt_px2: Matrix2<f64> = doubt.fixed_view::<2, 2>(2, 2).into();
     let disagreement =
@@ -253,46 +209,6 @@ impl Inputs<'_> {
             covariance_all,
             noise_factor: bundle.noise_factor(),
         }
-    }
-
-    /// Hypotheses about a misfit, compared with the richest lens model.
-    fn causes(&self, choice: &ModelChoice, noise_gain: f64) -> Causes {
-        let richest = choice.bundles.last();
-        match richest {
-            Some(richest) if self.distinct >= VIEWS_WITHOUT_PRIOR => {
-                let (size, result) = (self.image_size, &choice.fit().camera);
-                causes(&self.observations, richest, result, size, self.noise_floor, noise_gain)
-            }
-            _ => Causes::none(),
-        }
-    }
-
-    /// Variance over what the corners say, as nearly alike views err alike: with fewer than [`VIEWS_ADVISED`] that differ, those that
-    /// repeat them don't count.
-    fn alike(&self) -> f64 {
-        let views = self.views.len().min(VIEWS_ADVISED) as f64;
-        (views / self.distinct.max(1) as f64).max(1.0)
-    }
-
-    /// Doubt from the radial term that even the richest lens model leaves out. Zero if that model isn't allowed: who names a
-    /// simpler one knows the lens.
-    fn next_radial_doubt(&self, choice: &ModelChoice, overcount: f64) -> LensMatrix {
-        choice
-            .bundles
-            .last()
-            .filter(|_| Some(&choice.richest_allowed) == LensModel::ALL.last())
-            .and_then(|richest| {
-                let k1 = choice.fit().camera.distortion.k1;
-                let (size, noise_floor) = (self.image_size, self.noise_floor);
-                next_radial_doubt(&self.observations, richest, k1, size, noise_floor, overcount)
-            })
-            .unwrap_or_else(LensMatrix::zeros)
-    }
-
-    /// Whether neighbouring corners err alike, under the richest lens model.
-    fn noise_correlation(&self, choice: &ModelChoice) -> Option<NoiseCorrelation> {
-        let richest = choice.bundles.last().filter(|_| self.distinct >= VIEWS_WITHOUT_PRIOR)?;
-        noise_correlation(&self.observations, richest)
     }
 
     fn outlines(&self) -> Vec<BoardOutline> {
