@@ -36,10 +36,13 @@
 //! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
 //! | [`target`] | the board as PDF, SVG and PNG in true size, in millimetres | – |
 //! | [`text`] | every sentence that a person reads in a session | session and below |
+//! | `ghost` | the board as it should be held, as a card in space | geometry, board |
+//! | [`speech`] | what is said aloud, and when | text, session |
 //! | [`pipeline`] | the threads | recording, capture |
 //! | `chart` | drawings as SVG text | – |
 //! | `study` | the paper's experiments, and strategies of guidance compared | chart, simulation, guidance |
 //! | `report` | a calibration as one page to read and print | chart, text, calibration |
+//! | `serve` | the page for a phone | pipeline, speech, ghost, text |
 //! | [`app`] | what the program does, without a command line and without a window | report, pipeline and below |
 //! | `ui` | the window: panels that see the newest snapshot and picture | app, text |
 //! | [`cli`] | arguments and printing: one subcommand a file | app |
@@ -114,14 +117,18 @@ pub mod device;
 pub mod files;
 pub mod frame;
 pub mod geometry;
+pub mod ghost;
 pub mod guidance;
 mod panic_message;
 pub mod pipeline;
 pub mod recording;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "serve")]
+pub mod serve;
 pub mod session;
 pub mod simulation;
+pub mod speech;
 #[cfg(feature = "study")]
 pub mod study;
 pub mod target;

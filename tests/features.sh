@@ -21,9 +21,11 @@ limit() {
 limit 110 "core" --no-default-features
 limit 150 "headless with live cameras" --no-default-features --features live
 limit 150 "headless with everything" --no-default-features --features live,nokhwa,report,study
-limit 305 "everything"
+# The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
+limit 185 "headless with everything and a phone" --no-default-features --features live,nokhwa,report,study,serve
+limit 333 "everything"
 
-for features in "" live window window,accessibility nokhwa study report manual live,report; do
+for features in "" live window window,accessibility nokhwa study report manual serve live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

@@ -63,6 +63,11 @@ impl Format {
         self.label_and_file().0
     }
 
+    /// The usual name of the file.
+    pub fn file(self) -> &'static str {
+        self.label_and_file().1
+    }
+
     fn label_and_file(self) -> (&'static str, &'static str) {
         match self {
             Self::OpencvYaml => ("OpenCV", "opencv.yaml"),

@@ -121,6 +121,52 @@ pub trait AppHost {
 
     /// Whether the person asked the whole program to end.
     fn interrupted(&self) -> bool;
+
+    /// Switches the computer's voice on or off. With `mirrored`, left and right are those of a person who faces the
+    /// camera. May be called as often as anything is painted.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if nothing here speaks.
+    fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
+        let _ = (on, mirrored);
+        Ok(())
+    }
+
+    /// Says something to try the voice.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if nothing here speaks.
+    fn test_voice(&mut self) -> Result<(), UserError> {
+        Ok(())
+    }
+
+    /// The phone's page, if it's served.
+    fn phone(&self) -> Option<PhoneLink> {
+        None
+    }
+
+    /// How many phones follow the session now.
+    fn phones(&self) -> usize {
+        0
+    }
+
+    /// Whether a phone asked for the end of the session.
+    fn phone_ends_session(&self) -> bool {
+        false
+    }
+}
+
+/// Where the phone's page is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PhoneLink {
+    /// The link.
+    pub link: String,
+    /// The link for those who only look on.
+    pub watcher: String,
+    /// The link as a QR code: rows of modules with their quiet zone, true where dark.
+    pub code: Vec<Vec<bool>>,
 }
 
 /// What a session should be about.

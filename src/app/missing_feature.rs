@@ -26,4 +26,6 @@ impl MissingFeature {
     pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
     /// The HTML report.
     pub const REPORT: Self = Self { part: "HTML reports", feature: "report" };
+    /// The page for a phone.
+    pub const SERVE: Self = Self { part: "page for a phone", feature: "serve" };
 }

@@ -24,6 +24,8 @@
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `board_from_code` | the board that a code in its margin names |
+//! | `phone` | the phone's page beside a session |
+//! | `voice` | the computer's voice |
 //! | `explain` | the next action for an error |
 //! | `missing_feature` | what this build leaves out |
 //!
@@ -50,6 +52,8 @@ mod lookout;
 mod memory;
 mod missing_feature;
 pub mod opening;
+#[cfg(feature = "serve")]
+pub mod phone;
 pub mod printed_board;
 pub mod recordings;
 pub mod redetect;
@@ -67,6 +71,7 @@ pub mod source;
 mod study_folder;
 pub mod truth;
 mod verdict;
+mod voice;
 mod window_host;
 
 pub use announcer::Announcer;
@@ -80,6 +85,7 @@ pub use saved_session::{JournalReading, SavedSession};
 #[cfg(feature = "study")]
 pub use study_folder::StudyFolder;
 pub use verdict::{Exit, announce_result};
+pub use voice::{NoVoice, Voice};
 pub use window_host::{OnResult, WindowHost};
 
 /// Name of the report in the session's folder.

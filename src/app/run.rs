@@ -22,7 +22,10 @@ use crate::{
     capture::renumbered,
     files::{Overwrite, save},
     guidance::{Progress, Refusal},
-    pipeline::{Finished, FrameReport, OnFrame, Pipeline, PipelineError, SOURCE_PATIENCE, Setup},
+    pipeline::{
+        Finished, FrameReport, OnFrame, Onlookers, Paced, Pipeline, PipelineError, SOURCE_PATIENCE,
+        Setup,
+    },
     recording::{SessionFolder, Stored, stored_frame},
     session::{Input, Outcome, Prompt, Session, Snapshot, ViewNumber},
     simulation::TruthLog,
@@ -112,6 +115,30 @@ impl Run {
         self.carry_out_seen(stop, announcer, |_| ())
     }
 
+    /// Keeps a source that can wait to its own time, as people need who look on.
+    #[must_use]
+    pub fn paced(mut self) -> Self {
+        if self.open.source.waits() {
+            self.open.source = Box::new(Paced::new(self.open.source));
+        }
+        self
+    }
+
+    /// [`Self::carry_out`] before `onlookers`, who may end it, too.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::carry_out`].
+    pub fn carry_out_before(
+        self,
+        stop: &AtomicBool,
+        onlookers: &Onlookers,
+        announcer: &Announcer,
+    ) -> anyhow::Result<FinishedRun> {
+        let (setup, context) = self.setup(announcer)?;
+        run(setup, context, (stop, onlookers), announcer, |_| ())
+    }
+
     /// [`Self::carry_out`], which shows the newest state to `each` as it goes.
     ///
     /// # Errors
@@ -124,21 +151,7 @@ impl Run {
         mut each: impl FnMut(&Snapshot),
     ) -> anyhow::Result<FinishedRun> {
         let (setup, context) = self.setup(announcer)?;
-        let (pipeline, snapshots) = Pipeline::start(setup, || ())?;
-        let mut camera = CameraAnnouncer::new(announcer);
-        // The link also closes when the session thread ends, for example because the disk is full. A lost
-        // camera sends no snapshots; `stop` must be noticed nevertheless.
-        while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
-            let ended = snapshot.as_ref().is_some_and(has_ended);
-            if let Some(snapshot) = snapshot {
-                camera.announce(&snapshot.camera);
-                each(&snapshot);
-            }
-            if stop.load(Ordering::Relaxed) || ended {
-                break;
-            }
-        }
-        context.finished(pipeline.stop())
+        run(setup, context, (stop, &Onlookers::new()), announcer, &mut each)
     }
 
     /// What the threads are started with, and what is needed once they have ended. Announces the folder.
@@ -167,6 +180,31 @@ impl Run {
         };
         Ok((setup, RunContext { path, truth, first_frame }))
     }
+}
+
+fn run(
+    setup: Setup,
+    context: RunContext,
+    (stop, onlookers): (&AtomicBool, &Onlookers),
+    announcer: &Announcer,
+    mut each: impl FnMut(&Snapshot),
+) -> anyhow::Result<FinishedRun> {
+    let (pipeline, snapshots) = Pipeline::start_before(setup, onlookers, || ())?;
+    let mut camera = CameraAnnouncer::new(announcer);
+    // The link also closes when the session thread ends, for example because the disk is full. A lost
+    // camera sends no snapshots; `stop` must be noticed nevertheless.
+    while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
+        let ended = snapshot.as_ref().is_some_and(has_ended);
+        if let Some(snapshot) = snapshot {
+            camera.announce(&snapshot.camera);
+            each(&snapshot);
+        }
+        let asked = onlookers.iter().any(|onlooker| onlooker.wants_end());
+        if stop.load(Ordering::Relaxed) || ended || asked {
+            break;
+        }
+    }
+    context.finished(pipeline.stop())
 }
 
 impl RunContext {

@@ -10,8 +10,10 @@ use std::{
     },
 };
 
+#[cfg(feature = "serve")]
+use super::host::PhoneLink;
 use super::{
-    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, camera, comparison,
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison,
     explain::user_error,
     export,
     host::{
@@ -29,9 +31,11 @@ use crate::{
     board_code::BoardId,
     calibration::files::CalibrationFile,
     capture::{is_address, without_secrets},
-    pipeline::{Background, Paced, Pipeline},
+    pipeline::{Background, Onlookers, Paced, Pipeline},
     text,
 };
+#[cfg(feature = "serve")]
+use crate::{pipeline::Onlooker, serve::QrCode};
 
 /// Called with each session's result.
 pub type OnResult = Arc<dyn Fn(&CalibrationFile) + Send + Sync>;
@@ -56,6 +60,10 @@ pub struct WindowHost {
     board_id: BoardId,
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
+    voice: Voice,
+    /// The phone's page.
+    #[cfg(feature = "serve")]
+    phone: Option<Arc<super::phone::Phone>>,
 }
 
 impl AppHost for WindowHost {
@@ -204,6 +212,36 @@ impl AppHost for WindowHost {
     fn interrupted(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
+
+    fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
+        self.voice.switch(on, mirrored).map_err(|err| user_error(&err.into()))
+    }
+
+    fn test_voice(&mut self) -> Result<(), UserError> {
+        self.voice.test().map_err(|err| user_error(&err.into()))
+    }
+
+    #[cfg(feature = "serve")]
+    fn phone(&self) -> Option<PhoneLink> {
+        let links = self.phone.as_ref()?.links().first()?;
+        let code = QrCode::of(&links.owner)?;
+        let row = |y| (0..code.side()).map(|x| code.is_dark(x, y)).collect();
+        Some(PhoneLink {
+            link: links.owner.clone(),
+            watcher: links.watcher.clone(),
+            code: (0..code.side()).map(row).collect(),
+        })
+    }
+
+    #[cfg(feature = "serve")]
+    fn phones(&self) -> usize {
+        self.phone.as_ref().map_or(0, |phone| phone.hub().pages())
+    }
+
+    #[cfg(feature = "serve")]
+    fn phone_ends_session(&self) -> bool {
+        self.phone.as_ref().is_some_and(|phone| phone.hub().wants_end())
+    }
 }
 
 impl WindowHost {
@@ -232,7 +270,24 @@ impl WindowHost {
             lookout: None,
             board_id: printed_board::new_id(),
             named: None,
+            voice: Voice::new(),
+            #[cfg(feature = "serve")]
+            phone: None,
         }
+    }
+
+    /// Shows every session on the phone's page, too.
+    #[cfg(feature = "serve")]
+    #[must_use]
+    pub fn with_phone(self, phone: Option<super::phone::Phone>) -> Self {
+        Self { phone: phone.map(Arc::new), ..self }
+    }
+
+    fn onlookers(&self) -> Onlookers {
+        let voice = std::iter::once(self.voice.onlooker());
+        #[cfg(feature = "serve")]
+        let voice = voice.chain(self.phone.iter().map(|phone| Arc::clone(phone.hub()) as _));
+        voice.collect()
     }
 
     /// Keeps choices in the file at `path`.
@@ -300,12 +355,26 @@ impl WindowHost {
         let folder = context.path.clone();
         let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
         self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
-        let (pipeline, showing) = Pipeline::start_with_feed(setup, move || wake())?;
+        let (pipeline, showing) =
+            Pipeline::start_with_feed_before(setup, &self.onlookers(), move || wake())?;
         let (announcer, exit) = (self.announcer.clone(), Arc::clone(&self.exit));
         let on_result = Arc::clone(&self.on_result);
+        #[cfg(feature = "serve")]
+        let phone = self.phone.clone();
         let conclude = Box::new(move |finished| {
             let folder = context.path.clone();
-            let outcome = context.finished(finished).and_then(|run| run.conclude(&announcer));
+            let run = context.finished(finished);
+            #[cfg(feature = "serve")]
+            let session = run.as_ref().ok().map(|run| run.session.clone());
+            #[cfg(feature = "serve")]
+            if let Some(phone) = &phone {
+                phone.ending();
+            }
+            let outcome = run.and_then(|run| run.conclude(&announcer));
+            #[cfg(feature = "serve")]
+            if let (Some(phone), Some(session), Ok(concluded)) = (&phone, &session, &outcome) {
+                phone.ended(session, concluded, &folder);
+            }
             let code = outcome.as_ref().map_or(Exit::Failed, |concluded| concluded.exit);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
             let files = [folder.join(REPORT_FILE), folder.join(RESULT_FILE)]

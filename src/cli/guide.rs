@@ -7,11 +7,15 @@ use clap::Args;
 use super::{
     accept_args::AcceptArguments,
     backend::BackendName,
+    beside::BesideArguments,
     board_args::BoardArguments,
     terminal::{announcer, print, say, stop_flag},
 };
+#[cfg(feature = "serve")]
+use crate::app::phone::Phone;
 use crate::{
-    app::{BoardFromCode, Exit, FinishedRun, Opening},
+    app::{BoardFromCode, Exit, FinishedRun, Opening, Voice},
+    pipeline::Onlookers,
     text::window as words,
 };
 #[cfg(feature = "window")]
@@ -66,6 +70,8 @@ pub(super) struct Arguments {
     /// Stop after this many pictures.
     #[arg(long, value_name = "N", default_value_t = 18_000)]
     max_frames: u64,
+    #[command(flatten)]
+    beside: BesideArguments,
     /// Print the result as JSON on the last line of stdout.
     #[arg(long)]
     json: bool,
@@ -84,13 +90,24 @@ impl Arguments {
         if !self.headless {
             #[cfg(feature = "window")]
             if crate::ui::has_display() {
-                return window::run(opening, self.says_something(), self.json);
+                return window::run(opening, &self.beside, self.says_something(), self.json);
             }
             say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
         // A window names the board that it sees by itself.
         opening.board_code = self.board.open_to_code()?;
-        run(&opening, self.json)
+        let voice = self.beside.voice()?;
+        let onlookers: Onlookers = voice.iter().map(Voice::onlooker).collect();
+        #[cfg(feature = "serve")]
+        if let Some(phone) = self.beside.phone()? {
+            return with_phone(&phone, &opening, &onlookers, self.json);
+        }
+        if onlookers.is_empty() {
+            return run(&opening, self.json);
+        }
+        let announcer = announcer();
+        let run = opening.open(&announcer)?.paced();
+        conclude(run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?, self.json)
     }
 
     /// The program behind a window that shows these sessions.
@@ -143,5 +160,22 @@ pub(super) fn conclude(finished: FinishedRun, json: bool) -> anyhow::Result<Exit
     if json {
         print(&concluded.result.to_json()?.to_string())?;
     }
+    Ok(concluded.exit)
+}
+
+/// Runs a session in the terminal and on the phone's page.
+#[cfg(feature = "serve")]
+fn with_phone(
+    phone: &Phone,
+    opening: &Opening,
+    onlookers: &Onlookers,
+    json: bool,
+) -> anyhow::Result<Exit> {
+    let (announcer, stop) = (announcer(), stop_flag()?);
+    let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
+    if json {
+        print(&concluded.result.to_json()?.to_string())?;
+    }
+    phone.linger(&stop, &announcer);
     Ok(concluded.exit)
 }

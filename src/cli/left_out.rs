@@ -35,6 +35,14 @@ pub(super) mod report {
     );
 }
 
+#[cfg(not(feature = "serve"))]
+pub(super) mod serve {
+    left_out!(
+        crate::app::MissingFeature::SERVE,
+        "Wait for a phone: choose and calibrate on its page (not in this build)."
+    );
+}
+
 #[cfg(not(feature = "manual"))]
 pub(super) mod completions {
     left_out!(crate::app::MissingFeature::MANUAL, "Print shell completions (not in this build).");

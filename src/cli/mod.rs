@@ -2,6 +2,7 @@
 
 mod accept_args;
 mod backend;
+mod beside;
 mod board_args;
 mod calibrate;
 mod check;
@@ -18,7 +19,8 @@ mod guide;
     feature = "nokhwa",
     feature = "report",
     feature = "study",
-    feature = "manual"
+    feature = "manual",
+    feature = "serve"
 )))]
 mod left_out;
 #[cfg(feature = "manual")]
@@ -27,6 +29,8 @@ mod progress;
 mod replay;
 #[cfg(feature = "report")]
 mod report;
+#[cfg(feature = "serve")]
+mod serve;
 mod simulate;
 #[cfg(feature = "study")]
 mod study;
@@ -45,6 +49,8 @@ use clap::{Parser, Subcommand};
 use left_out::devices;
 #[cfg(not(feature = "report"))]
 use left_out::report;
+#[cfg(not(feature = "serve"))]
+use left_out::serve;
 #[cfg(not(feature = "study"))]
 use left_out::study;
 #[cfg(not(feature = "manual"))]
@@ -95,6 +101,7 @@ Exit codes:
 #[derive(Debug, Subcommand)]
 enum Command {
     Guide(guide::Arguments),
+    Serve(serve::Arguments),
     Check(check::Arguments),
     Calibrate(calibrate::Arguments),
     Target(target::Arguments),
@@ -116,6 +123,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         None => arguments.guide.run(),
         Some(Command::Guide(arguments)) => arguments.run(),
+        Some(Command::Serve(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Check(arguments)) => arguments.run(),

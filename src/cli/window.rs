@@ -4,7 +4,10 @@ use std::sync::{Arc, PoisonError};
 
 use anyhow::bail;
 
-use super::terminal::{announcer, print, stop_flag};
+use super::{
+    beside::BesideArguments,
+    terminal::{announcer, print, stop_flag},
+};
 use crate::{
     app::{AppHost, Exit, Opening, WindowHost, recordings::DecidedRecording, usual_memory},
     calibration::files::CalibrationFile,
@@ -14,8 +17,17 @@ use crate::{
 
 /// Runs sessions in a window until it's closed. The last session's result decides the exit code.
 /// Without `at_once`, the start page asks what the first one is about.
-pub(super) fn run(opening: Opening, at_once: bool, json: bool) -> anyhow::Result<Exit> {
+pub(super) fn run(
+    opening: Opening,
+    beside: &BesideArguments,
+    at_once: bool,
+    json: bool,
+) -> anyhow::Result<Exit> {
     let host = host(opening, json, true)?.remembering(usual_memory());
+    #[cfg(feature = "serve")]
+    let host = host.with_phone(beside.phone()?);
+    #[cfg(not(feature = "serve"))]
+    let _ = beside;
     let host = if at_once { host } else { host.asking() };
     let exit = host.exit();
     or_say_why(ui::run(Box::new(host)))?;

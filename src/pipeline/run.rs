@@ -15,6 +15,7 @@ use super::{
     judged_gate::JudgedGate,
     latest::{LatestReceiver, latest},
     live_feed::{AcceptedPicture, FeedSenders, LiveFeed, feed_links},
+    onlooker::{CommandLink, Onlookers},
     session_stage::{OnFrame, Recorder, run_session},
     worker::Worker,
 };
@@ -96,8 +97,21 @@ impl Pipeline {
         setup: Setup,
         wake: impl Fn() + Send + 'static,
     ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
+        Self::start_before(setup, &Vec::new(), wake)
+    }
+
+    /// As [`Pipeline::start`], before `onlookers`.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_before(
+        setup: Setup,
+        onlookers: &Onlookers,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
         let listeners = Listeners { wake, on_captured: |_: &_| (), on_accepted: |_| () };
-        Self::start_with(setup, default_finder(), listeners)
+        Self::start_with(setup, default_finder(), onlookers, listeners)
     }
 
     /// Starts the threads with a feed for a window, which shows each frame before the detector has searched
@@ -113,6 +127,19 @@ impl Pipeline {
         Self::start_with_feed_and_finder(setup, default_finder(), wake)
     }
 
+    /// As [`Pipeline::start_with_feed`], before `onlookers`.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_with_feed_before(
+        setup: Setup,
+        onlookers: &Onlookers,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, LiveFeed), PipelineError> {
+        Self::start_feeding(setup, default_finder(), onlookers, wake)
+    }
+
     /// As [`Pipeline::start_with_feed`], with another `finder` in the detector's place.
     ///
     /// # Errors
@@ -121,6 +148,15 @@ impl Pipeline {
     pub fn start_with_feed_and_finder(
         setup: Setup,
         finder: Box<dyn BoardFinder>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, LiveFeed), PipelineError> {
+        Self::start_feeding(setup, finder, &Vec::new(), wake)
+    }
+
+    fn start_feeding(
+        setup: Setup,
+        finder: Box<dyn BoardFinder>,
+        onlookers: &Onlookers,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<(Self, LiveFeed), PipelineError> {
         let wake = Arc::new(wake);
@@ -138,13 +174,14 @@ impl Pipeline {
             // A window that doesn't read misses thumbnails, nothing else.
             on_accepted: move |picture| drop(accepted.try_send(picture)),
         };
-        let (pipeline, snapshots) = Self::start_with(setup, finder, listeners)?;
+        let (pipeline, snapshots) = Self::start_with(setup, finder, onlookers, listeners)?;
         Ok((pipeline, feed(snapshots)))
     }
 
     fn start_with(
         setup: Setup,
         finder: Box<dyn BoardFinder>,
+        onlookers: &Onlookers,
         listeners: Listeners<
             impl Fn() + Send + 'static,
             impl Fn(&Arc<Frame>) + Send + 'static,
@@ -162,13 +199,20 @@ impl Pipeline {
         let (control_requests, control_requests_out) = bounded(CONTROL_REQUESTS_CAPACITY);
         // Pictures on their way to the recorder: as many as observations can be under way.
         let (pictures, pictures_out) = bounded(FRAMES_KEPT);
+        for onlooker in onlookers {
+            onlooker.began(CommandLink::new(inbox.clone()));
+        }
 
         let capture = Worker::spawn("capture", inbox.clone(), {
             let (stop, inbox, gate) = (Arc::clone(&stop), inbox.clone(), Arc::clone(&gate));
+            let onlookers = onlookers.clone();
             move || {
                 let mut published = 0;
                 capture(source, &stop, &inbox, &control_requests_out, |frame| {
                     on_captured(&frame);
+                    for onlooker in &onlookers {
+                        onlooker.captured(&frame);
+                    }
                     let open = frames_in.publish(frame).is_ok();
                     published += 1;
                     if lossless {
@@ -189,11 +233,15 @@ impl Pipeline {
                 });
             }
         })?;
+        let onlookers = onlookers.clone();
         let session = Worker::spawn("session", inbox.clone(), move || {
             let recorder = Recorder::new(folder, record_stream, pictures_out);
             run_session(session, recorder, &inbox_out, on_frame, |snapshot, accepted| {
                 if let Some(picture) = accepted {
                     on_accepted(picture);
+                }
+                for onlooker in &onlookers {
+                    onlooker.decided(&snapshot);
                 }
                 if snapshot.decision.frame.is_some() {
                     gate.count_one();

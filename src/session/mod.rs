@@ -89,6 +89,7 @@ mod setup;
 mod snapshot;
 mod state;
 mod view_number;
+mod wheel;
 
 pub use accepted::AcceptedView;
 pub use calm::Shown;
@@ -103,3 +104,4 @@ pub use setup::SessionSetup;
 pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, lateral_offset_px};
 pub use state::Session;
 pub use view_number::ViewNumber;
+pub use wheel::WheelSlot;

@@ -15,6 +15,7 @@ pub mod explore;
 mod findings;
 mod gauge;
 mod numbers;
+pub mod phone;
 pub mod replay;
 pub mod report;
 pub mod result;
@@ -22,6 +23,7 @@ mod run;
 pub mod session_news;
 pub mod settings;
 pub mod source;
+mod speech;
 pub mod start;
 mod target;
 pub mod window;
@@ -37,6 +39,7 @@ pub use findings::{
     verdict_on,
 };
 pub use run::{resuming, views_are_safe};
+pub use speech::{NO_VOICE, VOICE_TEST, spoken};
 pub use target::{
     NO_ROOM_FOR_CODE, board_from_code, code_in_margin, does_not_fit, other_square, target_lines,
     target_steps,
@@ -352,6 +355,9 @@ mod tests {
             let words = prompt(asked);
             assert!(words.split_whitespace().count() <= 6, "{words}");
             assert!(!words.contains(|c: char| c.is_ascii_digit()), "{words}");
+            let said = spoken(asked);
+            assert!(said.split_whitespace().count() <= 6, "{said}");
+            assert!(!said.contains(|c: char| c.is_ascii_digit() || "…:".contains(c)), "{said}");
         }
     }
 

@@ -4,6 +4,11 @@
 pub const SESSION: &str = "While you hold the board";
 /// See [`SESSION`].
 pub const SOUND: &str = "Sound";
+/// The button that tries the voice.
+pub const TEST_VOICE: &str = "Test the voice";
+/// See [`TEST_VOICE`].
+pub const TEST_VOICE_TIP: &str =
+    "Turn the voice on and say something, through spd-say or espeak-ng.";
 /// See [`SESSION`].
 pub const WINDOW: &str = "Window";
 /// Where the rest is.

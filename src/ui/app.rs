@@ -1,6 +1,7 @@
 //! The window's frame: pages, keys, and the session behind them.
 
 mod bar;
+mod phone;
 
 use std::{
     collections::BTreeMap,
@@ -83,6 +84,7 @@ pub struct App {
     switches: u32,
     /// Whether the window fills the screen only while nobody is at the computer.
     fills_screen: bool,
+    phone: phone::PhoneCard,
     stage: SessionState,
     screen: Screen,
     page: Page,
@@ -136,6 +138,7 @@ impl App {
             full_screen: preferences.full_screen,
             ..Choices::default()
         };
+        let phone = phone::PhoneCard::of(&*host);
         let mut app = Self {
             host,
             wish: wish.clone(),
@@ -148,6 +151,7 @@ impl App {
             other_board: None,
             switches: 0,
             fills_screen: false,
+            phone,
             stage: SessionState::Idle,
             screen: Screen { preferences, ..Screen::default() },
             page: Page::Start,
@@ -263,6 +267,15 @@ impl App {
         self.note = Some(text::start::switched(board, before));
     }
 
+    /// Switches the voice as the person wants it; off if nothing here speaks.
+    fn voice(&mut self) {
+        let Preferences { speech, mirrored, .. } = self.screen.preferences;
+        if let Err(trouble) = self.host.speak(speech, mirrored) {
+            self.screen.preferences.speech = false;
+            self.note = Some(trouble.what);
+        }
+    }
+
     /// Keeps the person's choices for the next window.
     fn keep(&mut self, ctx: &Context) {
         let preferences = self.screen.preferences;
@@ -333,6 +346,7 @@ impl App {
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
         self.notice_hands(ctx);
+        self.voice();
         if self.host.interrupted() {
             ctx.send_viewport_cmd(ViewportCommand::Close);
         }
@@ -342,10 +356,7 @@ impl App {
                 if news.taken && self.screen.preferences.tone {
                     self.sound.play(Tone::Taken);
                 }
-                if self.screen.preferences.speech {
-                    self.sound.say(&guide::sentence_words(&self.screen).0);
-                }
-                if news.over {
+                if news.over || self.host.phone_ends_session() {
                     self.end();
                 } else {
                     self.notice_other_board(ctx);
@@ -443,6 +454,7 @@ impl App {
             }
         }
         self.help(ui);
+        self.phone.show(ui.ctx(), self.host.phones());
         if self.start.shows_board {
             self.start.shows_board = start::show_board(ui.ctx(), self.start.draft.board);
         }
@@ -580,6 +592,13 @@ impl App {
             UiAction::Mirror(mirrored) => {
                 preferences.mirrored = mirrored;
                 self.memorise(Memory { mirrored: Some(mirrored), ..self.memory.clone() });
+            }
+            UiAction::TestVoice => {
+                preferences.speech = true;
+                if let Err(trouble) = self.host.test_voice() {
+                    preferences.speech = false;
+                    self.note = Some(trouble.what);
+                }
             }
             UiAction::FullScreenAfar(full) => preferences.full_screen = full,
             UiAction::Start(wish) => {

@@ -26,6 +26,8 @@ pub enum UiAction {
     },
     /// Whether the camera faces the person, who has been asked.
     Mirror(bool),
+    /// Say something to try the voice, which is then on.
+    TestVoice,
     /// Whether a session fills the screen while nobody is at the computer.
     FullScreenAfar(bool),
     /// Start with these settings.

@@ -42,6 +42,10 @@ pub fn show(ui: &mut Ui, preferences: &Preferences, asks: &mut Vec<UiAction>) {
                 ui.horizontal_wrapped(|ui| {
                     toggle(ui, Act::Tone, preferences.tone, asks);
                     toggle(ui, Act::Speech, preferences.speech, asks);
+                    let test = ui.button(words::TEST_VOICE).on_hover_text(words::TEST_VOICE_TIP);
+                    if test.clicked() {
+                        asks.push(UiAction::TestVoice);
+                    }
                 });
             });
             card(ui, words::WINDOW, &mut |ui| {

@@ -1,4 +1,4 @@
-//! Tone and speech by programs that the desktop has. Without them it stays silent; that is no error.
+//! Tones by a program that the desktop has. Without them it stays silent; that is no error.
 
 use std::{
     io::Write,
@@ -12,8 +12,6 @@ const PLAYERS: [(&str, &[&str]); 2] = [
     ("paplay", &["--raw", "--rate=22050", "--channels=1", "--format=s16le"]),
     ("aplay", &["-q", "-t", "raw", "-r", "22050", "-c", "1", "-f", "S16_LE", "-"]),
 ];
-/// Programs that speak their last argument.
-const SPEAKERS: [(&str, &[&str]); 2] = [("spd-say", &["--wait", "--"]), ("espeak-ng", &["--"])];
 
 /// Something worth hearing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,26 +24,17 @@ pub(super) enum Tone {
     UserError,
 }
 
-/// Starts players and speakers, and never waits for them.
+/// Starts players, and never waits for them.
 #[derive(Debug)]
 pub(super) struct Sound {
     player: Option<(PathBuf, &'static [&'static str])>,
-    speaker: Option<(PathBuf, &'static [&'static str])>,
     playing: Vec<Child>,
-    speaking: Option<Child>,
-    said: String,
 }
 
 impl Sound {
-    /// BoardFinder for the programs.
+    /// Looks for the program.
     pub(super) fn new() -> Self {
-        Self {
-            player: first_of(&PLAYERS),
-            speaker: first_of(&SPEAKERS),
-            playing: Vec::new(),
-            speaking: None,
-            said: String::new(),
-        }
+        Self { player: first_of(&PLAYERS), playing: Vec::new() }
     }
 
     pub(super) fn play(&mut self, tone: Tone) {
@@ -64,30 +53,11 @@ impl Sound {
         }
         self.playing.push(child);
     }
-
-    /// Says `sentence` once what was said before is over; numbers alone are no news.
-    pub(super) fn say(&mut self, sentence: &str) {
-        let gist: String = sentence.chars().filter(|c| !c.is_ascii_digit()).collect();
-        let busy = self.speaking.as_mut().is_some_and(|child| matches!(child.try_wait(), Ok(None)));
-        if busy || gist == self.said {
-            return;
-        }
-        let Some((program, arguments)) = &self.speaker else { return };
-        self.speaking = Command::new(program)
-            .args(*arguments)
-            .arg(sentence)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .ok();
-        self.said = gist;
-    }
 }
 
 impl Drop for Sound {
     fn drop(&mut self) {
-        for mut child in self.playing.drain(..).chain(self.speaking.take()) {
+        for mut child in self.playing.drain(..) {
             child.kill().ok();
             child.wait().ok();
         }

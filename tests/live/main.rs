@@ -20,6 +20,12 @@ mod ffmpeg;
 mod long_runs;
 #[cfg(unix)]
 mod network_cameras;
+#[cfg(feature = "serve")]
+mod phone;
+#[cfg(feature = "serve")]
+mod phone_browser;
+#[cfg(all(feature = "serve", target_os = "linux"))]
+mod phone_load;
 mod pipeline;
 #[cfg(target_os = "linux")]
 mod slow_cameras;

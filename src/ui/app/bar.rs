@@ -13,7 +13,7 @@ use super::{
 use crate::text::{self, Act, window as words};
 
 impl App {
-    pub(super) fn bar(&self, ui: &mut Ui, asks: &mut Vec<UiAction>) {
+    pub(super) fn bar(&mut self, ui: &mut Ui, asks: &mut Vec<UiAction>) {
         Panel::top("bar").show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
@@ -62,6 +62,7 @@ impl App {
                 ] {
                     toggle(ui, act, on, asks);
                 }
+                self.phone.button(ui);
                 if let Some(note) = &self.note {
                     ui.add(egui::Label::new(RichText::new(note).small().weak()).truncate());
                 }

@@ -25,8 +25,6 @@ use super::{
 };
 use crate::text::{Act, window as words};
 
-pub(super) use sentence::words as sentence_words;
-
 /// Shows the page.
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let high = sentence::height(ui, screen);

@@ -35,7 +35,7 @@ const FAR: Size = Size { band: 0.22, letters: 0.47, across: 1.0 / 9.5, line: 1.0
 const SIGN: f32 = 0.8;
 
 /// What is to be read, and its colour.
-pub(in super::super) fn words(screen: &Screen) -> (String, Color32) {
+fn words(screen: &Screen) -> (String, Color32) {
     let Some(snapshot) = &screen.snapshot else {
         return (words::STARTING.into(), theme::GREY);
     };

@@ -1,41 +1,11 @@
 //! Eight directions around a circle, partners opposite each other.
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::PI;
 
 use egui::{Align2, Color32, FontId, Sense, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role};
 
 use super::super::{screen::Screen, theme};
-use crate::{
-    guidance::direction_difference_rad,
-    session::Snapshot,
-    text::window::{WHEEL, WHEEL_TIP, slot_state},
-};
-
-/// One dot of the wheel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Slot {
-    /// Its direction in the picture.
-    pub(super) slot_rad: f64,
-    /// Index of the newest view in it.
-    pub(super) view: Option<usize>,
-    /// Whether it is asked for.
-    pub(super) wanted: bool,
-}
-
-/// The eight slots of the plan, clockwise from the first below the right.
-pub(super) fn slots(snapshot: &Snapshot) -> [Slot; 8] {
-    std::array::from_fn(|i| {
-        let slot_rad = FRAC_PI_4 * (i as f64 + 0.5);
-        let here = |direction_rad: f64| {
-            direction_difference_rad(direction_rad, slot_rad).abs() <= FRAC_PI_4 / 2.0
-        };
-        Slot {
-            slot_rad,
-            view: snapshot.views.iter().rposition(|view| here(view.tilt_azimuth_rad)),
-            wanted: snapshot.target.as_ref().is_some_and(|target| here(target.tilt_azimuth_rad)),
-        }
-    })
-}
+use crate::text::window::{WHEEL, WHEEL_TIP, slot_state};
 
 /// Height of what stands below the wheel.
 const BELOW: f32 = 366.0;
@@ -61,7 +31,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, high: f32) {
         let color = theme::direction(snapshot.views[pair.first].tilt_azimuth_rad);
         painter.line_segment(ends, Stroke::new(3.0, color));
     }
-    let slots = slots(snapshot);
+    let slots = snapshot.wheel();
     for slot in slots {
         let at = centre + radius * towards(slot.slot_rad);
         match slot.view {

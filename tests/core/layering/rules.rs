@@ -23,23 +23,26 @@ pub(crate) const RULES: Rules = Rules {
         ("pipeline", "board frame device panic_message detection session capture recording"),
         ("target", "board_code"),
         ("text", "board frame device geometry detection calibration guidance session target"),
+        ("ghost", "board geometry"),
+        ("speech", "session text"),
+        ("serve", "board frame device ghost guidance session pipeline text speech"),
         ("chart", ""),
         ("study", "board frame geometry detection calibration guidance session simulation chart"),
         ("report", "board frame geometry calibration text chart"),
         (
             "app",
             "board board_code frame device panic_message files geometry detection calibration guidance \
-             session capture config simulation recording pipeline target text report",
+             session capture config simulation recording pipeline target text speech serve report",
         ),
         (
             "ui",
-            "board frame device panic_message geometry calibration guidance session pipeline text \
+            "board frame device panic_message geometry ghost calibration guidance session pipeline text \
              study app",
         ),
         (
             "cli",
             "board board_code frame device files geometry detection calibration guidance session capture \
-             config simulation recording pipeline target text study report app ui",
+             config simulation recording pipeline target text serve study report app ui",
         ),
         ("main", "cli"),
     ],
@@ -59,6 +62,7 @@ pub(crate) const RULES: Rules = Rules {
         "frame",
         "device",
         "geometry",
+        "ghost",
         "calibration",
         "guidance",
         "session",
@@ -70,7 +74,10 @@ pub(crate) const RULES: Rules = Rules {
     only_in: &[
         // Decisions are a pure fold: no threads, channels, files, clocks, chance or printing below.
         // nokhwa's calls may never return: it has a thread that can be left behind.
-        (Reach::Path("std::thread"), &["pipeline", "study", "app", "cli", "capture/nokhwa"]),
+        (
+            Reach::Path("std::thread"),
+            &["pipeline", "study", "app", "cli", "capture/nokhwa", "serve/server.rs"],
+        ),
         (Reach::Path("crossbeam_channel"), &["pipeline", "app", "cli"]),
         // One place opens and writes files; sysfs, and the lock of a session, are other matters.
         (Reach::Path("std::fs"), &["files", "capture/v4l2", "recording/folder.rs"]),
@@ -88,7 +95,12 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Method("sync_all"), FILES),
         (Reach::Path("std::env"), &["app", "cli", "ui/run", "ui/sound"]),
         (Reach::Path("std::process"), &["capture", "app", "cli", "main", "ui/sound"]),
-        (Reach::Path("std::net"), &[]),
+        (Reach::Path("std::net"), &["serve"]),
+        (Reach::Path("tokio"), &["serve"]),
+        (Reach::Path("tokio_rustls"), &["serve"]),
+        (Reach::Path("axum"), &["serve"]),
+        (Reach::Path("hyper"), &["serve"]),
+        (Reach::Path("getrandom"), &["serve/keys.rs"]),
         (Reach::Path("std::os"), &["capture", "files"]),
         (Reach::Path("std::io::stdin"), &["cli"]),
         (Reach::Path("std::io::stdout"), &["cli"]),
@@ -96,7 +108,7 @@ pub(crate) const RULES: Rules = Rules {
         // A stream read through another program or library has no clock of a driver.
         (
             Reach::Path("std::time::Instant"),
-            &["pipeline", "app", "cli", "capture/nokhwa", "capture/ffmpeg"],
+            &["pipeline", "app", "cli", "capture/nokhwa", "capture/ffmpeg", "serve"],
         ),
         (Reach::Path("std::time::SystemTime"), &[]),
         (Reach::Path("std::time::UNIX_EPOCH"), &[]),
@@ -105,7 +117,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("rand_chacha"), &["simulation", "study"]),
         (Reach::Path("rand_distr"), &["simulation", "study"]),
         (Reach::Path("libc"), &["capture", "simulation/kernel"]),
-        (Reach::Path("rustix"), &["capture", "files"]),
+        (Reach::Path("rustix"), &["capture", "files", "serve/server.rs"]),
         (Reach::Path("v4l"), &["capture", "simulation/kernel"]),
         (Reach::Path("nokhwa"), &["capture"]),
         (Reach::Macro("print"), &[]),

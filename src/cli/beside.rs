@@ -1,0 +1,120 @@
+//! Who is beside a session in the terminal: a phone's page, a voice.
+
+#[cfg(feature = "serve")]
+use std::path::PathBuf;
+
+#[cfg(feature = "serve")]
+use anyhow::Context;
+use clap::Args;
+
+#[cfg(feature = "serve")]
+use super::terminal::announcer;
+use super::terminal::say;
+use crate::app::{NoVoice, Voice};
+#[cfg(feature = "serve")]
+use crate::{
+    app::phone::Phone,
+    files::{Links, read},
+    serve::{Certificate, ServeAddress, Setup},
+};
+
+/// Bytes of a certificate or key at most.
+#[cfg(feature = "serve")]
+const LARGEST_PEM: u64 = 1 << 20;
+
+#[derive(Debug, Args)]
+pub(super) struct BesideArguments {
+    /// Serve a page for a phone on the local network, with the live picture, the next pose, a voice, and buttons.
+    /// Prints a link with a secret key and a QR code; only who has it is let in. ADDRESS: an address of this computer,
+    /// a port (:8000), or both [default: every address, port 8417].
+    #[cfg(feature = "serve")]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "")]
+    serve: Option<String>,
+    #[cfg(feature = "serve")]
+    #[command(flatten)]
+    names: NameArguments,
+    #[command(flatten)]
+    voice: VoiceArguments,
+}
+
+/// Names of this computer.
+#[cfg(feature = "serve")]
+#[derive(Debug, Args)]
+pub(super) struct NameArguments {
+    /// A name of this computer by which a phone may open the page; repeat for several. Addresses need no name.
+    #[arg(long, value_name = "NAME")]
+    serve_name: Vec<String>,
+    /// Serve HTTPS with this certificate (PEM, with those that it rests on) for one of the names.
+    #[arg(long, value_name = "FILE", requires = "tls_key", requires = "serve_name")]
+    tls_cert: Option<PathBuf>,
+    /// The certificate's private key (PEM).
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+}
+
+/// The computer's voice.
+#[derive(Debug, Args)]
+pub(super) struct VoiceArguments {
+    /// Say aloud what to do, through spd-say or espeak-ng. WHERE the person stands decides what left and right mean:
+    /// facing the camera, or behind it [default: facing].
+    #[arg(long, value_name = "WHERE", num_args = 0..=1, default_missing_value = "facing")]
+    speak: Option<Stands>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Stands {
+    Facing,
+    Behind,
+}
+
+impl BesideArguments {
+    /// The voice that was asked for.
+    pub(super) fn voice(&self) -> anyhow::Result<Option<Voice>> {
+        self.voice.start()
+    }
+
+    /// The page that was asked for, being served.
+    #[cfg(feature = "serve")]
+    pub(super) fn phone(&self) -> anyhow::Result<Option<Phone>> {
+        self.serve.as_deref().map(|address| self.names.phone(address)).transpose()
+    }
+}
+
+impl VoiceArguments {
+    /// The voice that was asked for.
+    pub(super) fn start(&self) -> anyhow::Result<Option<Voice>> {
+        let Some(stands) = self.speak else { return Ok(None) };
+        let mut voice = Voice::new();
+        match voice.switch(true, stands == Stands::Facing) {
+            Ok(()) => Ok(Some(voice)),
+            // The session can be read, too.
+            Err(err @ NoVoice::NoProgram) => {
+                say(&err.to_string());
+                Ok(None)
+            }
+            Err(err) => Err(err.into()),
+        }
+    }
+}
+
+#[cfg(feature = "serve")]
+impl NameArguments {
+    /// The page at `address` (empty: the usual one), being served.
+    pub(super) fn phone(&self, address: &str) -> anyhow::Result<Phone> {
+        let address = match address {
+            "" => ServeAddress::default(),
+            given => given.parse().with_context(|| format!("could not serve at {given:?}"))?,
+        };
+        let read = |path: &PathBuf| read(path, LARGEST_PEM, Links::Followed);
+        let certificate = match (&self.tls_cert, &self.tls_key) {
+            (Some(chain), Some(key)) => {
+                Some(Certificate { chain_pem: read(chain)?, key_pem: read(key)? })
+            }
+            _ => None,
+        };
+        let names = self.serve_name.clone();
+        let phone = Phone::start(&Setup { address, names, certificate })?;
+        phone.announce(&announcer());
+        Ok(phone)
+    }
+}

@@ -1,0 +1,72 @@
+//! `boresight serve`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{
+    accept_args::AcceptArguments,
+    backend::BackendName,
+    beside::{NameArguments, VoiceArguments},
+    board_args::BoardArguments,
+    terminal::{announcer, stop_flag},
+};
+use crate::{
+    app::{Exit, Opening, Voice, phone::Head},
+    pipeline::Onlookers,
+};
+
+/// Wait for a phone: choose camera, board and plan on its page, and calibrate.
+///
+/// For a camera that is out of reach of a screen. Prints a link with a secret key and a QR code; only who has it is let
+/// in. Sessions are stored in ./sessions. If the phone is gone, the session continues by itself. Ctrl-C ends.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    /// An address of this computer, a port (:8000), or both [default: every address, port 8417].
+    #[arg(value_name = "ADDRESS", default_value = "", hide_default_value = true)]
+    address: String,
+    #[command(flatten)]
+    names: NameArguments,
+    /// The source that the page offers first, as in `boresight guide`.
+    #[arg(long, value_name = "SOURCE", default_value = "auto", hide_default_value = true)]
+    source: String,
+    /// Camera backend [default: v4l on Linux, nokhwa elsewhere].
+    #[arg(long, value_name = "BACKEND")]
+    backend: Option<BackendName>,
+    #[command(flatten)]
+    board: BoardArguments,
+    #[command(flatten)]
+    goal: AcceptArguments,
+    /// Compare each result with this older calibration and report what has changed.
+    #[arg(long, value_name = "OLD")]
+    against: Option<PathBuf>,
+    /// Save every picture, not only those of accepted views.
+    #[arg(long)]
+    record_stream: bool,
+    #[command(flatten)]
+    voice: VoiceArguments,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight serve
+  boresight serve 192.168.1.7 --board 9x6 --square 25mm";
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let mut config = self.board.config()?;
+        self.goal.apply(&mut config);
+        let opening = Opening {
+            backend: self.backend.map(Into::into),
+            against: self.against,
+            record_stream: self.record_stream,
+            ..Opening::new(&self.source, config)
+        };
+        let voice = self.voice.start()?;
+        let onlookers: Onlookers = voice.iter().map(Voice::onlooker).collect();
+        let phone = self.names.phone(&self.address)?;
+        let head = Head::new(phone, opening, onlookers);
+        Ok(head.run(&*stop_flag()?, &announcer()))
+    }
+}

@@ -1,0 +1,23 @@
+use std::net::SocketAddr;
+
+/// Why the page can't be served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The address can't be used.
+    #[error("could not serve at {address}")]
+    Bind {
+        /// The address.
+        address: SocketAddr,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The system refused a thread or its parts.
+    #[error("could not start the phone's page")]
+    Thread(#[source] std::io::Error),
+    /// Certificate and key can't be used.
+    #[error("the certificate can't be used: {0}")]
+    Certificate(String),
+    /// There would be no safe link.
+    #[error("the system gives no random numbers")]
+    NoRandomness,
+}

@@ -1,0 +1,176 @@
+//! The stream of events to one page: the newest state when its link has room, and all news.
+
+use std::{
+    pin::Pin,
+    sync::{Arc, Mutex, PoisonError},
+    task::{Context, Poll},
+    time::{Duration, Instant},
+};
+
+use axum::body::{Body, Bytes, HttpBody};
+use http_body::Frame;
+use serde::Serialize;
+use tokio::sync::{mpsc, watch};
+
+use super::{
+    hub::{Hub, Stage, State},
+    view::{self, Say},
+};
+
+/// Something is sent at least this often, so that a page knows that its link works.
+const HEARTBEAT: Duration = Duration::from_millis(500);
+/// States are sent at most this often.
+const SHORTEST: Duration = Duration::from_millis(66);
+
+/// The newest state as JSON, made once for all pages.
+#[derive(Default)]
+pub(super) struct States {
+    last: Option<Arc<Composed>>,
+}
+
+struct Composed {
+    version: u64,
+    live: String,
+    plan: Option<Arc<str>>,
+    ended: Option<Arc<str>>,
+}
+
+impl States {
+    fn compose(&mut self, state: &State, hub: &Hub) -> Arc<Composed> {
+        if let Some(last) = &self.last
+            && last.version == state.version
+        {
+            return Arc::clone(last);
+        }
+        // Parts that stayed the same keep their memory, by which pages know that they have them.
+        let kept = |new: Option<String>, old: Option<&Arc<str>>| {
+            let new = new?;
+            Some(old.filter(|old| ***old == *new).map_or_else(|| new.into(), Arc::clone))
+        };
+        let last = self.last.as_ref();
+        let plan = view::plan(state, hub).map(|plan| json(&plan));
+        let ended = match &state.stage {
+            Stage::Ended(ended) => Some(json(&**ended)),
+            _ => None,
+        };
+        let composed = Arc::new(Composed {
+            version: state.version,
+            live: json(&view::live(state)),
+            plan: kept(plan, last.and_then(|last| last.plan.as_ref())),
+            ended: kept(ended, last.and_then(|last| last.ended.as_ref())),
+        });
+        self.last = Some(Arc::clone(&composed));
+        composed
+    }
+}
+
+fn json(value: &impl Serialize) -> String {
+    // These structures have string keys and finite numbers.
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+/// Shares the last state between pages on one thread.
+pub(super) type SharedStates = Arc<Mutex<States>>;
+
+#[derive(Serialize)]
+struct NewsEvent<'a> {
+    number: u64,
+    age_ms: u64,
+    #[serde(flatten)]
+    say: Say<'a>,
+}
+
+/// Follows the hub for one page until the page is gone. News after number `seen` is told; without a number, what has
+/// happened before isn't.
+pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, seen: Option<u64>) -> Body {
+    let (sender, receiver) = mpsc::channel(1);
+    hub.page_came();
+    let page = Page { hub };
+    tokio::spawn(async move {
+        let changes = page.hub.states();
+        tell(&page.hub, &states, changes, &sender, seen).await;
+        drop(page);
+    });
+    Body::new(Events { receiver })
+}
+
+/// A page that is counted while it's there.
+struct Page {
+    hub: Arc<Hub>,
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        self.hub.page_left();
+    }
+}
+
+async fn tell(
+    hub: &Hub,
+    states: &SharedStates,
+    mut changes: watch::Receiver<State>,
+    sender: &mpsc::Sender<Bytes>,
+    seen: Option<u64>,
+) {
+    let mut seen = seen.unwrap_or_else(|| hub.news_after(u64::MAX).1);
+    let (mut plan, mut ended): (Option<Arc<str>>, Option<Arc<str>>) = (None, None);
+    loop {
+        // Waits for room first, so that what is sent is as new as can be.
+        let Ok(room) = sender.reserve().await else { return };
+        let state = changes.borrow_and_update().clone();
+        let composed = states.lock().unwrap_or_else(PoisonError::into_inner).compose(&state, hub);
+        let mut text = String::with_capacity(composed.live.len() + 64);
+        let (news, newest) = hub.news_after(seen);
+        for news in &news {
+            let age_ms = u64::try_from(news.came.elapsed().as_millis()).unwrap_or(u64::MAX);
+            let event = NewsEvent { number: news.number, age_ms, say: Say::of(&news.word) };
+            push(&mut text, "news", &json(&event));
+        }
+        seen = newest;
+        // A page learns from its first event from which number on it has heard everything.
+        let parts = [(&mut plan, &composed.plan, "plan"), (&mut ended, &composed.ended, "ended")];
+        for (sent, part, name) in parts {
+            let same = match (&*sent, part) {
+                (Some(sent), Some(part)) => Arc::ptr_eq(sent, part),
+                (None, None) => true,
+                _ => false,
+            };
+            if !same {
+                push(&mut text, name, part.as_deref().unwrap_or("null"));
+                sent.clone_from(part);
+            }
+        }
+        push(&mut text, "heard", &seen.to_string());
+        push(&mut text, "live", &composed.live);
+        room.send(text.into());
+        let sent = Instant::now();
+        tokio::time::timeout(HEARTBEAT, changes.changed()).await.ok();
+        tokio::time::sleep(SHORTEST.saturating_sub(sent.elapsed())).await;
+        if sender.is_closed() {
+            return;
+        }
+    }
+}
+
+fn push(text: &mut String, event: &str, data: &str) {
+    for part in ["event: ", event, "\ndata: ", data, "\n\n"] {
+        text.push_str(part);
+    }
+}
+
+/// The body of the answer.
+struct Events {
+    receiver: mpsc::Receiver<Bytes>,
+}
+
+impl HttpBody for Events {
+    type Data = Bytes;
+    type Error = std::convert::Infallible;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Self::Error>>> {
+        self.receiver.poll_recv(cx).map(|bytes| bytes.map(|bytes| Ok(Frame::data(bytes))))
+    }
+}

@@ -1,0 +1,203 @@
+//! Links, keys and roles.
+
+use std::time::Instant;
+
+use base64::{Engine, prelude::BASE64_URL_SAFE_NO_PAD};
+use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
+
+use super::error::ServeError;
+
+/// Keys in use at most; the one unused for longest goes.
+const MOST_KEYS: usize = 96;
+/// Of these, an owner's are kept before a watcher's.
+const MOST_OWNERS: usize = 16;
+
+/// What a page may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Everything.
+    Owner,
+    /// Look on.
+    Watcher,
+}
+
+/// 256 random bits.
+#[derive(Clone, Copy)]
+pub(super) struct Secret([u8; 32]);
+
+impl Secret {
+    pub(super) fn random() -> Result<Self, ServeError> {
+        let mut bytes = [0; 32];
+        getrandom::fill(&mut bytes).map_err(|_| ServeError::NoRandomness)?;
+        Ok(Self(bytes))
+    }
+
+    /// As it's written in a link or a header.
+    pub(super) fn text(&self) -> String {
+        BASE64_URL_SAFE_NO_PAD.encode(self.0)
+    }
+
+    /// Reads what [`Self::text`] wrote.
+    pub(super) fn parse(text: &[u8]) -> Option<Self> {
+        let mut bytes = [0; 33];
+        // 43 letters are 32 bytes; anything else is nobody's.
+        let length = BASE64_URL_SAFE_NO_PAD.decode_slice(text, &mut bytes).ok()?;
+        Some(Self(bytes[..length].try_into().ok()?))
+    }
+
+    fn is(&self, other: &Self) -> Choice {
+        self.0.ct_eq(&other.0)
+    }
+}
+
+/// The two links, and the keys that were given for them.
+pub(super) struct Keys {
+    pub(super) owner: Secret,
+    pub(super) watcher: Secret,
+    given: Vec<Key>,
+}
+
+struct Key {
+    secret: Secret,
+    role: Role,
+    used: Instant,
+    bucket: Bucket,
+}
+
+/// What a key opens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Opened {
+    As(Role),
+    /// Right, but used too often in a short time.
+    TooOften,
+}
+
+impl Keys {
+    pub(super) fn new() -> Result<Self, ServeError> {
+        Ok(Self { owner: Secret::random()?, watcher: Secret::random()?, given: Vec::new() })
+    }
+
+    /// A new key for the bearer of a link's `token`; `None` if it's no link's.
+    pub(super) fn exchange(
+        &mut self,
+        token: &Secret,
+        now: Instant,
+    ) -> Result<Option<(Secret, Role)>, ServeError> {
+        let owner = self.owner.is(token);
+        let watcher = self.watcher.is(token);
+        if !bool::from(owner | watcher) {
+            return Ok(None);
+        }
+        let role = if bool::from(owner) { Role::Owner } else { Role::Watcher };
+        let secret = Secret::random()?;
+        let owners = self.given.iter().filter(|key| key.role == Role::Owner).count();
+        if role == Role::Owner && owners >= MOST_OWNERS {
+            self.forget(|key| key.role == Role::Owner);
+        } else if self.given.len() >= MOST_KEYS {
+            self.forget(|key| key.role == Role::Watcher);
+        }
+        self.given.push(Key { secret, role, used: now, bucket: Bucket::of_key(now) });
+        Ok(Some((secret, role)))
+    }
+
+    /// What `secret` opens, compared with every key in the same time whichever it is.
+    pub(super) fn open(&mut self, secret: &Secret, now: Instant) -> Option<Opened> {
+        let (mut found, mut at) = (Choice::from(0), 0_u32);
+        for (index, key) in self.given.iter().enumerate() {
+            let same = key.secret.is(secret);
+            at.conditional_assign(&u32::try_from(index).unwrap_or(u32::MAX), same);
+            found |= same;
+        }
+        if !bool::from(found) {
+            return None;
+        }
+        let key = self.given.get_mut(at as usize)?;
+        key.used = now;
+        Some(if key.bucket.take(now) { Opened::As(key.role) } else { Opened::TooOften })
+    }
+
+    fn forget(&mut self, of: impl Fn(&Key) -> bool) {
+        let oldest = (0..self.given.len())
+            .filter(|at| of(&self.given[*at]))
+            .min_by_key(|at| self.given[*at].used);
+        if let Some(at) = oldest {
+            self.given.remove(at);
+        }
+    }
+}
+
+/// Requests that may come at once, and how many more each second.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bucket {
+    most: f64,
+    per_sec: f64,
+    left: f64,
+    at: Instant,
+}
+
+impl Bucket {
+    /// For the bearer of a key: pictures, events and a few taps.
+    pub(super) fn of_key(now: Instant) -> Self {
+        Self { most: 60.0, per_sec: 40.0, left: 60.0, at: now }
+    }
+
+    /// For an address from which requests come without a key.
+    pub(super) fn of_stranger(now: Instant) -> Self {
+        Self { most: 60.0, per_sec: 20.0, left: 60.0, at: now }
+    }
+
+    pub(super) fn take(&mut self, now: Instant) -> bool {
+        let secs = now.saturating_duration_since(self.at).as_secs_f64();
+        self.left = (self.left + secs * self.per_sec).min(self.most);
+        self.at = now;
+        let is_free = self.left >= 1.0;
+        self.left -= if is_free { 1.0 } else { 0.0 };
+        is_free
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_token_is_exchanged_for_a_key_of_its_role() {
+        let now = Instant::now();
+        let mut keys = Keys::new().expect("randomness");
+        let token = Secret::parse(keys.watcher.text().as_bytes()).expect("a token");
+        let (key, role) = keys.exchange(&token, now).expect("randomness").expect("a link's");
+        assert_eq!(role, Role::Watcher);
+        assert_eq!(keys.open(&key, now), Some(Opened::As(Role::Watcher)));
+        assert_eq!(keys.open(&token, now), None, "a token opens nothing by itself");
+        let wrong = Secret::random().expect("randomness");
+        assert!(keys.exchange(&wrong, now).expect("randomness").is_none());
+        assert!(Secret::parse(b"short").is_none());
+        assert!(Secret::parse(&[b'A'; 44]).is_none());
+        assert!(Secret::parse(&[b'A'; 10_000]).is_none());
+    }
+
+    #[test]
+    fn watchers_never_push_an_owner_out() {
+        let now = Instant::now();
+        let mut keys = Keys::new().expect("randomness");
+        let (owner, watcher) = (keys.owner, keys.watcher);
+        let (mine, _) = keys.exchange(&owner, now).expect("randomness").expect("a link's");
+        for i in 1..500 {
+            let later = now + Duration::from_millis(i);
+            assert!(keys.exchange(&watcher, later).expect("randomness").is_some());
+        }
+        assert!(keys.given.len() <= MOST_KEYS);
+        assert_eq!(keys.open(&mine, now), Some(Opened::As(Role::Owner)));
+    }
+
+    #[test]
+    fn a_bucket_fills_again() {
+        let now = Instant::now();
+        let mut bucket = Bucket::of_key(now);
+        assert_eq!((0..200).filter(|_| bucket.take(now)).count(), 60);
+        assert!(bucket.take(now + Duration::from_millis(30)));
+    }
+}

@@ -1,0 +1,73 @@
+//! An address as a QR code.
+
+use qrcodegen::QrCodeEcc;
+
+/// Quiet modules around the code, which readers need.
+const QUIET: i32 = 2;
+
+/// A QR code: dark modules on light ground, with its quiet zone.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct QrCode {
+    side: usize,
+    dark: Vec<bool>,
+}
+
+impl QrCode {
+    /// The code that reads `text`; `None` if that is too long for one.
+    pub fn of(text: &str) -> Option<Self> {
+        let code = qrcodegen::QrCode::encode_text(text, QrCodeEcc::Low).ok()?;
+        let range = -QUIET..code.size() + QUIET;
+        let dark = range
+            .clone()
+            .flat_map(|y| range.clone().map(move |x| (x, y)))
+            .map(|(x, y)| code.get_module(x, y))
+            .collect();
+        Some(Self { side: usize::try_from(code.size() + 2 * QUIET).ok()?, dark })
+    }
+
+    /// Modules along a side.
+    pub fn side(&self) -> usize {
+        self.side
+    }
+
+    /// Whether the module is dark; those outside are light.
+    pub fn is_dark(&self, x: usize, y: usize) -> bool {
+        x < self.side && self.dark.get(y * self.side + x).copied().unwrap_or(false)
+    }
+
+    /// The code in letters, two modules in one, light modules filled: for a terminal with a dark ground. Most readers
+    /// take it on a light ground, too.
+    pub fn lines(&self) -> Vec<String> {
+        (0..self.side)
+            .step_by(2)
+            .map(|y| {
+                (0..self.side)
+                    .map(|x| {
+                        match (self.is_dark(x, y), self.is_dark(x, y + 1) || y + 1 >= self.side) {
+                            (false, false) => '█',
+                            (false, true) => '▀',
+                            (true, false) => '▄',
+                            (true, true) => ' ',
+                        }
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_fits_into_a_terminal() {
+        let link = format!("http://192.168.100.200:8417/#{}", "A".repeat(43));
+        let code = QrCode::of(&link).expect("short enough");
+        let lines = code.lines();
+        assert!(lines.len() <= 24 && code.side() <= 48, "{}", code.side());
+        assert!(lines.iter().all(|line| line.chars().count() == code.side()));
+        assert!(code.is_dark(2, 2) && !code.is_dark(0, 0) && !code.is_dark(99, 0));
+        assert!(QrCode::of(&"x".repeat(10_000)).is_none());
+    }
+}

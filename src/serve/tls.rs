@@ -1,0 +1,87 @@
+//! HTTPS with a certificate that somebody else made.
+
+#[cfg(not(unix))]
+use none as backend;
+#[cfg(unix)]
+use rustls as backend;
+
+use super::error::ServeError;
+
+pub(super) use backend::{TlsAcceptor, acceptor};
+
+/// A certificate with those that it rests on, and its key, as PEM.
+#[derive(Clone)]
+pub struct Certificate {
+    /// The chain, the page's own certificate first.
+    pub chain_pem: Vec<u8>,
+    /// Its private key.
+    pub key_pem: Vec<u8>,
+}
+
+#[cfg(unix)]
+mod rustls {
+    use std::sync::Arc;
+
+    pub(in super::super) use tokio_rustls::TlsAcceptor;
+    use tokio_rustls::rustls::{
+        ServerConfig, crypto,
+        pki_types::{CertificateDer, PrivateKeyDer, pem::PemObject},
+    };
+
+    use super::{Certificate, ServeError};
+
+    /// What answers HTTPS with `certificate`.
+    pub(in super::super) fn acceptor(certificate: &Certificate) -> Result<TlsAcceptor, ServeError> {
+        let unusable = |reason: &dyn std::fmt::Display| ServeError::Certificate(reason.to_string());
+        let chain = CertificateDer::pem_slice_iter(&certificate.chain_pem)
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|err| unusable(&err))?;
+        if chain.is_empty() {
+            return Err(unusable(&"it holds no certificate in PEM"));
+        }
+        let key = PrivateKeyDer::from_pem_slice(&certificate.key_pem)
+            .map_err(|err| unusable(&format!("the key: {err}")))?;
+        let provider = Arc::new(crypto::ring::default_provider());
+        let config = ServerConfig::builder_with_provider(provider)
+            .with_safe_default_protocol_versions()
+            .and_then(|config| config.with_no_client_auth().with_single_cert(chain, key))
+            .map_err(|err| unusable(&err))?;
+        Ok(TlsAcceptor::from(Arc::new(config)))
+    }
+}
+
+/// Elsewhere there is no HTTPS.
+#[cfg(not(unix))]
+mod none {
+    use tokio::net::TcpStream;
+
+    use super::{Certificate, ServeError};
+
+    #[derive(Clone)]
+    pub(in super::super) enum TlsAcceptor {}
+
+    impl TlsAcceptor {
+        pub(in super::super) async fn accept(self, _: TcpStream) -> std::io::Result<TcpStream> {
+            match self {}
+        }
+    }
+
+    pub(in super::super) fn acceptor(_: &Certificate) -> Result<TlsAcceptor, ServeError> {
+        Err(ServeError::Certificate("HTTPS isn't available on this system".into()))
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_certificate_is_said() {
+        for (chain, key) in
+            [("", ""), ("nonsense", "nonsense"), ("-----BEGIN CERTIFICATE-----", "")]
+        {
+            let certificate = Certificate { chain_pem: chain.into(), key_pem: key.into() };
+            assert!(matches!(acceptor(&certificate), Err(ServeError::Certificate(_))), "{chain}");
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! What stands around the phone's page.
+
+/// Above the QR code.
+pub const SCAN: &str = "Phone: scan this code, on the same network.";
+/// The button and the card in the window.
+pub const PHONE: &str = "Phone";
+/// Tooltip of the button.
+pub const PHONE_TIP: &str = "Show or hide the QR code of the page for a phone.";
+/// Before the link in the window.
+pub const TYPE: &str = "Or open:";
+/// Before the link for watchers in the window.
+pub const WATCH: &str = "Watch only:";
+/// While the result can still be fetched.
+pub const LINGERING: &str =
+    "The result stays on the phone's page until the page is closed. Ctrl-C ends at once.";
+/// On the page, without a result.
+pub const NO_CALIBRATION: &str = "No calibration";
+/// On the page, if nothing speaks against the result.
+pub const USE_IT: &str = "You can use this calibration. The camera is done.";
+/// A file on the page.
+pub const REPORT: &str = "Report";
+/// A session that the phone can start.
+pub const WAITING: &str = "Waiting for a phone to start a session. Ctrl-C ends.";
+/// No camera to offer.
+pub const NO_CAMERA: &str = "No camera found";
+/// What to do then.
+pub const NO_CAMERA_ACTION: &str = "Plug one in";
+
+/// The source that is always offered.
+pub const SIMULATION: &str = "Simulated camera";
+
+/// How many phones are there.
+pub fn phones(count: usize) -> String {
+    match count {
+        0 => "No phone yet".into(),
+        1 => "1 phone".into(),
+        count => format!("{count} phones"),
+    }
+}
+
+/// The address of the page.
+pub fn link(link: &str) -> String {
+    format!("  or open {link}")
+}
+
+/// Another address of the same page.
+pub fn other_link(link: &str) -> String {
+    format!("  or, from another network, {link}")
+}
+
+/// The address for those who may only look on.
+pub fn watchers(link: &str) -> String {
+    format!("Watch only: {link}")
+}

@@ -1,0 +1,76 @@
+//! The phone's page as a QR code, until a phone has scanned it.
+
+use egui::{
+    Color32, Context, Rect, RichText, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2, vec2,
+};
+
+use crate::{
+    app::host::{AppHost, PhoneLink},
+    text::phone as words,
+};
+
+/// Side of a module.
+const MODULE: f32 = 6.0;
+
+/// The card with the code.
+pub(super) struct PhoneCard {
+    link: Option<PhoneLink>,
+    open: bool,
+    /// Whether a phone has come.
+    came: bool,
+}
+
+impl PhoneCard {
+    pub(super) fn of(host: &dyn AppHost) -> Self {
+        let link = host.phone();
+        Self { open: link.is_some(), link, came: false }
+    }
+
+    /// Shows the card again, or hides it.
+    pub(super) fn button(&mut self, ui: &mut Ui) {
+        if self.link.is_some() {
+            let toggled =
+                ui.selectable_label(self.open, words::PHONE).on_hover_text(words::PHONE_TIP);
+            self.open ^= toggled.clicked();
+        }
+    }
+
+    /// Shows the card. The first of the `phones` that comes closes it.
+    pub(super) fn show(&mut self, ctx: &Context, phones: usize) {
+        let Some(PhoneLink { link, watcher, code }) = &self.link else { return };
+        if phones > 0 && !self.came {
+            (self.open, self.came) = (false, true);
+        }
+        egui::Window::new(words::PHONE)
+            .open(&mut self.open)
+            .collapsible(false)
+            .resizable(false)
+            .show(ctx, |ui| {
+                ui.label(words::SCAN);
+                modules(ui, code, link);
+                ui.label(words::TYPE);
+                ui.add(egui::Label::new(RichText::new(link).monospace().small()).wrap());
+                ui.label(words::WATCH);
+                ui.add(egui::Label::new(RichText::new(watcher).monospace().small()).wrap());
+                ui.label(words::phones(phones));
+            });
+    }
+}
+
+/// Dark on light, whatever the theme.
+fn modules(ui: &mut Ui, code: &[Vec<bool>], link: &str) {
+    let side = MODULE * code.len() as f32;
+    let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::hover());
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 0.0, Color32::WHITE);
+    for (y, row) in code.iter().enumerate() {
+        for (x, _) in row.iter().enumerate().filter(|(_, dark)| **dark) {
+            let at = rect.min + MODULE * vec2(x as f32, y as f32);
+            let module = Rect::from_min_max(at, pos2(at.x + MODULE, at.y + MODULE));
+            painter.rect_filled(module, 0.0, Color32::BLACK);
+        }
+    }
+    response.widget_info(|| {
+        WidgetInfo::labeled(Role::Image, true, format!("{}: {link}", words::PHONE))
+    });
+}
