@@ -20,7 +20,7 @@ use serde_json::Value;
 /// uncertainty of these results. Later versions weigh corners that lie far off.
 const SAME_RESULT: f64 = 1e-4;
 /// The same of one that isn't to be used.
-const SAME_UNUSABLE_RESULT: f64 = 5e-3;
+const SAME_UNUSABLE_RESULT: f64 = 1e-2;
 
 /// The same of uncertainties: later versions weigh correlated noise and heavy tails, too.
 const SAME_UNCERTAINTY: f64 = 0.75;
@@ -115,6 +115,10 @@ fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>)
             let (same, least) = match (uncertain, unusable) {
                 (true, _) => (SAME_UNCERTAINTY, 0.0),
                 (false, true) => (SAME_UNUSABLE_RESULT, 1.0),
+                // Coefficients and angles near zero are as uncertain as large ones.
+                (false, false) if at.contains("distortion") || at.contains("_deg") => {
+                    (SAME_RESULT, 10.0)
+                }
                 (false, false) => (SAME_RESULT, 1.0),
             };
             // Of a result that isn't to be used, no uncertainty has to stay.

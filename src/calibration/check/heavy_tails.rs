@@ -18,6 +18,10 @@ const FREEDOM: [f64; 7] = [2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 12.0];
 const MIN_GAIN: f64 = 20.0;
 /// Steps of the fixed point for the scale; it changes by less than a percent after ten.
 const STEPS: usize = 15;
+/// Weight below which a corner counts as far off, and the largest share of such corners in a view that are believed to be
+/// off one by one. Errors with three degrees of freedom put 8 % of all corners there.
+const LOW_WEIGHT: f64 = 0.3;
+const MOST_LOW: f64 = 0.2;
 
 /// Weights of all corners, view by view.
 #[derive(Clone, Debug)]
@@ -54,25 +58,19 @@ impl TailWeights {
                 view.iter().enumerate().map(of).collect::<Vec<_>>()
             })
             .collect();
-        let count = off.len() as f64;
-        let mean = off.iter().sum::<f64>() / (2.0 * count);
-        if !(mean.is_finite() && mean > 0.0) {
-            return None;
-        }
-        let normal = 2.0 * count * (mean.ln() + 1.0);
-        let (cost, freedom, scale) = FREEDOM
-            .into_iter()
-            .map(|freedom| {
-                let scale = scale(&off, freedom, mean);
-                let tails: f64 = off.iter().map(|d2| (d2 / (freedom * scale)).ln_1p()).sum();
-                (2.0 * count * scale.ln() + (freedom + 2.0) * tails, freedom, scale)
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0))?;
-        if normal - cost < MIN_GAIN {
-            return None;
-        }
-        let weights: Vec<f64> = off.iter().map(|d2| weight(*d2, freedom, scale)).collect();
-        Some(Self { weights: weights.chunks(corners).map(<[f64]>::to_vec).collect(), freedom })
+        let views: Vec<&[f64]> = off.chunks(corners).collect();
+        let tails = Tails::of(views.iter().copied().flatten())?;
+        // Corners off by the dozen aren't wrong one by one: the view is torn, or of something else.
+        let is_whole = |view: &&&[f64]| {
+            let low = view.iter().filter(|d2| tails.weight(**d2) < LOW_WEIGHT).count();
+            (low as f64) <= MOST_LOW * view.len() as f64
+        };
+        let tails = Tails::of(views.iter().filter(is_whole).copied().flatten())?;
+        let weights = |view: &&[f64]| {
+            let is_whole = is_whole(&view);
+            view.iter().map(|d2| if is_whole { tails.weight(*d2) } else { 1.0 }).collect()
+        };
+        Some(Self { weights: views.iter().map(weights).collect(), freedom: tails.freedom })
     }
 
     /// `views` with the variance of each corner divided by its weight.
@@ -94,21 +92,46 @@ impl TailWeights {
     }
 }
 
-fn weight(square: f64, freedom: f64, scale: f64) -> f64 {
-    (freedom + 2.0) / (freedom + square / scale)
+/// Student's t distribution of the errors.
+#[derive(Clone, Copy, Debug)]
+struct Tails {
+    freedom: f64,
+    /// Squared scale.
+    scale: f64,
 }
 
-/// Maximum likelihood of the squared scale, `s² = Σ w d² / 2N`.
-fn scale(squares: &[f64], freedom: f64, start: f64) -> f64 {
-    (0..STEPS).fold(start, |scale, _| {
-        let sum: f64 = squares.iter().map(|d2| d2 * weight(*d2, freedom, scale)).sum();
-        (sum / (2 * squares.len()) as f64).max(f64::MIN_POSITIVE)
-    })
+impl Tails {
+    /// The likeliest distribution of errors with these squared distances. `None` if a normal one explains them as well.
+    fn of<'a>(squares: impl Iterator<Item = &'a f64>) -> Option<Self> {
+        let squares: Vec<f64> = squares.copied().collect();
+        let count = squares.len() as f64;
+        let mean = squares.iter().sum::<f64>() / (2.0 * count);
+        if !(mean.is_finite() && mean > 0.0) {
+            return None;
+        }
+        let normal = 2.0 * count * (mean.ln() + 1.0);
+        let fit = |freedom: f64| {
+            // Maximum likelihood of the squared scale is the fixed point s² = Σ w d² / 2N.
+            let tails = (0..STEPS).fold(Self { freedom, scale: mean }, |tails, _| {
+                let sum: f64 = squares.iter().map(|d2| d2 * tails.weight(*d2)).sum();
+                Self { scale: (sum / (2.0 * count)).max(f64::MIN_POSITIVE), ..tails }
+            });
+            let Self { scale, .. } = tails;
+            let logs: f64 = squares.iter().map(|d2| (d2 / (freedom * scale)).ln_1p()).sum();
+            (2.0 * count * scale.ln() + (freedom + 2.0) * logs, tails)
+        };
+        let (cost, tails) = FREEDOM.into_iter().map(fit).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (normal - cost >= MIN_GAIN).then_some(tails)
+    }
+
+    fn weight(&self, square: f64) -> f64 {
+        (self.freedom + 2.0) / (self.freedom + square / self.scale)
+    }
 }
 
 /// Median residual of the corners next to `corner` on the board.
 fn of_neighbours(px: &[Vector2<f64>], corner: usize, board: &Checkerboard) -> Vector2<f64> {
-    let (columns, rows) = (board.columns() as usize, board.rows() as usize);
+    let (columns, rows) = (board.columns(), board.rows());
     let (row, column) = (corner / columns, corner % columns);
     let mut axes = [Vec::with_capacity(8), Vec::with_capacity(8)];
     for r in row.saturating_sub(1)..(row + 2).min(rows) {
@@ -123,7 +146,7 @@ fn of_neighbours(px: &[Vector2<f64>], corner: usize, board: &Checkerboard) -> Ve
     let median = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         let middle = values.len() / 2;
-        if values.len() % 2 == 0 {
+        if values.len().is_multiple_of(2) {
             0.5 * (values[middle - 1] + values[middle])
         } else {
             values[middle]

@@ -106,8 +106,8 @@ pub struct VisibleEntry {
     pub pp_px: f64,
     /// Of the focal length.
     pub f_px: f64,
-    /// Displacement of a ray by a change of the distortion in proportion; null if the views leave the distortion open.
-    #[serde(default)]
+    /// Displacement of a ray by a change of the distortion in proportion, if the views don't leave it open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lens_px: Option<f64>,
 }
 
