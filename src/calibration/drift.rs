@@ -203,7 +203,7 @@ pub fn drift(
     let aspect = old.camera.f_px.x / old.camera.f_px.y;
     let scaled: Vec<Vec<Corner>> = used
         .iter()
-        .map(|view| views[*view].iter().map(|c| stretched(c, aspect)).collect())
+        .map(|view| views[*view].iter().map(|c| c.with_rows_scaled(aspect)).collect())
         .collect();
     let mut camera = old.camera;
     camera.f_px.y = camera.f_px.x;
@@ -279,14 +279,6 @@ fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
         .filter(|corner| !old.outlines.iter().any(|outline| outline.reaches(&corner.px, reach_px)))
         .count();
     outside as f64 <= MAX_UNCOVERED_FRACTION * view.len() as f64
-}
-
-fn stretched(corner: &Corner, aspect: f64) -> Corner {
-    let stretch = Matrix2::new(1.0, 0.0, 0.0, aspect);
-    Corner {
-        px: Point2::new(corner.px.x, corner.px.y * aspect),
-        covariance_px2: stretch * corner.covariance_px2 * stretch,
-    }
 }
 
 /// The covariance after rows are scaled by `aspect`.

@@ -27,6 +27,15 @@ impl Corner {
         (self.covariance_px2.trace() / 2.0).sqrt()
     }
 
+    /// The corner in a picture whose rows are scaled by `factor`.
+    pub(crate) fn with_rows_scaled(&self, factor: f64) -> Self {
+        let scale = Matrix2::new(1.0, 0.0, 0.0, factor);
+        Self {
+            px: Point2::new(self.px.x, self.px.y * factor),
+            covariance_px2: scale * self.covariance_px2 * scale,
+        }
+    }
+
     /// The corner in few decimal digits, far below its error, so that recordings of it are short: positions to 10⁻⁵ px,
     /// covariances to four digits of the larger variance. A covariance so narrow that this would change its
     /// determinant by more than 2 % stays as it is.

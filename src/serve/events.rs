@@ -80,8 +80,8 @@ struct NewsEvent<'a> {
     say: Say<'a>,
 }
 
-/// Follows the hub for one page until the page is gone. News after number `seen` is told; without a number, what has
-/// happened before isn't.
+/// Follows the hub for one page until the page is gone. Sends the news after number `seen`; without a number, only news
+/// from now on.
 pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, seen: Option<u64>) -> Body {
     let (sender, receiver) = mpsc::channel(1);
     hub.page_came();

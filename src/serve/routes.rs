@@ -106,7 +106,7 @@ type Refused = (StatusCode, &'static str);
 const NOT_JSON: Refused = (StatusCode::UNSUPPORTED_MEDIA_TYPE, "Only JSON is understood.\n");
 const NOT_UNDERSTOOD: Refused = (StatusCode::BAD_REQUEST, "That wasn't understood.\n");
 
-/// The JSON of a request. A form of another site can't send that type.
+/// The JSON of a request. A form on another site can't send this content type.
 async fn read<T: for<'a> Deserialize<'a>>(headers: &HeaderMap, body: Body) -> Result<T, Refused> {
     let json = headers.get(header::CONTENT_TYPE).is_some_and(|kind| kind == "application/json");
     if !json {

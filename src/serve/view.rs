@@ -8,7 +8,7 @@ use crate::{
     device::Fault,
     ghost::{Card, Shade, closeness},
     guidance::{Advice, Refusal},
-    session::{Outcome, Prompt, Snapshot},
+    session::{Gravity, Outcome, Snapshot},
     speech::{Narrator, Rank, Word},
     text::{self, report::refusal_kind, window as words},
 };
@@ -24,7 +24,7 @@ pub(super) struct Live<'a> {
     frame: Option<u64>,
     /// The sentence, and the same with left and right exchanged.
     sentence: [String; 2],
-    tone: Tone,
+    tone: Gravity,
     /// How much of the hold is over.
     hold: Option<f64>,
     /// How near the board is to the ghost.
@@ -64,15 +64,6 @@ impl<'a> Say<'a> {
     fn owned(word: Word) -> Self {
         Self { rank: word.rank, text: word.text.into(), mirrored: word.mirrored.into() }
     }
-}
-
-#[derive(Clone, Copy, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Tone {
-    Plain,
-    Good,
-    Careful,
-    Bad,
 }
 
 /// What changes with a view.
@@ -130,7 +121,7 @@ pub(super) fn live(state: &State) -> Live<'_> {
         stage,
         frame: None,
         sentence: [words::STARTING.into(), words::STARTING.into()],
-        tone: Tone::Plain,
+        tone: Gravity::Plain,
         hold: None,
         close: None,
         board: None,
@@ -169,7 +160,7 @@ pub(super) fn live(state: &State) -> Live<'_> {
             Stage::Ending => [words::ENDING.into(), words::ENDING.into()],
             _ => [words::sentence(snapshot, false), words::sentence(snapshot, true)],
         },
-        tone: tone(snapshot.shown.prompt),
+        tone: snapshot.shown.prompt.gravity(),
         hold: match snapshot.decision.advice {
             Advice::Holding { progress } => Some(round(progress, 100.0)),
             _ => None,
@@ -211,24 +202,6 @@ fn trouble(snapshot: &Snapshot) -> Option<(String, String)> {
         .or_else(|| text::camera::obstacle(&snapshot.camera))
         .or_else(doubt)
         .or_else(|| words::other_board(snapshot))
-}
-
-fn tone(prompt: Prompt) -> Tone {
-    match prompt {
-        Prompt::Failed | Prompt::CameraLost | Prompt::Frozen | Prompt::LensMoved(_) => Tone::Bad,
-        Prompt::Complete | Prompt::Taken | Prompt::HoldStill => Tone::Good,
-        Prompt::Exhausted
-        | Prompt::CameraNotReady
-        | Prompt::Uncover
-        | Prompt::Glare
-        | Prompt::OtherBoard { .. }
-        | Prompt::Blurred
-        | Prompt::Dark
-        | Prompt::Busy
-        | Prompt::Contradicts
-        | Prompt::OtherSize => Tone::Careful,
-        _ => Tone::Plain,
-    }
 }
 
 /// The part that changes with a view; `None` before the first frame.

@@ -99,7 +99,7 @@ pub use far_board::FarBoard;
 pub use held_out_pair::HeldOutPair;
 pub use input::{Command, Input, Observation};
 pub use precision::precision_of;
-pub use prompt::{Across, Edge, Prompt, Upright};
+pub use prompt::{Across, Edge, Gravity, Prompt, Upright};
 pub use setup::SessionSetup;
 pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, lateral_offset_px};
 pub use state::Session;

@@ -2,6 +2,8 @@
 
 use std::f64::consts::FRAC_PI_4;
 
+use serde::Serialize;
+
 use super::{
     camera::{CameraState, Stream},
     decision::{Decision, Outcome},
@@ -177,6 +179,20 @@ pub enum Prompt {
     OtherSize,
 }
 
+/// How grave a prompt is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Gravity {
+    /// The session goes on as it should.
+    Plain,
+    /// Something succeeded, or is about to.
+    Good,
+    /// Something keeps views from being taken.
+    Careful,
+    /// The session can't go on like this.
+    Bad,
+}
+
 /// Directions farther apart than this are another edge rather than a turn of the same one.
 const OTHER_EDGE_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
@@ -184,6 +200,25 @@ const OTHER_EDGE_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 const SMALL_SHIFT_PX: f64 = 10.0;
 
 impl Prompt {
+    /// How grave it is.
+    pub fn gravity(self) -> Gravity {
+        match self {
+            Self::Failed | Self::CameraLost | Self::Frozen | Self::LensMoved(_) => Gravity::Bad,
+            Self::Complete | Self::Taken | Self::HoldStill => Gravity::Good,
+            Self::Exhausted
+            | Self::CameraNotReady
+            | Self::Uncover
+            | Self::Glare
+            | Self::OtherBoard { .. }
+            | Self::Blurred
+            | Self::Dark
+            | Self::Busy
+            | Self::Contradicts
+            | Self::OtherSize => Gravity::Careful,
+            _ => Gravity::Plain,
+        }
+    }
+
     /// What keeps views from being taken or ends the session, most important first; `None` if nothing does.
     pub(super) fn of_state(
         progress: Progress,

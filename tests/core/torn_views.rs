@@ -67,18 +67,22 @@ fn smear(
         .collect()
 }
 
+/// Eight poses, and pictures of the board held still in each: where its corners are.
+fn held_still(scene: &mut Scene, seed: u64) -> (Vec<Isometry3<f64>>, Pictures, Vec<Vec<Corner>>) {
+    let plan = scene.plan(8);
+    let poses = scene.poses(&plan);
+    let mut pictures = Pictures::of(scene, seed);
+    let corners = |pose: &Isometry3<f64>| pictures.corners(&[*pose]).expect("the board is seen");
+    let sharp = poses.iter().map(corners).collect();
+    (poses, pictures, sharp)
+}
+
 #[test]
 fn a_smeared_view_is_not_called_torn() {
     let (mut smeared, mut torn) = (0, 0);
     for seed in 0..SESSIONS {
         let mut scene = Scene::ordinary(7000 + seed);
-        let plan = scene.plan(8);
-        let poses = scene.poses(&plan);
-        let mut pictures = Pictures::of(&scene, seed);
-        let sharp: Vec<Vec<Corner>> = poses
-            .iter()
-            .map(|pose| pictures.corners(&[*pose]).expect("the board is seen"))
-            .collect();
+        let (poses, mut pictures, sharp) = held_still(&mut scene, seed);
         for attempt in 0..SMEARED {
             let view = attempt % poses.len();
             let size = 0.2 + 0.8 * (attempt / poses.len()) as f64 / 4.0;
@@ -108,13 +112,7 @@ fn a_torn_picture_is_called_torn() {
     let (mut all, mut named) = (0, 0);
     for seed in 0..SESSIONS {
         let mut scene = Scene::ordinary(7100 + seed);
-        let plan = scene.plan(8);
-        let poses = scene.poses(&plan);
-        let mut pictures = Pictures::of(&scene, seed);
-        let sharp: Vec<Vec<Corner>> = poses
-            .iter()
-            .map(|pose| pictures.corners(&[*pose]).expect("the board is seen"))
-            .collect();
+        let (poses, mut pictures, sharp) = held_still(&mut scene, seed);
         for view in 0..poses.len() {
             let later = *smear(&mut scene, &poses[view], 6e-4, 1e-3).last().expect("steps");
             pictures.corners(&[later]);

@@ -16,7 +16,7 @@ pub(super) enum Cause {
     FocusDrift,
     /// The focal length is another one from this view on.
     FocusJump(usize),
-    /// The marked views are of another camera, mode or size, with another focal length and principal point.
+    /// The marked views come from a different camera, mode or picture size: focal length and principal point differ.
     Mixed(Vec<bool>),
     /// Every view is shifted in the picture, as by a stabiliser.
     Shifted,
@@ -42,7 +42,7 @@ pub(super) enum Cause {
     NextRadial,
 }
 
-/// What a cause blames. Causes of one family are told apart by their gain alone, for they call for the same action.
+/// What a cause blames. Causes in one family call for the same action, so the one with the highest gain wins outright.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Family {
     Focus,

@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Matrix2, Point2, SMatrix};
+use nalgebra::{Point2, SMatrix, Vector2};
 
 use super::{
     cause::Cause,
@@ -37,7 +37,7 @@ enum Kind {
     /// Squares of this height to width.
     BoardStretched(f64),
     /// Shift of each corner in pixels, view by view.
-    BoardBent(Vec<Vec<nalgebra::Vector2<f64>>>),
+    BoardBent(Vec<Vec<Vector2<f64>>>),
 }
 
 impl Correction {
@@ -91,7 +91,7 @@ impl Correction {
         views: &'a [Vec<Corner>],
     ) -> Cow<'a, [Vec<Corner>]> {
         let Kind::BoardBent(shift_px) = &self.kind else { return Cow::Borrowed(views) };
-        let flat = |(corners, shifts): (&Vec<Corner>, &Vec<nalgebra::Vector2<f64>>)| {
+        let flat = |(corners, shifts): (&Vec<Corner>, &Vec<Vector2<f64>>)| {
             let flat = corners.iter().zip(shifts);
             flat.map(|(corner, shift)| Corner { px: corner.px - shift, ..*corner }).collect()
         };
@@ -109,10 +109,6 @@ pub(in crate::calibration) fn with_square_pixels(
     views: &[Vec<Corner>],
     pixel_aspect: f64,
 ) -> Vec<Vec<Corner>> {
-    let stretch = Matrix2::new(1.0, 0.0, 0.0, 1.0 / pixel_aspect);
-    let square = |corner: &Corner| Corner {
-        px: Point2::from(stretch * corner.px.coords),
-        covariance_px2: stretch * corner.covariance_px2 * stretch,
-    };
+    let square = |corner: &Corner| corner.with_rows_scaled(1.0 / pixel_aspect);
     views.iter().map(|corners| corners.iter().map(square).collect()).collect()
 }

@@ -4,7 +4,7 @@
 //! that is `d` standard deviations off has the weight `(ν + 2)/(ν + d²)`. How far a corner is off is measured against its
 //! neighbours on the board: a lens that the model doesn't describe shifts them together, and must not be hidden by weights.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::{
     board::Checkerboard,
@@ -48,13 +48,10 @@ impl TailWeights {
             .flat_map(|view| {
                 let px: Vec<Vector2<f64>> =
                     view.iter().map(|(residual_px, _)| *residual_px).collect();
-                let of =
-                    |(corner, (residual_px, stated_px2)): (usize, &(_, nalgebra::Matrix2<f64>))| {
-                        let alone: Vector2<f64> = residual_px - of_neighbours(&px, corner, board);
-                        stated_px2
-                            .try_inverse()
-                            .map_or(f64::NAN, |i| (alone.transpose() * i * alone).x)
-                    };
+                let of = |(corner, (residual_px, stated_px2)): (usize, &(_, Matrix2<f64>))| {
+                    let alone: Vector2<f64> = residual_px - of_neighbours(&px, corner, board);
+                    stated_px2.try_inverse().map_or(f64::NAN, |i| (alone.transpose() * i * alone).x)
+                };
                 view.iter().enumerate().map(of).collect::<Vec<_>>()
             })
             .collect();

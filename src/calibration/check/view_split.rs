@@ -122,7 +122,7 @@ pub(super) fn cost_of_search(odd: &[bool]) -> f64 {
 /// The view from which on another focal length explains most, `1..N`. `None` with fewer than four views.
 ///
 /// With `I` and `g` the information and gradient of each view for the lens, and `J` the sum of `I` from that view on, a
-/// change of f from there on gains `(Σ g_f)² / (J_ff − J_fθ I⁻¹ J_θf)`, the lens settling anew.
+/// change of f from there on gains `(Σ g_f)² / (J_ff − J_fθ I⁻¹ J_θf)`, with the other lens parameters refitted.
 pub(super) fn likeliest_jump(bundle: &Bundle) -> Option<usize> {
     let views = bundle.view_information();
     if views.len() < 4 {

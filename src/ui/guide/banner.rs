@@ -84,7 +84,7 @@ pub(super) struct Trouble {
     board: Option<[u16; 2]>,
 }
 
-/// Inner corners of another board in view.
+/// Inner corners of the board in view, if it isn't the chosen one.
 fn other_board(snapshot: &Snapshot) -> Option<[u16; 2]> {
     let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
     Some([columns.try_into().ok()?, rows.try_into().ok()?])

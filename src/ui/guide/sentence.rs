@@ -10,7 +10,7 @@ use super::{
     icon,
 };
 use crate::{
-    session::Prompt,
+    session::Gravity,
     text::{self, window as words},
 };
 
@@ -40,24 +40,15 @@ fn words(screen: &Screen) -> (String, Color32) {
         return (words::STARTING.into(), theme::GREY);
     };
     let mirrored = screen.preferences.mirrored;
-    (words::sentence(snapshot, mirrored), color(snapshot.shown.prompt))
+    (words::sentence(snapshot, mirrored), color(snapshot.shown.prompt.gravity()))
 }
 
-fn color(prompt: Prompt) -> Color32 {
-    match prompt {
-        Prompt::Failed | Prompt::CameraLost | Prompt::Frozen | Prompt::LensMoved(_) => theme::RED,
-        Prompt::Complete | Prompt::Taken | Prompt::HoldStill => theme::GREEN,
-        Prompt::Exhausted
-        | Prompt::CameraNotReady
-        | Prompt::Uncover
-        | Prompt::Glare
-        | Prompt::OtherBoard { .. }
-        | Prompt::Blurred
-        | Prompt::Dark
-        | Prompt::Busy
-        | Prompt::Contradicts
-        | Prompt::OtherSize => theme::AMBER,
-        _ => Color32::WHITE,
+fn color(gravity: Gravity) -> Color32 {
+    match gravity {
+        Gravity::Bad => theme::RED,
+        Gravity::Good => theme::GREEN,
+        Gravity::Careful => theme::AMBER,
+        Gravity::Plain => Color32::WHITE,
     }
 }
 
