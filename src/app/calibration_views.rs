@@ -18,10 +18,13 @@ use crate::{
     capture::{CaptureError, read_picture},
     files::{Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
-    geometry::Corner,
+    geometry::{Corner, expect_unseen, seen_count},
     pipeline::detect_many,
     text,
 };
+
+/// Corners of a view that must be seen: a pose has six parameters.
+const LEAST_CORNERS: usize = 6;
 
 /// Corners and names of the pictures of one camera.
 #[derive(Clone, Debug)]
@@ -75,8 +78,22 @@ pub fn from_table(
     let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
     let table = corner_table::read(&text, board.corner_count())
         .with_context(|| format!("could not use {path:?}"))?;
-    for view in table {
-        let reason = view.corners.is_none().then(|| "no corners in the table".to_owned());
+    let board_m = board.corners_in_board_m();
+    for mut view in table {
+        let count = view.corners.as_deref().map_or(0, seen_count);
+        if count < LEAST_CORNERS {
+            view.corners = None;
+        }
+        let reason = match count {
+            0 => Some("no corners in the table".to_owned()),
+            _ if count < LEAST_CORNERS => {
+                Some(format!("{count} corners in the table: a view needs {LEAST_CORNERS}"))
+            }
+            _ => None,
+        };
+        if let Some(corners) = &mut view.corners {
+            expect_unseen(&board_m, corners);
+        }
         if with_pictures && reason.is_none() {
             views.pictures.push(picture_beside(folder, &view.name, image_size));
         }

@@ -20,6 +20,7 @@ pub fn detection(
             .corners
             .iter()
             .enumerate()
+            .filter(|(_, corner)| corner.is_seen())
             .map(|(i, corner)| {
                 let (column, row) = (i % board.columns(), i / board.columns());
                 json!([column, row, corner.px.x, corner.px.y, corner.sigma_px()])

@@ -14,7 +14,9 @@ use super::{
 use crate::{
     board::Checkerboard,
     frame::ImageSize,
-    geometry::{BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose},
+    geometry::{
+        BoardOutline, Camera, Corner, LENS_PARAMETERS, cell_centres_px, fit_pose, seen_count,
+    },
 };
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
@@ -33,6 +35,8 @@ const DISTORTION: [usize; 5] = [4, 5, 6, 7, 8];
 pub const DRIFT_VIEWS: usize = 4;
 /// How far outside the old boards a corner still counts as covered, as a fraction of the picture's width.
 const COVERED_MARGIN_FRACTION: f64 = 0.05;
+/// Corners of a view that must be seen: a pose has six parameters.
+const LEAST_SEEN: usize = 6;
 /// Fraction of a view's corners that may lie further out.
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
 /// Ratio of the residual with the old distortion to that with a free one, above which the distortion has changed. By
@@ -191,7 +195,8 @@ pub fn drift(
     if image_size != old.image_size {
         return Err(NoDrift::OtherSize { new: image_size, old: old.image_size });
     }
-    let usable = |view: &Vec<Corner>| view.len() == board.corner_count();
+    let usable =
+        |view: &Vec<Corner>| view.len() == board.corner_count() && seen_count(view) >= LEAST_SEEN;
     let used: Vec<usize> = (0..views.len())
         .filter(|view| usable(&views[*view]) && is_covered(&views[*view], old))
         .collect();
@@ -276,9 +281,10 @@ fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
     let reach_px = COVERED_MARGIN_FRACTION * f64::from(old.image_size.width_px);
     let outside = view
         .iter()
+        .filter(|corner| corner.is_seen())
         .filter(|corner| !old.outlines.iter().any(|outline| outline.reaches(&corner.px, reach_px)))
         .count();
-    outside as f64 <= MAX_UNCOVERED_FRACTION * view.len() as f64
+    outside as f64 <= MAX_UNCOVERED_FRACTION * seen_count(view) as f64
 }
 
 /// The covariance after rows are scaled by `aspect`.

@@ -9,7 +9,7 @@ use nalgebra::Point2;
 use super::{result::Calibration, solve::initial_guess::first_alike};
 use crate::{
     frame::ImageSize,
-    geometry::{Corner, fit_pose},
+    geometry::{Corner, fit_pose, seen_count},
 };
 
 /// Two views whose corners differ by less than this fraction of the picture's width (root mean square) show one held
@@ -61,12 +61,13 @@ impl Repeats {
                 let squares: f64 = corners
                     .iter()
                     .zip(board_m)
+                    .filter(|(corner, _)| corner.is_seen())
                     .filter_map(|(corner, point_m)| {
                         let px = camera.px_from_board(&fit.cam_from_board, point_m)?;
                         Some((corner.px - px).norm_squared())
                     })
                     .sum();
-                result.residual_rms_px = (squares / (2 * corners.len()).max(1) as f64).sqrt();
+                result.residual_rms_px = (squares / (2 * seen_count(corners)).max(1) as f64).sqrt();
             }
             result
         };

@@ -286,6 +286,9 @@ impl Inputs<'_> {
         let corners: Vec<Corner> = self.views[view]
             .iter()
             .map(|corner| {
+                if !corner.is_seen() {
+                    return Some(*corner);
+                }
                 let px = camera.undistort_px(&corner.px)?;
                 let covariance_px2 = corner.covariance_px2 * variance;
                 Some(Corner { px, covariance_px2 })

@@ -22,8 +22,8 @@ pub(super) struct BentEdges {
 }
 
 impl BentEdges {
-    /// Moves the corners of `fits`, row by row, onto the bent edges. `corners` has one for each fit; corners of a
-    /// board that isn't whole stay where they are.
+    /// Moves the corners of `fits`, row by row, onto the bent edges. `corners` has one for each fit. Corners without two
+    /// neighbours in line stay where they are.
     pub(super) fn correct(
         &mut self,
         fits: &[Option<EdgeFit>],
@@ -68,30 +68,42 @@ impl BentEdges {
 /// three: less noise, and the ends have one, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Curvature {
+    /// At the middle of the board.
     mean: f64,
     /// Change from one corner to the next.
     slope: f64,
-    /// Place of the mean.
     middle: f64,
 }
 
 impl Curvature {
-    /// `None` with fewer than three corners, or without one of them.
+    /// `None` without three corners one beside the other.
     fn along(count: usize, px: impl Fn(usize) -> Option<Point2<f64>>) -> Option<Self> {
         if count < 3 {
             return None;
         }
         let middle = (count as f64 - 1.0) / 2.0;
+        let (mut looked_at, mut places) = (0.0, 0.0);
         let (mut sum, mut moment, mut squares) = (0.0, 0.0, 0.0);
         for place in 1..count - 1 {
-            let curvature = parabola(px(place - 1)?, px(place)?, px(place + 1)?)?;
+            let (before, at, after) = (px(place - 1), px(place), px(place + 1));
+            let (Some(before), Some(at), Some(after)) = (before, at, after) else { continue };
+            let curvature = parabola(before, at, after)?;
             let from_middle = place as f64 - middle;
+            looked_at += 1.0;
+            places += from_middle;
             sum += curvature;
             moment += from_middle * curvature;
             squares += from_middle * from_middle;
         }
-        let slope = if count >= 5 { moment / squares } else { 0.0 };
-        Some(Self { mean: sum / (count as f64 - 2.0), slope, middle })
+        if looked_at < 1.0 {
+            return None;
+        }
+        let (mean, place) = (sum / looked_at, places / looked_at);
+        let slope = match looked_at >= 3.0 {
+            true => (moment - places * mean) / (squares - places * place),
+            false => 0.0,
+        };
+        Some(Self { mean: mean - slope * place, slope, middle })
     }
 
     fn at(&self, place: usize) -> f64 {
@@ -99,15 +111,20 @@ impl Curvature {
     }
 }
 
-/// Unit vector across a line of at least three corners at `place`, at the ends that of the next corner. `None` if a
-/// corner is missing or two coincide.
+/// Unit vector across a line of at least three corners at `place`, at the ends that of the next corner. `None` if
+/// neighbours are missing or two coincide.
 fn normal(
     count: usize,
     place: usize,
     px: impl Fn(usize) -> Option<Point2<f64>>,
 ) -> Option<Vector2<f64>> {
     let inner = place.clamp(1, count - 2);
-    let along = (px(inner + 1)? - px(inner - 1)?).try_normalize(1e-9)?;
+    let (before, after) = match (px(inner - 1), px(inner + 1)) {
+        (Some(before), Some(after)) => (before, after),
+        (Some(before), None) => (before, px(inner)?),
+        (None, after) => (px(inner)?, after?),
+    };
+    let along = (after - before).try_normalize(1e-9)?;
     Some(across(along))
 }
 

@@ -3,10 +3,11 @@
 use image::GrayImage;
 
 use super::{
+    colours::{colour_step, colours, dark_outside},
     lattice::{BESIDE, Lattice, Node, axes, height},
-    missing::{cut_off_by, ends_in_white, glaring},
+    missing::{Beyond, SIDES, beyond, cut_off_by, ends_in_white, glaring},
     outcome::Miss,
-    reduce::sample,
+    placement::place_part,
     saddle::settle,
 };
 use crate::board::Checkerboard;
@@ -18,10 +19,13 @@ const LEAST_SHARE: usize = 4;
 /// Least colour step of a corner that is filled in, as a fraction of its neighbours', and in grey levels.
 const LEAST_OF_NEXT: f32 = 0.35;
 const LEAST_STEP: f32 = 3.0;
+/// Corners beyond the named board that are looked for along a side, to name the larger one.
+const MOST_BEYOND: i32 = 4;
 /// At most one in this many corners may be interpolated and confirmed by the edge fit.
 const INTERPOLATED_SHARE: usize = 18;
 
-/// Completes `lattice` to the board and writes its corners to `into`, row by row.
+/// Completes `lattice` to the board and writes its corners to `into`, row by row; `None` where a part of the board isn't
+/// seen. `expected` has all corners where they were predicted, or none.
 ///
 /// # Errors
 ///
@@ -32,7 +36,8 @@ pub(super) fn match_board(
     image: &GrayImage,
     lattice: &mut Lattice,
     board: &Checkerboard,
-    into: &mut Vec<[f32; 2]>,
+    expected: &[[f32; 2]],
+    into: &mut Vec<Option<[f32; 2]>>,
 ) -> Result<(), Miss> {
     let wanted = board.corner_count();
     prune(lattice);
@@ -53,18 +58,28 @@ pub(super) fn match_board(
         interpolate_last(image, lattice, (low, high), wanted / INTERPOLATED_SHARE);
     }
     let whole = lattice.len() as i32 == width * height;
+    if fits
+        && whole
+        && let Some(size) = goes_on(image, lattice, (low, high))
+    {
+        return Err(other_board(size));
+    }
     if !(fits && whole) {
         if !fits && let Some(size) = whole_board(image, lattice) {
             return Err(other_board(size));
         }
         let found = lattice.len().min(wanted);
         let cut_off_by = cut_off_by(image, lattice);
+        let is_glaring = cut_off_by.is_none() && glaring(image, lattice);
         // Cut off, a larger board would be given a wrong number of corners.
         let larger = !fits && whole && width.min(height) >= 3 && width * height > columns * rows;
         if larger && cut_off_by.is_none() {
             return Err(other_board((width, height)));
         }
-        if cut_off_by.is_none() && glaring(image, lattice) {
+        if place_part(image, lattice, board, expected, into) {
+            return Ok(());
+        }
+        if is_glaring {
             return Err(Miss::Glare { found, wanted });
         }
         return Err(Miss::PartialBoard { found, wanted, cut_off_by });
@@ -72,6 +87,24 @@ pub(super) fn match_board(
     number(image, lattice, low, (columns, rows), (width, height), into)
         .then_some(())
         .ok_or(Miss::NoBoard)
+}
+
+/// Width and height of the board of which the grid from `low` to `high` is a part, as far as it is seen: one with more
+/// squares behind an end of the grid. `None` if there is none.
+fn goes_on(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    (low, high): (Node, Node),
+) -> Option<(i32, i32)> {
+    let more = SIDES.map(|out| i32::from(beyond(image, lattice, out) == Beyond::Squares));
+    if more == [0; 4] {
+        return None;
+    }
+    let seen = (high.0 - low.0 + 1 + more[0] + more[1], high.1 - low.1 + 1 + more[2] + more[3]);
+    complete(image, lattice, seen.0.max(seen.1) + MOST_BEYOND);
+    prune(lattice);
+    let (low, high) = lattice.extent()?;
+    Some((seen.0.max(high.0 - low.0 + 1), seen.1.max(high.1 - low.1 + 1)))
 }
 
 fn other_board((width, height): (i32, i32)) -> Miss {
@@ -212,53 +245,6 @@ fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
     }
 }
 
-struct ColourStep {
-    /// Half the brightness difference between the squares on one diagonal and those on the other.
-    value: f32,
-    /// Whether the squares on each diagonal agree.
-    clean: bool,
-}
-
-/// Compares the four squares around a member.
-fn colour_step(image: &GrayImage, lattice: &Lattice, (i, j): Node) -> Option<ColourStep> {
-    let here = lattice.get((i, j))?;
-    let (u, v) = axes(lattice, (i, j), here)?;
-    let mean = |su: f32, sv: f32| {
-        [(0.3, 0.3), (0.2, 0.36), (0.36, 0.2)]
-            .iter()
-            .map(|(p, q)| {
-                let (p, q) = (p * su, q * sv);
-                sample(image, here[0] + p * u[0] + q * v[0], here[1] + p * u[1] + q * v[1])
-            })
-            .sum::<f32>()
-            / 3.0
-    };
-    let (one, two) = (mean(1.0, 1.0), mean(-1.0, -1.0));
-    let (three, four) = (mean(1.0, -1.0), mean(-1.0, 1.0));
-    let value = 0.25 * (one + two - three - four);
-    let clean = (one - two).abs() < 1.4 * value.abs() && (three - four).abs() < 1.4 * value.abs();
-    Some(ColourStep { value, clean })
-}
-
-/// Mean colour step of the members at even nodes, with its sign; `None` if the colours don't alternate.
-fn colours(image: &GrayImage, lattice: &Lattice) -> Option<f32> {
-    let steps = || {
-        lattice.nodes().iter().filter_map(|&(i, j)| {
-            let step = colour_step(image, lattice, (i, j))?.value;
-            Some(if (i + j) % 2 == 0 { step } else { -step })
-        })
-    };
-    let count = steps().count();
-    let light = steps().filter(|step| *step > 0.0).count();
-    let sign = if 2 * light > count { 1.0 } else { -1.0 };
-    let agree = light.max(count - light);
-    if count < 4 || agree * 10 < count * 8 {
-        return None;
-    }
-    let typical = steps().map(|step| (step * sign).max(0.0)).sum::<f32>() / agree as f32;
-    (typical > 3.0).then_some(sign * typical)
-}
-
 /// Whether the squares around every corner of a complete board, numbered from `(0, 0)`, alternate as the board's do.
 pub(super) fn all_colours_alternate(
     image: &GrayImage,
@@ -291,7 +277,7 @@ fn number(
     low: Node,
     (columns, rows): (i32, i32),
     (width, height): (i32, i32),
-    into: &mut Vec<[f32; 2]>,
+    into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
     // Each rotation maps (column, row) of the board to a node.
     let turns: [(bool, Turn); 4] = [
@@ -309,12 +295,8 @@ fn number(
         .into_iter()
         .filter(|(upright, _)| ((width, height) == (columns, rows)) == *upright || width == height)
         .filter(|(upright, turn)| {
-            let dark_outside =
-                colour_step(image, lattice, place(*turn, 0, 0)).is_some_and(|step| {
-                    // `value` compares the diagonal through (+u, +v) of the grid; a quarter turn exchanges it.
-                    if *upright { step.value < 0.0 } else { step.value > 0.0 }
-                });
-            same_parity || dark_outside
+            let first = place(*turn, 0, 0);
+            same_parity || dark_outside(image, lattice, first, *upright) == Some(true)
         })
         .filter_map(|(_, turn)| {
             let [x, y] = lattice.get(place(turn, 0, 0))?;
@@ -326,7 +308,7 @@ fn number(
     into.extend(
         (0..rows)
             .flat_map(|row| (0..columns).map(move |column| (column, row)))
-            .filter_map(|(column, row)| lattice.get(place(turn, column, row))),
+            .map(|(column, row)| lattice.get(place(turn, column, row))),
     );
     true
 }

@@ -9,12 +9,13 @@ use super::{
     lattice::Lattice,
     outcome::{Detection, Miss},
     params::DetectorParams,
-    reduce::{Halved, halve},
+    picture_quality,
+    reduce::{Grow, Halved, grow, halve},
     refine::Refiner,
     response::{Peak, peaks as find_peaks, respond},
     track::{Prediction, Tracker},
 };
-use crate::board::Checkerboard;
+use crate::{board::Checkerboard, geometry::seen_count};
 
 /// Wider pictures are halved before the search.
 const SEARCH_WIDTH_PX: u32 = 1000;
@@ -30,7 +31,8 @@ const MOST_COUNTED: usize = 1000;
 /// Where [`Detector::search`] starts, and when it gives up.
 #[derive(Clone, Copy)]
 pub struct Search<'a> {
-    /// Where to search first; everywhere if `None`, or if the board isn't there.
+    /// Where to search first, unless everywhere is wanted; everywhere if the board isn't there. Also says which corners
+    /// a part of the board has.
     pub near: Option<&'a Prediction>,
     /// Called between steps of the work, every few tenths of a millisecond; returning `false` ends the search
     /// with [`Miss::OutOfTime`].
@@ -48,6 +50,9 @@ pub struct Detector {
     params: DetectorParams,
     /// `levels[0]` is half the picture.
     levels: Vec<GrayImage>,
+    /// A level in which dark or light squares were grown, and a buffer for that.
+    grown: GrayImage,
+    grown_rows: Vec<u8>,
     response: Vec<i16>,
     peaks: Vec<Peak>,
     junctions: Vec<Junction>,
@@ -56,13 +61,19 @@ pub struct Detector {
     /// Grids with less than most of the board, largest first.
     kept: Vec<Lattice>,
     /// Corners at search size, and in the full picture.
-    corners: Vec<[f32; 2]>,
-    rough: Vec<[f64; 2]>,
+    corners: Vec<Option<[f32; 2]>>,
+    /// The largest part of the board at one level.
+    part: Vec<Option<[f32; 2]>>,
+    rough: Vec<Option<[f64; 2]>>,
+    /// Corners at search size where they were predicted; none without a prediction.
+    expected: Vec<[f32; 2]>,
+    /// Widths of edges in a picture without a board.
+    edge_widths: Vec<f32>,
     tracker: Tracker,
     refiner: Refiner,
 }
 
-/// Finds `board` anywhere in `image`: all of its corners, or the reason why not.
+/// Finds `board` anywhere in `image`: its corners, or the reason why not.
 ///
 /// Allocates its buffers; for a stream of pictures use a [`Detector`].
 ///
@@ -104,7 +115,8 @@ impl Detector {
         Self { params, ..Self::default() }
     }
 
-    /// Finds `board` anywhere in `image`: all of its corners, or the reason why not.
+    /// Finds `board` anywhere in `image`: its corners, or the reason why not. Corners that are covered or outside of the
+    /// picture are [unseen](crate::geometry::Corner::unseen).
     ///
     /// # Errors
     ///
@@ -127,7 +139,7 @@ impl Detector {
         board: &Checkerboard,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
-        if let Some(near) = search.near
+        if let Some(near) = search.near.filter(|near| !near.everywhere)
             && self.tracker.follow(image, board, near, &mut self.rough)
         {
             let seen = self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on);
@@ -136,21 +148,76 @@ impl Detector {
             }
         }
         let mut best_miss = Miss::NoBoard;
-        for level in self.search_levels(image).into_iter().flatten() {
-            let found = self.search_level(image, level, board, search.keep_on).and_then(|()| {
-                let halved = Halved::whole(level);
-                self.rough.clear();
-                self.rough.extend(self.corners.iter().map(|corner| halved.full_px(*corner)));
-                self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
-            });
+        let [primary, coarser, finer] = self.search_levels(image);
+        let plain = [primary, coarser, finer].map(|level| (level, None));
+        // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
+        let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
+        let grown = grown.map(|(level, what)| (level, Some(what)));
+        let passes = plain.into_iter().chain(grown);
+        let mut best_part: Option<Detection> = None;
+        for (level, what) in passes.filter_map(|(level, what)| Some((level?, what))) {
+            if best_part.is_some() && Some(level) != coarser {
+                break;
+            }
+            if what.is_some() && !may_be_grown(&best_miss) {
+                break;
+            }
+            let halved = Halved::whole(level);
+            self.expected.clear();
+            if let Some(near) = search.near.filter(|near| near.names_corners) {
+                self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
+            }
+            let found =
+                self.search_level(image, (level, what), board, search.keep_on).and_then(|()| {
+                    self.rough.clear();
+                    let full_px = |corner: &Option<[f32; 2]>| corner.map(|at| halved.full_px(at));
+                    self.rough.extend(self.corners.iter().map(full_px));
+                    self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
+                });
             match found {
-                Ok(detection) => return Ok(detection),
-                Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
+                Ok(detection) => {
+                    let seen = seen_count(&detection.corners);
+                    if seen == detection.corners.len() {
+                        return Ok(detection);
+                    }
+                    if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {
+                        best_part = Some(detection);
+                    }
+                }
+                Err(Miss::OutOfTime) => return best_part.ok_or(Miss::OutOfTime),
                 Err(miss) if closeness(&miss) > closeness(&best_miss) => best_miss = miss,
                 Err(_) => {}
             }
         }
-        Err(best_miss)
+        if let Some(part) = best_part.filter(|_| !matches!(best_miss, Miss::OtherBoard { .. })) {
+            return Ok(part);
+        }
+        let says_little =
+            matches!(best_miss, Miss::NoBoard | Miss::PartialBoard { cut_off_by: None, .. });
+        let clearer =
+            says_little.then(|| self.clearer_reason(image, primary, search.near)).flatten();
+        Err(clearer.unwrap_or(best_miss))
+    }
+
+    /// What the picture says, where no grid says why there is no board.
+    fn clearer_reason(
+        &mut self,
+        image: &GrayImage,
+        level: Option<usize>,
+        near: Option<&Prediction>,
+    ) -> Option<Miss> {
+        let level = level?;
+        let picture = if level == 0 { image } else { &self.levels[level - 1] };
+        let halved = Halved::whole(level);
+        let region = near.map(|near| {
+            let ends = near.corners_px.iter().map(|corner| halved.at(*corner));
+            let start = [f32::MAX, f32::MAX, 0.0, 0.0];
+            let ends = ends.fold(start, |[left, top, right, bottom], [x, y]| {
+                [left.min(x), top.min(y), right.max(x), bottom.max(y)]
+            });
+            ends.map(|end| end.max(0.0) as usize)
+        });
+        picture_quality::reason(picture, region, halved.scale, &mut self.edge_widths)
     }
 
     /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
@@ -195,18 +262,36 @@ impl Detector {
         [Some(primary), wide_enough.then_some(coarsest), primary.checked_sub(1)]
     }
 
-    /// Searches one level: response, junctions, grids, match. On success the corners are in `self.corners`.
+    /// Searches one level, perhaps with dark or light squares grown: response, junctions, grids, match. On success the
+    /// corners are in `self.corners`: those of the whole board, or of the largest part.
     fn search_level(
         &mut self,
         image: &GrayImage,
-        level: usize,
+        (level, what): (usize, Option<Grow>),
         board: &Checkerboard,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
         let Self {
-            params, levels, response, peaks, junctions, grower, lattice, kept, corners, ..
+            params,
+            levels,
+            grown,
+            grown_rows,
+            response,
+            peaks,
+            junctions,
+            grower,
+            lattice,
+            kept,
+            corners,
+            part,
+            expected,
+            ..
         } = self;
-        let picture = if level == 0 { image } else { &levels[level - 1] };
+        let mut picture = if level == 0 { image } else { &levels[level - 1] };
+        if let Some(what) = what {
+            grow(picture, what, grown_rows, grown);
+            picture = grown;
+        }
         read_junctions(picture, params, (response, peaks, junctions));
         if !keep_on() {
             return Err(Miss::OutOfTime);
@@ -219,10 +304,17 @@ impl Detector {
         kept.iter_mut().for_each(|lattice| lattice.clear(limits.0));
         let mut large = 0;
         let mut best_miss = Miss::NoBoard;
+        part.clear();
         let mut judge = |lattice: &mut Lattice| {
-            let matched = match_board(picture, lattice, board, corners);
+            let matched = match_board(picture, lattice, board, expected, corners);
             match matched {
-                Ok(()) => true,
+                Ok(()) => {
+                    let seen = |corners: &[Option<[f32; 2]>]| corners.iter().flatten().count();
+                    if seen(corners) > seen(part) {
+                        part.clone_from(corners);
+                    }
+                    seen(corners) == wanted
+                }
                 Err(miss) => {
                     if closeness(&miss) > closeness(&best_miss) {
                         best_miss = miss;
@@ -254,7 +346,12 @@ impl Detector {
                 return Ok(());
             }
         }
-        Err(best_miss)
+        // Beside another board, a part of this one is probably something else.
+        if part.is_empty() || matches!(best_miss, Miss::OtherBoard { .. }) {
+            return Err(best_miss);
+        }
+        corners.clone_from(part);
+        Ok(())
     }
 }
 
@@ -269,6 +366,16 @@ fn read_junctions(
     find_peaks(response, width, params.min_response, params.max_candidates, peaks);
     junctions.clear();
     junctions.extend(peaks.iter().filter_map(|peak| junction::read(picture, peak)));
+}
+
+/// Whether squares that don't touch may be the reason.
+fn may_be_grown(miss: &Miss) -> bool {
+    match miss {
+        Miss::NoBoard => true,
+        Miss::PartialBoard { cut_off_by, .. } => cut_off_by.is_none(),
+        Miss::Glare { .. } => true,
+        _ => false,
+    }
 }
 
 /// Rank of a miss by how much it tells; the highest one is reported.

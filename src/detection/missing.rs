@@ -70,6 +70,115 @@ pub(super) fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
     bright >= 3 && 8 * bright >= missing
 }
 
+/// Steps out of a grid, through each of its sides.
+pub(super) const SIDES: [Node; 4] = [(-1, 0), (1, 0), (0, -1), (0, 1)];
+/// Steps beyond a corner of the rim: in the outer square, and behind it, before a printed code.
+const IN_OUTER: [f32; 2] = [0.4, 0.75];
+const BEHIND: [f32; 2] = [1.18, 1.34];
+/// Places between two corners of the rim.
+const ALONG: [f32; 3] = [0.3, 0.5, 0.7];
+/// Share of the step from dark to light squares, up to which a place is dark, from which it is light, and from which it's
+/// lighter than the board's white.
+const DARK_TO: f32 = 0.35;
+const GLARE_FROM: f32 = 1.6;
+
+/// What lies behind the outer squares on one side of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Beyond {
+    /// The white around the board.
+    White,
+    /// More squares.
+    Squares,
+    /// Something else, or too little of it is seen.
+    Unclear,
+}
+
+/// What lies behind the squares beyond the outermost corners in the direction `out`. A dark square is followed by light in
+/// either case; behind a light one, white or a dark square tells.
+pub(super) fn beyond(image: &GrayImage, lattice: &Lattice, out: Node) -> Beyond {
+    let Some((low, high)) = lattice.extent() else { return Beyond::Unclear };
+    let (mut light_light, mut light_dark, mut dark_light, mut other) = (0, 0, 0, 0);
+    for &(i, j) in lattice.nodes() {
+        let on_rim = match out {
+            (-1, _) => i == low.0,
+            (1, _) => i == high.0,
+            (_, -1) => j == low.1,
+            _ => j == high.1,
+        };
+        let beside = (i + out.1.abs(), j + out.0.abs());
+        if !on_rim || !lattice.contains(beside) {
+            continue;
+        }
+        match outer_square(image, lattice, [(i, j), beside], out) {
+            Some((true, Some(true))) => light_light += 1,
+            Some((true, Some(false))) => light_dark += 1,
+            Some((false, Some(true))) => dark_light += 1,
+            _ => other += 1,
+        }
+    }
+    let ends = light_light + dark_light;
+    let goes_on = light_dark + dark_light;
+    if light_light >= 1 && dark_light >= 1 && ends >= 3 && light_dark == 0 && 2 * other <= ends {
+        Beyond::White
+    } else if light_dark >= 1
+        && dark_light >= 1
+        && goes_on >= 3
+        && 5 * light_light <= goes_on
+        && 2 * other <= goes_on
+    {
+        Beyond::Squares
+    } else {
+        Beyond::Unclear
+    }
+}
+
+/// Whether the outer square beyond two neighbouring corners of the rim is light, and whether what follows is as light as
+/// light squares (`true`) or as dark as dark ones (`false`). `None` outside of the picture, or without a square.
+fn outer_square(
+    image: &GrayImage,
+    lattice: &Lattice,
+    corners: [Node; 2],
+    (di, dj): Node,
+) -> Option<(bool, Option<bool>)> {
+    let between = |from: [f32; 2], to: [f32; 2], share: f32| -> [f32; 2] {
+        std::array::from_fn(|k| from[k] + share * (to[k] - from[k]))
+    };
+    let rim = |(i, j): Node| {
+        let here = lattice.get((i, j))?;
+        Some((lattice.get((i - di, j - dj))?, here, lattice.predict((i + di, j + dj))?.0))
+    };
+    let [one, other] = [rim(corners[0])?, rim(corners[1])?];
+    let (right, bottom) = (image.width() as f32 - 2.0, image.height() as f32 - 2.0);
+    let level = |steps: f32, along: f32| {
+        let at = |(inner, here, out)| match steps < 0.0 {
+            true => between(here, inner, -steps),
+            false => between(here, out, steps),
+        };
+        let [x, y] = between(at(one), at(other), along);
+        let is_inside = (1.0..right).contains(&x) && (1.0..bottom).contains(&y);
+        is_inside.then(|| sample(image, x, y))
+    };
+    let inside = level(-0.5, 0.5)?;
+    let outer = [level(IN_OUTER[0], 0.5)?, level(IN_OUTER[1], 0.5)?];
+    let outside = 0.5 * (outer[0] + outer[1]);
+    let (dark, light) = (inside.min(outside), inside.max(outside));
+    let step = light - dark;
+    let share = |level: f32| (level - dark) / step;
+    if step < LEAST_STEP || (share(outer[0]) - share(outer[1])).abs() > DARK_TO {
+        return None;
+    }
+    let (mut least, mut most) = (f32::MAX, f32::MIN);
+    for steps in BEHIND {
+        for along in ALONG {
+            let share = share(level(steps, along)?);
+            (least, most) = (least.min(share), most.max(share));
+        }
+    }
+    let is_light = (LIGHT_FROM..GLARE_FROM).contains(&least) && most < GLARE_FROM;
+    let is_dark = most < DARK_TO;
+    Some((outside > inside, (is_light || is_dark).then_some(is_light)))
+}
+
 /// Whether white surrounds a full rectangle of corners: its outer squares keep their colours up to where the board must
 /// end, and beyond all is as light as its light squares. A hand, or another row of squares, isn't.
 pub(super) fn ends_in_white(image: &GrayImage, rectangle: &Lattice) -> bool {

@@ -1,11 +1,12 @@
-//! The detector's answer: all corners of the board, or the reason why not.
+//! The detector's answer: the board's corners, or the reason why not.
 
 use crate::geometry::Corner;
 
-/// A complete board, found in a picture.
+/// A board, found in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
-    /// Every inner corner, row by row in the board's numbering, in pixels with covariance.
+    /// Every inner corner, row by row in the board's numbering, in pixels with covariance. Those that are covered or cut
+    /// off are [unseen](Corner::unseen).
     pub corners: Vec<Corner>,
     /// Sharpness, contrast, glare and motion.
     pub quality: Quality,
@@ -43,7 +44,7 @@ pub enum Side {
 pub enum Miss {
     /// Nothing that looks like a checkerboard.
     NoBoard,
-    /// Only part of the board is visible.
+    /// Only part of the board is visible: too little, or it can't be told which part.
     PartialBoard {
         /// Corners found.
         found: usize,

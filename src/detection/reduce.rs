@@ -116,6 +116,68 @@ impl simd::Loop for Halving<'_> {
     }
 }
 
+/// What grows by a pixel on every side when a picture is eroded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Grow {
+    Dark,
+    Light,
+}
+
+/// Replaces every pixel by the darkest or the lightest one of the 3×3 around it. Where light has spread into the dark
+/// squares, or dark into the light ones, so that squares of one colour no longer touch, they do again.
+pub(super) fn grow(source: &GrayImage, what: Grow, rows: &mut Vec<u8>, into: &mut GrayImage) {
+    let (width, height) = (source.width() as usize, source.height() as usize);
+    let mut pixels = std::mem::take(into).into_raw();
+    pixels.resize(width * height, 0);
+    rows.resize(width * height, 0);
+    if !pixels.is_empty() {
+        simd::widest(Growing { raw: source.as_raw(), width, what, rows, into: &mut pixels });
+    }
+    *into = GrayImage::from_raw(source.width(), source.height(), pixels).unwrap_or_default();
+}
+
+struct Growing<'a> {
+    raw: &'a [u8],
+    width: usize,
+    what: Grow,
+    /// Extremes of three pixels in a row.
+    rows: &'a mut [u8],
+    into: &'a mut [u8],
+}
+
+impl simd::Loop for Growing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        match self.what {
+            Grow::Dark => extremes(self, u8::min),
+            Grow::Light => extremes(self, u8::max),
+        }
+    }
+}
+
+#[inline(always)]
+fn extremes(growing: Growing<'_>, of: impl Fn(u8, u8) -> u8) {
+    let Growing { raw, width, rows, into, .. } = growing;
+    for (line, out) in raw.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
+        out.copy_from_slice(line);
+        for (out, next) in out.iter_mut().zip(&line[1..]) {
+            *out = of(*out, *next);
+        }
+        for (out, before) in out.iter_mut().skip(1).zip(line) {
+            *out = of(*out, *before);
+        }
+    }
+    into.copy_from_slice(rows);
+    for (out, below) in into.iter_mut().zip(rows.iter().skip(width)) {
+        *out = of(*out, *below);
+    }
+    for (out, above) in into.iter_mut().skip(width).zip(rows.iter()) {
+        *out = of(*out, *above);
+    }
+}
+
 /// [`sample`] without bounds handling: the position must be at least one pixel inside the picture.
 pub(super) fn sample_inside(image: &GrayImage, x: f32, y: f32) -> f32 {
     let width = image.width() as usize;
@@ -142,4 +204,21 @@ pub(super) fn sample(image: &GrayImage, x: f32, y: f32) -> f32 {
     let upper = value(0) * (1.0 - fx) + value(right) * fx;
     let lower = value(down) * (1.0 - fx) + value(down + right) * fx;
     upper * (1.0 - fy) + lower * fy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_grows_grows_by_a_pixel_on_every_side() {
+        let source =
+            GrayImage::from_fn(9, 7, |x, y| image::Luma([if (x, y) == (4, 3) { 10 } else { 200 }]));
+        let (mut rows, mut into) = (Vec::new(), GrayImage::default());
+        grow(&source, Grow::Dark, &mut rows, &mut into);
+        let dark = |x: u32, y: u32| (3..=5).contains(&x) && (2..=4).contains(&y);
+        assert!(into.enumerate_pixels().all(|(x, y, p)| (p.0[0] == 10) == dark(x, y)));
+        grow(&source, Grow::Light, &mut rows, &mut into);
+        assert!(into.pixels().all(|p| p.0[0] == 200));
+    }
 }

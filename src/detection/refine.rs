@@ -10,7 +10,10 @@ use super::{
     outcome::{Detection, Miss, Quality},
     params::DetectorParams,
 };
-use crate::board::Checkerboard;
+use crate::{
+    board::Checkerboard,
+    geometry::{Corner, expect_unseen},
+};
 
 /// Blur above this fraction of a square leaves no plateau between its edges.
 const BLUR_LIMIT_SQUARES: f64 = 0.25;
@@ -20,7 +23,23 @@ const LEAST_OF_MEDIAN: f64 = 0.04;
 /// only some.
 const RESIDUAL_OVER_MEDIAN: f64 = 1.6;
 
-/// Refines all corners of a board. Reuses its buffers.
+/// A corner is vague if its standard deviation exceeds this multiple of the board's median, and this many pixels.
+const VAGUE_OVER_MEDIAN: f64 = 20.0;
+const VAGUE_FROM_PX: f64 = 0.3;
+/// How far a corner may be off the place between its neighbours: in squares, or in standard deviations.
+const OFF_SQUARES: f64 = 0.1;
+const OFF_SIGMAS: f64 = 5.0;
+/// Largest residual, as a fraction of the contrast, of a corner that is fitted again.
+const AGAIN_RESIDUAL: f64 = 0.5;
+/// A corner beside one that isn't seen may fit so much worse than the median, in residual and standard deviation.
+const TOUCHED_RESIDUAL: f64 = 1.5;
+const TOUCHED_SIGMA: f64 = 3.0;
+/// Fewer corners don't make a board, and not if more than one in so many of those looked at can't be measured.
+const LEAST_CORNERS: usize = 12;
+const LOST_SHARE: usize = 8;
+const LOST_SHARE_OF_PART: usize = 3;
+
+/// Refines the corners of a board. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refiner {
     fits: Vec<Option<EdgeFit>>,
@@ -30,16 +49,17 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    /// Measures the board whose corners are near `rough` (pixels of the full-size picture, row by row).
+    /// Measures the board whose corners are near `rough` (pixels of the full-size picture, row by row; `None` where a
+    /// corner isn't seen). Corners that can't be measured well are unseen, too.
     ///
     /// # Errors
     ///
-    /// [`Miss`] if a corner can't be measured, or if the corners don't form one board.
+    /// [`Miss`] if too many corners can't be measured, or if the corners don't form one board.
     pub(super) fn refine(
         &mut self,
         image: &GrayImage,
         board: &Checkerboard,
-        rough: &[[f64; 2]],
+        rough: &[Option<[f64; 2]>],
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
@@ -50,9 +70,13 @@ impl Refiner {
             if index % columns == 0 && !keep_on() {
                 return Err(Miss::OutOfTime);
             }
-            let window = Window::around(rough, columns, index);
-            shortest_px = shortest_px.min(window.side_px);
-            self.fits.push(window.fit(image, rough[index], Known::Nothing, &mut self.scratch));
+            let fit = rough[index].zip(Window::around(rough, columns, index)).and_then(
+                |(start, window)| {
+                    shortest_px = shortest_px.min(window.side_px);
+                    window.fit(image, start, Known::Nothing, &mut self.scratch)
+                },
+            );
+            self.fits.push(fit);
         }
         let needed_px = params.min_square_px;
         if shortest_px < needed_px {
@@ -69,13 +93,20 @@ impl Refiner {
         }
         let median_blur_px = self.median(|_, fit| fit.blur_px());
         self.retry(image, rough, columns, (limit, median_step), median_blur_px);
+        self.drop_doubtful(image, rough, columns, median_blur_px);
+        let tried = rough.iter().flatten().count();
+        if tried < rough.len() {
+            self.drop_touched(columns, median_residual);
+        }
         let (found, wanted) = (self.fits.iter().flatten().count(), rough.len());
         let blur_px = self.median(|_, fit| fit.blur_px()).unwrap_or(params.max_blur_px);
         let limit_px = params.max_blur_px.min(BLUR_LIMIT_SQUARES * shortest_px);
-        if blur_px > params.max_blur_px || (found < wanted && blur_px > limit_px) {
+        if blur_px > params.max_blur_px || (found < tried && blur_px > limit_px) {
             return Err(Miss::Blurred { blur_px, limit_px });
         }
-        if found < wanted {
+        // At the rim of what covers a part, more are lost.
+        let share = if tried < wanted { LOST_SHARE_OF_PART } else { LOST_SHARE };
+        if found < LEAST_CORNERS.min(wanted) || share * (tried - found) > tried {
             return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
         }
         let contrast = self.median(|_, fit| fit.contrast()).unwrap_or(0.0);
@@ -86,9 +117,17 @@ impl Refiner {
             return Err(Miss::NoBoard);
         }
         let fits = || self.fits.iter().flatten();
-        let glare = fits().filter(|fit| fit.light() >= 252.0).count() as f64 / wanted as f64;
+        let glare = fits().filter(|fit| fit.light() >= 252.0).count() as f64 / found as f64;
+        let nowhere = Corner::unseen(Point2::new(f64::NAN, f64::NAN));
         let mut corners = Vec::with_capacity(wanted);
-        corners.extend(fits().map(|fit| fit.corner));
+        corners.extend(self.fits.iter().map(|fit| fit.as_ref().map_or(nowhere, |fit| fit.corner)));
+        if found < wanted {
+            expect_unseen(&board.corners_in_board_m(), &mut corners);
+            // Without a plane, it's no board.
+            if corners.iter().any(|corner| !corner.px.x.is_finite()) {
+                return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
+            }
+        }
         self.bent_edges.correct(&self.fits, columns, &mut corners);
         corners.iter_mut().for_each(|corner| *corner = corner.in_few_digits());
         let motion_px = motion_px(image, &self.fits, &mut self.scratch);
@@ -100,14 +139,15 @@ impl Refiner {
     fn retry(
         &mut self,
         image: &GrayImage,
-        rough: &[[f64; 2]],
+        rough: &[Option<[f64; 2]>],
         columns: usize,
         (limit, median_step): (f64, f64),
         median_blur_px: Option<f64>,
     ) {
         for index in 0..rough.len() {
             let Some(expected) = expected_px(&self.fits, columns, index) else { continue };
-            let window = Window::around(rough, columns, index);
+            let window = rough[index].and_then(|_| Window::around(rough, columns, index));
+            let Some(window) = window else { continue };
             let allowed_px = 0.08 * window.side_px + 0.3;
             let off_px = |fit: &EdgeFit| {
                 (fit.corner.px.x - expected[0]).hypot(fit.corner.px.y - expected[1])
@@ -127,6 +167,79 @@ impl Refiner {
             if again.is_some() {
                 self.fits[index] = again;
             }
+        }
+    }
+
+    /// Fits corners again, from where their neighbours predict them, that are far less certain than the others or that
+    /// contradict their neighbours; drops them if that doesn't help. An edge beside a corner, or a line that crosses it
+    /// at a small angle, can make such a fit.
+    fn drop_doubtful(
+        &mut self,
+        image: &GrayImage,
+        rough: &[Option<[f64; 2]>],
+        columns: usize,
+        median_blur_px: Option<f64>,
+    ) {
+        let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
+        let is_vague = |fit: &EdgeFit| {
+            let sigma_px = fit.corner.sigma_px();
+            sigma_px > VAGUE_OVER_MEDIAN * median_sigma_px && sigma_px > VAGUE_FROM_PX
+        };
+        // The worst first: a wrong corner also makes its neighbours look wrong.
+        for _ in 0..self.fits.len() / LOST_SHARE + 1 {
+            let worst = (0..self.fits.len())
+                .filter_map(|index| {
+                    let fit = self.fits[index].as_ref()?;
+                    if is_vague(fit) {
+                        return Some((f64::INFINITY, index));
+                    }
+                    let side_px = Window::around(rough, columns, index)?.side_px;
+                    let expected = between_neighbours_px(&self.fits, columns, index)?;
+                    let off_px = (fit.corner.px - Point2::from(expected)).norm();
+                    let allowed_px =
+                        (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
+                    Some((off_px / allowed_px, index))
+                })
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, index)) = worst.filter(|(ratio, _)| *ratio > 1.0) else { return };
+            let before = self.fits[index].take();
+            let again = expected_px(&self.fits, columns, index)
+                .zip(Window::around(rough, columns, index))
+                .zip(median_blur_px)
+                .and_then(|((expected, window), blur_px)| {
+                    let known = Known::BlurAndEdges(blur_px);
+                    let fit = window.fit(image, expected, known, &mut self.scratch)?;
+                    let off_px = (fit.corner.px - Point2::from(expected)).norm();
+                    let is_sound = !is_vague(&fit)
+                        && off_px <= OFF_SQUARES * window.side_px + 0.3
+                        && before.is_some_and(|before| before.step() * fit.step() > 0.0)
+                        && fit.residual < AGAIN_RESIDUAL;
+                    is_sound.then_some(fit)
+                });
+            self.fits[index] = again;
+        }
+    }
+
+    /// Drops corners beside unseen ones that fit worse than the others: what covers the board reaches into their squares.
+    fn drop_touched(&mut self, columns: usize, median_residual: f64) {
+        let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
+        let rows = self.fits.len() / columns;
+        let mut touched = Vec::new();
+        for (index, fit) in self.fits.iter().enumerate() {
+            let Some(fit) = fit else { continue };
+            let (column, row) = (index % columns, index / columns);
+            let beside =
+                |count: usize, place: usize| place.saturating_sub(1)..(place + 2).min(count);
+            let beside_unseen = beside(rows, row)
+                .any(|row| beside(columns, column).any(|c| self.fits[row * columns + c].is_none()));
+            let fits_worse = fit.residual > TOUCHED_RESIDUAL * median_residual + 0.02
+                || fit.corner.sigma_px() > TOUCHED_SIGMA * median_sigma_px + 0.02;
+            if beside_unseen && fits_worse {
+                touched.push(index);
+            }
+        }
+        for index in touched {
+            self.fits[index] = None;
         }
     }
 
@@ -157,21 +270,30 @@ struct Window {
 }
 
 impl Window {
-    /// Local axes, in pixels per square, and the side of the squares around a corner of the rough grid.
-    fn around(rough: &[[f64; 2]], columns: usize, index: usize) -> Self {
+    /// Local axes, in pixels per square, and the side of the squares around a corner of the rough grid. `None` if no
+    /// neighbour is seen along an axis.
+    fn around(rough: &[Option<[f64; 2]>], columns: usize, index: usize) -> Option<Self> {
         let rows = rough.len() / columns;
         let (column, row) = (index % columns, index / columns);
         let at = |column: usize, row: usize| rough[row * columns + column];
-        let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
-        let (above, below) = (row.saturating_sub(1), (row + 1).min(rows - 1));
-        let per_square = |from: [f64; 2], to: [f64; 2], steps: usize| {
-            [(to[0] - from[0]) / steps as f64, (to[1] - from[1]) / steps as f64]
+        let here = at(column, row);
+        // From the neighbour before to the one after, or from or to the corner itself.
+        let per_square = |before: Option<[f64; 2]>, after: Option<[f64; 2]>| {
+            let (from, to, steps) = match (before, after) {
+                (Some(before), Some(after)) => (before, after, 2.0),
+                (Some(before), None) => (before, here?, 1.0),
+                (None, after) => (here?, after?, 1.0),
+            };
+            Some([(to[0] - from[0]) / steps, (to[1] - from[1]) / steps])
         };
-        let u = per_square(at(left, row), at(right, row), right - left);
-        let v = per_square(at(column, above), at(column, below), below - above);
+        let left = column.checked_sub(1).and_then(|left| at(left, row));
+        let right = (column + 1 < columns).then(|| at(column + 1, row)).flatten();
+        let above = row.checked_sub(1).and_then(|above| at(column, above));
+        let below = (row + 1 < rows).then(|| at(column, row + 1)).flatten();
+        let (u, v) = (per_square(left, right)?, per_square(above, below)?);
         let (long, wide) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
         let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
-        Self { axes_px: [u, v], side_px: long.min(wide).min(height) }
+        Some(Self { axes_px: [u, v], side_px: long.min(wide).min(height) })
     }
 
     fn fit(
@@ -182,6 +304,33 @@ impl Window {
         scratch: &mut edge_model::Scratch,
     ) -> Option<EdgeFit> {
         edge_model::fit(image, start, self.axes_px, known, scratch)
+    }
+}
+
+/// Position of a corner between four fitted neighbours in its row, or in its column, or the mean of both; `None` if they
+/// aren't there.
+fn between_neighbours_px(
+    fits: &[Option<EdgeFit>],
+    columns: usize,
+    index: usize,
+) -> Option<[f64; 2]> {
+    let rows = fits.len() / columns;
+    let (column, row) = (index % columns, index / columns);
+    let between = |place: usize, count: usize, stride: usize| -> Option<[f64; 2]> {
+        let two = 2 * stride;
+        let is_inner = place >= 2 && place + 2 < count;
+        let near = |index: usize| fits.get(index)?.as_ref().map(|fit| fit.corner.px);
+        if !is_inner {
+            return None;
+        }
+        let (first, before) = (near(index - two)?, near(index - stride)?);
+        let (after, last) = (near(index + stride)?, near(index + two)?);
+        let cubic = ((before.coords + after.coords) * 4.0 - first.coords - last.coords) / 6.0;
+        Some([cubic.x, cubic.y])
+    };
+    match (between(column, columns, 1), between(row, rows, columns)) {
+        (Some(a), Some(b)) => Some([(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0]),
+        (one, other) => one.or(other),
     }
 }
 
@@ -232,8 +381,8 @@ fn expected_px(fits: &[Option<EdgeFit>], columns: usize, index: usize) -> Option
     })
 }
 
-/// Whether all rows and columns are smooth: the third difference of any four corners in line stays below 0.45 of a
-/// square plus half a pixel.
+/// Whether all rows and columns are smooth: the third difference of any four corners in line that are seen stays below
+/// 0.45 of a square plus half a pixel.
 fn smooth(fits: &[Option<EdgeFit>], columns: usize) -> bool {
     let at = |index: usize| fits[index].as_ref().map(|fit| fit.corner.px);
     // Third difference of four in line: zero for any parabola.
@@ -243,8 +392,8 @@ fn smooth(fits: &[Option<EdgeFit>], columns: usize) -> bool {
         let off = (d - a) - (c - b) * 3.0;
         Some(off.norm() < 0.45 * (c - b).norm() + 0.5)
     };
-    let along = |index: usize| index % columns + 3 >= columns || bends(index, 1) == Some(true);
+    let along = |index: usize| index % columns + 3 >= columns || bends(index, 1) != Some(false);
     let down =
-        |index: usize| index + 3 * columns >= fits.len() || bends(index, columns) == Some(true);
+        |index: usize| index + 3 * columns >= fits.len() || bends(index, columns) != Some(false);
     (0..fits.len()).all(|index| along(index) && down(index))
 }

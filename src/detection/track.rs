@@ -26,11 +26,18 @@ const FULL_SEARCH_EVERY: u32 = 10;
 /// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;
 
+/// Gap between frames after which a prediction may be off by a square, so that it doesn't tell corners apart.
+const LONGEST_NAMING_GAP_SECS: f64 = 0.12;
+
 /// Predicted positions of the board's corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Every inner corner in the board's numbering, in pixels `[x, y]`.
     pub corners_px: Vec<[f64; 2]>,
+    /// Whether the whole picture should be searched, nevertheless.
+    pub everywhere: bool,
+    /// Whether the prediction is good enough to tell which corners a part of the board has.
+    pub names_corners: bool,
 }
 
 /// Recent detections, from which [`Prediction`]s are made. Depends on nothing else.
@@ -58,14 +65,12 @@ impl Track {
         }
     }
 
-    /// Predicts the board at time `now`; `None` if the whole picture should be searched: after a miss, after a gap,
-    /// and on every tenth frame.
+    /// Predicts the board at time `now`; `None` after a miss or a gap. On every tenth frame, the whole picture should be
+    /// searched.
     pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
         let (then, newest) = self.newest.as_ref().filter(|_| kind == FrameKind::Video)?;
         let ahead_secs = now.secs_since(*then);
-        if self.followed.is_multiple_of(FULL_SEARCH_EVERY)
-            || !(0.0..LONGEST_GAP_SECS).contains(&ahead_secs)
-        {
+        if !(0.0..LONGEST_GAP_SECS).contains(&ahead_secs) {
             return None;
         }
         let steps = self.before.as_ref().and_then(|(earlier, before)| {
@@ -81,7 +86,11 @@ impl Track {
                 .collect(),
             None => newest.clone(),
         };
-        Some(Prediction { corners_px })
+        Some(Prediction {
+            names_corners: steps.is_some() && ahead_secs < LONGEST_NAMING_GAP_SECS,
+            everywhere: self.followed.is_multiple_of(FULL_SEARCH_EVERY),
+            corners_px,
+        })
     }
 }
 
@@ -99,7 +108,7 @@ impl Tracker {
         image: &GrayImage,
         board: &Checkerboard,
         near: &Prediction,
-        into: &mut Vec<[f64; 2]>,
+        into: &mut Vec<Option<[f64; 2]>>,
     ) -> bool {
         let corners = &near.corners_px;
         let (columns, rows) = (board.columns(), board.rows());
@@ -145,7 +154,7 @@ impl Tracker {
         }
         into.clear();
         let found = self.lattice.nodes().iter().filter_map(|node| self.lattice.get(*node));
-        into.extend(found.map(|at| halved.full_px(at)));
+        into.extend(found.map(|at| Some(halved.full_px(at))));
         into.len() == corners.len()
     }
 }

@@ -1,11 +1,16 @@
+use std::borrow::Cow;
+
 use nalgebra::{Matrix2, Point2, Vector2};
 
-/// A measured board corner, with the covariance of its error.
+/// A measured board corner, with the covariance of its error; or the place of one that isn't seen.
+///
+/// The corners of a view fill the whole board, in its order. One that is covered, or outside of the picture, is
+/// [`unseen`](Self::unseen): fits leave it out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// Position in distorted pixels, as the camera delivers them.
+    /// Position in distorted pixels, as the camera delivers them. Of an unseen corner, where it's expected.
     pub px: Point2<f64>,
-    /// Covariance of the position error, px². Positive definite.
+    /// Covariance of the position error, px². Positive definite; infinite for an unseen corner.
     pub covariance_px2: Matrix2<f64>,
 }
 
@@ -22,6 +27,16 @@ impl Corner {
         Self { px, covariance_px2: Matrix2::from_diagonal_element(sigma_px * sigma_px) }
     }
 
+    /// A corner that isn't seen, expected at `px`, which may lie outside of the picture.
+    pub fn unseen(px: Point2<f64>) -> Self {
+        Self { px, covariance_px2: Matrix2::from_diagonal_element(f64::INFINITY) }
+    }
+
+    /// Whether the corner was measured.
+    pub fn is_seen(&self) -> bool {
+        self.covariance_px2[(0, 0)] != f64::INFINITY
+    }
+
     /// Standard deviation of the error along one axis, root mean square over directions.
     pub fn sigma_px(&self) -> f64 {
         (self.covariance_px2.trace() / 2.0).sqrt()
@@ -29,11 +44,12 @@ impl Corner {
 
     /// The corner in a picture whose rows are scaled by `factor`.
     pub(crate) fn with_rows_scaled(&self, factor: f64) -> Self {
-        let scale = Matrix2::new(1.0, 0.0, 0.0, factor);
-        Self {
-            px: Point2::new(self.px.x, self.px.y * factor),
-            covariance_px2: scale * self.covariance_px2 * scale,
+        let px = Point2::new(self.px.x, self.px.y * factor);
+        if !self.is_seen() {
+            return Self::unseen(px);
         }
+        let scale = Matrix2::new(1.0, 0.0, 0.0, factor);
+        Self { px, covariance_px2: scale * self.covariance_px2 * scale }
     }
 
     /// The corner in few decimal digits, far below its error, so that recordings of it are short: positions to 10⁻⁵ px,
@@ -58,10 +74,32 @@ fn to_steps(value: f64, steps_per_unit: f64) -> f64 {
     (value * steps_per_unit).round() / steps_per_unit
 }
 
-/// Mean position of the corners, in pixels; the origin if there are none.
+/// Mean position of the corners that are seen, in pixels; the origin if there are none.
 pub fn mean_px(corners: &[Corner]) -> Point2<f64> {
-    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
-    Point2::from(sum / corners.len().max(1) as f64)
+    let seen = || corners.iter().filter(|corner| corner.is_seen());
+    let sum = seen().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
+    Point2::from(sum / seen().count().max(1) as f64)
+}
+
+/// Number of corners that are seen.
+pub fn seen_count(corners: &[Corner]) -> usize {
+    corners.iter().filter(|corner| corner.is_seen()).count()
+}
+
+/// The corners that are seen, with their board points; the same slices if all are.
+pub(super) fn seen<'a>(
+    board_points_m: &'a [Point2<f64>],
+    corners: &'a [Corner],
+) -> (Cow<'a, [Point2<f64>]>, Cow<'a, [Corner]>) {
+    if corners.iter().all(Corner::is_seen) || board_points_m.len() != corners.len() {
+        return (Cow::Borrowed(board_points_m), Cow::Borrowed(corners));
+    }
+    let both = board_points_m.iter().zip(corners).filter(|(_, corner)| corner.is_seen());
+    let (points, corners): (Vec<_>, Vec<_>) = both.unzip();
+    (
+        Cow::Owned(points.into_iter().copied().collect()),
+        Cow::Owned(corners.into_iter().copied().collect()),
+    )
 }
 
 #[cfg(test)]
@@ -79,6 +117,18 @@ mod tests {
         assert_eq!(short.covariance_px2, Matrix2::new(3.695e-5, 6.3e-7, 6.3e-7, 3.722e-5));
         assert_eq!(short.in_few_digits(), short);
         assert_eq!(serde_json::to_string(&short.px.x).expect("a number"), "143.8988");
+    }
+
+    #[test]
+    fn an_unseen_corner_stays_unseen() {
+        let unseen = Corner::unseen(Point2::new(-3.5, 7.0));
+        assert!(!unseen.is_seen());
+        assert_eq!(unseen.in_few_digits(), unseen);
+        let scaled = unseen.with_rows_scaled(1.5);
+        assert!(!scaled.is_seen() && scaled.px == Point2::new(-3.5, 10.5));
+        let seen = Corner::isotropic(Point2::new(1.0, 2.0), 0.1);
+        assert_eq!(mean_px(&[unseen, seen]), seen.px);
+        assert_eq!(seen_count(&[unseen, seen]), 1);
     }
 
     #[test]

@@ -18,14 +18,14 @@ pub struct BoardOutline {
 impl BoardOutline {
     /// The outline of a board with `columns` corners in a row, from the pixels of all its corners row by row.
     ///
-    /// `None` unless the corners fill whole rows, at least one.
+    /// `None` unless the corners fill whole rows, at least one, and the outermost ones are finite.
     pub fn of(corners_px: &[Point2<f64>], columns: usize) -> Option<Self> {
         let last = corners_px.len().checked_sub(1)?;
         if columns == 0 || !corners_px.len().is_multiple_of(columns) {
             return None;
         }
         let corners = [0, columns - 1, last, last + 1 - columns];
-        Some(Self { corners_px: corners.map(|index| corners_px[index]) })
+        Self::around(corners.map(|index| corners_px[index]))
     }
 
     /// The outline with these corners, in order around the board. `None` unless all are finite.

@@ -4,6 +4,7 @@ use nalgebra::{
 
 use super::{
     Corner,
+    corner::seen,
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
@@ -48,8 +49,8 @@ pub enum NoHomography {
 impl Homography {
     /// Fits by maximum likelihood: minimises the reprojection error, each corner weighted by its covariance.
     ///
-    /// `board_points_m[i]` is the board point, in metres, of `corners[i]`; at least four of each. The corners should
-    /// be undistorted: a homography can't describe distortion.
+    /// `board_points_m[i]` is the board point, in metres, of `corners[i]`; at least four of each are seen. The corners
+    /// should be undistorted: a homography can't describe distortion.
     ///
     /// Isotropic normalisation on both sides (unequal scaling would lose perpendicularity), direct linear
     /// transform (Hartley & Zisserman, *Multiple View Geometry*, algorithm 4.2), then Levenberg–Marquardt.
@@ -60,18 +61,20 @@ impl Homography {
     /// [`NoHomography`] if there are fewer than four corners, if they or the board points are collinear, or if a
     /// number is not finite.
     pub fn fit(board_points_m: &[Point2<f64>], corners: &[Corner]) -> Result<Self, NoHomography> {
+        let (points, seen_corners) = seen(board_points_m, corners);
+        let (board_points_m, corners) = (points.as_ref(), seen_corners.as_ref());
         if corners.len() != board_points_m.len() || corners.len() < 4 {
             let (corners, points) = (corners.len(), board_points_m.len());
             return Err(NoHomography::TooFewPoints { corners, points });
         }
-        let seen: Vec<Point2<f64>> = corners.iter().map(|corner| corner.px).collect();
+        let seen_px: Vec<Point2<f64>> = corners.iter().map(|corner| corner.px).collect();
         let normal_from_board = normalisation(board_points_m)?;
-        let normal_from_image = normalisation(&seen)?;
+        let normal_from_image = normalisation(&seen_px)?;
         let image_scale = normal_from_image[(0, 0)];
         let board: Vec<Point2<f64>> =
             board_points_m.iter().map(|point| moved(&normal_from_board, point)).collect();
         let image: Vec<Point2<f64>> =
-            seen.iter().map(|point| moved(&normal_from_image, point)).collect();
+            seen_px.iter().map(|point| moved(&normal_from_image, point)).collect();
         let weights: Option<Vec<Matrix2<f64>>> = corners
             .iter()
             .map(|corner| (corner.covariance_px2 * image_scale * image_scale).try_inverse())
@@ -99,10 +102,10 @@ impl Homography {
             return Err(NoHomography::NotFinite);
         }
         let mut squares = 0.0;
-        for (point, px) in board_points_m.iter().zip(&seen) {
+        for (point, px) in board_points_m.iter().zip(&seen_px) {
             squares += (moved(&image_from_board, point) - px).norm_squared();
         }
-        let rms_px = (squares / seen.len() as f64).sqrt();
+        let rms_px = (squares / seen_px.len() as f64).sqrt();
         Ok(Self { image_from_board, covariance, rms_px, chi2: minimum.at.cost })
     }
 
@@ -253,6 +256,20 @@ impl Problem<9> for Reprojection<'_> {
 
     fn moved(&self, h: &Nine, step: &Nine) -> Nine {
         (h + step).normalize()
+    }
+}
+
+/// Puts the unseen corners where the plane through the seen ones has them. They stay as they are if fewer than four are
+/// seen, or if those span no area.
+pub fn expect_unseen(board_points_m: &[Point2<f64>], corners: &mut [Corner]) {
+    if corners.iter().all(Corner::is_seen) {
+        return;
+    }
+    let Ok(plane) = Homography::fit(board_points_m, corners) else { return };
+    for (point_m, corner) in board_points_m.iter().zip(corners).filter(|(_, c)| !c.is_seen()) {
+        if let Some(px) = plane.map(point_m) {
+            corner.px = px;
+        }
     }
 }
 

@@ -28,12 +28,12 @@ mod principal_point;
 mod ring;
 
 pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection, RayProjection};
-pub use corner::{Corner, mean_px};
+pub use corner::{Corner, mean_px, seen_count};
 pub use coverage::{
     BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, corner_coverage,
     coverage, open_corners,
 };
-pub use homography::{Homography, NoHomography};
+pub use homography::{Homography, NoHomography, expect_unseen};
 pub use outlier::{
     ConsistentLines, LINES_TO_TELL_OUTLIERS, OutlierLine, OutliersUnknown, consistent_lines,
 };

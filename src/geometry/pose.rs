@@ -2,6 +2,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Point2, Rotation3, SVector, UnitQuat
 
 use super::{
     Camera, Corner, Homography,
+    corner::seen,
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
@@ -69,7 +70,8 @@ pub fn pose_from_homography(
 
 /// Fits the pose that minimises the reprojection error, each corner weighted by its covariance.
 ///
-/// `board_points_m[i]` is the board point, in metres, of `corners[i]` (distorted pixels). Undistorts the corners, fits
+/// `board_points_m[i]` is the board point, in metres, of `corners[i]` (distorted pixels); unseen corners are left out.
+/// Undistorts the corners, fits
 /// and decomposes a homography, then refines by Levenberg–Marquardt on the distorted pixels.
 ///
 /// # Errors
@@ -81,6 +83,8 @@ pub fn fit_pose(
     board_points_m: &[Point2<f64>],
     corners: &[Corner],
 ) -> Result<PoseFit, NoPose> {
+    let (points, seen_corners) = seen(board_points_m, corners);
+    let (board_points_m, corners) = (points.as_ref(), seen_corners.as_ref());
     let undistorted: Option<Vec<Corner>> = corners
         .iter()
         .map(|corner| {

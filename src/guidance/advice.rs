@@ -6,6 +6,7 @@ use super::{
     params::GuidanceParams, refusal::Refusal, slots::direction_difference_rad, target::Target,
     view::View,
 };
+use crate::geometry::Corner;
 
 /// What to do next, as data; the room `text` has the sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -100,9 +101,12 @@ pub fn advise(
     let tilt_rad = view.tilt_rad.unwrap_or(0.0);
     let tilt_azimuth_rad = view.tilt_azimuth_rad();
     let turn_rad = direction_difference_rad(wanted_rad, tilt_azimuth_rad);
-    let shift_px = middle_px(&target.ghost_px) - view.mean_px;
-    let size_ratio = rms_radius_px(&target.ghost_px)
-        / rms_radius_px(&view.corners.iter().map(|corner| corner.px).collect::<Vec<_>>());
+    let corners_px: Vec<_> = view.corners.iter().map(|corner| corner.px).collect();
+    let is_whole = view.corners.iter().all(Corner::is_seen);
+    // The middle of a part isn't that of the board.
+    let board_px = if is_whole { view.mean_px } else { middle_px(&corners_px) };
+    let shift_px = middle_px(&target.ghost_px) - board_px;
+    let size_ratio = rms_radius_px(&target.ghost_px) / rms_radius_px(&corners_px);
     if tilt_rad < 0.4 * params.min_tilt_rad {
         Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad }
     } else if turn_rad.abs() > params.max_slot_error_rad {

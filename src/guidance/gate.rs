@@ -1,6 +1,7 @@
 //! Is a view good enough to be used at all?
 
 use super::{params::GuidanceParams, refusal::Refusal, view::View};
+use crate::geometry::Corner;
 
 /// Checks what does not depend on the other views: margin, size, tilt, direction and blur. Source:
 /// `docs/method.md`, section 3.1.
@@ -9,7 +10,9 @@ use super::{params::GuidanceParams, refusal::Refusal, view::View};
 ///
 /// The first [`Refusal`] that applies, in the order in which a person would put things right.
 pub fn gate(view: &View, params: &GuidanceParams) -> Result<(), Refusal> {
-    if view.margin_px < params.margin_px {
+    // A board that is cut off has corners at the edge of the picture; those that are seen are measured well.
+    let is_whole = view.corners.iter().all(Corner::is_seen);
+    if is_whole && view.margin_px < params.margin_px {
         return Err(Refusal::AtTheEdge { margin_px: view.margin_px, wanted_px: params.margin_px });
     }
     if view.span_fraction < params.min_span_fraction {

@@ -89,7 +89,8 @@ impl Hold {
     pub fn covers(&self, corners: &[Corner], width_px: f64) -> bool {
         let best = &self.best.view.corners;
         let far = |(best, now): (&Corner, &Corner)| {
-            (now.px - best.px).norm() > SAME_POSE_WIDTHS * width_px
+            let are_seen = best.is_seen() && now.is_seen();
+            are_seen && (now.px - best.px).norm() > SAME_POSE_WIDTHS * width_px
         };
         best.len() == corners.len() && !best.iter().zip(corners).any(far)
     }

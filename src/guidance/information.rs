@@ -1,6 +1,6 @@
 //! Fisher information about the lens from views of the board.
 
-use nalgebra::{Isometry3, SMatrix};
+use nalgebra::{Isometry3, Point2, SMatrix};
 
 use super::{params::width_scale, view::LensEstimate};
 use crate::{
@@ -36,7 +36,7 @@ pub fn known_information(
     let prior = prior_information(lens_estimate);
     poses
         .into_iter()
-        .filter_map(|pose| view_information(&pose, board, &lens_estimate.camera, sigma_px))
+        .filter_map(|pose| information_in_picture(&pose, board, lens_estimate, sigma_px))
         .fold(prior, |sum, view| sum + view)
 }
 
@@ -96,11 +96,38 @@ pub fn view_information(
     camera: &Camera,
     sigma_px: f64,
 ) -> Option<LensMatrix> {
+    information_of(pose, board, camera, sigma_px, |_| true)
+}
+
+/// [`view_information`] of the corners that lie in the picture.
+pub(super) fn information_in_picture(
+    pose: &Isometry3<f64>,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    sigma_px: f64,
+) -> Option<LensMatrix> {
+    let size = lens_estimate.image_size;
+    let (right, bottom) = (f64::from(size.width_px) - 1.0, f64::from(size.height_px) - 1.0);
+    information_of(pose, board, &lens_estimate.camera, sigma_px, |px| {
+        (0.0..=right).contains(&px.x) && (0.0..=bottom).contains(&px.y)
+    })
+}
+
+fn information_of(
+    pose: &Isometry3<f64>,
+    board: &Checkerboard,
+    camera: &Camera,
+    sigma_px: f64,
+    is_seen: impl Fn(&Point2<f64>) -> bool,
+) -> Option<LensMatrix> {
     let mut a = LensMatrix::zeros();
     let mut b = SMatrix::<f64, PARAMETERS, 6>::zeros();
     let mut d = SMatrix::<f64, 6, 6>::zeros();
     for point in board.corners_in_board_m() {
         let at = camera.project_board_point(pose, &point)?;
+        if !is_seen(&at.px) {
+            continue;
+        }
         let jac_lens = square_pixels(&at.jac_lens);
         a += jac_lens.transpose() * jac_lens;
         b += jac_lens.transpose() * at.jac_pose;

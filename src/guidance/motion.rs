@@ -152,11 +152,12 @@ impl CommonStep {
         if before.len() != after.len() {
             return None;
         }
-        let from: Vec<_> = before.iter().map(|corner| corner.px).collect();
+        let in_both = || {
+            before.iter().zip(after).filter(|(before, after)| before.is_seen() && after.is_seen())
+        };
+        let from: Vec<_> = in_both().map(|(before, _)| before.px).collect();
         // Both ends of a corner's step are uncertain.
-        let to: Vec<Corner> = before
-            .iter()
-            .zip(after)
+        let to: Vec<Corner> = in_both()
             .map(|(before, after)| Corner {
                 px: after.px,
                 covariance_px2: before.covariance_px2 + after.covariance_px2,
@@ -186,7 +187,7 @@ impl CommonStep {
         Some(Self {
             common_px: ((sum_px2 - noise_px2) / count).max(0.0).sqrt(),
             raw_px: (sum_px2 / count).sqrt(),
-            is_rigid: strays_little(&motion, &from, after),
+            is_rigid: strays_little(&motion, &from, &to),
             scatter,
         })
     }

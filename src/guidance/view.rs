@@ -79,11 +79,11 @@ pub struct View {
     pub line: PrincipalLine,
     /// Angle between board and image plane; `None` if the line does not fit the principal point.
     pub tilt_rad: Option<f64>,
-    /// Mean corner, as seen.
+    /// Mean of the corners that are seen.
     pub mean_px: Point2<f64>,
-    /// Larger of the shares of the picture's width and height that the corners span.
+    /// Larger of the shares of the picture's width and height that the corners span that are seen.
     pub span_fraction: f64,
-    /// Least distance of a corner from the picture's edge.
+    /// Least distance of a corner that is seen from the picture's edge.
     pub margin_px: f64,
     /// The frame of the accepted view whose opposed partner this one is, settled at acceptance.
     pub partner_frame: Option<FrameId>,
@@ -113,6 +113,9 @@ pub fn measure(
     let undistorted: Vec<Corner> = corners
         .iter()
         .filter_map(|corner| {
+            if !corner.is_seen() {
+                return Some(*corner);
+            }
             let px = camera.undistort_px(&corner.px)?;
             Some(Corner { px, covariance_px2: corner.covariance_px2 })
         })
@@ -127,7 +130,8 @@ pub fn measure(
     let line = PrincipalLine::of(&homography, centre_px, mean_px(&undistorted))
         .map_err(|_| Refusal::NoLine)?;
     let tilt_rad = line.tilt_rad(&camera.pp_px);
-    let (low, high) = bounds_px(corners.iter().map(|corner| corner.px));
+    let seen = || corners.iter().filter(|corner| corner.is_seen());
+    let (low, high) = bounds_px(seen().map(|corner| corner.px));
     let (width, height) = (
         f64::from(lens_estimate.image_size.width_px),
         f64::from(lens_estimate.image_size.height_px),

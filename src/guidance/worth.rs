@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 
 use super::{
     information::{
-        CORNER_SIGMA_PX, LensMatrix, known_information, projection_weight, view_information,
+        CORNER_SIGMA_PX, LensMatrix, information_in_picture, known_information, projection_weight,
     },
     params::GuidanceParams,
     slots::direction_difference_rad,
@@ -74,7 +74,7 @@ impl Knowledge {
         board: &Checkerboard,
         lens_estimate: &LensEstimate,
     ) -> f64 {
-        view_information(cam_from_board, board, &lens_estimate.camera, CORNER_SIGMA_PX)
+        information_in_picture(cam_from_board, board, lens_estimate, CORNER_SIGMA_PX)
             .and_then(|view| self.variance_with(&view))
             .map_or(self.variance, |after| after.min(self.variance))
     }

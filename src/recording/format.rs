@@ -103,9 +103,12 @@ pub struct ObservedLine {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum SeenLine {
-    /// `[x, y, var x, cov xy, var y]` of every corner.
+    /// `[x, y, var x, cov xy, var y]` of every corner. Of those listed in `unseen`, by their numbers on the board, the
+    /// position is where they are expected, and the variances are zero.
     Board {
         corners: Vec<[f64; 5]>,
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        unseen: Vec<u32>,
         blur_px: f64,
         contrast: f64,
         glare: f64,
@@ -274,6 +277,10 @@ impl From<Result<&Detection, &Miss>> for SeenLine {
         match seen {
             Ok(detection) => Self::Board {
                 corners: detection.corners.iter().map(corner_to_line).collect(),
+                unseen: (0..)
+                    .zip(&detection.corners)
+                    .filter_map(|(place, corner)| (!corner.is_seen()).then_some(place))
+                    .collect(),
                 blur_px: detection.quality.blur_px,
                 contrast: detection.quality.contrast,
                 glare: detection.quality.glare,
@@ -287,9 +294,15 @@ impl From<Result<&Detection, &Miss>> for SeenLine {
 impl From<SeenLine> for Result<Detection, Miss> {
     fn from(line: SeenLine) -> Self {
         Err(match line {
-            SeenLine::Board { corners, blur_px, contrast, glare, motion_px } => {
+            SeenLine::Board { corners, unseen, blur_px, contrast, glare, motion_px } => {
+                let mut corners: Vec<Corner> = corners.iter().map(corner_from_line).collect();
+                for place in unseen {
+                    if let Some(corner) = corners.get_mut(place as usize) {
+                        *corner = Corner::unseen(corner.px);
+                    }
+                }
                 return Ok(Detection {
-                    corners: corners.iter().map(corner_from_line).collect(),
+                    corners,
                     quality: Quality { blur_px, contrast, glare, motion_px },
                 });
             }
@@ -335,6 +348,9 @@ fn miss_to_line(miss: Miss) -> SeenLine {
 }
 
 fn corner_to_line(corner: &Corner) -> [f64; 5] {
+    if !corner.is_seen() {
+        return [corner.px.x, corner.px.y, 0.0, 0.0, 0.0];
+    }
     let c = &corner.covariance_px2;
     [corner.px.x, corner.px.y, c[(0, 0)], c[(0, 1)], c[(1, 1)]]
 }

@@ -96,7 +96,7 @@ fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
     for ((_, view), corners) in calibration.used().zip(&report.corners) {
         let Some(pose) = view.pose() else { continue };
         let camera = view.camera(lens);
-        for (corner, point_m) in corners.iter().zip(&board_m) {
+        for (corner, point_m) in corners.iter().zip(&board_m).filter(|(c, _)| c.is_seen()) {
             if let Some(predicted) = camera.px_from_board(&pose, point_m) {
                 arrows.push((corner.px, corner.px - predicted));
             }

@@ -67,8 +67,10 @@ pub struct LiveView {
     pub frame_id: FrameId,
     /// Driver's time stamp.
     pub captured_at: CaptureTime,
-    /// Inner corners as seen, in numbering order; or why no board was found.
+    /// Inner corners as seen, in numbering order, or as expected where they aren't seen; or why no board was found.
     pub corners_px: Result<Vec<Point2<f64>>, Miss>,
+    /// Numbers of the corners that aren't seen.
+    pub unseen: Vec<usize>,
     /// What they measure; `None` without a board, if it faces the camera, or beyond the lens model's fold.
     pub measured: Option<Measured>,
     /// Width of the blur of the board's edges.
@@ -158,6 +160,13 @@ impl LiveView {
                 Ok(seen) => Ok(seen.corners.iter().map(|corner| corner.px).collect()),
                 Err(miss) => Err(*miss),
             },
+            unseen: seen.map_or_else(
+                |_| Vec::new(),
+                |seen| {
+                    let corners = seen.corners.iter().enumerate();
+                    corners.filter_map(|(i, corner)| (!corner.is_seen()).then_some(i)).collect()
+                },
+            ),
             measured: view.map(|view| Measured {
                 line: view.line.clone(),
                 tilt_azimuth_rad: view.tilt_azimuth_rad(),

@@ -77,8 +77,10 @@ def run_boresight(program, p):
     d = json.loads(output.splitlines()[0])
     corners = sigma = None
     if d["found"]:
-        table = np.array(d["corners"])
-        corners, sigma = table[:, 2:4], table[:, 4]
+        # Corners that aren't seen are NaN.
+        corners, sigma = np.full((p["rows"] * p["cols"], 2), np.nan), np.full(p["rows"] * p["cols"], np.nan)
+        for column, row, x, y, sd in d["corners"]:
+            corners[row * p["cols"] + column], sigma[row * p["cols"] + column] = (x, y), sd
     return corners, sigma, max(often - once, 0.0) / REPEATS, d["reason"] or ""
 
 
@@ -99,7 +101,7 @@ def align(corners, truth, cols, rows):
     if cols == rows:
         choices += [np.rot90(grid, k) for k in (1, 3)]
     flat = [c.reshape(-1, 2) for c in choices]
-    return min(flat, key=lambda c: np.abs(c - truth).max())
+    return min(flat, key=lambda c: np.nanmax(np.abs(c - truth)))
 
 
 def disagreements(pictures, all_results):
@@ -115,9 +117,9 @@ def disagreements(pictures, all_results):
                 continue
             both += 1
             off = np.abs(align(theirs, ours, p["cols"], p["rows"]) - ours).max(axis=1)
-            if off.max() > WRONG_PX:
+            if np.nanmax(off) > WRONG_PX:
                 odd += 1
-                lines.append(f"     DISAGREE {p['path']}: {(off > WRONG_PX).sum()} corners, {off.max():.1f} px at most")
+                lines.append(f"     DISAGREE {p['path']}: {(off > WRONG_PX).sum()} corners, {np.nanmax(off):.1f} px at most")
         print(f"  {who:10} disagrees with boresight by more than {WRONG_PX:g} px on {odd} of {both} boards")
         print("\n".join(lines), end="\n" if lines else "")
 
@@ -160,12 +162,13 @@ def report_truth(name, pictures, all_results, list_misses):
                 continue
             truth = np.array(p["uv"])
             aligned = align(corners, truth, p["cols"], p["rows"])
-            worst = np.abs(aligned - truth).max()
+            worst = np.nanmax(np.abs(aligned - truth))
             if worst > WRONG_PX:
                 wrong.append((p["path"], worst))
             else:
                 errors[who][p["path"]] = aligned - truth
-        print(f"  {who:10} found {len(errors[who]) / len(pictures):6.1%}  wrong {len(wrong)}  ms by width, median (max): {times(results, pictures)}")
+        parts = sum(np.isnan(e).any() for e in errors[who].values())
+        print(f"  {who:10} found {len(errors[who]) / len(pictures):6.1%}, {parts} of them in part  wrong {len(wrong)}  ms by width, median (max): {times(results, pictures)}")
         for path, worst in wrong:
             print(f"     WRONG {path}: {worst:.1f} px")
         if list_misses and who == "boresight":
@@ -178,7 +181,7 @@ def report_truth(name, pictures, all_results, list_misses):
     common = set.intersection(*(set(e) for e in errors.values()))
     for who, e in errors.items():
         off = np.concatenate([e[path] for path in common]) if common else np.zeros((1, 2))
-        length = np.linalg.norm(off, axis=1)
+        length = np.linalg.norm(off[~np.isnan(off).any(axis=1)], axis=1)
         print(f"  {who:10} corner error on {len(common)} common: median {np.median(length):.4f}  rms {np.sqrt(np.mean(length**2)):.4f} px")
     ours = all_results["boresight"]
     classes = collections.defaultdict(list)
@@ -191,7 +194,12 @@ def report_truth(name, pictures, all_results, list_misses):
     print("  normalised error variance, mean (robust: by the median):")
     for label in sorted(classes):
         r = np.concatenate(classes[label])
+        r = r[~np.isnan(r)]
         print(f"     {label:12} {r.mean():6.2f} ({np.median(r) / 0.693:5.2f})  {len(r)} corners")
+
+
+def is_whole(result):
+    return result[0] is not None and not np.isnan(result[0]).any()
 
 
 def report_real(name, pictures, all_results, list_misses):
@@ -211,7 +219,7 @@ def report_real(name, pictures, all_results, list_misses):
     # Reprojection with OpenCV's own solver, on the frames that all found.
     ratios = []
     for s in sets:
-        mine = [p for p in full if p["set"] == s and all(r[p["path"]][0] is not None for r in all_results.values())]
+        mine = [p for p in full if p["set"] == s and all(is_whole(r[p["path"]]) for r in all_results.values())]
         if len(mine) < 6:
             continue
         rms = {}

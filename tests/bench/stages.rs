@@ -140,7 +140,8 @@ fn detection(c: &mut Criterion) {
         let seen = detector.detect(&with_board, &scene.board).expect("found");
         // As far off as a guess of constant speed is.
         let corners_px = seen.corners.iter().map(|corner| [corner.px.x + 1.5, corner.px.y - 1.0]);
-        let near = Prediction { corners_px: corners_px.collect() };
+        let corners_px = corners_px.collect();
+        let near = Prediction { corners_px, everywhere: false, names_corners: true };
         c.bench_function(&format!("follow in {width_px}x{height_px}"), |b| {
             let search = Search { near: Some(&near), keep_on: &|| true };
             b.iter(|| detector.search(black_box(&with_board), &scene.board, search));

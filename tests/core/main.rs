@@ -26,6 +26,7 @@ mod guided_session;
 mod imports;
 mod layering;
 mod natural_views;
+mod partial_boards;
 mod printed_code;
 mod recording;
 mod recordings;

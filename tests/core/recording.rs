@@ -310,6 +310,8 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
     let corner = (number(), number(), number(), number(), number()).prop_map(|(x, y, a, b, c)| {
         Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(a, b, b, c) }
     });
+    let unseen = (number(), number()).prop_map(|(x, y)| Corner::unseen(Point2::new(x, y)));
+    let corner = prop_oneof![4 => corner, 1 => unseen];
     let detection = (prop::collection::vec(corner, 0..6), [(); 4].map(|()| number())).prop_map(
         |(corners, [blur_px, contrast, glare, motion_px])| {
             Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })

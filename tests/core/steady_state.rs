@@ -18,7 +18,8 @@ fn looking_at_another_frame_allocates_the_result_only() {
         let seen = detector.detect(picture, &scene.board).expect("found");
         seen.corners.iter().map(|corner| [corner.px.x, corner.px.y]).collect()
     };
-    let near = Prediction { corners_px: corners(&mut detector, &pictures[1]) };
+    let corners_px = corners(&mut detector, &pictures[1]);
+    let near = Prediction { corners_px, everywhere: false, names_corners: true };
     for picture in pictures.iter().chain([&without]) {
         // Once to grow the buffers.
         let mut look = |near| {

@@ -36,7 +36,7 @@ enum Kind {
     PixelAspect(f64),
     /// Squares of this height to width.
     BoardStretched(f64),
-    /// Shift of each corner in pixels, view by view.
+    /// Shift of each corner that is seen in pixels, view by view.
     BoardBent(Vec<Vec<Vector2<f64>>>),
 }
 
@@ -92,8 +92,12 @@ impl Correction {
     ) -> Cow<'a, [Vec<Corner>]> {
         let Kind::BoardBent(shift_px) = &self.kind else { return Cow::Borrowed(views) };
         let flat = |(corners, shifts): (&Vec<Corner>, &Vec<Vector2<f64>>)| {
-            let flat = corners.iter().zip(shifts);
-            flat.map(|(corner, shift)| Corner { px: corner.px - shift, ..*corner }).collect()
+            let mut shifts = shifts.iter();
+            let flat = |corner: &Corner| {
+                let shift = corner.is_seen().then(|| shifts.next()).flatten();
+                shift.map_or(*corner, |shift| Corner { px: corner.px - shift, ..*corner })
+            };
+            corners.iter().map(flat).collect()
         };
         Cow::Owned(views.iter().zip(shift_px).map(flat).collect())
     }

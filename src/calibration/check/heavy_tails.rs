@@ -8,7 +8,10 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::{
     board::Checkerboard,
-    calibration::solve::{bundle::Observations, free_homography::FreeHomographies},
+    calibration::solve::{
+        bundle::{Observations, Whitened},
+        free_homography::FreeHomographies,
+    },
     geometry::Corner,
 };
 
@@ -23,7 +26,7 @@ const STEPS: usize = 15;
 const LOW_WEIGHT: f64 = 0.3;
 const MOST_LOW: f64 = 0.2;
 
-/// Weights of all corners, view by view.
+/// Weights of the corners that are seen, view by view.
 #[derive(Clone, Debug)]
 pub(in crate::calibration) struct TailWeights {
     weights: Vec<Vec<f64>>,
@@ -39,23 +42,30 @@ impl TailWeights {
         board: &Checkerboard,
     ) -> Option<Self> {
         let residuals = free.residuals_px(observations);
-        let corners = observations.board_m().len();
-        if residuals.len() != corners * observations.view_count() {
+        if 2 * residuals.len() != observations.coordinate_count() {
             return None;
         }
-        let off: Vec<f64> = residuals
-            .chunks(corners)
-            .flat_map(|view| {
-                let px: Vec<Vector2<f64>> =
-                    view.iter().map(|(residual_px, _)| *residual_px).collect();
-                let of = |(corner, (residual_px, stated_px2)): (usize, &(_, Matrix2<f64>))| {
-                    let alone: Vector2<f64> = residual_px - of_neighbours(&px, corner, board);
+        let mut rest = residuals.as_slice();
+        let off: Vec<Vec<f64>> = (0..observations.view_count())
+            .map(|view| {
+                let corners = observations.view(view);
+                let (residuals, after) = rest.split_at(corners.len());
+                rest = after;
+                let mut px = vec![None; board.corner_count()];
+                for (corner, (residual_px, _)) in corners.iter().zip(residuals) {
+                    px[corner.place] = Some(*residual_px);
+                }
+                let of = |(corner, (residual_px, stated_px2)): (
+                    &Whitened,
+                    &(Vector2<f64>, Matrix2<f64>),
+                )| {
+                    let alone: Vector2<f64> = residual_px - of_neighbours(&px, corner.place, board);
                     stated_px2.try_inverse().map_or(f64::NAN, |i| (alone.transpose() * i * alone).x)
                 };
-                view.iter().enumerate().map(of).collect::<Vec<_>>()
+                corners.iter().zip(residuals).map(of).collect()
             })
             .collect();
-        let views: Vec<&[f64]> = off.chunks(corners).collect();
+        let views: Vec<&[f64]> = off.iter().map(Vec::as_slice).collect();
         let tails = Tails::of(views.iter().copied().flatten())?;
         // Corners off by the dozen aren't wrong one by one: the view is torn, or of something else.
         let is_whole = |view: &&&[f64]| {
@@ -77,7 +87,12 @@ impl TailWeights {
             ..*corner
         };
         let view = |(view, weights): (&Vec<Corner>, &Vec<f64>)| {
-            view.iter().zip(weights).map(weigh).collect()
+            let mut weights = weights.iter();
+            let of = |corner: &Corner| {
+                let weight = corner.is_seen().then(|| weights.next()).flatten();
+                weight.map_or(*corner, |weight| weigh((corner, weight)))
+            };
+            view.iter().map(of).collect()
         };
         views.iter().zip(&self.weights).map(view).collect()
     }
@@ -126,15 +141,16 @@ impl Tails {
     }
 }
 
-/// Median residual of the corners next to `corner` on the board.
-fn of_neighbours(px: &[Vector2<f64>], corner: usize, board: &Checkerboard) -> Vector2<f64> {
+/// Median residual of the corners next to `corner` on the board that are seen; zero without any.
+fn of_neighbours(px: &[Option<Vector2<f64>>], corner: usize, board: &Checkerboard) -> Vector2<f64> {
     let (columns, rows) = (board.columns(), board.rows());
     let (row, column) = (corner / columns, corner % columns);
     let mut axes = [Vec::with_capacity(8), Vec::with_capacity(8)];
     for r in row.saturating_sub(1)..(row + 2).min(rows) {
         for c in column.saturating_sub(1)..(column + 2).min(columns) {
-            if (r, c) != (row, column) {
-                let residual_px = px[r * columns + c];
+            if (r, c) != (row, column)
+                && let Some(residual_px) = px[r * columns + c]
+            {
                 axes[0].push(residual_px.x);
                 axes[1].push(residual_px.y);
             }
@@ -143,7 +159,9 @@ fn of_neighbours(px: &[Vector2<f64>], corner: usize, board: &Checkerboard) -> Ve
     let median = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         let middle = values.len() / 2;
-        if values.len().is_multiple_of(2) {
+        if values.is_empty() {
+            0.0
+        } else if values.len().is_multiple_of(2) {
             0.5 * (values[middle - 1] + values[middle])
         } else {
             values[middle]

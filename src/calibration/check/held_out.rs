@@ -39,8 +39,9 @@ pub(in crate::calibration) fn check(
             let camera = Camera::from_lens_parameters(&lens);
             let fit = fit_pose(&camera, observations.board_m(), &views[view]).ok()?;
             let (information, _) = bundle.view_information().get(view)?;
-            let corners = views[view].len() as f64;
-            let sigma2 = views[view].iter().map(|c| c.sigma_px().powi(2)).sum::<f64>() / corners;
+            let seen = || views[view].iter().filter(|corner| corner.is_seen());
+            let corners = seen().count() as f64;
+            let sigma2 = seen().map(|c| c.sigma_px().powi(2)).sum::<f64>() / corners;
             // Whitened squares: noise of 2n coordinates less 6 of the pose, and the error of the lens.
             let squares = noise_factor * noise_factor * (2.0 * corners - 6.0)
                 + (information * covariance).trace();

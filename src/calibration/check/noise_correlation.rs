@@ -77,7 +77,9 @@ pub(in crate::calibration) fn noise_correlation(
     observations: &Observations,
     bundle: &Bundle,
 ) -> Option<NoiseCorrelation> {
-    let step = (observations.board_m().len() / CORNERS).max(1);
+    // Of the view with the most corners.
+    let most = (0..observations.view_count()).map(|view| observations.view(view).len()).max()?;
+    let step = (most / CORNERS).max(1);
     let every = observations.view_count().div_ceil(VIEWS).max(1);
     let views: Vec<View> = (0..observations.view_count())
         .step_by(every)

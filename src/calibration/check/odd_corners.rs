@@ -15,28 +15,30 @@ const TOO_MANY: f64 = 0.15;
 /// (Rayleigh distribution).
 const ODD: f64 = 8.0;
 
-/// True if nearly all corners follow the row-major order of the board.
+/// True if nearly all corners that are seen follow the row-major order of the board.
 pub(in crate::calibration) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     let (columns, rows) = (board.columns(), board.rows());
-    let crooked = |a: usize, b: usize, c: usize| {
-        let (a, b, c) = (corners[a].px.coords, corners[b].px.coords, corners[c].px.coords);
-        (a + c - b * 2.0).norm() > CROOKED * (c - a).norm()
-    };
     let (mut all, mut wrong) = (0, 0);
+    let mut look = |a: usize, b: usize, c: usize| {
+        let [a, b, c] = [a, b, c].map(|place| &corners[place]);
+        if a.is_seen() && b.is_seen() && c.is_seen() {
+            let (a, b, c) = (a.px.coords, b.px.coords, c.px.coords);
+            all += 1;
+            wrong += u32::from((a + c - b * 2.0).norm() > CROOKED * (c - a).norm());
+        }
+    };
     for row in 0..rows {
         for column in 0..columns {
             let at = row * columns + column;
             if (1..columns - 1).contains(&column) {
-                all += 1;
-                wrong += usize::from(crooked(at - 1, at, at + 1));
+                look(at - 1, at, at + 1);
             }
             if (1..rows - 1).contains(&row) {
-                all += 1;
-                wrong += usize::from(crooked(at - columns, at, at + columns));
+                look(at - columns, at, at + columns);
             }
         }
     }
-    (wrong as f64) <= TOO_MANY * f64::from(all)
+    f64::from(wrong) <= TOO_MANY * f64::from(all)
 }
 
 /// A corner far from its predicted position.
@@ -76,9 +78,10 @@ pub(in crate::calibration) fn odd_corners(
     let mut odd = Vec::new();
     for (view, off_px) in views.iter().enumerate() {
         let measure_px = median(off_px.clone()).max(typical_px);
-        for (corner, off_px) in off_px.iter().enumerate() {
+        for (index, off_px) in off_px.iter().enumerate() {
             let times = off_px / measure_px;
             if times > ODD {
+                let corner = observations.view(view)[index].place;
                 odd.push(OddCorner { view, corner, off_px: *off_px, times });
             }
         }

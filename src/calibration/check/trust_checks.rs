@@ -324,10 +324,11 @@ fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Fi
     let (width_px, height_px) = (f64::from(width_px), f64::from(height_px));
     let margin_px = OUTSIDE * width_px;
     let outside = |corner: &Corner| {
-        corner.px.x < -margin_px
+        let is_outside = corner.px.x < -margin_px
             || corner.px.y < -margin_px
             || corner.px.x > width_px - 1.0 + margin_px
-            || corner.px.y > height_px - 1.0 + margin_px
+            || corner.px.y > height_px - 1.0 + margin_px;
+        corner.is_seen() && is_outside
     };
     let mut views = evidence.seen.iter().enumerate().filter(|(_, seen)| seen.iter().any(outside));
     if let Some((view, _)) = views.next() {

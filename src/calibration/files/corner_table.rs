@@ -21,7 +21,8 @@ const MAX_LEVEL: f64 = 10.0;
 pub struct TableView {
     /// File name of the picture.
     pub name: String,
-    /// Corners in the board's order; `None` if the table has none for this picture.
+    /// Corners in the board's order, [unseen](Corner::unseen) where they are missing; `None` if the table has none for this
+    /// picture.
     pub corners: Option<Vec<Corner>>,
 }
 
@@ -52,8 +53,10 @@ pub enum CornerTableError {
         /// As in the table.
         level: String,
     },
-    /// A picture with some of the board's corners only, or with more.
-    #[error("{name} has {got} corners, the board has {wanted}: check --board")]
+    /// A picture with fewer or more lines than the board has corners.
+    #[error(
+        "{name} has {got} corners, the board has {wanted}: check --board. A missing corner has a line, too, with `-`"
+    )]
     Count {
         /// The picture.
         name: String,
@@ -92,9 +95,10 @@ pub fn read(text: &str, corner_count: usize) -> Result<Vec<TableView>, CornerTab
             order.push(*name);
             Vec::new()
         });
-        if *x != "-" && *y != "-" {
-            corners.push(corner(line, x, y, rest.first().copied())?);
-        }
+        corners.push(match (*x, *y) {
+            ("-", _) | (_, "-") => Corner::unseen(Point2::new(f64::NAN, f64::NAN)),
+            _ => corner(line, x, y, rest.first().copied())?,
+        });
     }
     if order.is_empty() {
         return Err(CornerTableError::Empty);
@@ -103,7 +107,8 @@ pub fn read(text: &str, corner_count: usize) -> Result<Vec<TableView>, CornerTab
         let corners = views.remove(name).unwrap_or_default();
         let name = name.to_owned();
         match corners.len() {
-            0 => Ok(TableView { name, corners: None }),
+            // One line says that nothing was found.
+            _ if !corners.iter().any(Corner::is_seen) => Ok(TableView { name, corners: None }),
             got if got == corner_count => Ok(TableView { name, corners: Some(corners) }),
             got => Err(CornerTableError::Count { name, got, wanted: corner_count }),
         }
@@ -158,6 +163,10 @@ pub fn lines(name: &str, corners: Option<&[Corner]>, digits: Digits) -> String {
     };
     let mut lines = String::new();
     for corner in corners {
+        if !corner.is_seen() {
+            lines += &format!("{name} - - -\n");
+            continue;
+        }
         let (x, y) = (coordinate(corner.px.x), coordinate(corner.px.y));
         // Writing to a string cannot fail.
         let _ = writeln!(lines, "{name} {x} {y} 0");
@@ -187,6 +196,18 @@ mod tests {
     }
 
     #[test]
+    fn a_missing_corner_keeps_its_place() {
+        let text = "a 1.0000 2.0000 0\na - - -\na 3.0000 4.0000 0\nb - - -\n";
+        let views = read(text, 3).expect("a table");
+        let corners = views[0].corners.as_deref().expect("some corners");
+        assert_eq!(corners.iter().map(Corner::is_seen).collect::<Vec<_>>(), [true, false, true]);
+        assert_eq!(views[1].corners, None);
+        let again = lines("a", Some(corners), Digits::FourDecimals)
+            + &lines("b", views[1].corners.as_deref(), Digits::FourDecimals);
+        assert_eq!(again, text);
+    }
+
+    #[test]
     fn a_level_doubles_the_standard_deviation() {
         let views = read("# c\n\nb 1 2 1 # fine\nb 1 2\na 3 4 -\na 3 4 99\n", 2).expect("a table");
         let sigmas: Vec<f64> = views
@@ -211,7 +232,7 @@ mod tests {
         assert_eq!(refused("\na 1 2 high"), "line 2: \"high\" is not a level");
         assert_eq!(
             refused("a 1 2 0\nb - - -\n"),
-            "a has 1 corners, the board has 2: check --board"
+            "a has 1 corners, the board has 2: check --board. A missing corner has a line, too, with `-`"
         );
     }
 }

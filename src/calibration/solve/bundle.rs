@@ -24,6 +24,8 @@ pub struct Observations {
 /// A corner with the square root of its information matrix.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::calibration) struct Whitened {
+    /// Number of the corner on the board.
+    pub(in crate::calibration) place: usize,
     pub(in crate::calibration) board_m: Point2<f64>,
     pub(in crate::calibration) px: Point2<f64>,
     /// `L⁻¹`, 1/px.
@@ -52,7 +54,8 @@ pub enum InvalidCorners {
 }
 
 impl Observations {
-    /// Checks and prepares the corners (distorted pixels) of all views, each in the order of `board_m` (metres).
+    /// Checks and prepares the corners (distorted pixels) of all views, each in the order of `board_m` (metres). Unseen
+    /// corners are left out.
     ///
     /// # Errors
     ///
@@ -64,19 +67,18 @@ impl Observations {
             if got != want {
                 return Err(InvalidCorners::Count { view, got, want });
             }
-            let prepared: Vec<Whitened> =
-                corners.iter().zip(board_m).map_while(|(c, board_m)| whiten(c, board_m)).collect();
-            if prepared.len() < want {
-                return Err(InvalidCorners::Value { view, corner: prepared.len() });
-            }
-            whitened.push(prepared);
+            let seen = corners.iter().zip(board_m).enumerate().filter(|(_, (c, _))| c.is_seen());
+            let prepared = seen.map(|(place, (corner, board_m))| {
+                whiten(place, corner, board_m).ok_or(InvalidCorners::Value { view, corner: place })
+            });
+            whitened.push(prepared.collect::<Result<_, _>>()?);
         }
         Ok(Self { board_m: board_m.to_vec(), views: whitened })
     }
 
     /// Number of measured coordinates: two per corner.
     pub fn coordinate_count(&self) -> usize {
-        2 * self.board_m.len() * self.views.len()
+        2 * self.views.iter().map(Vec::len).sum::<usize>()
     }
 
     /// Number of views.
@@ -84,12 +86,12 @@ impl Observations {
         self.views.len()
     }
 
-    /// Board points in metres, in corner order.
+    /// All board points in metres, in corner order.
     pub(in crate::calibration) fn board_m(&self) -> &[Point2<f64>] {
         &self.board_m
     }
 
-    /// Corners of one view.
+    /// Corners of one view that are seen, in corner order.
     pub(in crate::calibration) fn view(&self, index: usize) -> &[Whitened] {
         &self.views[index]
     }
@@ -129,7 +131,7 @@ impl Observations {
     }
 }
 
-fn whiten(corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
+fn whiten(place: usize, corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
     let c = &corner.covariance_px2;
     let l11 = c[(0, 0)].sqrt();
     let l21 = c[(1, 0)] / l11;
@@ -138,7 +140,7 @@ fn whiten(corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
     let px = corner.px;
     let usable =
         whitener.iter().chain(px.coords.iter()).all(|x| x.is_finite()) && l11 > 0.0 && l22 > 0.0;
-    usable.then_some(Whitened { board_m: *board_m, px, whitener })
+    usable.then_some(Whitened { place, board_m: *board_m, px, whitener })
 }
 
 /// A lens and the poses of all views.

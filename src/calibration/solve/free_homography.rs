@@ -240,7 +240,9 @@ impl FreeProblem<'_> {
                 Some(Corner { px, covariance_px2: information.try_inverse()? })
             })
             .collect::<Option<_>>()?;
-        let homography = Homography::fit(self.observations.board_m(), &corners).ok()?;
+        let board_m: Vec<Point2<f64>> =
+            self.observations.view(view).iter().map(|corner| corner.board_m).collect();
+        let homography = Homography::fit(&board_m, &corners).ok()?;
         Some(PrincipalLine::of(&homography, self.prior.px, mean_px(&corners)).ok())
     }
 

@@ -11,7 +11,7 @@ use crate::{
     geometry::{
         Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate,
         intersect_unweighted, intersect_weighted, mean_px, pose_from_homography,
-        principal_line_and_ring,
+        principal_line_and_ring, seen_count,
     },
 };
 
@@ -54,8 +54,13 @@ pub(in crate::calibration) fn as_seen(
             if thinness(corners).is_nan() || thinness(corners) < THINNEST {
                 return Err(missing);
             }
-            let equal: Vec<Corner> =
-                corners.iter().map(|corner| Corner::isotropic(corner.px, sigma_px)).collect();
+            let equal: Vec<Corner> = corners
+                .iter()
+                .map(|corner| match corner.is_seen() {
+                    true => Corner::isotropic(corner.px, sigma_px),
+                    false => *corner,
+                })
+                .collect();
             Homography::fit(board_m, &equal).map_err(|_| missing)
         })
         .collect::<Result<_, _>>()?;
@@ -76,10 +81,11 @@ pub(in crate::calibration) fn as_seen(
     })
 }
 
-/// Minor over major extent of the corners.
+/// Minor over major extent of the corners that are seen.
 fn thinness(corners: &[Corner]) -> f64 {
     let mean = mean_px(corners);
-    let scatter = corners.iter().fold(Matrix2::zeros(), |scatter, corner| {
+    let seen = corners.iter().filter(|corner| corner.is_seen());
+    let scatter = seen.fold(Matrix2::zeros(), |scatter, corner| {
         let off = corner.px - mean;
         scatter + off * off.transpose()
     });
@@ -97,6 +103,7 @@ pub(in crate::calibration) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     let (sum, count) = views
         .iter()
         .flatten()
+        .filter(|corner| corner.is_seen())
         .fold((0.0, 0.0), |(sum, count), c| (sum + c.sigma_px().powi(2), count + 1.0));
     (sum / count).sqrt()
 }
@@ -174,12 +181,14 @@ pub(in crate::calibration) fn first_alike(
     views: &[Vec<Corner>],
     limit_px: f64,
 ) -> (Vec<usize>, Vec<usize>) {
-    let means_px: Vec<Point2<f64>> = views.iter().map(|view| mean_px(view)).collect();
+    let means_px: Vec<Option<Point2<f64>>> =
+        views.iter().map(|view| view.iter().all(Corner::is_seen).then(|| mean_px(view))).collect();
     let (mut kept, mut place) = (Vec::new(), Vec::with_capacity(views.len()));
     for (index, view) in views.iter().enumerate() {
         let alike = kept.iter().position(|other: &usize| {
             // Means are never farther apart than corners are.
-            (means_px[index] - means_px[*other]).norm() < limit_px
+            let means = means_px[index].zip(means_px[*other]);
+            means.is_none_or(|(mean, other)| (mean - other).norm() < limit_px)
                 && rms_distance_px(view, &views[*other]) < limit_px
         });
         place.push(alike.unwrap_or(kept.len()));
@@ -190,13 +199,19 @@ pub(in crate::calibration) fn first_alike(
     (kept, place)
 }
 
-/// Root mean square distance between corresponding corners, or between opposite ones if that is less: some boards look the
-/// same upside down.
+/// Root mean square distance between corresponding corners that are seen in both, or between opposite ones if that is
+/// less: some boards look the same upside down. Infinite unless most of the corners in either are seen in both: another
+/// part of the board tells something else.
 fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
-    let mean = |pairs: &mut dyn Iterator<Item = (Point2<f64>, Point2<f64>)>| {
-        pairs.map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len().max(1) as f64
+    let most = seen_count(a).max(seen_count(b));
+    let mean = |pairs: &mut dyn Iterator<Item = (&Corner, &Corner)>| {
+        let in_both = pairs.filter(|(a, b)| a.is_seen() && b.is_seen());
+        let (sum, count) = in_both.fold((0.0, 0_usize), |(sum, count), (a, b)| {
+            (sum + (a.px - b.px).norm_squared(), count + 1)
+        });
+        if 10 * count >= 9 * most { sum / count.max(1) as f64 } else { f64::INFINITY }
     };
-    let same = mean(&mut a.iter().map(|c| c.px).zip(b.iter().map(|c| c.px)));
-    let turned = mean(&mut a.iter().map(|c| c.px).zip(b.iter().rev().map(|c| c.px)));
+    let same = mean(&mut a.iter().zip(b));
+    let turned = mean(&mut a.iter().zip(b.iter().rev()));
     same.min(turned).sqrt()
 }

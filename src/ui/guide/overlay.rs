@@ -124,7 +124,8 @@ fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, lines: bool, op
     let Some(live) = &snapshot.live else { return };
     let Ok(corners_px) = &live.corners_px else { return };
     let radius = (0.0025 * placed.rect.width()).clamp(2.0, 5.0);
-    for px in corners_px {
+    let seen = corners_px.iter().enumerate().filter(|(i, _)| !live.unseen.contains(i));
+    for (_, px) in seen {
         let at = placed.pos(px);
         painter.circle_filled(
             at,

@@ -1,0 +1,73 @@
+//! The colours of the squares around the corners of a grid.
+
+use image::GrayImage;
+
+use super::{
+    lattice::{Lattice, Node, axes},
+    reduce::sample,
+};
+
+/// The squares around a corner.
+pub(super) struct ColourStep {
+    /// Half the brightness difference between the squares on one diagonal and those on the other.
+    pub(super) value: f32,
+    /// Whether the squares on each diagonal agree.
+    pub(super) clean: bool,
+}
+
+/// Compares the four squares around a member.
+pub(super) fn colour_step(
+    image: &GrayImage,
+    lattice: &Lattice,
+    (i, j): Node,
+) -> Option<ColourStep> {
+    let here = lattice.get((i, j))?;
+    let (u, v) = axes(lattice, (i, j), here)?;
+    let mean = |su: f32, sv: f32| {
+        [(0.3, 0.3), (0.2, 0.36), (0.36, 0.2)]
+            .iter()
+            .map(|(p, q)| {
+                let (p, q) = (p * su, q * sv);
+                sample(image, here[0] + p * u[0] + q * v[0], here[1] + p * u[1] + q * v[1])
+            })
+            .sum::<f32>()
+            / 3.0
+    };
+    let (one, two) = (mean(1.0, 1.0), mean(-1.0, -1.0));
+    let (three, four) = (mean(1.0, -1.0), mean(-1.0, 1.0));
+    let value = 0.25 * (one + two - three - four);
+    let clean = (one - two).abs() < 1.4 * value.abs() && (three - four).abs() < 1.4 * value.abs();
+    Some(ColourStep { value, clean })
+}
+
+/// Mean colour step of the members at even nodes, with its sign; `None` if the colours don't alternate.
+pub(super) fn colours(image: &GrayImage, lattice: &Lattice) -> Option<f32> {
+    let steps = || {
+        lattice.nodes().iter().filter_map(|&(i, j)| {
+            let step = colour_step(image, lattice, (i, j))?.value;
+            Some(if (i + j) % 2 == 0 { step } else { -step })
+        })
+    };
+    let count = steps().count();
+    let light = steps().filter(|step| *step > 0.0).count();
+    let sign = if 2 * light > count { 1.0 } else { -1.0 };
+    let agree = light.max(count - light);
+    if count < 4 || agree * 10 < count * 8 {
+        return None;
+    }
+    let typical = steps().map(|step| (step * sign).max(0.0)).sum::<f32>() / agree as f32;
+    (typical > 3.0).then_some(sign * typical)
+}
+
+/// Whether the square beyond the corner at `node` towards lower columns and rows is dark, if columns run along the first
+/// axis (`upright`) or the second. `None` if its squares can't be seen.
+pub(super) fn dark_outside(
+    image: &GrayImage,
+    lattice: &Lattice,
+    node: Node,
+    upright: bool,
+) -> Option<bool> {
+    let step = colour_step(image, lattice, node)?;
+    // `value` compares the diagonal through (+u, +v) of the grid; a quarter turn exchanges it.
+    Some(if upright { step.value < 0.0 } else { step.value > 0.0 })
+}

@@ -1,0 +1,149 @@
+//! Why no board could be found: the picture is too dark, or blurred.
+//!
+//! Where corners have no response, no grid says why. What can be said then is how the picture looks, or the part of it in
+//! which the board was expected: how light its lightest places are, and how wide its steepest edges.
+
+use image::GrayImage;
+
+use super::outcome::Miss;
+
+/// Every so many rows and columns are looked at.
+const STRIDE: usize = 6;
+/// The lightest hundredth of a picture that is too dark is at most this light, in grey levels.
+const DARK_TO: f64 = 40.0;
+/// Half the step from dark to light that corners need, in grey levels.
+const NEEDED_CONTRAST: f64 = 20.0;
+/// Pixels along which an edge is looked for, and its least step in grey levels.
+const SPAN_PX: usize = 24;
+const LEAST_STEP: u8 = 50;
+/// Edges that say how sharp a picture is, and the share of the sharpest ones: some edges are soft in any picture.
+const LEAST_EDGES: usize = 40;
+const SHARPEST: usize = 10;
+/// Standard deviation in pixels of the blur beyond which corners have no response: the ring around them has a radius of five.
+const LIMIT_PX: f64 = 2.8;
+/// A step of height one that is blurred by a standard deviation of one has this slope.
+const SLOPE: f64 = 0.398_942;
+
+/// A rectangle: left, top, right, bottom.
+pub(super) type Region = [usize; 4];
+
+/// The reason why no board is found in `picture`, if the picture shows one. `scale` is full-size pixels per pixel.
+/// `widths` is a buffer.
+pub(super) fn reason(
+    picture: &GrayImage,
+    region: Option<Region>,
+    scale: f64,
+    widths: &mut Vec<f32>,
+) -> Option<Miss> {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let [left, top, right, bottom] = region.unwrap_or([0, 0, width, height]);
+    let (right, bottom) = (right.min(width), bottom.min(height));
+    if left + SPAN_PX >= right || top + SPAN_PX >= bottom {
+        return None;
+    }
+    let raw = picture.as_raw();
+    let at = |x: usize, y: usize| raw[y * width + x];
+    let mut counts = [0_usize; 256];
+    for y in (top..bottom).step_by(STRIDE) {
+        for x in left..right {
+            counts[usize::from(at(x, y))] += 1;
+        }
+    }
+    let percentile = |share: f64| {
+        let wanted = share * counts.iter().sum::<usize>() as f64;
+        let mut passed = 0.0;
+        counts.iter().position(|count| {
+            passed += *count as f64;
+            passed >= wanted
+        })
+    };
+    let (dark, light) = (percentile(0.01)? as f64, percentile(0.99)? as f64);
+    let contrast = (light - dark) / 2.0;
+    if light <= DARK_TO && contrast < NEEDED_CONTRAST {
+        return Some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST });
+    }
+    let mut blur_px = |along: usize, across: usize, value: &dyn Fn(usize, usize) -> u8| {
+        widths.clear();
+        for line in (0..across).step_by(STRIDE) {
+            for start in (0..along.saturating_sub(SPAN_PX)).step_by(SPAN_PX / 2) {
+                let (mut low, mut high, mut steepest) = (u8::MAX, 0_u8, 1_u8);
+                for place in start..start + SPAN_PX {
+                    let here = value(place, line);
+                    (low, high) = (low.min(here), high.max(here));
+                    // Over two pixels: noise counts less.
+                    steepest = steepest.max(
+                        here.abs_diff(value(place + 1, line)) / 2 + {
+                            let next = value((place + 2).min(along - 1), line);
+                            here.abs_diff(next) / 4
+                        },
+                    );
+                }
+                if high - low >= LEAST_STEP {
+                    widths.push(f32::from(high - low) / f32::from(steepest));
+                }
+            }
+        }
+        if widths.len() < LEAST_EDGES {
+            return 0.0;
+        }
+        widths.sort_unstable_by(f32::total_cmp);
+        SLOPE * f64::from(widths[widths.len() / SHARPEST])
+    };
+    // Motion smears the edges across it only.
+    let across = blur_px(right - left, bottom - top, &|x, y| at(left + x, top + y));
+    let down = blur_px(bottom - top, right - left, &|y, x| at(left + x, top + y));
+    let widest_px = across.max(down);
+    let is_blurred = widest_px > LIMIT_PX;
+    is_blurred.then_some(Miss::Blurred { blur_px: widest_px * scale, limit_px: LIMIT_PX * scale })
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{Luma, imageops};
+
+    use super::*;
+
+    fn squares(light: u8) -> GrayImage {
+        let is_dark = |x: u32, y: u32| (x / 30 + y / 30).is_multiple_of(2);
+        GrayImage::from_fn(600, 400, |x, y| Luma([if is_dark(x, y) { light / 8 } else { light }]))
+    }
+
+    #[test]
+    fn a_sharp_picture_has_no_reason_and_a_dark_or_blurred_one_has() {
+        let mut widths = Vec::new();
+        assert_eq!(reason(&squares(200), None, 1.0, &mut widths), None);
+        let soft = imageops::blur(&squares(200), 1.5);
+        assert_eq!(reason(&soft, None, 1.0, &mut widths), None);
+        let dark = reason(&squares(18), None, 1.0, &mut widths);
+        assert!(matches!(dark, Some(Miss::LowContrast { .. })), "{dark:?}");
+        let blurred = imageops::blur(&squares(200), 6.0);
+        let Some(Miss::Blurred { blur_px, .. }) = reason(&blurred, None, 2.0, &mut widths) else {
+            panic!("not blurred")
+        };
+        assert!((8.0..18.0).contains(&blur_px), "{blur_px}");
+        // The left half is sharp, and the board was in the other one.
+        let mut half = blurred;
+        imageops::replace(
+            &mut half,
+            &imageops::crop_imm(&squares(200), 0, 0, 300, 400).to_image(),
+            0,
+            0,
+        );
+        assert_eq!(reason(&half, None, 1.0, &mut widths), None);
+        let right = reason(&half, Some([320, 0, 600, 400]), 1.0, &mut widths);
+        assert!(matches!(right, Some(Miss::Blurred { .. })), "{right:?}");
+        assert_eq!(reason(&GrayImage::new(3, 3), None, 1.0, &mut widths), None);
+    }
+
+    #[test]
+    fn motion_smears_the_edges_across_it() {
+        let sharp = squares(200);
+        let smeared = GrayImage::from_fn(600, 400, |x, y| {
+            let sum: u32 =
+                (0..20).map(|k| u32::from(sharp.get_pixel((x + k).min(599), y).0[0])).sum();
+            Luma([(sum / 20) as u8])
+        });
+        let seen = reason(&smeared, None, 1.0, &mut Vec::new());
+        assert!(matches!(seen, Some(Miss::Blurred { .. })), "{seen:?}");
+    }
+}

@@ -1,0 +1,214 @@
+//! Boards of which a part is seen: what's found of them is right, and a calibration uses it.
+
+use boresight::{
+    board::Checkerboard,
+    calibration::{CalibrationParams, calibrate},
+    detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
+    frame::{CaptureTime, FrameKind},
+    geometry::{Corner, expect_unseen, seen_count},
+    simulation::{Scene as Rendered, render_view},
+};
+use image::{GrayImage, Luma};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::trust::{SIZE, Scene, board};
+
+/// Errors of the corners that are seen, in pixels, numbered from the end that fits better if the board looks the same
+/// upside down.
+fn errors_px(scene: &Rendered, pose: &Isometry3<f64>, found: &Detection) -> Vec<f64> {
+    let truth: Vec<Option<Point2<f64>>> = scene
+        .board
+        .corners_in_board_m()
+        .iter()
+        .map(|m| scene.camera.px_from_board(pose, m))
+        .collect();
+    let errors = |truth: &mut dyn Iterator<Item = &Option<Point2<f64>>>| -> Vec<f64> {
+        let both = found.corners.iter().zip(truth).filter(|(corner, _)| corner.is_seen());
+        both.map(|(corner, truth)| truth.map_or(f64::MAX, |truth| (corner.px - truth).norm()))
+            .collect()
+    };
+    let worst = |errors: &Vec<f64>| errors.iter().copied().fold(0.0, f64::max);
+    let same = errors(&mut truth.iter());
+    let turned = errors(&mut truth.iter().rev());
+    let may_turn = scene.board.looks_the_same_upside_down();
+    if may_turn && worst(&turned) < worst(&same) { turned } else { same }
+}
+
+/// Something in front of the board: a hand's ellipse, a pole, a glaring lamp, or nothing.
+fn cover(picture: &mut GrayImage, rng: &mut ChaCha8Rng, middle: Point2<f64>, reach_px: f64) {
+    let kind = rng.random_range(0..4);
+    let angle = rng.random_range(0.0..std::f64::consts::TAU);
+    let (sin, cos) = angle.sin_cos();
+    let off = Vector2::new(sin, cos) * rng.random_range(0.0..0.9) * reach_px;
+    let (at, level) = (middle + off, rng.random_range(20.0..235.0));
+    let size = Vector2::new(rng.random_range(0.15..0.45), rng.random_range(0.1..0.3)) * reach_px;
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let from = Vector2::new(f64::from(x), f64::from(y)) - at.coords;
+        let (along, across) = (from.x * cos + from.y * sin, from.y * cos - from.x * sin);
+        let covered = match kind {
+            0 => (along / size.x).powi(2) + (across / size.y).powi(2) < 1.0,
+            1 => across.abs() < 0.3 * size.y,
+            2 => {
+                let glow = 500.0 * (-(from.norm() / size.x).powi(4)).exp();
+                *pixel = Luma([(f64::from(pixel.0[0]) + glow).min(255.0) as u8]);
+                false
+            }
+            _ => false,
+        };
+        if covered {
+            let texture = 6.0 * (f64::from(x) * 0.31).sin() + 5.0 * (f64::from(y) * 0.17).cos();
+            *pixel = Luma([(level + texture) as u8]);
+        }
+    }
+}
+
+#[test]
+fn no_part_of_a_board_is_taken_for_another() {
+    const SIZES: [(u16, u16); 6] = [(9, 6), (8, 6), (7, 5), (11, 8), (10, 7), (6, 4)];
+    let mut rng = ChaCha8Rng::seed_from_u64(41);
+    let mut detector = Detector::new(DetectorParams::default());
+    let (mut whole, mut parts, mut tried, mut squares, mut count) = (0, 0, 0, 0.0, 0.0);
+    let mut worst: f64 = 0.0;
+    // More pictures, to measure: BORESIGHT_PICTURES=2000.
+    let pictures = std::env::var("BORESIGHT_PICTURES").ok().and_then(|count| count.parse().ok());
+    for seed in 0..pictures.unwrap_or(120) {
+        let (columns, rows) = SIZES[rng.random_range(0..SIZES.len())];
+        let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        let clutter = rng.random_range(0.0..1.0);
+        let scene = Rendered { board, clutter, ..Rendered::default_720p(seed) };
+        let tilt_rad = rng.random_range(0.0_f64..50.0).to_radians();
+        let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
+        let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(sin, -cos, 0.0) * tilt_rad);
+        let turn = UnitQuaternion::from_scaled_axis(
+            Vector3::z() * rng.random_range(0.0..std::f64::consts::TAU),
+        );
+        let depth_m = rng.random_range(0.3..0.6);
+        let at_m = Vector3::new(
+            rng.random_range(-0.45..0.45) * depth_m,
+            rng.random_range(-0.25..0.25) * depth_m,
+            depth_m,
+        );
+        let pose = Isometry3::from_parts(at_m.into(), tilt * turn);
+        let mut picture = render_view(&scene, &pose);
+        let middle = scene.camera.px_from_board(&pose, &Point2::origin()).expect("in front");
+        let reach_px = 0.0125 * f64::from(columns) / depth_m * scene.camera.f_px.x;
+        cover(&mut picture, &mut rng, middle, reach_px);
+        tried += 1;
+        let Ok(found) = detector.detect(&picture, &board) else { continue };
+        let errors = errors_px(&scene, &pose, &found);
+        let worst_px = errors.iter().copied().fold(0.0, f64::max);
+        worst = worst.max(worst_px);
+        assert!(worst_px < 1.5, "picture {seed}, {columns}x{rows}: {worst_px} px");
+        let is_whole = errors.len() == board.corner_count();
+        (whole, parts) = (whole + u32::from(is_whole), parts + u32::from(!is_whole));
+        squares += errors.iter().map(|off_px| off_px * off_px).sum::<f64>();
+        count += errors.len() as f64;
+    }
+    let rms_px = (squares / f64::max(count, 1.0)).sqrt();
+    println!("{whole} whole, {parts} parts of {tried}; rms {rms_px:.4} px, worst {worst:.2} px");
+    assert!(parts >= 25, "only {parts} parts of {tried} were used");
+    assert!(rms_px < 0.08, "{rms_px} px");
+}
+
+/// A board that is carried out of the picture, and two frames before.
+#[test]
+fn a_board_that_is_followed_keeps_its_corners_while_it_leaves() {
+    let scene = Rendered { clutter: 0.0, ..Rendered::default_720p(5) };
+    let mut detector = Detector::new(DetectorParams::default());
+    let mut track = Track::default();
+    let (mut parts, mut least) = (0, scene.board.corner_count());
+    for number in 0..24_u32 {
+        let at = CaptureTime { nanos: 33_000_000 * u64::from(number) };
+        // Upright, so that neither the left nor the right end is seen at last.
+        let x_m = 0.02 + 0.009 * f64::from(number);
+        let pose = Isometry3::new(Vector3::new(x_m, 0.0, 0.36), Vector3::new(0.0, 0.4, 0.0));
+        let near = track.predict(FrameKind::Video, at);
+        let search = Search { near: near.as_ref(), ..Search::FULL };
+        let seen = detector.search(&render_view(&scene, &pose), &scene.board, search);
+        track.add(FrameKind::Video, at, &seen);
+        let Ok(found) = seen else { break };
+        let errors = errors_px(&scene, &pose, &found);
+        assert!(errors.iter().all(|off_px| *off_px < 0.3), "frame {number}: {errors:?}");
+        parts += usize::from(errors.len() < scene.board.corner_count());
+        least = least.min(errors.len());
+    }
+    assert!(parts >= 5 && least <= 36, "{parts} parts, at least {least} corners");
+}
+
+#[test]
+fn a_part_that_could_lie_anywhere_on_the_board_is_refused() {
+    // Everything but the middle of a large board lies outside of the picture.
+    let board = Checkerboard::new(19, 15, 0.025).expect("valid");
+    let scene = Rendered { board, clutter: 0.0, ..Rendered::default_720p(6) };
+    let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.25), Vector3::new(0.3, 0.2, 0.1));
+    let seen = Detector::new(DetectorParams::default()).detect(&render_view(&scene, &pose), &board);
+    assert!(matches!(seen, Err(Miss::PartialBoard { .. })), "{seen:?}");
+}
+
+/// Views of which the picture cuts parts off, and which lack some corners in the middle, too.
+fn cut_views(scene: &mut Scene) -> Vec<Vec<Corner>> {
+    scene.whole_board = false;
+    let mut plan = scene.plan(16);
+    for (index, pose) in plan.iter_mut().enumerate().skip(8) {
+        let corner = [[0.42, 0.36], [-0.42, -0.36], [-0.42, 0.36], [0.42, -0.36]];
+        pose.off = corner[index % 4];
+    }
+    let mut views = scene.views(&plan);
+    for (index, view) in views.iter_mut().enumerate() {
+        for (place, corner) in view.iter_mut().enumerate() {
+            let inside = (4.0..f64::from(SIZE.width_px) - 4.0).contains(&corner.px.x)
+                && (4.0..f64::from(SIZE.height_px) - 4.0).contains(&corner.px.y);
+            let is_covered = index % 3 == 0 && (place == 13 || place == 22);
+            if !inside || is_covered {
+                *corner = Corner::unseen(Point2::new(f64::NAN, f64::NAN));
+            }
+        }
+    }
+    views
+}
+
+#[test]
+fn cut_views_count_with_the_corners_that_are_there() {
+    let mut ratios = Vec::new();
+    for seed in 0..6 {
+        let mut scene = Scene::ordinary(900 + seed);
+        let views = cut_views(&mut scene);
+        let seen: usize = views.iter().map(|view| seen_count(view)).sum();
+        let all = views.len() * board().corner_count();
+        assert!(seen < all - 100, "{seen} of {all} corners are seen");
+        let found = calibrate(&views, &board(), SIZE, &CalibrationParams::default());
+        let found = found.expect("a lens");
+        let codes: Vec<_> = found.findings.iter().map(|finding| &finding.code).collect();
+        assert!((0.85..1.15).contains(&found.noise_factor), "{seed}: {codes:?}");
+        let off_px = found.camera.f_px.x - scene.camera.f_px.x;
+        let sd_px = found.covariance[(0, 0)].sqrt();
+        assert!(off_px.abs() < 4.0 * sd_px, "{seed}: f off by {off_px} of {sd_px} px");
+        // Only the whole views.
+        let whole: Vec<Vec<Corner>> =
+            views.iter().filter(|view| view.iter().all(Corner::is_seen)).cloned().collect();
+        let without = calibrate(&whole, &board(), SIZE, &CalibrationParams::default());
+        if let Ok(without) = without {
+            ratios.push(without.covariance[(0, 0)].sqrt() / sd_px);
+        }
+    }
+    println!("sd of f without the cut views over that with them: {ratios:.2?}");
+    assert!(ratios.iter().all(|ratio| *ratio > 1.1), "{ratios:?}");
+}
+
+#[test]
+fn an_unseen_corner_changes_nothing_wherever_it_is_expected() {
+    let mut scene = Scene::ordinary(77);
+    let views = cut_views(&mut scene);
+    let mut expected = views.clone();
+    for view in &mut expected {
+        expect_unseen(&board().corners_in_board_m(), view);
+        assert!(view.iter().all(|corner| corner.px.x.is_finite()));
+    }
+    let [one, other] = [views, expected].map(|views| {
+        calibrate(&views, &board(), SIZE, &CalibrationParams::default()).expect("a lens")
+    });
+    assert_eq!(one.camera, other.camera);
+    assert_eq!(one.findings, other.findings);
+}
