@@ -8,16 +8,16 @@ use image::GrayImage;
 use super::outcome::Miss;
 
 /// Every so many rows and columns are looked at.
-const STRIDE: usize = 6;
+const STRIDE: usize = 12;
 /// The lightest hundredth of a picture that is too dark is at most this light, in grey levels.
 const DARK_TO: f64 = 40.0;
 /// Half the step from dark to light that corners need, in grey levels.
 const NEEDED_CONTRAST: f64 = 20.0;
 /// Pixels along which an edge is looked for, and its least step in grey levels.
-const SPAN_PX: usize = 24;
+const SPAN_PX: usize = 40;
 const LEAST_STEP: u8 = 50;
 /// Edges that say how sharp a picture is, and the share of the sharpest ones: some edges are soft in any picture.
-const LEAST_EDGES: usize = 40;
+const LEAST_EDGES: usize = 30;
 const SHARPEST: usize = 10;
 /// Standard deviation in pixels of the blur beyond which corners have no response: the ring around them has a radius of five.
 const LIMIT_PX: f64 = 2.8;
@@ -62,39 +62,44 @@ pub(super) fn reason(
     if light <= DARK_TO && contrast < NEEDED_CONTRAST {
         return Some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST });
     }
-    let mut blur_px = |along: usize, across: usize, value: &dyn Fn(usize, usize) -> u8| {
-        widths.clear();
-        for line in (0..across).step_by(STRIDE) {
-            for start in (0..along.saturating_sub(SPAN_PX)).step_by(SPAN_PX / 2) {
-                let (mut low, mut high, mut steepest) = (u8::MAX, 0_u8, 1_u8);
-                for place in start..start + SPAN_PX {
-                    let here = value(place, line);
-                    (low, high) = (low.min(here), high.max(here));
-                    // Over two pixels: noise counts less.
-                    steepest = steepest.max(
-                        here.abs_diff(value(place + 1, line)) / 2 + {
-                            let next = value((place + 2).min(along - 1), line);
-                            here.abs_diff(next) / 4
-                        },
-                    );
-                }
-                if high - low >= LEAST_STEP {
-                    widths.push(f32::from(high - low) / f32::from(steepest));
-                }
-            }
-        }
-        if widths.len() < LEAST_EDGES {
-            return 0.0;
-        }
-        widths.sort_unstable_by(f32::total_cmp);
-        SLOPE * f64::from(widths[widths.len() / SHARPEST])
-    };
     // Motion smears the edges across it only.
-    let across = blur_px(right - left, bottom - top, &|x, y| at(left + x, top + y));
-    let down = blur_px(bottom - top, right - left, &|y, x| at(left + x, top + y));
+    let size = [right - left, bottom - top];
+    let across = blur_px(size, widths, |x, y| at(left + x, top + y));
+    let down = blur_px([size[1], size[0]], widths, |y, x| at(left + x, top + y));
     let widest_px = across.max(down);
     let is_blurred = widest_px > LIMIT_PX;
     is_blurred.then_some(Miss::Blurred { blur_px: widest_px * scale, limit_px: LIMIT_PX * scale })
+}
+
+/// Standard deviation of the blur of the sharpest edges across lines of pixels, zero without enough edges; `value` is the
+/// brightness at a place along a line.
+fn blur_px(
+    [along, across]: [usize; 2],
+    widths: &mut Vec<f32>,
+    value: impl Fn(usize, usize) -> u8,
+) -> f64 {
+    widths.clear();
+    for line in (0..across).step_by(STRIDE) {
+        for start in (0..along.saturating_sub(SPAN_PX + 1)).step_by(SPAN_PX) {
+            let (mut low, mut high, mut steepest) = (u8::MAX, 0_u8, 1_u8);
+            let mut next = [value(start, line), value(start + 1, line)];
+            for place in start..start + SPAN_PX {
+                let here = next[0];
+                next = [next[1], value(place + 2, line)];
+                (low, high) = (low.min(here), high.max(here));
+                // Over two pixels, too: noise counts less.
+                steepest = steepest.max(here.abs_diff(next[0]) / 2 + here.abs_diff(next[1]) / 4);
+            }
+            if high - low >= LEAST_STEP {
+                widths.push(f32::from(high - low) / f32::from(steepest));
+            }
+        }
+    }
+    if widths.len() < LEAST_EDGES {
+        return 0.0;
+    }
+    widths.sort_unstable_by(f32::total_cmp);
+    SLOPE * f64::from(widths[widths.len() / SHARPEST])
 }
 
 #[cfg(test)]
