@@ -41,4 +41,5 @@ mod technician;
 mod torn_views;
 mod varying_focal;
 mod verdict_monte_carlo;
+mod wide_lenses;
 mod words;
