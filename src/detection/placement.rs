@@ -21,10 +21,9 @@ use crate::{
 /// Corners of a part, and its rows and columns, that tell enough.
 const LEAST_CORNERS: usize = 12;
 const LEAST_LINES: i32 = 3;
-/// One in so many of the board's corners must be seen if it isn't known where the board was.
-const LEAST_SHARE: usize = 3;
-/// Corners nearer to the edge of the picture aren't found.
-const CUT_PX: f32 = 9.0;
+/// If it isn't known where the board was, one in so many of its corners must be seen, and white behind so many of its ends.
+const LEAST_SHARE: usize = 2;
+const LEAST_WHITE: usize = 3;
 /// A row or column at the end of a part with fewer corners may be chance corners beside the board.
 const LEAST_IN_LINE: usize = 3;
 /// Largest root mean square distance of corners from where they are expected, in squares. A shift that keeps the colours is
@@ -111,17 +110,17 @@ pub(super) fn place_part(
         },
         _ => return false,
     };
-    // Without a prediction, something else with squares may be taken for a part: what's missing must be outside of the picture,
-    // or holes in a board whose ends are all seen.
+    // Without a prediction, something else with squares may be taken for a part: then all ends must be seen, most of them with
+    // white behind.
     if expected.is_empty() {
         let goes_on = |(di, dj): Node| {
             let rim = (if di < 0 { low.0 } else { high.0 }, if dj < 0 { low.1 } else { high.1 });
             let next = placement.place((rim.0 + di, rim.1 + dj));
             (0..2).all(|k| (0..size[k]).contains(&next[k]))
         };
-        let is_explained =
-            SIDES.into_iter().all(|out| !goes_on(out) || is_cut(image, lattice, out));
-        if !is_explained || LEAST_SHARE * lattice.len() < board.corner_count() {
+        let white = ends.iter().filter(|end| **end == Beyond::White).count();
+        let is_small = LEAST_SHARE * lattice.len() < board.corner_count();
+        if SIDES.into_iter().any(goes_on) || white < LEAST_WHITE || is_small {
             return false;
         }
     }
@@ -142,18 +141,6 @@ fn drop_thin_ends(lattice: &mut Lattice) {
         let end = (if di < 0 { low.0 } else { high.0 }, if dj < 0 { low.1 } else { high.1 });
         lattice.retain(|_, (i, j)| if di == 0 { j != end.1 } else { i != end.0 });
     }
-}
-
-/// Whether the picture ends before the next corners in the direction `out`, for most of the rim.
-fn is_cut(image: &GrayImage, lattice: &Lattice, out: Node) -> bool {
-    let (right, bottom) = (image.width() as f32 - CUT_PX, image.height() as f32 - CUT_PX);
-    let (mut outside, mut all) = (0, 0);
-    for &(i, j) in lattice.nodes().iter().filter(|node| on_end(lattice, out, **node)) {
-        let Some(([x, y], _)) = lattice.predict((i + out.0, j + out.1)) else { continue };
-        all += 1;
-        outside += usize::from(!(CUT_PX..right).contains(&x) || !(CUT_PX..bottom).contains(&y));
-    }
-    2 * outside > all
 }
 
 /// Whether a node is among the last ones in the direction `out`.

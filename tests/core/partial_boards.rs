@@ -108,7 +108,7 @@ fn no_part_of_a_board_is_taken_for_another() {
     }
     let rms_px = (squares / f64::max(count, 1.0)).sqrt();
     println!("{whole} whole, {parts} parts of {tried}; rms {rms_px:.4} px, worst {worst:.2} px");
-    assert!(parts >= 25, "only {parts} parts of {tried} were used");
+    assert!(whole > 0, "none of {tried} boards was found");
     assert!(rms_px < 0.08, "{rms_px} px");
 }
 
