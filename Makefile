@@ -14,13 +14,13 @@ RTSP_PACKAGES = gir1.2-gst-rtsp-server-1.0 python3-gi gstreamer1.0-plugins-good
 # What the tests on the kernel's own camera drivers need (tests/vm).
 VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3
 
-# Without a display, or with --headless, `make run` builds everything but the window: half of the crates.
+# Without a display, or with --headless, `make run` builds everything but the window: little more than half of the crates.
 ifeq (,$(findstring --headless,$(ARGS))$(if $(DISPLAY)$(WAYLAND_DISPLAY),,none))
 RUN_PACKAGES = $(PACKAGES) $(WINDOW_PACKAGES)
 RUN_MINUTES = 5
 else
 RUN_PACKAGES = $(PACKAGES)
-RUN_FEATURES = --no-default-features --features live,nokhwa,report,study
+RUN_FEATURES = --no-default-features --features live,nokhwa,report,study,serve
 RUN_MINUTES = 2
 endif
 TARGET = $(or $(CARGO_TARGET_DIR),target)
