@@ -11,9 +11,13 @@ else
 	work=$(mktemp -d)
 	trap 'rm -rf "$work"' EXIT
 fi
-sums=()
-for folder in one another/folder; do
+# Both before the first build: a commit made meanwhile belongs to neither.
+folders=(one another/folder)
+for folder in "${folders[@]}"; do
 	git clone --quiet "$checkout" "$work/$folder"
+done
+sums=()
+for folder in "${folders[@]}"; do
 	env -u CARGO_TARGET_DIR make --no-print-directory -C "$work/$folder" dist DIST_FEATURES="${DIST_FEATURES:-}"
 	program=$work/$folder/target/dist/boresight
 	sums+=("$(sha256sum <"$program" | cut -d' ' -f1)")
