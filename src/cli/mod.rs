@@ -23,6 +23,7 @@ mod guide;
     feature = "serve"
 )))]
 mod left_out;
+mod lens_args;
 #[cfg(feature = "manual")]
 mod man;
 mod progress;
