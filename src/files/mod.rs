@@ -27,7 +27,7 @@ mod disk_log;
 mod error;
 mod folder;
 mod plain;
-#[cfg(any(feature = "serve", test))]
+#[cfg(feature = "serve")]
 mod private;
 mod read;
 mod save;

@@ -11,7 +11,7 @@ use super::{
 ///
 /// # Errors
 ///
-/// [`FileError::NotPrivate`] if others may read the file; as [`super::read_text`] and [`super::save`]. Links are
+/// [`FileError::NotPrivate`] if others may read the file; as [`read_text`] and [`super::save()`]. Links are
 /// refused.
 pub fn read_or_make_private(
     path: &Path,
