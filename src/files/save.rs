@@ -50,6 +50,17 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// [`FileError::Exists`], [`FileError::NotAFile`] or [`FileError::Write`]; what was at `path` is then untouched.
 pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileError> {
+    // The umask takes away what the person doesn't want to share.
+    save_with_mode(path, bytes, overwrite, 0o666)
+}
+
+/// As [`save`]; a new file has `mode`, less what the umask takes away.
+pub(super) fn save_with_mode(
+    path: &Path,
+    bytes: &[u8],
+    overwrite: Overwrite,
+    mode: u32,
+) -> Result<(), FileError> {
     let writing = FileError::writing(path);
     let folder = folder_of(path);
     let replaces = match overwrite {
@@ -57,9 +68,10 @@ pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileE
         Overwrite::Never => false,
     };
     let mut builder = tempfile::Builder::new();
-    // The umask takes away what the person doesn't want to share.
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
+    #[cfg(not(unix))]
+    let _ = mode;
     let mut beside = builder.prefix(UNFINISHED).tempfile_in(folder).map_err(&writing)?;
     let draft = beside.path().to_path_buf();
     note(&Change::Create(&draft));
