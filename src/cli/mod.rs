@@ -2,6 +2,7 @@
 
 mod accept_args;
 mod backend;
+mod batch;
 mod beside;
 mod board_args;
 mod calibrate;
@@ -110,6 +111,7 @@ enum Command {
     Report(report::Arguments),
     Export(export::Arguments),
     Replay(replay::Arguments),
+    Batch(batch::Arguments),
     Doctor(doctor::Arguments),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
@@ -125,6 +127,7 @@ pub fn main() -> ExitCode {
         Some(Command::Guide(arguments)) => arguments.run(),
         Some(Command::Serve(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
+        Some(Command::Batch(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Check(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),

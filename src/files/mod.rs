@@ -36,4 +36,4 @@ pub use disk_log::{DiskLog, LoggedChange};
 pub use error::FileError;
 pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_folder};
 pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
-pub use save::{Overwrite, may_save, save};
+pub use save::{Overwrite, copy, may_save, save};

@@ -1,12 +1,17 @@
 //! Writes whole files so that they are either the old or the new ones, never half of one.
 
-use std::{io, io::Write, path::Path};
+use std::{
+    io,
+    io::{Read, Write},
+    path::Path,
+};
 
 use super::{
     FileError,
     disk_log::{Change, note},
     folder::{UNFINISHED, sync_folder},
     plain::file_or_nothing,
+    read::{Links, open},
 };
 
 /// Whether an existing file may be replaced.
@@ -50,6 +55,41 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// [`FileError::Exists`], [`FileError::NotAFile`] or [`FileError::Write`]; what was at `path` is then untouched.
 pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileError> {
+    save_pieces(path, overwrite, |piece| piece(bytes))
+}
+
+/// Copies the file at `from`, of any length, to `path`, as [`save`] writes.
+///
+/// # Errors
+///
+/// As [`open`] and [`save`].
+pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileError> {
+    let mut source = open(from, Links::Followed)?;
+    let mut unread = None;
+    let saved = save_pieces(path, overwrite, |piece| {
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            match source.read(&mut buffer) {
+                Ok(0) => return Ok(()),
+                Ok(got) => piece(&buffer[..got])?,
+                Err(err) if err.kind() == io::ErrorKind::Interrupted => {}
+                Err(err) => {
+                    let kind = err.kind();
+                    unread = Some(FileError::reading(from)(err));
+                    return Err(kind.into());
+                }
+            }
+        }
+    });
+    unread.map_or(saved, Err)
+}
+
+/// Writes the pieces that `fill` hands over, one after the other.
+fn save_pieces(
+    path: &Path,
+    overwrite: Overwrite,
+    fill: impl FnOnce(&mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()>,
+) -> Result<(), FileError> {
     let writing = FileError::writing(path);
     let folder = folder_of(path);
     let replaces = match overwrite {
@@ -67,8 +107,11 @@ pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileE
         let mode = path.metadata().map_err(&writing)?.permissions();
         beside.as_file().set_permissions(mode).map_err(&writing)?;
     }
-    let written = beside.write_all(bytes);
-    note(&Change::Append { path: &draft, bytes });
+    let written = fill(&mut |bytes| {
+        let written = beside.write_all(bytes);
+        note(&Change::Append { path: &draft, bytes });
+        written
+    });
     let synced = written.and_then(|()| beside.as_file().sync_all());
     note(&Change::SyncFile(&draft));
     if let Err(source) = synced {

@@ -8,6 +8,8 @@ mod pictures;
 #[path = "../common/world.rs"]
 mod world;
 
+#[cfg(target_os = "linux")]
+mod batch;
 mod check;
 mod command_line;
 mod crash;
