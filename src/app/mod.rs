@@ -22,6 +22,8 @@
 //! | `schemas` | JSON Schema of the files, with the feature of that name |
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
+//! | `session_folders` | the sessions below a folder |
+//! | `history` | every calibration of every camera over time, with the feature of that name |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `board_from_code` | the board that a code in its margin names |
@@ -49,6 +51,8 @@ pub mod doctor;
 mod error_code;
 mod explain;
 pub mod export;
+#[cfg(feature = "history")]
+pub mod history;
 pub mod host;
 pub mod json;
 mod lookout;
@@ -67,6 +71,7 @@ pub mod run;
 mod saved_session;
 #[cfg(feature = "schemas")]
 pub mod schemas;
+pub mod session_folders;
 #[cfg(feature = "report")]
 pub mod session_report;
 pub mod source;

@@ -15,13 +15,16 @@ mod devices;
 mod doctor;
 mod export;
 mod guide;
+#[cfg(feature = "history")]
+mod history;
 #[cfg(not(all(
     feature = "live",
     feature = "nokhwa",
     feature = "report",
     feature = "study",
     feature = "manual",
-    feature = "serve"
+    feature = "serve",
+    feature = "history"
 )))]
 mod left_out;
 #[cfg(feature = "manual")]
@@ -48,6 +51,8 @@ use clap::{Parser, Subcommand};
 
 #[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
 use left_out::devices;
+#[cfg(not(feature = "history"))]
+use left_out::history;
 #[cfg(not(feature = "report"))]
 use left_out::report;
 #[cfg(not(feature = "serve"))]
@@ -112,6 +117,7 @@ enum Command {
     Export(export::Arguments),
     Replay(replay::Arguments),
     Batch(batch::Arguments),
+    History(history::Arguments),
     Doctor(doctor::Arguments),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
@@ -128,6 +134,7 @@ pub fn main() -> ExitCode {
         Some(Command::Serve(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
         Some(Command::Batch(arguments)) => arguments.run(),
+        Some(Command::History(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Check(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),

@@ -476,6 +476,25 @@ fn a_done_item_costs_little_and_metrics_count() {
 }
 
 #[test]
+fn programs_follow_a_run_and_are_told_of_its_end() {
+    let place = sessions(4);
+    let place = place.path();
+    poison(&place.join("sessions/00/00000"), 3);
+    plan(place);
+    let told = "echo $BORESIGHT_VERDICT $BORESIGHT_OUT > told";
+    let ended = run(place, "out", &["--log", "json", "--on-finish", told]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let events = lines(&ended.stderr);
+    let of = |name: &str| events.iter().filter(|event| event["event"] == name).count();
+    assert_eq!((of("begin"), of("row"), of("end")), (1, 4, 1), "{}", ended.stderr);
+    assert!(events.iter().all(|event| event["time"].is_string()));
+    let end = events.last().expect("an end");
+    assert_eq!((&end["verdict"], &end["rows"]["FILE-MISSING"]), (&"failed".into(), &1.into()));
+    assert_eq!(fs::read_to_string(place.join("told")).expect("told"), "failed out\n");
+    says(&run(place, "out", &["--on-finish", "exit 7"]), 1, &["--on-finish", "exit 7"]);
+}
+
+#[test]
 fn nonsense_is_refused_with_what_to_do() {
     let place = TempDir::new().expect("folder");
     let place = place.path();

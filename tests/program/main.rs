@@ -16,6 +16,7 @@ mod crash;
 mod damage;
 #[cfg(unix)]
 mod files;
+mod history;
 #[cfg(target_os = "linux")]
 mod long_runs;
 mod manual;

@@ -8,8 +8,8 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    app::RESULT_FILE,
-    files::{FileError, LineReader, Links, entries, is_own_folder, open, read},
+    app::{RESULT_FILE, session_folders::session_folders},
+    files::{FileError, LineReader, Links, open, read},
 };
 
 const HEADER: &str = "session.toml";
@@ -110,33 +110,15 @@ pub fn plan(
 ) -> anyhow::Result<Vec<PathBuf>> {
     let mut left_out = Vec::new();
     for root in roots {
-        if !root.is_dir() {
-            let missing = std::io::Error::from(std::io::ErrorKind::NotADirectory);
-            return Err(FileError::reading(root)(missing).into());
-        }
-        walk(&std::path::absolute(root)?, found, &mut left_out)?;
+        session_folders(root, &mut |folder| match Item::of(folder) {
+            Some(item) => found(&item),
+            None => {
+                left_out.push(folder.to_path_buf());
+                Ok(())
+            }
+        })?;
     }
     Ok(left_out)
-}
-
-fn walk(
-    folder: &Path,
-    found: &mut dyn FnMut(&Item) -> anyhow::Result<()>,
-    left_out: &mut Vec<PathBuf>,
-) -> anyhow::Result<()> {
-    if folder.join(HEADER).symlink_metadata().is_ok() {
-        match Item::of(folder) {
-            Some(item) => found(&item)?,
-            None => left_out.push(folder.to_path_buf()),
-        }
-        return Ok(());
-    }
-    for entry in entries(folder) {
-        if is_own_folder(&entry) {
-            walk(&entry, found, left_out)?;
-        }
-    }
-    Ok(())
 }
 
 /// The items of a manifest, read one after the other.

@@ -2,6 +2,7 @@
 
 use std::{
     path::PathBuf,
+    process::{Command, Stdio},
     sync::{Mutex, PoisonError},
     thread::available_parallelism,
     time::{Duration, Instant},
@@ -9,6 +10,7 @@ use std::{
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
 
 use crate::{
     app::{
@@ -71,9 +73,22 @@ pub(in crate::cli) struct Arguments {
     /// Try sessions again whose row says that they couldn't be worked on.
     #[arg(long)]
     again: bool,
+    /// How events are written on stderr: for people, or a JSON object a line.
+    #[arg(long, value_enum, default_value = "text", value_name = "FORM")]
+    log: LogForm,
+    /// Run this command with the shell when the run has ended. BORESIGHT_OUT is the folder of results,
+    /// BORESIGHT_VERDICT is done, failed (some sessions couldn't be worked on) or stopped.
+    #[arg(long, value_name = "COMMAND")]
+    on_finish: Option<String>,
     /// Write how it goes to this file for Prometheus' node exporter, every few seconds.
     #[arg(long, value_name = "FILE.prom")]
     metrics: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LogForm {
+    Text,
+    Json,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -139,25 +154,51 @@ impl Arguments {
             program: &program,
         };
         let stop = stop_flag()?;
+        let is_json = self.log == LogForm::Json;
         let progress = Progress::new("sessions", 0);
+        if is_json {
+            let Shard { index, count } = shard;
+            log("begin", json!({ "shard": index + 1, "shards": count, "out": self.out }));
+        }
         let written = Mutex::new(Instant::now());
         let tally = run(&batch, &stop, &|event| match event {
             Event::Progress(tally) => {
-                progress.at(tally.done() as usize, tally.items as usize);
+                if !is_json {
+                    progress.at(tally.done() as usize, tally.items as usize);
+                }
                 let mut written = written.lock().unwrap_or_else(PoisonError::into_inner);
                 if written.elapsed() >= BETWEEN_METRICS {
                     *written = Instant::now();
                     self.write_metrics(batch.job.action, tally);
                 }
             }
-            Event::Row { item, code, .. } => {
-                if *code != "OK" {
+            Event::Row { item, code, took } => {
+                if is_json {
+                    let secs = took.as_secs_f64();
+                    log("row", json!({ "session": item.session, "code": code, "secs": secs }));
+                } else if *code != "OK" {
                     progress.say(&format!("{code}: {}", item.session));
                 }
             }
         })?;
         progress.finish();
         self.write_metrics(batch.job.action, &tally);
+        let verdict = match (&tally, tally.failed()) {
+            (Tally { stopped: true, .. }, _) => "stopped",
+            (_, 0) => "done",
+            _ => "failed",
+        };
+        if let Some(command) = &self.on_finish {
+            on_finish(
+                command,
+                &[("BORESIGHT_OUT", self.out.as_os_str()), ("BORESIGHT_VERDICT", verdict.as_ref())],
+            )?;
+        }
+        if is_json {
+            let Tally { items, there, rows, .. } = &tally;
+            log("end", json!({ "verdict": verdict, "items": items, "there": there, "rows": rows }));
+            return Ok(if tally.stopped { Exit::Failed } else { Exit::Good });
+        }
         if batch.shard.count > 1 {
             say(&format!("Shard {} of {}", batch.shard.index + 1, batch.shard.count));
         }
@@ -202,6 +243,30 @@ impl Arguments {
             say(&format!("{err}"));
         }
     }
+}
+
+/// Writes an event as JSON on stderr.
+fn log(event: &str, mut fields: Value) {
+    fields["event"] = event.into();
+    fields["time"] = jiff::Timestamp::now().to_string().into();
+    say(&fields.to_string());
+}
+
+/// Runs the person's own command with these variables, and waits for it.
+fn on_finish(command: &str, variables: &[(&str, &std::ffi::OsStr)]) -> anyhow::Result<()> {
+    let mut shell = if cfg!(windows) {
+        let mut shell = Command::new("cmd");
+        shell.arg("/C");
+        shell
+    } else {
+        let mut shell = Command::new("sh");
+        shell.arg("-c");
+        shell
+    };
+    shell.arg(command).envs(variables.iter().copied()).stdin(Stdio::null());
+    let ended = shell.status().with_context(|| format!("could not start {command:?}"))?;
+    anyhow::ensure!(ended.success(), "the command of --on-finish failed ({ended}): {command}");
+    Ok(())
 }
 
 fn summary(tally: &Tally) -> String {
