@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point2, Point3};
 
 use crate::{
     board::Checkerboard,
-    geometry::{Camera, Corner, fit_pose},
+    geometry::{Camera, Corner, LensKind, fit_pose},
 };
 
 /// White around the outer squares, in squares.
@@ -71,16 +71,16 @@ impl Card {
     /// Where a point is seen. Beyond the radius at which the lens model folds back, as a pinhole shows it.
     fn px(&self, in_board_m: &Point3<f64>) -> Option<Point2<f64>> {
         let in_cam = self.cam_from_board * in_board_m;
+        if self.lens.distortion.kind == LensKind::Fisheye {
+            return self.lens.project(&in_cam);
+        }
         if in_cam.z <= 0.0 {
             return None;
         }
         let ideal = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
-        let r2 = ideal.coords.norm_squared();
-        let distortion = &self.lens.distortion;
-        let slope = 1.0
-            + r2 * (3.0 * distortion.k1 + r2 * (5.0 * distortion.k2 + r2 * 7.0 * distortion.k3));
-        if slope > 0.0 {
-            return Some(self.lens.px_from_normalized(&ideal));
+        let outwards = Point2::new(ideal.coords.norm(), 0.0);
+        if self.lens.distortion.derivative(&outwards)[(0, 0)] > 0.0 {
+            return self.lens.project(&in_cam);
         }
         Some(self.lens.pp_px + ideal.coords.component_mul(&self.lens.f_px))
     }

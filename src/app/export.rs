@@ -30,13 +30,13 @@ pub enum Format {
     OpencvYaml,
     /// ROS camera_info.
     RosYaml,
-    /// Kalibr camchain; can't hold k3.
+    /// Kalibr camchain; can't hold k3 or a rational lens.
     Kalibr,
     /// COLMAP cameras.txt.
     Colmap,
-    /// mrcal .cameramodel.
+    /// mrcal .cameramodel; can't hold a fisheye lens.
     Mrcal,
-    /// Script for MATLAB and Octave.
+    /// Script for MATLAB and Octave; can't hold wide lenses.
     Matlab,
     /// Each view with its numbers, as comma-separated values.
     ViewsCsv,
@@ -180,8 +180,8 @@ fn camera(
         Format::RosYaml => ros_camera_info(&exported),
         Format::Kalibr => kalibr_camchain(&exported).context("Kalibr can't hold this lens")?,
         Format::Colmap => colmap_cameras(&exported),
-        Format::Mrcal => mrcal_cameramodel(&exported),
-        Format::Matlab => matlab_script(&exported),
+        Format::Mrcal => mrcal_cameramodel(&exported).context("mrcal can't hold this lens")?,
+        Format::Matlab => matlab_script(&exported).context("MATLAB can't hold this lens")?,
         Format::Json | Format::ViewsCsv | Format::Vnl => bail!("this format holds no camera"),
     })
 }

@@ -8,7 +8,7 @@ use super::Announcer;
 use crate::{
     calibration::{Calibration, files::DistortionEntry},
     files::{Links, Overwrite, TEXT_LIMIT, read_text, save},
-    geometry::{Camera, Distortion},
+    geometry::Camera,
     simulation::Truth,
 };
 
@@ -62,12 +62,12 @@ pub fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<
             translation_m: [t.x, t.y, t.z],
         }
     }));
-    let Camera { f_px, pp_px, distortion: Distortion { k1, k2, p1, p2, k3 } } = truth.camera;
+    let Camera { f_px, pp_px, distortion } = truth.camera;
     let file = TruthFile {
         schema: TRUTH_SCHEMA.into(),
         f_px: [f_px.x, f_px.y],
         pp_px: [pp_px.x, pp_px.y],
-        distortion: DistortionEntry { k1, k2, p1, p2, k3 },
+        distortion: distortion.into(),
         cam_from_board: frames,
     };
     let json = serde_json::to_value(&file)?.to_string();

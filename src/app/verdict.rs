@@ -36,7 +36,7 @@ pub fn announce_result(
             return Exit::NotTrustworthy;
         }
     };
-    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
+    let [fx, fy, cx, cy, ..] = calibration.camera.lens_parameters();
     let [sd_fx, sd_fy, sd_cx, sd_cy, ..] = calibration.sd();
     say(&text::of_source(source, text::verdict_on(calibration)));
     let is_met = calibration.acceptance.is_none_or(|judged| judged.is_met());
@@ -65,8 +65,9 @@ pub fn announce_result(
         say(&format!("  focal lengths    {fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"));
     }
     say(&format!(
-        "  lens {:12} k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.6}, p2 {p2:.6}, k3 {k3:.5}",
-        calibration.model.code()
+        "  lens {:12} {}",
+        calibration.model.code(),
+        text::result::coefficients(&calibration.camera.distortion)
     ));
     let sd = &calibration.projection_sd;
     say(&format!(

@@ -10,6 +10,7 @@ use super::{
         odd_corners::is_grid,
     },
     examined::Examined,
+    free_fit::FreeFit,
     inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
     params::{CalibrationParams, NotCalibrated},
     repeats::Repeats,
@@ -18,8 +19,9 @@ use super::{
         bundle::{Bundle, BundleState, InvalidCorners, Observations},
         free_homography::{self, DistortionCentrePrior, FreeHomographies},
         initial_guess::{AsSeen, NotPlanar, as_seen, distinct_views, noise_floor, starts},
-        lens_model::{LensModel, LensPrior},
+        lens_model::{LensFamily, LensModel, LensPrior},
         model_choice::{ModelChoice, ModelSearch, Reversals, fit_models},
+        wide_lens::{WideLens, WideSearch, better_family, is_wide},
     },
     summary::assemble,
 };
@@ -151,9 +153,23 @@ impl Given<'_> {
         views: &[Vec<Corner>],
         observations: Observations,
     ) -> Result<Calibration, NotCalibrated> {
-        let problem = self.inputs(views, observations)?;
+        let mut problem = self.inputs(views, observations.clone(), None)?;
         let undetermined = NotCalibrated::Undetermined { distinct: problem.distinct };
-        let solution = problem.solve()?;
+        let mut solved = problem.solve();
+        let wide = problem.wide_lens(&observations, solved.as_ref().ok());
+        // A bent board or a moved focus can look like another lens, too.
+        let is_other_cause = |wide: &WideLens| {
+            let Ok(solution) = &solved else { return false };
+            let gain = Examined::of(&problem, &solution.choice).causes.best_gain();
+            wide.gain.is_finite() && gain.is_some_and(|gain| gain > wide.gain)
+        };
+        if let Some(wide) = wide.filter(|wide| !is_other_cause(wide)) {
+            problem = self.inputs(views, observations, Some(&wide))?;
+            solved = problem.solve_wide(wide);
+        } else if self.params.models.iter().all(|model| model.family() != LensFamily::Brown) {
+            return Err(undetermined);
+        }
+        let solution = solved?;
         let examined = Examined::of(&problem, &solution.choice);
         if self.correction.is_none()
             && let Some(correction) = examined.correction(&problem, &solution.choice)
@@ -182,25 +198,38 @@ impl Given<'_> {
         &'b self,
         views: &'b [Vec<Corner>],
         mut observations: Observations,
+        wide: Option<&WideLens>,
     ) -> Result<Inputs<'b>, NotCalibrated> {
         let Self { count: given, board, board_m, image_size, params, correction } = *self;
         let as_seen = as_seen(views, board_m, image_size)
             .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
         let distinct = distinct_views(views, image_size);
-        let mut free = self.free(views, &observations, &as_seen);
-        let rho = free.as_ref().map_or(0.0, |free| excess_variance_px2(&observations, free));
+        let free = |views: &[Vec<Corner>], observations: &Observations| match wide {
+            Some(wide) => FreeFit::straightened(views, board_m, image_size, &wide.state.camera),
+            None => {
+                Some(FreeFit::of(self.free(views, observations, &as_seen)?, observations.clone()))
+            }
+        };
+        let mut fit = free(views, &observations);
+        let rho = fit.as_ref().map_or(0.0, |fit| excess_variance_px2(&fit.residuals_px));
         let mut views = Cow::Borrowed(views);
         if rho > 0.0 {
             views = Cow::Owned(inflated(&views, rho));
             observations = self::observations(&views, board_m)?;
         }
-        let tails = free.as_ref().and_then(|free| TailWeights::of(&observations, free, board));
+        let tails = fit.as_ref().and_then(|fit| {
+            let observations = match wide {
+                Some(_) => fit.observations.as_ref()?,
+                None => &observations,
+            };
+            TailWeights::of(observations, &fit.free, board)
+        });
         let weighted = tails.as_ref().map(|tails| tails.applied(&views));
         if let Some(weighted) = &weighted {
             observations = self::observations(weighted, board_m)?;
         }
         if rho > 0.0 || weighted.is_some() {
-            free = self.free(weighted.as_deref().unwrap_or(&views), &observations, &as_seen);
+            fit = free(weighted.as_deref().unwrap_or(&views), &observations);
         }
         Ok(Inputs {
             noise_floor: noise_floor(&views),
@@ -210,12 +239,14 @@ impl Given<'_> {
             image_size,
             params,
             observations,
+            free: fit.map(|fit| fit.free),
             as_seen,
-            free,
             distinct,
             given,
             excess_px: rho.sqrt(),
             tails,
+            family: wide.map_or(LensFamily::Brown, |wide| wide.family),
+            rivals: wide.map_or_else(Vec::new, |wide| wide.rivals.clone()),
             correction,
         })
     }
@@ -254,39 +285,59 @@ fn observations(
 }
 
 impl Inputs<'_> {
+    /// Models that may be chosen. If only those of other families may, Brown's serve as their start.
+    fn allowed(&self) -> Vec<LensModel> {
+        let models = self.family.models();
+        let wanted = |model: &LensModel| self.params.models.contains(model);
+        let allowed: Vec<LensModel> = models.iter().copied().filter(wanted).collect();
+        if allowed.is_empty() { models } else { allowed }
+    }
+
     /// Lens models to fit: fewer views determine fewer coefficients.
     fn models(&self) -> Vec<LensModel> {
-        let richest = match self.distinct {
-            0 | 1 => LensModel::K1,
-            2 => LensModel::K1K2,
-            _ => LensModel::K1K2P1P2K3,
+        let richest = match (self.family, self.distinct) {
+            (LensFamily::Fisheye, 0 | 1) => LensModel::Fisheye,
+            (LensFamily::Fisheye, 2) => LensModel::FisheyeK1,
+            (_, 0 | 1) => LensModel::K1,
+            (_, 2) => LensModel::K1K2,
+            (LensFamily::Brown, _) => LensModel::K1K2P1P2K3,
+            (LensFamily::Rational, _) => LensModel::Rational,
+            (LensFamily::Fisheye, _) => LensModel::FisheyeK1K2K3K4,
         };
         // The simplest model requested is always fitted, whatever the number of views.
-        let wanted = self.params.models.iter().min().copied();
-        LensModel::ALL
-            .into_iter()
-            .filter(|model| *model <= richest || Some(*model) <= wanted)
-            .collect()
+        let wanted = self.allowed().into_iter().min();
+        let models = self.family.models().into_iter();
+        models.filter(|model| *model <= richest || Some(*model) <= wanted).collect()
     }
 
     /// Fits the models; if the views leave the focal length open, again with a prior on it.
     fn solve(&self) -> Result<Solution, NotCalibrated> {
-        let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
         let starts = starts(&self.observations, &self.as_seen, self.image_size);
+        self.solve_from(&starts)
+    }
+
+    /// [`Self::solve`] for a wide lens.
+    fn solve_wide(&self, wide: WideLens) -> Result<Solution, NotCalibrated> {
+        self.solve_from(&[wide.state])
+    }
+
+    fn solve_from(&self, starts: &[BundleState]) -> Result<Solution, NotCalibrated> {
+        let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
         let f_px = starts.first().ok_or(undetermined)?.camera.f_px.x;
         let models = self.models();
+        let allowed = self.allowed();
         let weak = LensPrior::weak(self.image_size);
         let prior_used = self.params.weak_priors && self.distinct < VIEWS_WITHOUT_PRIOR;
         let search = |prior: Option<&LensPrior>| {
             let search = ModelSearch {
                 observations: &self.observations,
                 models: &models,
-                allowed: &self.params.models,
+                allowed: &allowed,
                 square_pixels: self.params.square_pixels,
                 prior,
                 noise_floor: self.noise_floor,
             };
-            self.lowest(&search, &starts)
+            self.lowest(&search, starts)
         };
         if let Some(choice) = search(prior_used.then_some(&weak))
             && self.is_determined(&choice)
@@ -299,6 +350,34 @@ impl Inputs<'_> {
         let with_focal_prior = weak.with_focal_length(f_px, 0.5 * f_px);
         let choice = search(Some(&with_focal_prior)).ok_or(undetermined)?;
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
+    }
+
+    /// The lens of another family than Brown's, if that's allowed and the corners ask for it. `observations` have the stated
+    /// covariances; `brown` is the result for Brown's models, if there is one.
+    fn wide_lens(&self, observations: &Observations, brown: Option<&Solution>) -> Option<WideLens> {
+        let has = |brown: bool| {
+            self.params.models.iter().any(|model| (model.family() == LensFamily::Brown) == brown)
+        };
+        if self.params.varying_focal {
+            return None;
+        }
+        let is_few = self.distinct < VIEWS_WITHOUT_PRIOR;
+        let richest = brown.and_then(|solution| solution.choice.bundles.last());
+        let is_narrow =
+            || richest.is_some_and(|bundle| !is_wide(&bundle.state.camera, self.image_size));
+        if !has(false) || (has(true) && (is_few || is_narrow())) {
+            return None;
+        }
+        let weak = LensPrior::weak(self.image_size);
+        let search = WideSearch {
+            observations,
+            image_size: self.image_size,
+            square_pixels: self.params.square_pixels,
+            prior: (is_few && self.params.weak_priors).then_some(&weak),
+            noise_floor: self.noise_floor,
+            allowed: &self.params.models,
+        };
+        better_family(&search, richest.map(|bundle| &bundle.state))
     }
 
     /// The fit from the first start. If it leaves residuals that views without a common focal length don't have, it

@@ -9,9 +9,10 @@ use super::{
         misfit_diagnosis::{Causes, causes},
         next_radial::next_radial_doubt,
         noise_correlation::{NoiseCorrelation, noise_correlation},
+        rival_family::rival_doubt,
     },
     inputs::{Inputs, VIEWS_WITHOUT_PRIOR},
-    solve::{lens_model::LensModel, model_choice::ModelChoice},
+    solve::model_choice::ModelChoice,
 };
 use crate::geometry::LENS_PARAMETERS;
 
@@ -69,13 +70,18 @@ impl Examined {
         Some(plain * (of_tails * of_alike))
     }
 
-    /// What has to be added to it: doubt about the cause of a misfit, correlated noise, radial terms beyond the models, and
+    /// What has to be added to it: doubt about the cause of a misfit, correlated noise, radial terms beyond the models, other
+    /// families of lens models, and
     /// what is unknown about the cause that is allowed for.
     pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
         let correlated =
             self.correlation.as_ref().map(|found| found.doubt(choice, inputs.noise_floor));
         let allowed_for = inputs.correction.map(|correction| correction.doubt);
-        [correlated, self.next_radial_doubt(inputs, choice), allowed_for]
+        let of_rivals = (!inputs.rivals.is_empty()).then(|| {
+            let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
+            rival_doubt(lens, freedom, &inputs.rivals, inputs.image_size)
+        });
+        [correlated, self.next_radial_doubt(inputs, choice), allowed_for, of_rivals]
             .into_iter()
             .flatten()
             .fold(self.causes.doubt, |sum, doubt| sum + doubt)
@@ -85,11 +91,11 @@ impl Examined {
     /// a simpler one knows the lens.
     fn next_radial_doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> Option<LensMatrix> {
         let richest = choice.bundles.last()?;
-        if Some(&choice.richest_allowed) != LensModel::ALL.last() {
+        if Some(&choice.richest_allowed) != inputs.family.models().last() {
             return None;
         }
-        let k1 = choice.fit().camera.distortion.k1;
+        let chosen = (choice.fit().model, choice.fit().camera.distortion.k1);
         let (size, noise_floor) = (inputs.image_size, inputs.noise_floor);
-        next_radial_doubt(&inputs.observations, richest, k1, size, noise_floor, self.overcount)
+        next_radial_doubt(&inputs.observations, richest, chosen, size, noise_floor, self.overcount)
     }
 }

@@ -7,7 +7,7 @@ use super::{
     params::CalibrationParams,
     solve::{
         bundle::Observations, free_homography::FreeHomographies, initial_guess::AsSeen,
-        model_choice::ModelChoice,
+        lens_model::LensFamily, model_choice::ModelChoice, wide_lens::Rival,
     },
 };
 use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
@@ -34,6 +34,10 @@ pub(super) struct Inputs<'a> {
     pub(super) noise_floor: f64,
     /// Weights of the corners, if their errors have heavy tails. `observations` carry them, `views` don't.
     pub(super) tails: Option<TailWeights>,
+    /// The family whose models are fitted.
+    pub(super) family: LensFamily,
+    /// Other families that explain the corners nearly as well.
+    pub(super) rivals: Vec<Rival>,
     /// What the calibration allows for.
     pub(super) correction: Option<&'a Correction>,
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::solve::lens_model::LensModel;
-use crate::geometry::{Camera, LENS_PARAMETERS};
+use crate::geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensKind};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
@@ -22,12 +22,59 @@ const UNESTIMATED: f64 = 1e-9;
 
 /// A lens and what is known about it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "StoredLens", into = "StoredLens")]
 pub struct KnownLens {
+    /// What the coefficients act on.
+    pub kind: LensKind,
     /// Lens parameters: see [`Camera::lens_parameters`].
     pub parameters: [f64; LENS_PARAMETERS],
     /// Their covariance.
     pub covariance: [[f64; LENS_PARAMETERS]; LENS_PARAMETERS],
+}
+
+/// [`KnownLens`] in a file: nine parameters if it has only those of Brown's model, else all.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredLens {
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    fisheye: bool,
+    parameters: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
+}
+
+impl From<KnownLens> for StoredLens {
+    fn from(lens: KnownLens) -> Self {
+        let beyond = |i: usize| lens.parameters[i] != 0.0 || lens.covariance[i][i] != 0.0;
+        let is_brown = !(BROWN_PARAMETERS..LENS_PARAMETERS).any(beyond);
+        let count = if is_brown { BROWN_PARAMETERS } else { LENS_PARAMETERS };
+        Self {
+            fisheye: lens.kind == LensKind::Fisheye,
+            parameters: lens.parameters[..count].to_vec(),
+            covariance: lens.covariance[..count].iter().map(|row| row[..count].to_vec()).collect(),
+        }
+    }
+}
+
+impl TryFrom<StoredLens> for KnownLens {
+    type Error = &'static str;
+
+    fn try_from(stored: StoredLens) -> Result<Self, Self::Error> {
+        let count = stored.parameters.len();
+        let is_square = stored.covariance.len() == count
+            && stored.covariance.iter().all(|row| row.len() == count);
+        if !matches!(count, BROWN_PARAMETERS | LENS_PARAMETERS) || !is_square {
+            return Err("a known lens has 9 or 12 parameters, and a square covariance of them");
+        }
+        let at = |row: &[f64], i: usize| row.get(i).copied().unwrap_or(0.0);
+        Ok(Self {
+            kind: if stored.fisheye { LensKind::Fisheye } else { LensKind::Perspective },
+            parameters: std::array::from_fn(|i| at(&stored.parameters, i)),
+            covariance: std::array::from_fn(|i| {
+                let row = stored.covariance.get(i).map_or(&[][..], Vec::as_slice);
+                std::array::from_fn(|j| at(row, j))
+            }),
+        })
+    }
 }
 
 /// What two calibrations of the same lens say together.
@@ -47,6 +94,7 @@ impl KnownLens {
     /// The lens `camera` with the `covariance` of its parameters.
     pub fn new(camera: &Camera, covariance: &LensMatrix) -> Self {
         Self {
+            kind: camera.distortion.kind,
             parameters: camera.lens_parameters(),
             covariance: std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)])),
         }
@@ -54,7 +102,7 @@ impl KnownLens {
 
     /// The lens.
     pub fn camera(&self) -> Camera {
-        Camera::from_lens_parameters(&self.parameters)
+        Camera::from_lens_parameters(self.kind, &self.parameters)
     }
 
     /// Covariance of its parameters.
@@ -63,8 +111,11 @@ impl KnownLens {
     }
 
     /// Combines it with a newer calibration: `x = x₁ + K (x₂ − x₁)`, `K = C₁ (C₁ + C₂)⁻¹`, `C = C₁ − K C₁`. `None` if
-    /// a covariance isn't finite or isn't positive.
+    /// a covariance isn't finite or isn't positive, or if the lenses are of different kinds.
     pub fn combined_with(&self, camera: &Camera, covariance: &LensMatrix) -> Option<Combined> {
+        if self.kind != camera.distortion.kind {
+            return None;
+        }
         let (ours, theirs) = (self.covariance(), *covariance);
         let sum = ours + theirs;
         if !sum.iter().all(|value| value.is_finite()) {
@@ -93,7 +144,7 @@ impl KnownLens {
         let parameters = std::array::from_fn(|i| self.parameters[i] + shift[i]);
         let combined = ours - gain * ours;
         Some(Combined {
-            camera: Camera::from_lens_parameters(&parameters),
+            camera: camera.with_lens_parameters(&parameters),
             covariance: (combined + combined.transpose()) * 0.5,
             statistic: (difference.transpose() * inverse * difference).x,
             limit: ChiSquared::new(compared as f64).ok()?.inverse_cdf(AGREEMENT),
@@ -110,10 +161,15 @@ impl Combined {
     /// The simplest model with all coefficients of the lens.
     pub(super) fn model(&self) -> LensModel {
         let parameters = self.camera.lens_parameters();
-        let last = (4..LENS_PARAMETERS).rev().find(|i| parameters[*i] != 0.0);
-        let coefficients = last.map_or(0, |last| last - 3);
-        let holds = |model: &LensModel| model.coefficients() >= coefficients;
-        LensModel::ALL.into_iter().find(holds).unwrap_or(LensModel::K1K2P1P2K3)
+        let holds = |model: &LensModel| {
+            let free = model.freedom(false).free;
+            model.kind() == self.camera.distortion.kind
+                && (4..LENS_PARAMETERS).all(|i| free[i] || parameters[i] == 0.0)
+        };
+        LensModel::ALL.into_iter().find(holds).unwrap_or(match self.camera.distortion.kind {
+            LensKind::Perspective => LensModel::Rational,
+            LensKind::Fisheye => LensModel::FisheyeK1K2K3K4,
+        })
     }
 }
 
@@ -127,7 +183,8 @@ mod tests {
         LensMatrix::from_diagonal(&LensVector::from(sd.map(|sd| sd * sd)))
     }
 
-    const SD: [f64; LENS_PARAMETERS] = [4.0, 4.0, 3.0, 3.0, 0.01, 0.0, 0.0, 0.0, 0.0];
+    const SD: [f64; LENS_PARAMETERS] =
+        [4.0, 4.0, 3.0, 3.0, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
     #[test]
     fn two_equal_measurements_meet_in_the_middle_with_half_the_variance() {

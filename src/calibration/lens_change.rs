@@ -3,7 +3,7 @@
 //! Two tests share a tenth of the false alarms: of any change of the five coefficients, and of a change in proportion, which is what
 //! refocusing or warming does and which a few views see far better.
 
-use nalgebra::{Point2, SMatrix, SVector, Vector2};
+use nalgebra::{Point2, SMatrix, SVector};
 
 use super::solve::schur_lm::inverse;
 use crate::{
@@ -13,6 +13,8 @@ use crate::{
 
 type Matrix5 = SMatrix<f64, 5, 5>;
 type Vector5 = SVector<f64, 5>;
+/// Derivative of the image of a ray by the five coefficients.
+type Jacobian = SMatrix<f64, 2, 5>;
 
 /// χ² quantiles at 0.9995 with 5 and 1 degrees of freedom, and the noncentrality for 95 % power at the latter.
 const ANY_LIMIT: f64 = 22.105;
@@ -60,11 +62,12 @@ impl LensChange {
         let any = unit_covariance * gradient;
         let covariance = unit_covariance * variance + old_covariance;
         let of_any = any.dot(&(inverse(&covariance)? * any));
-        let rays: Vec<Point2<f64>> =
-            cell_corners_px(image_size).filter_map(|px| old.normalized_from_px(&px)).collect();
-        let displacement_px = |change: &Vector5| {
-            rays.iter().map(|ray| displacement_px(old, ray, change).norm()).fold(0.0, f64::max)
-        };
+        let moved_by: Vec<Jacobian> = cell_corners_px(image_size)
+            .filter_map(|px| Some(old.project_ray(&old.ray_from_px(&px)?)?.jac_lens))
+            .map(|jac_lens| jac_lens.fixed_columns::<5>(4).into_owned())
+            .collect();
+        let displacement_px =
+            |change: &Vector5| moved_by.iter().map(|by| (by * change).norm()).fold(0.0, f64::max);
         let d = old.distortion;
         let mut along = Vector5::new(d.k1, d.k2, d.p1, d.p2, d.k3);
         if displacement_px(&along) < LEAST_DISTORTION_PX {
@@ -85,11 +88,6 @@ impl LensChange {
             visible_px,
         })
     }
-}
-
-/// Displacement of the image of the ray `(x, y, 1)` in pixels by a change of (k1, k2, p1, p2, k3).
-fn displacement_px(camera: &Camera, ray: &Point2<f64>, change: &Vector5) -> Vector2<f64> {
-    camera.project_ray(ray).jac_lens.fixed_columns::<5>(4) * change
 }
 
 /// Cells' centres and the corners of the picture.

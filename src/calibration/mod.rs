@@ -7,6 +7,7 @@
 //! | [`files`] | calibrations as files: the formats of other programs, read and written |
 //! | `params`, `inputs` | what to estimate; the corners and everything derived from them before adjustment |
 //! | `calibrate`, `examined`, `summary`, `result` | runs the stages; judges the residuals; turns the minimum into a [`Calibration`] |
+//! | `free_fit` | free homographies of the views, straightened under a wide lens |
 //! | `repeats` | pictures of one held pose count once |
 //! | [`acceptance`](mod@acceptance) | whether the result is good enough for a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
@@ -21,6 +22,7 @@ pub mod check;
 mod drift;
 mod examined;
 pub mod files;
+mod free_fit;
 mod inputs;
 mod known_lens;
 mod lens_change;
@@ -49,7 +51,7 @@ pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, Vi
 pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},
     free_homography::{self, FreeHomographies},
-    lens_model::{LensFreedom, LensModel, LensPrior},
+    lens_model::{LensFamily, LensFreedom, LensModel, LensPrior},
     model_choice::ModelFit,
     zhang,
 };

@@ -20,7 +20,7 @@ use super::{
         bundle::BundleState,
         free_homography::FreeHomographies,
         initial_guess::{poses, typical_sigma_px},
-        lens_model::LensModel,
+        lens_model::{LensFamily, LensModel},
         model_choice::ModelChoice,
         varying::{self, VaryingFocal, varying_focal},
         zhang,
@@ -64,6 +64,7 @@ pub(super) fn assemble(
         .filter(|_| inputs.params.square_pixels || inputs.correction.is_some())
         .map_or(1.0, |disagreement| disagreement.variance_factor());
     let varying = free
+        .filter(|_| inputs.family == LensFamily::Brown)
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
         .and_then(|free| varying_focal(free, noise_floor));
     let alone = match &varying {
@@ -286,9 +287,8 @@ impl Inputs<'_> {
         let corners: Vec<Corner> = self.views[view]
             .iter()
             .map(|corner| {
-                let px = camera.undistort_px(&corner.px)?;
                 let covariance_px2 = corner.covariance_px2 * variance;
-                Some(Corner { px, covariance_px2 })
+                camera.undistort_corner(&Corner { covariance_px2, ..*corner })
             })
             .collect::<Option<_>>()?;
         let homography = Homography::fit(self.board_m, &corners).ok()?;

@@ -12,6 +12,7 @@ use super::report::this_command;
 use super::{
     accept_args::AcceptArguments,
     board_args::{BoardArguments, Size},
+    lens_args::LensArguments,
     progress::{FINDING, Progress},
     terminal::{announcer, print, say},
 };
@@ -47,10 +48,8 @@ pub(super) struct Arguments {
     board: BoardArguments,
     #[command(flatten)]
     goal: AcceptArguments,
-    /// The principal point is far from the middle of the picture by design, as with a shift lens or a cropped
-    /// picture: don't warn about it.
-    #[arg(long)]
-    shifted_sensor: bool,
+    #[command(flatten)]
+    lens: LensArguments,
     /// Width and height of the corner table's pictures.
     #[arg(long, value_name = "WxH")]
     image_size: Option<Size>,
@@ -88,7 +87,7 @@ impl Arguments {
         let mut config = self.board.config_for(&self.inputs)?;
         self.goal.apply(&mut config);
         config.calibration.varying_focal |= self.varying_focal;
-        config.calibration.shifted_sensor |= self.shifted_sensor;
+        self.lens.apply(&mut config);
         let board = config.board()?;
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         for path in self.out.iter().chain(&self.report) {

@@ -9,6 +9,7 @@ use super::{
     backend::BackendName,
     beside::BesideArguments,
     board_args::BoardArguments,
+    lens_args::LensArguments,
     terminal::{announcer, print, say, stop_flag},
 };
 #[cfg(feature = "serve")]
@@ -46,12 +47,10 @@ pub(super) struct Arguments {
     board: BoardArguments,
     #[command(flatten)]
     goal: AcceptArguments,
-    /// The principal point is far from the middle of the picture by design, as with a shift lens or a cropped
-    /// picture: don't warn about it.
-    #[arg(long)]
-    shifted_sensor: bool,
+    #[command(flatten)]
+    lens: LensArguments,
     /// Resume this session with its original settings.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config", "accept", "board_scale_error", "shifted_sensor"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config", "accept", "board_scale_error", "shifted_sensor", "lens"])]
     session: Option<PathBuf>,
     /// Compare the result with this older calibration and report what has changed. The older file isn't
     /// changed.
@@ -123,6 +122,7 @@ impl Arguments {
             || self.backend.is_some()
             || self.board.says_something()
             || self.goal.says_something()
+            || self.lens.says_something()
             || self.session.is_some()
             || self.against.is_some()
             || self.out.is_some()
@@ -132,7 +132,7 @@ impl Arguments {
     fn opening(&self) -> anyhow::Result<Opening> {
         let mut config = self.board.config()?;
         self.goal.apply(&mut config);
-        config.calibration.shifted_sensor |= self.shifted_sensor;
+        self.lens.apply(&mut config);
         Ok(Opening {
             source: self.source.clone().unwrap_or_else(|| "auto".into()),
             backend: self.backend.map(Into::into),

@@ -27,6 +27,7 @@ mod history;
     feature = "history"
 )))]
 mod left_out;
+mod lens_args;
 #[cfg(feature = "manual")]
 mod man;
 mod progress;

@@ -12,7 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     board::{Checkerboard, InvalidBoard},
-    calibration::{AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens},
+    calibration::{
+        AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens, LensFamily, LensModel,
+    },
     files::{FileError, Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     guidance::{BoardRoll, GuidanceParams, Plan},
@@ -164,8 +166,40 @@ pub struct CalibrationConfig {
     pub varying_focal: bool,
     #[serde(default)]
     pub shifted_sensor: bool,
+    #[serde(default, skip_serializing_if = "LensName::is_auto")]
+    pub lens: LensName,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_lens: Option<KnownLens>,
+}
+
+/// The lens models to choose from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "see LensFamily")]
+pub enum LensName {
+    /// All families.
+    #[default]
+    Auto,
+    Brown,
+    Rational,
+    Fisheye,
+}
+
+impl LensName {
+    // By reference, as serde asks.
+    fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
+
+    /// The models.
+    pub fn models(self) -> Vec<LensModel> {
+        match self {
+            Self::Auto => LensModel::ALL.to_vec(),
+            Self::Brown => LensFamily::Brown.models(),
+            Self::Rational => LensFamily::Rational.models(),
+            Self::Fisheye => LensFamily::Fisheye.models(),
+        }
+    }
 }
 
 /// Why there is no configuration.
@@ -364,6 +398,7 @@ impl Config {
             square_pixels: self.calibration.square_pixels,
             varying_focal: self.calibration.varying_focal,
             shifted_sensor: self.calibration.shifted_sensor,
+            models: self.calibration.lens.models(),
             known_lens: self.calibration.known_lens,
             accept: self.guidance.accept,
             board_scale_sd: self.board.scale_error_percent / 100.0,

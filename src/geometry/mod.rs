@@ -10,7 +10,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `camera`, `corner` | the lens model; a measured corner with covariance |
+//! | `camera`, `distortion`, `corner` | the lens model; a measured corner with covariance |
 //! | `homography`, `pose` | board plane → picture, and the rigid motion behind it; both by `least_squares` |
 //! | `principal_line` | the line through the principal point that one view determines |
 //! | `principal_point`, `ring`, `outlier` | what several lines determine, and lines that don't fit |
@@ -19,6 +19,7 @@
 mod camera;
 mod corner;
 mod coverage;
+mod distortion;
 mod homography;
 pub(crate) mod least_squares;
 mod outlier;
@@ -27,17 +28,18 @@ mod principal_line;
 mod principal_point;
 mod ring;
 
-pub use camera::{Camera, Distortion, LENS_PARAMETERS, Projection, RayProjection};
+pub use camera::{Camera, Projection, RayProjection};
 pub use corner::{Corner, mean_px};
 pub use coverage::{
     BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, corner_coverage,
     coverage, open_corners,
 };
+pub use distortion::{BROWN_PARAMETERS, Distortion, LENS_PARAMETERS, LensKind};
 pub use homography::{Homography, NoHomography};
 pub use outlier::{
     ConsistentLines, LINES_TO_TELL_OUTLIERS, OutlierLine, OutliersUnknown, consistent_lines,
 };
-pub use pose::{NoPose, PoseFit, fit_pose, pose_from_homography};
+pub use pose::{NoPose, PoseFit, fit_pose, pose_from_homography, pose_from_rays};
 pub use principal_line::{FocalLength, NoFocalLength, NoPrincipalLine, PrincipalLine};
 pub use principal_point::{
     NoPrincipalPoint, PrincipalPoint, intersect_unweighted, intersect_weighted,

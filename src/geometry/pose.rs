@@ -1,7 +1,9 @@
-use nalgebra::{Isometry3, Matrix3, Matrix6, Point2, Rotation3, SVector, UnitQuaternion, Vector3};
+use nalgebra::{
+    Isometry3, Matrix3, Matrix6, Point2, Rotation3, SMatrix, SVector, UnitQuaternion, Vector3,
+};
 
 use super::{
-    Camera, Corner, Homography,
+    Camera, Corner, Homography, LensKind,
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
@@ -40,21 +42,67 @@ pub fn pose_from_homography(
     let (f, pp) = (camera.f_px, camera.pp_px);
     let normalized_from_image =
         Matrix3::new(1.0 / f.x, 0.0, -pp.x / f.x, 0.0, 1.0 / f.y, -pp.y / f.y, 0.0, 0.0, 1.0);
-    let m = normalized_from_image * image_from_board;
+    rigid_from_columns(&(normalized_from_image * image_from_board))
+}
+
+/// Pose of a board whose points (metres) are seen along `rays`, directions in camera coordinates, at any angle to the optical
+/// axis: `ray × (r1 r2 t) X = 0`, solved by its singular vector.
+///
+/// `None` with fewer than four points, if the equations don't determine the matrix, or if most of the board is seen against
+/// the direction of its rays.
+pub fn pose_from_rays(
+    board_points_m: &[Point2<f64>],
+    rays: &[Vector3<f64>],
+) -> Option<Isometry3<f64>> {
+    let scale_m = board_points_m.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
+    if board_points_m.len() < 4 || board_points_m.len() != rays.len() || !(scale_m > 0.0) {
+        return None;
+    }
+    let mut normal = SMatrix::<f64, 9, 9>::zeros();
+    for (point, ray) in board_points_m.iter().zip(rays) {
+        let cross = ray.normalize().cross_matrix();
+        let on_board = [point.x / scale_m, point.y / scale_m, 1.0];
+        let row = SMatrix::<f64, 3, 9>::from_fn(|i, j| cross[(i, j % 3)] * on_board[j / 3]);
+        normal += row.transpose() * row;
+    }
+    let eigen = normal.symmetric_eigen();
+    let smallest = eigen.eigenvalues.imin();
+    let vector = eigen.eigenvectors.column(smallest);
+    let mut m = Matrix3::from_column_slice(vector.clone_owned().as_slice());
+    let agreement: f64 = board_points_m
+        .iter()
+        .zip(rays)
+        .map(|(point, ray)| {
+            ray.dot(&(m * Vector3::new(point.x / scale_m, point.y / scale_m, 1.0))).signum()
+        })
+        .sum();
+    if agreement < 0.0 {
+        m = -m;
+    }
+    m.column_mut(0).scale_mut(1.0 / scale_m);
+    m.column_mut(1).scale_mut(1.0 / scale_m);
+    closest_rigid(&m)
+}
+
+/// [`closest_rigid`] with the sign for which the board's origin is in front of the camera.
+fn rigid_from_columns(m: &Matrix3<f64>) -> Option<Isometry3<f64>> {
+    let m = if m[(2, 2)] < 0.0 { -m } else { *m };
+    closest_rigid(&m).filter(|pose| pose.translation.z > 1e-9)
+}
+
+/// The pose closest to a positive multiple of `(r1 r2 t)`.
+fn closest_rigid(m: &Matrix3<f64>) -> Option<Isometry3<f64>> {
     let (mut first, mut second, mut shift) =
         (m.column(0).into_owned(), m.column(1).into_owned(), m.column(2).into_owned());
     // Both columns should be unit vectors; the geometric mean of their lengths is the scale least sensitive to
     // noise.
-    let mut scale = 1.0 / (first.norm() * second.norm()).sqrt();
-    if shift.z < 0.0 {
-        scale = -scale;
+    let scale = 1.0 / (first.norm() * second.norm()).sqrt();
+    if !scale.is_finite() {
+        return None;
     }
     first *= scale;
     second *= scale;
     shift *= scale;
-    if !(shift.z > 1e-9 && scale.is_finite()) {
-        return None;
-    }
     let rough = Matrix3::from_columns(&[first, second, first.cross(&second)]);
     let svd = rough.svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
@@ -70,7 +118,7 @@ pub fn pose_from_homography(
 /// Fits the pose that minimises the reprojection error, each corner weighted by its covariance.
 ///
 /// `board_points_m[i]` is the board point, in metres, of `corners[i]` (distorted pixels). Undistorts the corners, fits
-/// and decomposes a homography, then refines by Levenberg–Marquardt on the distorted pixels.
+/// and decomposes a homography (of rays, if the lens is a fisheye), then refines by Levenberg–Marquardt on the distorted pixels.
 ///
 /// # Errors
 ///
@@ -81,17 +129,15 @@ pub fn fit_pose(
     board_points_m: &[Point2<f64>],
     corners: &[Corner],
 ) -> Result<PoseFit, NoPose> {
-    let undistorted: Option<Vec<Corner>> = corners
-        .iter()
-        .map(|corner| {
-            let px = camera.undistort_px(&corner.px)?;
-            Some(Corner { px, covariance_px2: corner.covariance_px2 })
-        })
-        .collect();
-    let undistorted = undistorted.ok_or(NoPose::NoStart)?;
-    let homography = Homography::fit(board_points_m, &undistorted).map_err(|_| NoPose::NoStart)?;
-    let start =
-        pose_from_homography(homography.image_from_board(), camera).ok_or(NoPose::NoStart)?;
+    let start = match camera.distortion.kind {
+        LensKind::Perspective => pose_through_pinhole(camera, board_points_m, corners),
+        LensKind::Fisheye => {
+            let rays: Option<Vec<_>> =
+                corners.iter().map(|corner| camera.ray_from_px(&corner.px)).collect();
+            rays.and_then(|rays| pose_from_rays(board_points_m, &rays))
+        }
+    }
+    .ok_or(NoPose::NoStart)?;
     let problem = Reprojection { camera, board_points_m, corners };
     let minimum = minimise(&problem, start, Limits::EXACT).ok_or(NoPose::Diverged)?;
     let information = minimum.at.normal_matrix.cholesky().ok_or(NoPose::Diverged)?;
@@ -100,6 +146,18 @@ pub fn fit_pose(
         rms_px: (minimum.at.extra / corners.len().max(1) as f64).sqrt(),
         covariance: information.inverse(),
     })
+}
+
+/// The pose that a homography of the undistorted corners gives.
+fn pose_through_pinhole(
+    camera: &Camera,
+    board_points_m: &[Point2<f64>],
+    corners: &[Corner],
+) -> Option<Isometry3<f64>> {
+    let undistorted: Vec<Corner> =
+        corners.iter().map(|corner| camera.undistort_corner(corner)).collect::<Option<_>>()?;
+    let homography = Homography::fit(board_points_m, &undistorted).ok()?;
+    pose_from_homography(homography.image_from_board(), camera)
 }
 
 /// Corners of one view under a known camera.

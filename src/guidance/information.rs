@@ -6,11 +6,12 @@ use super::{params::width_scale, view::LensEstimate};
 use crate::{
     board::Checkerboard,
     frame::ImageSize,
-    geometry::{Camera, LENS_PARAMETERS, RayProjection, cell_centres_px},
+    geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, RayProjection, cell_centres_px},
 };
 
-/// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`.
-pub const PARAMETERS: usize = LENS_PARAMETERS - 1;
+/// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`. What a view is worth hardly depends on
+/// the further coefficients of wide lenses.
+pub const PARAMETERS: usize = BROWN_PARAMETERS - 1;
 
 /// Information or covariance of the lens parameters.
 pub type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -46,6 +47,7 @@ fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
     let known = lens_estimate.known_covariance.and_then(|known| {
         // One focal length for fx and fy, and what the earlier model held fixed is unknown to a thousandth of the prior.
+        let known = known.fixed_view::<BROWN_PARAMETERS, BROWN_PARAMETERS>(0, 0).into_owned();
         let mut covariance: LensMatrix = known.remove_row(1).remove_column(1);
         for (i, sigma) in sigma.iter().enumerate() {
             covariance[(i, i)] += (FIXED_SHARE * sigma).powi(2);
@@ -127,8 +129,11 @@ pub(super) fn projection_weight(lens_estimate: &LensEstimate) -> (LensMatrix, us
     let mut d = SMatrix::<f64, 3, 3>::zeros();
     let mut count = 0;
     for px in cell_centres_px(lens_estimate.image_size) {
-        let Some(ideal) = lens_estimate.camera.normalized_from_px(&px) else { continue };
-        let RayProjection { jac_lens, jac_rotation, .. } = lens_estimate.camera.project_ray(&ideal);
+        let camera = &lens_estimate.camera;
+        let Some(seen) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
+            continue;
+        };
+        let RayProjection { jac_lens, jac_rotation, .. } = seen;
         let jac_lens = square_pixels(&jac_lens);
         count += 1;
         a += jac_lens.transpose() * jac_lens;

@@ -110,13 +110,8 @@ pub fn measure(
     lens_estimate: &LensEstimate,
 ) -> Result<View, Refusal> {
     let camera = &lens_estimate.camera;
-    let undistorted: Vec<Corner> = corners
-        .iter()
-        .filter_map(|corner| {
-            let px = camera.undistort_px(&corner.px)?;
-            Some(Corner { px, covariance_px2: corner.covariance_px2 })
-        })
-        .collect();
+    let undistorted: Vec<Corner> =
+        corners.iter().filter_map(|corner| camera.undistort_corner(corner)).collect();
     if undistorted.len() < corners.len() {
         let outside = corners.len() - undistorted.len();
         return Err(Refusal::OutsideLens { outside, of: corners.len() });

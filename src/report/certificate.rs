@@ -8,7 +8,7 @@ use super::{
 use crate::{
     calibration::{
         Limits,
-        files::{CalibrationFile, LensEntry},
+        files::{CalibrationFile, DistortionEntry, LensEntry},
     },
     chart::{escaped, push},
     frame::ImageSize,
@@ -342,9 +342,18 @@ fn to_paste(lens: &LensEntry) -> String {
     }
     let ([fx, fy], [cx, cy]) = (lens.f_px, lens.pp_px);
     let d = lens.distortion;
-    let d = [d.k1, d.k2, d.p1, d.p2, d.k3].map(|value| format!("{value:.9}")).join(", ");
+    let (d, fisheye) = match d {
+        DistortionEntry { fisheye: true, k1, k2, k3, k4, .. } => {
+            (vec![k1, k2, k3, k4], "   # cv2.fisheye")
+        }
+        DistortionEntry { k4: 0.0, k5: 0.0, k6: 0.0, .. } => {
+            (vec![d.k1, d.k2, d.p1, d.p2, d.k3], "")
+        }
+        _ => (vec![d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6], ""),
+    };
+    let d = d.iter().map(|value| format!("{value:.9}")).collect::<Vec<_>>().join(", ");
     format!(
-        "<p><b>{}</b></p>\n<pre>K = [[{fx:.5}, 0, {cx:.5}],\n     [0, {fy:.5}, {cy:.5}],\n     [0, 0, 1]]\nD = [{d}]</pre>\n",
+        "<p><b>{}</b></p>\n<pre>K = [[{fx:.5}, 0, {cx:.5}],\n     [0, {fy:.5}, {cy:.5}],\n     [0, 0, 1]]\nD = [{d}]{fisheye}</pre>\n",
         name::PASTE
     )
 }

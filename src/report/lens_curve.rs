@@ -1,6 +1,6 @@
 //! How far the lens moves points, with how sure that is.
 
-use nalgebra::{Point2, Vector4};
+use nalgebra::Point2;
 
 use super::{
     number::brief,
@@ -9,6 +9,7 @@ use super::{
 use crate::{
     calibration::files::{CalibrationFile, LensEntry},
     chart::{Axes, COLOURS, Canvas, Stroke},
+    geometry::Distortion,
     text::report::{self as words, Section},
 };
 
@@ -53,6 +54,10 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
         canvas.at_top(reach_px, words::name::LAST_BOARD);
     }
     let mut note = words::LENS_NOTE.to_owned();
+    if lens.distortion.fisheye {
+        note += " ";
+        note += words::FISHEYE_NOTE;
+    }
     if lens.full_covariance().is_none() {
         note += " ";
         note += words::NEEDS_COVARIANCE;
@@ -65,26 +70,20 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     figure(Section::Lens, &canvas.svg(), &note)
 }
 
-/// `Δ = f r (k1 r² + k2 r⁴ + k3 r⁶)` at the seen radius `f r + Δ`; its sd by `d(Δ) = (Δ/f, f r³, f r⁵, f r⁷)`
-/// over `(f, k1, k2, k3)`. Ends where the lens model folds over.
+/// `Δ = f r (m − 1)` at the seen radius `f r + Δ`, with `m` the radial factor of the lens model and `r` the flat radius: `tan θ`,
+/// or θ of a fisheye lens. Its sd is that of f and the radial coefficients. Ends where the lens model folds over.
 fn curve(lens: &LensEntry, reach_px: f64) -> Vec<Shift> {
     let f_px = 0.5 * (lens.f_px[0] + lens.f_px[1]);
-    let distortion = lens.distortion;
-    let covariance = lens.full_covariance().map(|all| {
-        let of = [0, 4, 5, 8];
-        nalgebra::Matrix4::from_fn(|i, j| all[(of[i], of[j])])
-    });
+    let radial = Distortion { p1: 0.0, p2: 0.0, ..lens.distortion.into() };
+    let covariance = lens.full_covariance();
     let at = |r: f64| {
-        let r2 = r * r;
-        let radial = r2 * (distortion.k1 + r2 * (distortion.k2 + r2 * distortion.k3));
-        let outwards_px = f_px * r * radial;
-        let by = Vector4::new(
-            outwards_px / f_px,
-            f_px * r * r2,
-            f_px * r * r2 * r2,
-            f_px * r * r2 * r2 * r2,
-        );
-        let sd_px = covariance.map(|c| (by.transpose() * c * by).x.max(0.0).sqrt());
+        let flat = Point2::new(r, 0.0);
+        let outwards_px = f_px * (radial.apply(&flat).x - r);
+        let mut by = radial.by_parameters(&flat).row(0) * f_px;
+        by.fixed_columns_mut::<4>(0).fill(0.0);
+        by.fixed_columns_mut::<2>(6).fill(0.0);
+        by[0] = outwards_px / f_px;
+        let sd_px = covariance.map(|c| (by * c * by.transpose()).x.max(0.0).sqrt());
         Shift { radius_px: f_px * r + outwards_px, outwards_px, sd_px }
     };
     let mut shifts = vec![at(0.0)];

@@ -175,6 +175,9 @@ fn distortion(lens: &LensEntry) -> String {
         ("p1", value.p1, sd(|sigma| sigma.p1)),
         ("p2", value.p2, sd(|sigma| sigma.p2)),
         ("k3", value.k3, sd(|sigma| sigma.k3)),
+        ("k4", value.k4, sd(|sigma| sigma.k4)),
+        ("k5", value.k5, sd(|sigma| sigma.k5)),
+        ("k6", value.k6, sd(|sigma| sigma.k6)),
     ];
     let free = all.iter().filter(|(_, value, sd)| *value != 0.0 || sd.is_some_and(|sd| sd > 0.0));
     let mut rows = row(name::LENS_MODEL, &[escaped(&lens.model)]);

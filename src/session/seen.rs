@@ -15,7 +15,7 @@ const FOCAL_SIGMA: f64 = 0.12;
 const FOCAL_CHANGE: f64 = 0.12;
 /// Size of a ghost after it recedes, relative to before, and how often it may recede before a view is taken.
 const RECEDING: f64 = 0.95;
-const MOST_RECEDED: u32 = 6;
+const MOST_RECEDED: u32 = 14;
 /// A board counts as unable to come nearer if it spans less than this share of what is asked for …
 const SMALL_ENOUGH_TIMES: u32 = 2;
 const TOO_SMALL: f64 = 0.6;

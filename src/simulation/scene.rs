@@ -157,5 +157,5 @@ fn sees_whole_picture(camera: &Camera, image_size: ImageSize) -> bool {
         (f64::from(image_size.width_px) + beyond_px, f64::from(image_size.height_px) + beyond_px);
     [(-beyond_px, -beyond_px), (right, -beyond_px), (-beyond_px, bottom), (right, bottom)]
         .iter()
-        .all(|&(x, y)| camera.normalized_from_px(&Point2::new(x, y)).is_some())
+        .all(|&(x, y)| camera.ray_from_px(&Point2::new(x, y)).is_some())
 }

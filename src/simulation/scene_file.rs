@@ -10,7 +10,7 @@ use crate::{
     config::ConfigError,
     files::{Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
-    geometry::{Camera, Distortion},
+    geometry::{Distortion, LensKind},
     simulation::{
         Scene,
         technician::{Person, TechnicianParams},
@@ -28,8 +28,11 @@ pub struct SceneFile {
     image_size_px: Option<[u32; 2]>,
     f_px: Option<f64>,
     pp_px: Option<[f64; 2]>,
-    /// `k1 k2 p1 p2 k3`.
-    distortion: Option<[f64; 5]>,
+    /// Of a fisheye lens, `distortion` is `k1 k2 k3 k4` of OpenCV's model.
+    #[serde(default)]
+    fisheye: bool,
+    /// `k1 k2 p1 p2 k3`, or with `k4 k5 k6` after them.
+    distortion: Option<Vec<f64>>,
     fps: Option<f64>,
     noise_levels: Option<f64>,
     blur_px: Option<f64>,
@@ -148,7 +151,10 @@ impl SceneFile {
                 .map_err(|err| invalid(&err.to_string()))?,
             None => board,
         };
-        let scene = file.over(Scene { board, ..Scene::default_720p(1) });
+        let distortion = file
+            .lens_distortion()
+            .ok_or_else(|| invalid("distortion needs 5 or 8 numbers; with fisheye = true, 4"))?;
+        let scene = file.over(distortion, Scene { board, ..Scene::default_720p(1) });
         let (width_px, height_px) = (scene.image_size.width_px, scene.image_size.height_px);
         let sized = (160..=8192).contains(&width_px) && (120..=8192).contains(&height_px);
         let lens = scene.camera.lens_parameters();
@@ -160,7 +166,7 @@ impl SceneFile {
             && (1_000_000..=100_000_000_000).contains(&scene.frame_interval_nanos);
         let corners = [(0, 0), (width_px, 0), (0, height_px), (width_px, height_px)];
         let unfolded = corners.iter().all(|&(x, y)| {
-            scene.camera.normalized_from_px(&Point2::new(f64::from(x), f64::from(y))).is_some()
+            scene.camera.ray_from_px(&Point2::new(f64::from(x), f64::from(y))).is_some()
         });
         for (good, message) in [
             (sized, "image_size_px needs 160x120 to 8192x8192"),
@@ -182,7 +188,28 @@ impl SceneFile {
         Ok(scene)
     }
 
-    fn over(self, mut scene: Scene) -> Scene {
+    /// `None` if it has another number of coefficients than the lens.
+    fn lens_distortion(&self) -> Option<Option<Distortion>> {
+        let given = self.distortion.as_deref();
+        if self.fisheye {
+            let [k1, k2, k3, k4] = given.map_or(Ok([0.0; 4]), TryInto::try_into).ok()?;
+            let kind = LensKind::Fisheye;
+            return Some(Some(Distortion { kind, k1, k2, k3, k4, ..Distortion::default() }));
+        }
+        let kind = LensKind::Perspective;
+        match given {
+            None => Some(None),
+            Some(&[k1, k2, p1, p2, k3]) => {
+                Some(Some(Distortion { k1, k2, p1, p2, k3, ..Distortion::default() }))
+            }
+            Some(&[k1, k2, p1, p2, k3, k4, k5, k6]) => {
+                Some(Some(Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 }))
+            }
+            Some(_) => None,
+        }
+    }
+
+    fn over(self, distortion: Option<Distortion>, mut scene: Scene) -> Scene {
         let mut scale = 1.0;
         if let Some([width_px, height_px]) = self.image_size_px {
             scale = f64::from(width_px) / f64::from(scene.image_size.width_px);
@@ -198,9 +225,7 @@ impl SceneFile {
         if let Some([x, y]) = self.pp_px {
             scene.camera.pp_px = Point2::new(x, y);
         }
-        if let Some([k1, k2, p1, p2, k3]) = self.distortion {
-            scene.camera = Camera { distortion: Distortion { k1, k2, p1, p2, k3 }, ..scene.camera };
-        }
+        scene.camera.distortion = distortion.unwrap_or(scene.camera.distortion);
         if let Some(fps) = self.fps {
             scene.frame_interval_nanos = (1e9 / fps).max(0.0) as u64;
         }

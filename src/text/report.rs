@@ -226,6 +226,10 @@ pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
 /// Below the distortion curve.
 pub const LENS_NOTE: &str = "Radial distortion vs. distance from the principal point; band: 2 sd. Right of the dotted line is extrapolated.";
 
+/// What the distortion of a fisheye lens is measured against.
+pub const FISHEYE_NOTE: &str =
+    "Distortion is measured against an ideal fisheye, which shows angles in proportion.";
+
 /// Tangential distortion at the farthest corner.
 pub fn tangential(shift_px: &str) -> String {
     format!("Tangential distortion adds up to {shift_px} px.")

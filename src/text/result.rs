@@ -5,6 +5,7 @@ use std::path::Path;
 use super::{acceptance, percent};
 use crate::{
     calibration::{Calibration, PrincipalPoints},
+    geometry::{Distortion, LensKind},
     session::{Prompt, Snapshot},
 };
 
@@ -118,10 +119,29 @@ pub fn stored_in(folder: &Path) -> String {
     format!("Session: {}", folder.display())
 }
 
+/// Names of the distortion coefficients, in the order of the lens parameters.
+const COEFFICIENTS: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+
+/// Names and values of the coefficients that the kind of lens has; those of the denominator only if there is one.
+pub fn coefficients(distortion: &Distortion) -> String {
+    let Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 } = *distortion;
+    match kind {
+        LensKind::Fisheye => format!("k1 {k1:.5}, k2 {k2:.5}, k3 {k3:.5}, k4 {k4:.5}"),
+        LensKind::Perspective => {
+            let top = format!("k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.6}, p2 {p2:.6}, k3 {k3:.5}");
+            if [k4, k5, k6] == [0.0; 3] {
+                top
+            } else {
+                format!("{top}, k4 {k4:.5}, k5 {k5:.5}, k6 {k6:.5}")
+            }
+        }
+    }
+}
+
 /// The result: names and values.
 pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
-    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = calibration.camera.lens_parameters();
-    let [sd_fx, sd_fy, sd_cx, sd_cy, sd_k1, sd_k2, sd_p1, sd_p2, sd_k3] = calibration.sd();
+    let [fx, fy, cx, cy, distortion @ ..] = calibration.camera.lens_parameters();
+    let [sd_fx, sd_fy, sd_cx, sd_cy, distortion_sd @ ..] = calibration.sd();
     let mut lines =
         vec![("Principal point", format!("({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"))];
     lines.push(if (fx - fy).abs() < 1e-9 {
@@ -130,14 +150,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
         ("Focal lengths", format!("{fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"))
     });
     lines.push(("Lens model", calibration.model.code().into()));
-    let distortion = [
-        ("k1", k1, sd_k1),
-        ("k2", k2, sd_k2),
-        ("p1", p1, sd_p1),
-        ("p2", p2, sd_p2),
-        ("k3", k3, sd_k3),
-    ];
-    for (name, value, sd) in distortion {
+    for ((name, value), sd) in COEFFICIENTS.into_iter().zip(distortion).zip(distortion_sd) {
         if sd > 0.0 {
             lines.push((name, format!("{value:.5} ± {sd:.5}")));
         }

@@ -29,7 +29,7 @@ const LENSES: [(&str, Lens); 4] = [
     ("k1k2k3", Lens::Polynomial(Distortion { k1: -0.3, k2: 0.2, k3: -0.05, ..POLYNOMIAL })),
     (
         "tangential",
-        Lens::Polynomial(Distortion { k1: -0.2, k2: 0.08, p1: 5e-4, p2: -4e-4, k3: 0.0 }),
+        Lens::Polynomial(Distortion { k1: -0.2, k2: 0.08, p1: 5e-4, p2: -4e-4, ..POLYNOMIAL }),
     ),
     ("fov", Lens::Fov(0.8)),
 ];

@@ -77,7 +77,6 @@ const SCRIPTS: &[Script] = &[
     Script { name: "one corner wrong", right: &["CORNER-ODD"], make: wrong_corner },
     Script { name: "stretched pixels", right: &["PIXELS-NOT-SQUARE"], make: stretched_pixels },
     Script { name: "another camera's views", right: &["VIEWS-MIXED"], make: other_camera },
-    Script { name: "fisheye", right: &["LENS-SIMPLE", "LENS-FOLDS"], make: fisheye },
 ];
 
 fn stretched_print(scene: &mut Scene) -> Given {
@@ -390,29 +389,6 @@ fn other_camera(scene: &mut Scene) -> Given {
     };
     let see = |view: usize, pose: &_, p: &Point2<f64>| {
         px(if view < 6 { &camera } else { &other }, pose, p)
-    };
-    scene.seen(&poses, see).into()
-}
-
-/// r = f θ, 130° across the picture.
-fn fisheye(scene: &mut Scene) -> Given {
-    scene.camera.f_px = Vector2::repeat(560.0);
-    scene.whole_board = false;
-    let mut plan = scene.plan(12);
-    for (index, pose) in plan.iter_mut().enumerate() {
-        pose.fill = 0.5;
-        let corner = [[0.35, 0.3], [-0.35, -0.3], [-0.35, 0.3], [0.35, -0.3]][index % 4];
-        if index >= 4 {
-            pose.off = corner;
-        }
-    }
-    let poses = scene.poses(&plan);
-    let camera = scene.camera;
-    let see = |_, pose: &nalgebra::Isometry3<f64>, p: &Point2<f64>| {
-        let in_cam = pose * Point3::new(p.x, p.y, 0.0);
-        let r = in_cam.xy().coords.norm().max(1e-12);
-        let theta = r.atan2(in_cam.z);
-        camera.pp_px + in_cam.xy().coords * (theta / r * camera.f_px.x)
     };
     scene.seen(&poses, see).into()
 }

@@ -3,7 +3,7 @@
 use boresight::calibration::solve::free_homography::{self, DistortionCentrePrior};
 use boresight::calibration::{BundleState, LensModel, Observations, adjust, zhang};
 use boresight::frame::ImageSize;
-use boresight::geometry::{Camera, Corner, Homography, pose_from_homography};
+use boresight::geometry::{BROWN_PARAMETERS, Camera, Corner, Homography, pose_from_homography};
 use nalgebra::{Matrix3, Point2};
 use serde_json::Value;
 
@@ -73,7 +73,7 @@ fn bundle_adjustment_finds_the_reference_minima() {
             let reference = &set.models[name];
             let theta = &reference["theta_f_cx_cy_k1_k2_p1_p2_k3"];
             let found = bundle.state.camera.lens_parameters();
-            for (i, found) in found[1..].iter().enumerate() {
+            for (i, found) in found[1..BROWN_PARAMETERS].iter().enumerate() {
                 let off = (found - number(&theta[i])).abs();
                 // Pixels, then coefficients.
                 let tolerance = [1e-7, 1e-7, 1e-7, 1e-8, 1e-8, 1e-9, 1e-9, 1e-7][i];

@@ -9,7 +9,7 @@ use boresight::{
         import::{MAX_BYTES, NotImported, OldCalibration, OldFormat, read},
     },
     frame::ImageSize,
-    geometry::Camera,
+    geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensKind},
 };
 use proptest::prelude::*;
 
@@ -201,14 +201,14 @@ fn opencv_is_read_to_the_last_digit() {
     for text in [OPENCV, OPENCV_JSON] {
         let old = old(text);
         assert_eq!((old.format, old.image_size), (OldFormat::OpenCv, size(640, 480)));
-        assert_eq!(old.camera.lens_parameters(), lens);
+        assert_eq!(old.camera.lens_parameters()[..BROWN_PARAMETERS], lens);
         assert_eq!((old.covariance, old.outlines.len()), (None, 0));
     }
     assert_eq!(old(OPENCV).rms_px, Some(0.392_024_042_903_812_53));
     // The same under the names that samples, tutorials and Python programs use, four coefficients, no matrices.
     let dumped = r#"{"mtx": [[800.5, 0, 320], [0, 801, 240], [0, 0, 1]], "dist": [[-0.1, 0.02, 0, 0.001]], "img_size": [640, 480]}"#;
     assert_eq!(
-        old(dumped).camera.lens_parameters(),
+        old(dumped).camera.lens_parameters()[..BROWN_PARAMETERS],
         [800.5, 801.0, 320.0, 240.0, -0.1, 0.02, 0.0, 0.001, 0.0]
     );
     let tutorial = OPENCV
@@ -221,15 +221,16 @@ fn opencv_is_read_to_the_last_digit() {
 }
 
 #[test]
-fn eight_coefficients_are_read_if_the_last_three_are_zero() {
+fn the_rational_model_is_read_and_more_is_refused() {
     let eight = |last: &str| {
         OPENCV
-            .replace("rows: 5", "rows: 8")
+            .replace("rows: 5", &format!("rows: {}", 5 + last.split(',').count()))
             .replace("2.3839153080878486e-01 ]", &format!("2.3839153080878486e-01, {last} ]"))
     };
     assert_eq!(old(&eight("0., 0., 0.")).camera, old(OPENCV).camera);
-    let words = refused(&eight("0.25, 0., 0."));
-    assert!(words.contains("k4 = 0.25") && words.contains("only pinholes"), "{words}");
+    assert_eq!(old(&eight("0.25, 0., -0.5")).camera.lens_parameters()[9..], [0.25, 0.0, -0.5]);
+    let words = refused(&eight("0., 0., 0., 0.001, 0., 0., 0."));
+    assert!(words.contains("s1 = 0.001") && words.contains("only pinholes"), "{words}");
 }
 
 #[test]
@@ -237,7 +238,7 @@ fn ros_is_read() {
     let found = old(ROS);
     assert_eq!((found.format, found.image_size), (OldFormat::Ros, size(640, 480)));
     assert_eq!(
-        found.camera.lens_parameters(),
+        found.camera.lens_parameters()[..BROWN_PARAMETERS],
         [535.91573, 536.0123, 342.28315, 235.57083, -0.266373, -0.038589, 0.001783, -0.000281, 0.0]
     );
     assert_eq!(found.source.as_deref(), Some("narrow_stereo"));
@@ -246,9 +247,11 @@ fn ros_is_read() {
     // As `rostopic echo` prints the message.
     let echoed = "header:\n  seq: 1\n  frame_id: \"cam\"\nheight: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\nD: [-0.1, 0.02, 0.0, 0.001, 0.0]\nK: [800.5, 0.0, 320.0, 0.0, 801.0, 240.0, 0.0, 0.0, 1.0]\nR: [1.0]\nbinning_x: 0\n---\n";
     assert_eq!(old(echoed).camera.lens_parameters()[..4], [800.5, 801.0, 320.0, 240.0]);
-    for model in ["rational_polynomial", "equidistant", "fisheye"] {
-        assert!(refused(&ROS.replace("plumb_bob", model)).contains(model));
-    }
+    assert_eq!(old(&ROS.replace("plumb_bob", "rational_polynomial")).camera, found.camera);
+    assert!(refused(&ROS.replace("plumb_bob", "thin_prism_fisheye")).contains("thin_prism"));
+    // Of five coefficients: no fisheye lens has them.
+    let words = refused(&ROS.replace("plumb_bob", "equidistant"));
+    assert!(words.contains("4 finite numbers"), "{words}");
 }
 
 #[test]
@@ -256,11 +259,14 @@ fn kalibr_is_read_and_says_how_many_cameras_there_are() {
     let found = old(KALIBR);
     assert_eq!((found.format, found.image_size), (OldFormat::Kalibr, size(752, 480)));
     assert_eq!(
-        found.camera.lens_parameters(),
+        found.camera.lens_parameters()[..BROWN_PARAMETERS],
         [458.654, 457.296, 367.215, 248.375, -0.2834, 0.0739, 0.00019359, 1.76187114e-05, 0.0]
     );
     assert_eq!((found.camera_count, found.source.as_deref()), (2, Some("/cam0/image_raw")));
-    assert!(refused(&KALIBR.replace("radtan", "equidistant")).contains("pinhole-equidistant"));
+    let fisheye = old(&KALIBR.replace("radtan", "equidistant")).camera.distortion;
+    assert_eq!((fisheye.kind, fisheye.p1), (LensKind::Fisheye, 0.0));
+    assert_eq!([fisheye.k1, fisheye.k2, fisheye.k3], [-0.2834, 0.0739, 0.00019359]);
+    assert_eq!(fisheye.k4, 1.76187114e-05);
     assert!(refused(&KALIBR.replace(": pinhole", ": omni")).contains("omni-radtan"));
 }
 
@@ -275,7 +281,7 @@ fn mrcal_is_read() {
         .replace("'LENSMODEL_OPENCV5'", "'LENSMODEL_OPENCV8'")
         .replace("0.01968883397,]", "0.01968883397, 0, 0., -0.,]");
     assert_eq!(old(&eight).camera, found.camera);
-    assert!(refused(&eight.replace("0.,", "1e-3,")).contains("k5 = 0.001"));
+    assert_eq!(old(&eight.replace("0.,", "1e-3,")).camera.distortion.k5, 1e-3);
     let splined = "LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=30_Ny=20_fov_x_deg=170";
     assert!(
         refused(&MRCAL.replace("LENSMODEL_OPENCV5'", &format!("{splined}'"))).contains(splined)
@@ -292,7 +298,7 @@ fn our_own_brings_covariance_and_where_the_boards_were() {
     let found = old(OWN);
     assert_eq!((found.format, found.image_size), (OldFormat::Own, size(1280, 720)));
     assert_eq!(
-        found.camera.lens_parameters(),
+        found.camera.lens_parameters()[..BROWN_PARAMETERS],
         [980.1, 980.1, 653.4, 348.2, -0.12, 0.05, 0.0, 0.0, 0.0]
     );
     let covariance = found.covariance.expect("covariance");
@@ -332,7 +338,7 @@ fn what_no_camera_has_is_refused() {
         (OPENCV, "rows: 3", "rows: 4", "camera matrix"),
         (OPENCV, "rows: 3", "rows: -3", "camera matrix"),
         (OPENCV, "data: [ -2.6637260909660682e-01", "data: [ 1e999", "distortion_coefficients"),
-        (OPENCV, "fisheye_model: 0", "fisheye_model: 1", "fisheye"),
+        (OPENCV, "fisheye_model: 0", "fisheye_model: 1", "4 finite numbers"),
         (ROS, "-0.266373", "nan", "distortion_coefficients"),
         (KALIBR, "[458.654", "[[458.654]", "intrinsics"),
         (KALIBR, "resolution: [752, 480]", "resolution: [752]", "resolution"),
@@ -383,23 +389,25 @@ fn what_is_no_calibration_is_told_which_formats_there_are() {
 }
 
 /// Lenses that a camera may have, with every bit used.
-fn lens() -> impl Strategy<Value = [f64; 9]> {
+fn lens() -> impl Strategy<Value = [f64; LENS_PARAMETERS]> {
     (
         prop::array::uniform2(1.1..1e5),
         prop::array::uniform2(-1e4..1e4),
-        prop::array::uniform5(-1e3..1e3),
+        prop::array::uniform8(-1e3..1e3),
     )
-        .prop_map(|([fx, fy], [cx, cy], [k1, k2, p1, p2, k3])| [fx, fy, cx, cy, k1, k2, p1, p2, k3])
+        .prop_map(|([fx, fy], [cx, cy], [k1, k2, p1, p2, k3, k4, k5, k6])| {
+            [fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6]
+        })
 }
 
 proptest! {
     #[test]
-    fn exports_read_back_bit_for_bit(lens in lens(), zeros in 0_usize..6, width_px in 1_u32..100_000, height_px in 1_u32..100_000) {
+    fn exports_read_back_bit_for_bit(lens in lens(), zeros in 0_usize..9, width_px in 1_u32..100_000, height_px in 1_u32..100_000) {
         let mut lens = lens;
-        lens[9 - zeros..].fill(0.0);
+        lens[LENS_PARAMETERS - zeros..].fill(0.0);
         let exported = ExportedCamera {
             name: "front camera",
-            camera: Camera::from_lens_parameters(&lens),
+            camera: Camera::from_lens_parameters(LensKind::Perspective, &lens),
             image_size: size(width_px, height_px),
             rms_px: 0.1 + 0.2,
         };
@@ -411,10 +419,38 @@ proptest! {
         };
         back(&opencv_yaml(&exported), OldFormat::OpenCv)?;
         back(&ros_camera_info(&exported), OldFormat::Ros)?;
-        back(&mrcal_cameramodel(&exported), OldFormat::Mrcal)?;
-        if zeros > 0 {
-            back(&kalibr_camchain(&exported).expect("without k3"), OldFormat::Kalibr)?;
+        back(&mrcal_cameramodel(&exported).expect("perspective"), OldFormat::Mrcal)?;
+        match kalibr_camchain(&exported) {
+            Ok(yaml) => {
+                prop_assert!(zeros > 3);
+                back(&yaml, OldFormat::Kalibr)?;
+            }
+            Err(_) => prop_assert!(zeros <= 3),
         }
+    }
+
+    #[test]
+    fn fisheye_lenses_read_back_bit_for_bit(lens in lens()) {
+        let mut lens = lens;
+        for i in [6, 7, 10, 11] {
+            lens[i] = 0.0;
+        }
+        let exported = ExportedCamera {
+            name: "front camera",
+            camera: Camera::from_lens_parameters(LensKind::Fisheye, &lens),
+            image_size: size(1280, 960),
+            rms_px: 0.25,
+        };
+        for (text, format) in [
+            (opencv_yaml(&exported), OldFormat::OpenCv),
+            (ros_camera_info(&exported), OldFormat::Ros),
+            (kalibr_camchain(&exported).expect("equidistant"), OldFormat::Kalibr),
+        ] {
+            let old = old(&text);
+            prop_assert_eq!(old.format, format);
+            prop_assert_eq!(old.camera, exported.camera);
+        }
+        prop_assert!(mrcal_cameramodel(&exported).is_err());
     }
 
     #[test]

@@ -40,4 +40,5 @@ mod technician;
 mod torn_views;
 mod varying_focal;
 mod verdict_monte_carlo;
+mod wide_lenses;
 mod words;

@@ -5,7 +5,7 @@
 
 use boresight::{
     calibration::{Calibration, CalibrationParams, Verdict, calibrate},
-    geometry::{Camera, Distortion, cell_centres_px},
+    geometry::{Camera, Distortion, LensKind, cell_centres_px},
 };
 use nalgebra::{Matrix2x3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use rand::RngExt;
@@ -25,8 +25,17 @@ pub(crate) enum Lens {
     Mustache([f64; 4]),
 }
 
-pub(crate) const POLYNOMIAL: Distortion =
-    Distortion { k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0 };
+pub(crate) const POLYNOMIAL: Distortion = Distortion {
+    kind: LensKind::Perspective,
+    k1: 0.0,
+    k2: 0.0,
+    p1: 0.0,
+    p2: 0.0,
+    k3: 0.0,
+    k4: 0.0,
+    k5: 0.0,
+    k6: 0.0,
+};
 
 const LENSES: [(&str, Lens); 9] = [
     ("none", Lens::Polynomial(POLYNOMIAL)),
@@ -35,7 +44,7 @@ const LENSES: [(&str, Lens); 9] = [
     ("k1k2k3", Lens::Polynomial(Distortion { k1: -0.3, k2: 0.2, k3: -0.1, ..POLYNOMIAL })),
     (
         "tangential",
-        Lens::Polynomial(Distortion { k1: -0.2, k2: 0.08, p1: 1e-3, p2: -7e-4, k3: 0.0 }),
+        Lens::Polynomial(Distortion { k1: -0.2, k2: 0.08, p1: 1e-3, p2: -7e-4, ..POLYNOMIAL }),
     ),
     ("centre 10 px off", Lens::OffCentre(Distortion { k1: -0.2, k2: 0.08, ..POLYNOMIAL }, 10.0)),
     ("centre 40 px off", Lens::OffCentre(Distortion { k1: -0.2, k2: 0.08, ..POLYNOMIAL }, 40.0)),

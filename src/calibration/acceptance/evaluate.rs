@@ -4,7 +4,7 @@
 //! lens parameters, doubt about the model included. A length also has the relative error of the board's square size:
 //! all distances that the camera measures are multiples of it.
 
-use nalgebra::{Matrix2, Point2, RowSVector, SMatrix, Vector2};
+use nalgebra::{Matrix2, Point2, RowSVector, SMatrix, Vector2, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::goal::{AcceptanceGoal, TWO_SIDED_95};
@@ -181,6 +181,7 @@ fn length_sd(
 
 /// Derivative of the ray of a fixed pixel by the lens parameters: `−(∂px/∂ray)⁻¹ ∂px/∂lens`.
 fn ray_by_lens(camera: &Camera, ray: &Point2<f64>) -> Option<SMatrix<f64, 2, LENS_PARAMETERS>> {
-    let by_ray = Matrix2::from_diagonal(&camera.f_px) * camera.distortion.derivative(ray);
-    Some(-(by_ray.try_inverse()? * camera.project_ray(ray).jac_lens))
+    let sighted = camera.project_ray(&Vector3::new(ray.x, ray.y, 1.0))?;
+    let by_ray = camera.px_by_normalized(ray)?;
+    Some(-(by_ray.try_inverse()? * sighted.jac_lens))
 }

@@ -10,7 +10,7 @@ use crate::{
         schur_lm::{NormalEquations, Problem, Step, ViewBlock},
     },
     frame::ImageSize,
-    geometry::{Camera, LENS_PARAMETERS},
+    geometry::{Camera, LENS_PARAMETERS, LensKind},
 };
 
 pub(super) const LOCAL: usize = 6 + LOCAL_EXTRAS;
@@ -59,10 +59,21 @@ pub(super) struct ExtendedProblem<'a> {
     pub(super) image_size: ImageSize,
     pub(super) half_board_m: f64,
     pub(super) square_pixels: bool,
+    /// Kind of the lens, and which of its parameters are estimated.
+    pub(super) kind: LensKind,
+    pub(super) free: [bool; LENS_PARAMETERS],
     /// Prior standard deviation of the local parameters, where [`Cause::local_sd`] gives one.
     pub(super) local_sd: f64,
     /// Variance of the corners as a multiple of the stated covariances, against which priors are weighed.
     pub(super) noise_variance: f64,
+}
+
+/// Power of r² of the first radial term that the richest polynomial leaves out.
+pub(super) fn next_power(kind: LensKind) -> i32 {
+    match kind {
+        LensKind::Perspective => 4,
+        LensKind::Fisheye => 5,
+    }
 }
 
 /// All parameters on which the image of a board point depends.
@@ -105,25 +116,22 @@ impl ExtendedProblem<'_> {
     }
 
     fn predict(&self, view: usize, at: &Parameters, corner: &Whitened) -> Option<Point2<f64>> {
-        let camera = Camera::from_lens_parameters(&at.lens);
+        let camera = Camera::from_lens_parameters(self.kind, &at.lens);
         let [first, second, third, fourth, ..] = at.shared;
         let on_board = self.on_board(&at.shared, &at.local, &corner.board_m);
-        let in_cam = at.pose * on_board;
-        if in_cam.z <= 1e-9 {
-            return None;
-        }
-        let normalized = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
-        let px = camera.px_from_normalized(&normalized);
+        let flat = self.kind.flat(&(at.pose * on_board).coords)?;
+        let px = camera.px_from_flat(&flat);
         let off = px - camera.pp_px;
-        let r2 = normalized.coords.norm_squared();
+        let r2 = flat.coords.norm_squared();
+        let power = next_power(self.kind);
         Some(match self.cause {
             Cause::LensShape => {
-                let more = normalized.coords * (r2.powi(4) * (first + second * r2))
+                let more = flat.coords * (r2.powi(power) * (first + second * r2))
                     + Vector2::new(third, fourth) * r2;
                 px + more.component_mul(&camera.f_px)
             }
             Cause::NextRadial => {
-                px + (normalized.coords * (r2.powi(4) * first)).component_mul(&camera.f_px)
+                px + (flat.coords * (r2.powi(power) * first)).component_mul(&camera.f_px)
             }
             Cause::SmoothField => px + self.field_px(&at.shared, &px),
             Cause::Focus => camera.pp_px + off * at.local[0].exp(),
@@ -197,6 +205,7 @@ impl ExtendedProblem<'_> {
         match index {
             0 => *self.cause != Cause::Focus,
             1 => !self.square_pixels,
+            2..LENS_PARAMETERS => self.free[index],
             _ => index < LENS_PARAMETERS + self.cause.shared_extras(),
         }
     }
@@ -385,7 +394,7 @@ impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
             .zip(&step.views)
             .map(|(local, step)| std::array::from_fn(|i| local[i] + step[6 + i]))
             .collect();
-        let camera = Camera::from_lens_parameters(&lens);
+        let camera = state.bundle.camera.with_lens_parameters(&lens);
         ExtendedState { bundle: BundleState { camera, cam_from_board }, shared, local }
     }
 }

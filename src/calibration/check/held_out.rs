@@ -2,7 +2,7 @@
 
 use crate::{
     calibration::solve::bundle::{Bundle, Observations},
-    geometry::{Camera, Corner, LENS_PARAMETERS, fit_pose},
+    geometry::{Corner, LENS_PARAMETERS, fit_pose},
 };
 
 /// Different views that must remain when one is held out.
@@ -36,7 +36,7 @@ pub(in crate::calibration) fn check(
             for i in 0..LENS_PARAMETERS {
                 lens[i] += shift[i];
             }
-            let camera = Camera::from_lens_parameters(&lens);
+            let camera = bundle.state.camera.with_lens_parameters(&lens);
             let fit = fit_pose(&camera, observations.board_m(), &views[view]).ok()?;
             let (information, _) = bundle.view_information().get(view)?;
             let corners = views[view].len() as f64;

@@ -75,6 +75,11 @@ impl Causes {
         (best.gain > least.max(self.noise_gain)).then_some(best)
     }
 
+    /// Gain in BIC of [`Self::best_hypothesis`].
+    pub(in crate::calibration) fn best_gain(&self) -> Option<f64> {
+        self.best_hypothesis().map(|best| best.gain)
+    }
+
     /// The best hypothesis of each other family that explains the views nearly as well as [`Self::best_hypothesis`].
     pub(super) fn rivals(&self) -> Vec<&Hypothesis> {
         let Some(best) = self.best_hypothesis() else { return Vec::new() };

@@ -12,10 +12,11 @@ use super::{
 use crate::{
     calibration::solve::{
         bundle::{Bundle, BundleState, Observations},
+        lens_model::LensFreedom,
         schur_lm::{Minimum, NormalEquations, Problem, ViewBlock, inverse, minimise_to},
     },
     frame::ImageSize,
-    geometry::LENS_PARAMETERS,
+    geometry::{BROWN_PARAMETERS, LENS_PARAMETERS, LensKind},
 };
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
@@ -28,6 +29,10 @@ const NEGLIGIBLE_STEP: f64 = 1e-3;
 const PROMISING: f64 = 0.8;
 /// For parameters of the views with a prior: standard deviations above what chance gains.
 const PROMISING_SIGMAS: f64 = 4.0;
+
+/// What a smooth field must explain, root mean square, as a multiple of the least error that is believed: 0.02 px. Edges that
+/// a very wide lens bends move corners by less than that.
+const LEAST_FIELD: f64 = 20.0;
 
 const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
 const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
@@ -103,7 +108,7 @@ pub(super) struct Unexplained<'a> {
     pub(super) observations: &'a Observations,
     pub(super) image_size: ImageSize,
     pub(super) start: &'a BundleState,
-    pub(super) square_pixels: bool,
+    pub(super) freedom: LensFreedom,
     /// Sum of squared whitened residuals of the plain bundle.
     pub(super) cost: f64,
     /// Least sum that is believed.
@@ -123,7 +128,7 @@ impl<'a> Unexplained<'a> {
             observations,
             image_size,
             start: &bundle.state,
-            square_pixels: bundle.freedom.square_pixels,
+            freedom: bundle.freedom,
             cost: bundle.cost.max(least_cost),
             least_cost,
         }
@@ -147,6 +152,13 @@ impl<'a> Unexplained<'a> {
         cost.max(self.least_cost) / left.max(1.0)
     }
 
+    /// The lens parameters that are free beside a cause: those of the model, and all of Brown's model even if few views
+    /// determine fewer. A cause is found only if it's told from them.
+    fn freed(&self) -> [bool; LENS_PARAMETERS] {
+        let is_brown = self.start.camera.distortion.kind == LensKind::Perspective;
+        std::array::from_fn(|i| self.freedom.free[i] || (is_brown && i < BROWN_PARAMETERS))
+    }
+
     fn problem<'b>(&'b self, cause: &'b Cause) -> ExtendedProblem<'b> {
         let board_m = self.observations.board_m();
         ExtendedProblem {
@@ -154,7 +166,9 @@ impl<'a> Unexplained<'a> {
             cause,
             image_size: self.image_size,
             half_board_m: board_m.iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max),
-            square_pixels: self.square_pixels && *cause != Cause::PixelAspect,
+            square_pixels: self.freedom.square_pixels && *cause != Cause::PixelAspect,
+            kind: self.start.camera.distortion.kind,
+            free: self.freed(),
             local_sd: cause.local_sd().map_or(1.0, |(first, _)| first),
             noise_variance: self.noise_variance(self.cost),
         }
@@ -187,6 +201,9 @@ impl<'a> Unexplained<'a> {
         }
         let state = minimum.state;
         let cost = problem.cost(&state)?;
+        if cause == Cause::SmoothField && self.cost - cost < LEAST_FIELD.powi(2) * self.least_cost {
+            return None;
+        }
         let gain = match cause.local_sd() {
             Some(_) => {
                 let prior_information = problem.noise_variance / problem.local_sd.powi(2);

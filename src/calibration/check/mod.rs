@@ -6,6 +6,7 @@
 //! | `projection_sd` | projects the covariance to pixels, compensated for rotation of the camera |
 //! | `noise_inflation` | inflates corner covariances to what the residuals show |
 //! | `noise_correlation` | widens the covariance of the lens if neighbouring corners err alike |
+//! | `next_radial`, `rival_family` | what the radial terms left out, and other families of lens models, leave open |
 //! | `disagreement` | compares bundle and free homographies, and widens the covariance if they contradict each other |
 //! | `noise_findings` | compares the noise of the fit with that of a board held still |
 //! | `leave_out` | repeats the estimate with views left out |
@@ -35,6 +36,7 @@ pub mod noise_findings;
 pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
 pub(super) mod projection_sd;
+pub(super) mod rival_family;
 mod torn_views;
 pub(super) mod trust_checks;
 mod view_split;

@@ -227,7 +227,8 @@ fn between(views: &[View], smooth: &[DMatrix<f64>]) -> Option<LensMatrix> {
         let absorbed = inverse(&local)? * cross;
         for rows in &view.rows {
             let reduced = rows.columns(0, LENS_PARAMETERS)
-                - rows.columns(POSE, 6) * DMatrix::from_column_slice(6, 9, absorbed.as_slice());
+                - rows.columns(POSE, 6)
+                    * DMatrix::from_column_slice(6, LENS_PARAMETERS, absorbed.as_slice());
             let product = reduced.transpose() * (smooth * &reduced);
             sum += LensMatrix::from_column_slice(product.as_slice());
         }

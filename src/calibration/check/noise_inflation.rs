@@ -6,27 +6,23 @@
 //! likelihood from the residuals of the free homographies, which assume neither a common focal length nor a principal
 //! point; s² is estimated by the adjustment (σ₀²).
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
-use crate::{
-    calibration::solve::{bundle::Observations, free_homography::FreeHomographies},
-    geometry::Corner,
-};
+use crate::geometry::Corner;
 
 /// Least gain in −2 log L for a nonzero ρ: the 0.999 quantile of χ² with 1 degree of freedom.
 const MIN_GAIN: f64 = 10.8;
 /// Ratio of consecutive trial values of ρ; 10 % accuracy of a standard deviation is plenty for a weight.
 const STEP: f64 = 1.2;
 
-/// ρ: the variance in px² to add to the covariance of every corner. Zero if the residuals agree with the stated
+/// ρ: the variance in px² to add to the covariance of every corner, from the residuals of free homographies with the stated
+/// covariances. Zero if the residuals agree with the stated
 /// covariances up to a common factor.
 pub(in crate::calibration) fn excess_variance_px2(
-    observations: &Observations,
-    free: &FreeHomographies,
+    residuals_px: &[(Vector2<f64>, Matrix2<f64>)],
 ) -> f64 {
-    let residuals = free.residuals_px(observations);
     // For each corner, its mean squared residual and its mean stated variance.
-    let corners: Vec<(f64, f64)> = residuals
+    let corners: Vec<(f64, f64)> = residuals_px
         .iter()
         .map(|(residual_px, stated_px2)| {
             (residual_px.norm_squared() / 2.0, stated_px2.trace() / 2.0)

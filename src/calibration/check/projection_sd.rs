@@ -23,7 +23,8 @@ pub struct ProjectionJacobian {
     pub px: Vec<Point2<f64>>,
     /// Two rows of `M` per grid point; columns in the order of [`LENS_PARAMETERS`].
     pub jac_lens: Vec<SMatrix<f64, 2, LENS_PARAMETERS>>,
-    /// Number of grid points beyond the fold of the lens model, which have no ray.
+    /// Number of grid points beyond the fold of the lens model, which have no ray. Those outside the round picture of a
+    /// fisheye lens aren't counted.
     pub unmapped: usize,
 }
 
@@ -58,11 +59,10 @@ pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<Pro
     let mut jacobian = ProjectionJacobian { px: Vec::new(), jac_lens: Vec::new(), unmapped: 0 };
     let mut jac_rotation: Vec<SMatrix<f64, 2, 3>> = Vec::new();
     for px in cell_centres_px(image_size) {
-        let Some(normalized) = camera.normalized_from_px(&px) else {
-            jacobian.unmapped += 1;
+        let Some(at) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
+            jacobian.unmapped += usize::from(!camera.is_outside_field(&px));
             continue;
         };
-        let at = camera.project_ray(&normalized);
         jac_rotation.push(at.jac_rotation);
         jacobian.px.push(px);
         jacobian.jac_lens.push(at.jac_lens);
@@ -82,7 +82,7 @@ pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<Pro
 }
 
 impl ProjectionJacobian {
-    /// Standard deviation of projection for the 9×9 lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid point.
+    /// Standard deviation of projection for the lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid point.
     pub fn sd(&self, covariance: &LensMatrix) -> ProjectionSd {
         let grid: Vec<GridSd> = self
             .px

@@ -18,7 +18,7 @@ use crate::{
         check::finding::{Verdict, is_unfinished},
         solve::lens_model::LensModel,
     },
-    geometry::{Camera, Corner},
+    geometry::{Camera, Corner, Distortion, LensKind},
 };
 
 /// Name and version of the format.
@@ -136,7 +136,8 @@ pub struct AcceptanceEntry {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LensEntry {
     /// Stable name of the lens model.
-    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["none", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"])))]
+    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["none", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3", "rational",
+        "fisheye", "fisheye_k1", "fisheye_k1k2", "fisheye_k1k2k3k4"])))]
     pub model: String,
     /// Whether each view has its own focal length.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -190,6 +191,35 @@ pub struct DistortionEntry {
     pub p1: f64,
     pub p2: f64,
     pub k3: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k4: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k5: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k6: f64,
+    /// Whether these are coefficients of OpenCV's fisheye model, `k1 k2 k3 k4`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub fisheye: bool,
+}
+
+impl From<Distortion> for DistortionEntry {
+    fn from(distortion: Distortion) -> Self {
+        let Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 } = distortion;
+        Self { k1, k2, p1, p2, k3, k4, k5, k6, fisheye: kind == LensKind::Fisheye }
+    }
+}
+
+impl From<DistortionEntry> for Distortion {
+    fn from(entry: DistortionEntry) -> Self {
+        let DistortionEntry { k1, k2, p1, p2, k3, k4, k5, k6, fisheye } = entry;
+        let kind = if fisheye { LensKind::Fisheye } else { LensKind::Perspective };
+        Self { kind, k1, k2, p1, p2, k3, k4, k5, k6 }
+    }
+}
+
+// By reference, as serde asks.
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Standard deviations of the lens parameters; 0 for those that the model holds fixed.
@@ -211,6 +241,12 @@ pub struct SigmaEntry {
     pub p2: f64,
     #[serde(default)]
     pub k3: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k4: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k5: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k6: f64,
 }
 
 /// A lens model that was tried.
@@ -432,8 +468,8 @@ impl CalibrationFile {
         if !errors.into_iter().flatten().all(is_size) {
             return Some("rms_px, noise_px, excess_px and noise_factor must not be negative");
         }
-        let SigmaEntry { f_px, pp_px, k1, k2, p1, p2, k3 } = lens.sigma?;
-        let sds = [&f_px[..], &pp_px, &[k1, k2, p1, p2, k3]].concat();
+        let SigmaEntry { f_px, pp_px, k1, k2, p1, p2, k3, k4, k5, k6 } = lens.sigma?;
+        let sds = [&f_px[..], &pp_px, &[k1, k2, p1, p2, k3, k4, k5, k6]].concat();
         if !sds.into_iter().all(is_size) {
             return Some("sigma is no standard deviation");
         }
@@ -488,9 +524,11 @@ fn has_sane_numbers(tree: &Value) -> bool {
 impl LensEntry {
     /// The lens. With [`focal_varies`](Self::focal_varies), its focal length is the views' mean.
     pub fn camera(&self) -> Camera {
-        let DistortionEntry { k1, k2, p1, p2, k3 } = self.distortion;
-        let ([fx, fy], [cx, cy]) = (self.f_px, self.pp_px);
-        Camera::from_lens_parameters(&[fx, fy, cx, cy, k1, k2, p1, p2, k3])
+        Camera {
+            f_px: self.f_px.into(),
+            pp_px: self.pp_px.into(),
+            distortion: self.distortion.into(),
+        }
     }
 
     /// Covariance of all lens parameters, doubt about those held at zero included; `None` if the file has

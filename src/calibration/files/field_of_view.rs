@@ -13,10 +13,8 @@ impl CalibrationFile {
         let (width_px, height_px) = self.size_px();
         let (left, right, top, bottom) = (-0.5, width_px - 0.5, -0.5, height_px - 0.5);
         let (x, y) = ((width_px - 1.0) / 2.0, (height_px - 1.0) / 2.0);
-        let ray = |x: f64, y: f64| -> Option<Vector3<f64>> {
-            let normalized = camera.normalized_from_px(&Point2::new(x, y))?;
-            Some(Vector3::new(normalized.x, normalized.y, 1.0))
-        };
+        let ray =
+            |x: f64, y: f64| -> Option<Vector3<f64>> { camera.ray_from_px(&Point2::new(x, y)) };
         let angle_deg = |from: (f64, f64), to: (f64, f64)| {
             Some(ray(from.0, from.1)?.angle(&ray(to.0, to.1)?).to_degrees())
         };

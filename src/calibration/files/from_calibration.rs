@@ -5,9 +5,8 @@ use nalgebra::Point2;
 use super::{
     calibration_file::{
         AcceptanceEntry, BoardEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile,
-        CandidateEntry, DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths,
-        LensEntry, LineEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
-        ViewEntry,
+        CandidateEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry,
+        LineEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
     },
     named_covariance::NamedCovariance,
 };
@@ -21,7 +20,7 @@ use crate::{
         solve::model_choice::ModelFit,
     },
     frame::ImageSize,
-    geometry::{BoardOutline, Camera, PrincipalLine},
+    geometry::{BROWN_PARAMETERS, BoardOutline, Camera, PrincipalLine},
 };
 
 /// A picture and whether it was used.
@@ -170,11 +169,6 @@ fn pair(px: Point2<f64>) -> [f64; 2] {
     [px.x, px.y]
 }
 
-fn distortion(camera: &Camera) -> DistortionEntry {
-    let [.., k1, k2, p1, p2, k3] = camera.lens_parameters();
-    DistortionEntry { k1, k2, p1, p2, k3 }
-}
-
 impl LensEntry {
     fn of(calibration: &Calibration) -> Self {
         let camera = &calibration.camera;
@@ -193,7 +187,7 @@ impl LensEntry {
             }),
             f_px: [camera.f_px.x, camera.f_px.y],
             pp_px: pair(camera.pp_px),
-            distortion: distortion(camera),
+            distortion: camera.distortion.into(),
             sigma: Some(SigmaEntry {
                 f_px: [sd[0], sd[1]],
                 pp_px: [sd[2], sd[3]],
@@ -202,9 +196,14 @@ impl LensEntry {
                 p1: sd[6],
                 p2: sd[7],
                 k3: sd[8],
+                k4: sd[9],
+                k5: sd[10],
+                k6: sd[11],
             }),
             covariance: named(&calibration.covariance, &|i| sd[i] > 0.0),
-            covariance_all: named(&calibration.covariance_all, &|_| true),
+            covariance_all: named(&calibration.covariance_all, &|i| {
+                i < BROWN_PARAMETERS || calibration.covariance_all[(i, i)] > 0.0
+            }),
             rms_px: Some(calibration.rms_px),
             noise_px: Some(calibration.noise_px),
             excess_px: Some(calibration.excess_px),
@@ -224,7 +223,7 @@ impl CandidateEntry {
             noise_factor: Some(fit.noise_factor),
             f_px: [camera.f_px.x, camera.f_px.y],
             pp_px: pair(camera.pp_px),
-            distortion: distortion(camera),
+            distortion: camera.distortion.into(),
         }
     }
 }

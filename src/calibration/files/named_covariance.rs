@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::LENS_PARAMETERS;
 
-/// Covariance of all lens parameters, in the order fx, fy, cx, cy, k1, k2, p1, p2, k3.
+/// Covariance of all lens parameters, in the order of [`LENS_PARAMETER_NAMES`].
 pub type LensCovariance = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// Names of the lens parameters in that order.
-const NAMES: [&str; LENS_PARAMETERS] = ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"];
+pub(super) const LENS_PARAMETER_NAMES: [&str; LENS_PARAMETERS] =
+    ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 /// One focal length for both axes.
 const COMMON_FOCAL_LENGTH: &str = "f";
 
@@ -36,8 +37,9 @@ impl NamedCovariance {
     ) -> Self {
         let kept: Vec<usize> =
             (0..LENS_PARAMETERS).filter(|&i| keep(i) && !(square_pixels && i == 1)).collect();
-        let name =
-            |&i: &usize| if square_pixels && i == 0 { COMMON_FOCAL_LENGTH } else { NAMES[i] };
+        let name = |&i: &usize| {
+            if square_pixels && i == 0 { COMMON_FOCAL_LENGTH } else { LENS_PARAMETER_NAMES[i] }
+        };
         let row = |&i: &usize| kept.iter().map(|&j| Some(covariance[(i, j)])).collect();
         Self {
             order: kept.iter().map(|i| name(i).to_owned()).collect(),
@@ -73,11 +75,11 @@ impl NamedCovariance {
 }
 
 fn indices(name: &str) -> Option<&'static [usize]> {
-    const EACH: [usize; LENS_PARAMETERS] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+    const EACH: [usize; LENS_PARAMETERS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
     if name == COMMON_FOCAL_LENGTH {
         return Some(&EACH[..2]);
     }
-    let index = NAMES.iter().position(|known| *known == name)?;
+    let index = LENS_PARAMETER_NAMES.iter().position(|known| *known == name)?;
     EACH.get(index..=index)
 }
 
@@ -97,7 +99,7 @@ mod tests {
     fn the_full_matrix_comes_back_from_its_named_rows() {
         let all = covariance(4.0);
         let named = NamedCovariance::of(&all, true, |_| true);
-        assert_eq!(named.order, ["f", "cx", "cy", "k1", "k2", "p1", "p2", "k3"]);
+        assert_eq!(named.order, ["f", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]);
         assert_eq!(named.full(), Some(all));
         let two = NamedCovariance::of(&all, false, |i| i < 2);
         assert_eq!(two.order, ["fx", "fy"]);

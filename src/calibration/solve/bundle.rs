@@ -9,7 +9,7 @@ use super::{
     lens_model::{LensFreedom, LensPrior},
     schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise},
 };
-use crate::geometry::{Camera, Corner, LENS_PARAMETERS};
+use crate::geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
@@ -198,15 +198,30 @@ pub fn adjust(
     if observations.view_count() == 0 || start.cam_from_board.len() != observations.view_count() {
         return None;
     }
+    // Brown's model takes matrices of half the size.
+    if freedom.free[BROWN_PARAMETERS..].contains(&true) {
+        adjust_sized::<LENS_PARAMETERS>(observations, freedom, prior, start)
+    } else {
+        adjust_sized::<BROWN_PARAMETERS>(observations, freedom, prior, start)
+    }
+}
+
+/// [`adjust`] of the first `S` lens parameters.
+fn adjust_sized<const S: usize>(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    prior: Option<&LensPrior>,
+    start: BundleState,
+) -> Option<Bundle> {
     let parameters = freedom.count() + 6 * observations.view_count();
     let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
     let mut problem = BundleProblem { observations, freedom, prior, noise_variance: 1.0 };
-    let mut minimum = minimise(&problem, start)?;
+    let mut minimum = minimise::<_, S, 6>(&problem, start)?;
     if prior.is_some() {
         let BundleState { camera, cam_from_board } = &minimum.state;
         let cost = observations.cost(camera, cam_from_board)?;
         problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
-        minimum = minimise(&problem, minimum.state)?;
+        minimum = minimise::<_, S, 6>(&problem, minimum.state)?;
     }
     let mut prior_information = LensVector::zeros();
     if let Some(prior) = prior {
@@ -217,12 +232,17 @@ pub fn adjust(
     let reduced = minimum.normal.reduced()?;
     inverse(&reduced)?;
     let mut information =
-        reduced - LensMatrix::from_diagonal(&prior_information) * problem.noise_variance;
+        widened(&reduced) - LensMatrix::from_diagonal(&prior_information) * problem.noise_variance;
     for i in (0..LENS_PARAMETERS).filter(|i| !freedom.free[*i]) {
         information[(i, i)] = 0.0;
     }
-    let view_information =
-        minimum.normal.views.iter().map(ViewBlock::reduced).collect::<Option<Vec<_>>>()?;
+    let of_view = |view: &ViewBlock<S, 6>| {
+        let (information, gradient) = view.reduced()?;
+        let mut all = LensVector::zeros();
+        all.rows_mut(0, S).copy_from(&gradient);
+        Some((widened(&information), all))
+    };
+    let view_information = minimum.normal.views.iter().map(of_view).collect::<Option<Vec<_>>>()?;
     let state = minimum.state;
     Some(Bundle {
         cost: observations.cost(&state.camera, &state.cam_from_board)?,
@@ -236,6 +256,13 @@ pub fn adjust(
     })
 }
 
+/// The information about the first `S` lens parameters as one about all of them.
+fn widened<const S: usize>(information: &SMatrix<f64, S, S>) -> LensMatrix {
+    let mut all = LensMatrix::zeros();
+    all.view_mut((0, 0), (S, S)).copy_from(information);
+    all
+}
+
 /// Information and gradient of all free parameters at `state`, poses marginalised out. Nothing is adjusted.
 ///
 /// `None` if a corner is behind the camera.
@@ -245,7 +272,7 @@ pub(in crate::calibration) fn information_at(
     state: &BundleState,
 ) -> Option<(LensMatrix, LensVector)> {
     let problem = BundleProblem { observations, freedom, prior: None, noise_variance: 1.0 };
-    let normal = problem.linearise(state)?.1;
+    let normal: NormalEquations<LENS_PARAMETERS, 6> = problem.linearise(state)?.1;
     let mut gradient = LensVector::zeros();
     for view in &normal.views {
         gradient += view.reduced()?.1;
@@ -262,7 +289,7 @@ impl Bundle {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
     }
 
-    /// 9×9 covariance of the lens parameters, in the order of [`LENS_PARAMETERS`], for corners with `noise_factor` times
+    /// Covariance of the lens parameters, in the order of [`LENS_PARAMETERS`], for corners with `noise_factor` times
     /// the stated error. Zero for fixed parameters; with square pixels `fy` equals `fx`. `None` if singular.
     pub fn covariance(&self, noise_factor: f64) -> Option<LensMatrix> {
         self.covariance_of(&self.information, noise_factor)
@@ -286,7 +313,7 @@ impl Bundle {
         &self.view_information
     }
 
-    /// 9×9 information about the free lens parameters for corners with the stated error, poses marginalised out.
+    /// Information about the free lens parameters for corners with the stated error, poses marginalised out.
     pub fn information(&self) -> &LensMatrix {
         &self.information
     }
@@ -312,10 +339,10 @@ impl Bundle {
     }
 }
 
-impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
+impl<const S: usize> Problem<S, 6> for BundleProblem<'_> {
     type State = BundleState;
 
-    fn linearise(&self, state: &BundleState) -> Option<(f64, NormalEquations<LENS_PARAMETERS, 6>)> {
+    fn linearise(&self, state: &BundleState) -> Option<(f64, NormalEquations<S, 6>)> {
         if state.camera.f_px.min() <= 1.0 {
             return None;
         }
@@ -330,7 +357,7 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
                 let mut jac_lens = predicted.jac_lens;
                 self.freedom.restrict(&mut jac_lens);
                 block.add(
-                    &(corner.whitener * jac_lens),
+                    &(corner.whitener * jac_lens.fixed_columns::<S>(0)),
                     &(corner.whitener * predicted.jac_pose),
                     &residual,
                 );
@@ -339,7 +366,7 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
         }
         let mut normal = NormalEquations::from_views(views);
         let parameters = state.camera.lens_parameters();
-        for (i, value) in parameters.iter().enumerate() {
+        for (i, value) in parameters.iter().enumerate().take(S) {
             if !self.freedom.free[i] {
                 // Keeps the matrix invertible; the step remains zero.
                 normal.shared[(i, i)] = 1.0;
@@ -354,7 +381,7 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
         cost.is_finite().then_some((cost, normal))
     }
 
-    fn moved(&self, state: &BundleState, step: &Step<LENS_PARAMETERS, 6>) -> BundleState {
+    fn moved(&self, state: &BundleState, step: &Step<S, 6>) -> BundleState {
         let mut parameters = state.camera.lens_parameters();
         for (parameter, change) in parameters.iter_mut().zip(step.shared.iter()) {
             *parameter += change;
@@ -372,7 +399,7 @@ impl Problem<LENS_PARAMETERS, 6> for BundleProblem<'_> {
                 Camera::moved(pose, &turn_rad, &shift_m)
             })
             .collect();
-        BundleState { camera: Camera::from_lens_parameters(&parameters), cam_from_board }
+        BundleState { camera: state.camera.with_lens_parameters(&parameters), cam_from_board }
     }
 }
 

@@ -90,6 +90,17 @@ impl FreeHomographies {
         self
     }
 
+    /// The fit of some views as one of all `count`: `numbers` are those of the fitted views. The others have no line.
+    pub(in crate::calibration) fn with_views(mut self, numbers: &[usize], count: usize) -> Self {
+        let mut lines = vec![None; count];
+        for (line, number) in self.lines.drain(..).zip(numbers) {
+            lines[*number] = line;
+        }
+        self.lines = lines;
+        self.outliers.iter_mut().for_each(|outlier| outlier.index = numbers[outlier.index]);
+        self
+    }
+
     /// `S`, the unit of `g`, in pixels.
     pub fn unit_px(&self) -> f64 {
         SCALE_PX

@@ -7,7 +7,8 @@
 //! | `schur_lm` | Levenberg–Marquardt for shared and per-view parameters, by Schur complement |
 //! | `bundle` | fits lens and poses for one lens model |
 //! | `reversal` | tries the reversed tilt of every view |
-//! | `lens_model` | the nested lens models and their priors |
+//! | `lens_model` | the families of nested lens models, and priors |
+//! | `wide_lens` | whether a wide lens needs another family than Brown's, and its initial guess |
 //! | `model_choice` | chooses the lens model by BIC; uncertainty of the choice enters the covariance |
 //! | `free_homography`, `free_covariance` | the independent check: no common focal length, free distortion centre |
 //! | `varying` | the lens when every view has its own focal length |
@@ -21,4 +22,5 @@ pub(super) mod model_choice;
 mod reversal;
 pub(super) mod schur_lm;
 pub(super) mod varying;
+pub(super) mod wide_lens;
 pub mod zhang;

@@ -4,10 +4,10 @@ use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix};
 
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust},
-    lens_model::{LensModel, LensPrior},
+    lens_model::{LensFamily, LensModel, LensPrior},
     reversal::with_better_tilts,
 };
-use crate::geometry::{Camera, LENS_PARAMETERS};
+use crate::geometry::{Camera, LENS_PARAMETERS, LensKind};
 
 /// Penalty per parameter in the weights of model averaging, in place of BIC's ln n.
 ///
@@ -40,11 +40,14 @@ pub struct ModelFit {
     pub noise_factor: f64,
 }
 
-/// Prior standard deviations of the coefficients that the chosen model may fix at zero: k2, p1, p2, k3.
+/// Prior standard deviations of the coefficients that the chosen model may fix at zero: k2, p1, p2, k3 of Brown's models.
 ///
 /// A coefficient too small for BIC to choose isn't zero. A tangential coefficient of 1e-4, about the centring error of
 /// good lenses, shifts the principal point by as much as the standard error of eight good views.
 const TRUNCATED_SD: [(usize, f64); 4] = [(5, 0.1), (6, 1.5e-4), (7, 1.5e-4), (8, 0.05)];
+
+/// The same of a fisheye lens: k1, k2, k3, k4. A series in the angle falls off quickly.
+const TRUNCATED_FISHEYE_SD: [(usize, f64); 4] = [(4, 0.05), (5, 0.02), (8, 5e-3), (9, 1e-3)];
 
 /// Multiples of those standard deviations, with the prior probability of each: most lenses are good, some are not.
 const TRUNCATED_SCALES: [(f64, f64); 2] = [(1.0, 0.7), (6.0, 0.3)];
@@ -150,12 +153,16 @@ impl ModelSearch<'_> {
     fn fit(
         &self,
         model: LensModel,
-        start: BundleState,
+        mut start: BundleState,
         suspicious: f64,
         reversed: &mut bool,
     ) -> Option<Bundle> {
+        start.camera = model.without_others(&start.camera);
         let freedom = model.freedom(self.square_pixels);
-        let adjust = |start| adjust(self.observations, &freedom, self.prior, start);
+        let of_quotient = LensPrior::of_quotient();
+        let is_quotient = model.family() == LensFamily::Rational;
+        let prior = self.prior.or(is_quotient.then_some(&of_quotient));
+        let adjust = |start| adjust(self.observations, &freedom, prior, start);
         let mut bundle = adjust(start)?;
         for _ in 0..MOST_REVERSALS {
             let Some(state) = with_better_tilts(self.observations, &bundle.state, suspicious)
@@ -217,7 +224,11 @@ impl ModelChoice {
         let (fit, bundle) = (self.fit(), self.bundle());
         let (richest, full) = (self.fits.last()?, self.bundles.last()?);
         let allowed = self.richest_allowed.freedom(bundle.freedom.square_pixels);
-        let truncated: Vec<(usize, f64)> = TRUNCATED_SD
+        let sds = match fit.model.kind() {
+            LensKind::Perspective => TRUNCATED_SD,
+            LensKind::Fisheye => TRUNCATED_FISHEYE_SD,
+        };
+        let truncated: Vec<(usize, f64)> = sds
             .into_iter()
             .filter(|(i, _)| !bundle.freedom.free[*i] && full.freedom.free[*i] && allowed.free[*i])
             .collect();

@@ -62,7 +62,8 @@ pub(in crate::calibration) fn varying_focal(
     let per_unit = mean_px / free.unit_px();
     let centre = (free.distortion_centre_px - free.pp_px) / mean_px;
     let (k1, k2) = (free.k[0] * per_unit.powi(2), free.k[1] * per_unit.powi(4));
-    let distortion = Distortion { k1, k2, p1: -k1 * centre.y, p2: -k1 * centre.x, k3: 0.0 };
+    let distortion =
+        Distortion { k1, k2, p1: -k1 * centre.y, p2: -k1 * centre.x, ..Distortion::default() };
     let shared = free.shared_unit_covariance * variance;
     let to_k = [per_unit.powi(2), per_unit.powi(4)];
     let mut covariance = LensMatrix::zeros();

@@ -101,7 +101,7 @@ fn projection_error_px(estimate: &Camera, truth: &TrueLens) -> Option<f64> {
     let mut off: Vec<(Vector2<f64>, SMatrix<f64, 2, 3>)> = Vec::new();
     for px in cell_centres_px(IMAGE_SIZE) {
         let Some(ray) = truth.normalized_from_px(&px) else { continue };
-        let at = estimate.project_ray(&ray);
+        let at = estimate.project_ray(&Vector3::new(ray.x, ray.y, 1.0))?;
         off.push((at.px - px, at.jac_rotation));
     }
     let mut normal = Matrix3::zeros();

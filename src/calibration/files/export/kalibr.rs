@@ -1,22 +1,28 @@
 use std::fmt::Write;
 
-use super::{ExportedCamera, NotExpressible, number::numbers};
+use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 
-/// The calibration as a Kalibr camchain of one camera: `pinhole` with `radtan` (`k1 k2 p1 p2`).
+/// The calibration as a Kalibr camchain of one camera: `pinhole` with `radtan` (`k1 k2 p1 p2`) or `equidistant`
+/// (`k1 k2 k3 k4`).
 ///
 /// # Errors
 ///
-/// [`NotExpressible`] if k3 is not zero: `radtan` ends with k2.
+/// [`NotExpressible`] if k3 is not zero, since `radtan` ends with k2, and for a rational lens.
 pub fn kalibr_camchain(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
-    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = exported.camera.lens_parameters();
-    if k3 != 0.0 {
-        return Err(NotExpressible::Coefficient { coefficient: "k3" });
-    }
+    let (model, coefficients) = match exported.coefficients() {
+        Coefficients::None => ("radtan", [0.0; 4]),
+        Coefficients::Brown([k1, k2, p1, p2, 0.0]) => ("radtan", [k1, k2, p1, p2]),
+        Coefficients::Brown(_) => {
+            return Err(NotExpressible::Coefficient { coefficient: "k3" });
+        }
+        Coefficients::Rational(_) => return Err(NotExpressible::Lens { lens: "rational" }),
+        Coefficients::Fisheye(coefficients) => ("equidistant", coefficients),
+    };
     let mut yaml = String::from("cam0:\n  cam_overlaps: []\n  camera_model: pinhole\n");
     // Writing to a string cannot fail.
-    let _ = writeln!(yaml, "  distortion_coeffs: [{}]", numbers(&[k1, k2, p1, p2]));
-    let _ = writeln!(yaml, "  distortion_model: radtan");
-    let _ = writeln!(yaml, "  intrinsics: [{}]", numbers(&[fx, fy, cx, cy]));
+    let _ = writeln!(yaml, "  distortion_coeffs: [{}]", numbers(&coefficients));
+    let _ = writeln!(yaml, "  distortion_model: {model}");
+    let _ = writeln!(yaml, "  intrinsics: [{}]", numbers(&exported.intrinsics()));
     let size = exported.image_size;
     let _ = writeln!(yaml, "  resolution: [{}, {}]", size.width_px, size.height_px);
     let _ =
@@ -26,7 +32,10 @@ pub fn kalibr_camchain(exported: &ExportedCamera<'_>) -> Result<String, NotExpre
 
 #[cfg(test)]
 mod tests {
-    use super::{super::tests::exported, *};
+    use super::{
+        super::tests::{exported, fisheye, rational},
+        *,
+    };
 
     #[test]
     fn camchain_has_one_camera_and_never_loses_a_coefficient() {
@@ -36,5 +45,9 @@ mod tests {
         assert!(yaml.contains("  rostopic: /front_camera/image_raw\n"));
         let refused = kalibr_camchain(&exported(-0.02));
         assert_eq!(refused, Err(NotExpressible::Coefficient { coefficient: "k3" }));
+        let refused = kalibr_camchain(&rational());
+        assert_eq!(refused, Err(NotExpressible::Lens { lens: "rational" }));
+        let yaml = kalibr_camchain(&fisheye()).expect("equidistant");
+        assert!(yaml.contains("  distortion_model: equidistant\n"), "{yaml}");
     }
 }

@@ -1,14 +1,24 @@
 use std::fmt::Write;
 
-use super::{ExportedCamera, number::number, number::numbers};
+use super::{Coefficients, ExportedCamera, NotExpressible, number::number, number::numbers};
 
 /// The calibration as a script that MATLAB and Octave run: plain variables, and MATLAB's
 /// `cameraIntrinsics` where its Computer Vision Toolbox is there.
 ///
 /// MATLAB counts pixels from 1 at the centre of the top-left one, so its principal point is one pixel
 /// larger; its picture sizes are rows, then columns.
-pub fn matlab_script(exported: &ExportedCamera<'_>) -> String {
-    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = exported.camera.lens_parameters();
+///
+/// # Errors
+///
+/// [`NotExpressible`] for rational and fisheye lenses: MATLAB's `fisheyeIntrinsics` has another model.
+pub fn matlab_script(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
+    let [fx, fy, cx, cy] = exported.intrinsics();
+    let [k1, k2, p1, p2, k3] = match exported.coefficients() {
+        Coefficients::None => [0.0; 5],
+        Coefficients::Brown(coefficients) => coefficients,
+        Coefficients::Rational(_) => return Err(NotExpressible::Lens { lens: "rational" }),
+        Coefficients::Fisheye(_) => return Err(NotExpressible::Lens { lens: "fisheye" }),
+    };
     let size = exported.image_size;
     let mut script = String::new();
     // Writing to a string cannot fail.
@@ -26,21 +36,27 @@ pub fn matlab_script(exported: &ExportedCamera<'_>) -> String {
          \x20   'RadialDistortion', radial_distortion, 'TangentialDistortion', tangential_distortion);\n\
          end\n",
     );
-    script
+    Ok(script)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{super::tests::exported, *};
+    use super::{
+        super::tests::{exported, fisheye, rational},
+        *,
+    };
 
     #[test]
     fn pixels_are_counted_from_one_and_sizes_are_rows_first() {
-        let script = matlab_script(&exported(-0.02));
+        let script = matlab_script(&exported(-0.02)).expect("Brown's");
         let pp = format!("principal_point = [{}];\n", numbers(&[653.25, 352.5]));
         assert!(script.contains(&pp), "{script}");
         assert!(script.contains("image_size = [720, 1280];\n"));
         let radial = format!("radial_distortion = [{}];\n", numbers(&[-0.3, 0.125, -0.02]));
         assert!(script.contains(&radial));
         assert!(script.is_ascii());
+        for wide in [fisheye(), rational()] {
+            assert!(matches!(matlab_script(&wide), Err(NotExpressible::Lens { .. })));
+        }
     }
 }

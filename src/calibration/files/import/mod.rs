@@ -12,9 +12,8 @@
 //! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
 //! ```
 //!
-//! All of them put (0, 0) at the centre of the top-left pixel and use OpenCV's distortion polynomial, as this
-//! program does, so numbers are kept bit for bit. A lens that needs more than k1, k2, p1, p2, k3 is refused,
-//! never truncated. Text comes in, numbers go out; nothing here opens a file.
+//! All of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, as this program does, so numbers
+//! are kept bit for bit. A lens that needs more than k1, k2, p1, p2, k3, k4, k5, k6 is refused, never truncated. Text comes in, numbers go out; nothing here opens a file.
 
 mod kalibr;
 mod literal;

@@ -4,6 +4,7 @@ use super::{
     numbers::{exactly, lens, list},
     old_calibration::{NotImported, OldCalibration, OldFormat},
 };
+use crate::geometry::LensKind;
 
 /// Reads an mrcal `.cameramodel`: `LENSMODEL_PINHOLE` and `LENSMODEL_OPENCV…`. Where the camera stood is left.
 pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
@@ -26,5 +27,6 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
         return Err(missing("intrinsics", wanted));
     };
     let size = exactly(&tree["imagersize"]).ok_or(missing("imagersize", "2 finite numbers"))?;
-    OldCalibration::new(OldFormat::Mrcal, &lens([fx, fy, cx, cy], &intrinsics[4..])?, size)
+    let lens = lens([fx, fy, cx, cy], &intrinsics[4..])?;
+    OldCalibration::new(OldFormat::Mrcal, LensKind::Perspective, &lens, size)
 }

@@ -47,12 +47,20 @@ pub(super) fn exactly<const N: usize>(value: &Value) -> Option<[f64; N]> {
     list(value)?.try_into().ok()
 }
 
+/// Lens parameters of `fx fy cx cy` and the four coefficients of OpenCV's fisheye model.
+pub(super) fn fisheye_lens(
+    [fx, fy, cx, cy]: [f64; 4],
+    [k1, k2, k3, k4]: [f64; 4],
+) -> [f64; LENS_PARAMETERS] {
+    [fx, fy, cx, cy, k1, k2, 0.0, 0.0, k3, k4, 0.0, 0.0]
+}
+
 /// Lens parameters of `fx fy cx cy` and OpenCV's coefficients, however many the format has.
 pub(super) fn lens(
     [fx, fy, cx, cy]: [f64; 4],
     coefficients: &[f64],
 ) -> Result<[f64; LENS_PARAMETERS], NotImported> {
-    let mut lens = [fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let mut lens = [fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     for (i, (value, name)) in coefficients.iter().zip(COEFFICIENTS).enumerate() {
         if let Some(place) = lens.get_mut(4 + i) {
             *place = *value;

@@ -2,9 +2,12 @@
 
 use crate::{
     board::Checkerboard,
-    calibration::{check::finding::Verdict, files::named_covariance::LensCovariance},
+    calibration::{
+        check::finding::Verdict,
+        files::named_covariance::{LENS_PARAMETER_NAMES, LensCovariance},
+    },
     frame::ImageSize,
-    geometry::{BoardOutline, Camera, LENS_PARAMETERS},
+    geometry::{BoardOutline, Camera, LENS_PARAMETERS, LensKind},
 };
 
 /// A calibration read from a file.
@@ -95,13 +98,13 @@ pub enum NotImported {
         /// What it should be.
         wanted: &'static str,
     },
-    /// A lens model other than a pinhole with OpenCV's polynomial.
+    /// A lens model that is none of OpenCV's.
     #[error("its lens model is {found:?}; {KNOWN_LENS}")]
     Model {
         /// The model named.
         found: String,
     },
-    /// A coefficient beyond k1, k2, p1, p2, k3 that is not zero.
+    /// A coefficient beyond k1, k2, p1, p2, k3, k4, k5, k6 that is not zero.
     #[error("its lens has {coefficient} = {value}; {KNOWN_LENS}")]
     Coefficient {
         /// Name of the coefficient.
@@ -120,7 +123,8 @@ pub enum NotImported {
 }
 
 const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel";
-const KNOWN_LENS: &str = "only pinholes with k1, k2, p1, p2, k3 can be read";
+const KNOWN_LENS: &str =
+    "only pinholes with k1, k2, p1, p2, k3, k4, k5, k6 and OpenCV's fisheye model can be read";
 
 impl OldFormat {
     /// Its name as people know it.
@@ -139,13 +143,12 @@ impl OldCalibration {
     /// Checks what every format holds.
     pub(super) fn new(
         format: OldFormat,
+        kind: LensKind,
         lens: &[f64; LENS_PARAMETERS],
         size: [f64; 2],
     ) -> Result<Self, NotImported> {
         let nonsense = |name, value: f64| NotImported::Nonsense { name, value: value.to_string() };
-        for (name, value) in
-            ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"].into_iter().zip(lens)
-        {
+        for (name, value) in LENS_PARAMETER_NAMES.into_iter().zip(lens) {
             if !value.is_finite() || (name.starts_with('f') && *value <= 1.0) {
                 return Err(nonsense(name, *value));
             }
@@ -157,7 +160,7 @@ impl OldCalibration {
         });
         Ok(Self {
             format,
-            camera: Camera::from_lens_parameters(lens),
+            camera: Camera::from_lens_parameters(kind, lens),
             image_size: ImageSize { width_px: width_px?, height_px: height_px? },
             covariance: None,
             outlines: Vec::new(),

@@ -19,7 +19,9 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     })?;
     let lens = file.result.as_ref().ok_or(NotImported::NoResult)?;
     let size = file.image_size.map(f64::from);
-    let mut old = OldCalibration::new(OldFormat::Own, &lens.camera().lens_parameters(), size)?;
+    let camera = lens.camera();
+    let kind = camera.distortion.kind;
+    let mut old = OldCalibration::new(OldFormat::Own, kind, &camera.lens_parameters(), size)?;
     old.rms_px = lens.rms_px;
     old.covariance = covariance(lens);
     old.outlines = file
