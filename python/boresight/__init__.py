@@ -1,7 +1,7 @@
 """Camera calibration that says whether to believe it.
 
 Pixel (0, 0) is the centre of the top-left pixel, x points right, y down. Lengths are in pixels unless a name says
-otherwise; the lens is OpenCV's (k1, k2, p1, p2, k3). A board is named by its inner corners, columns x rows: "9x6" is a
+otherwise; the lens is OpenCV's. A board is named by its inner corners, columns x rows: "9x6" is a
 board of 10 by 7 squares.
 
 Pictures are arrays of uint8: rows x columns, or rows x columns x 3 in OpenCV's order, blue, green, red.
@@ -227,9 +227,23 @@ class Calibration:
 
     @property
     def distortion(self) -> np.ndarray:
-        """OpenCV's k1, k2, p1, p2, k3."""
+        """OpenCV's coefficients: k1, k2, p1, p2, k3; for a rational lens k4, k5, k6 follow.
+
+        For a fisheye lens, the k1, k2, k3, k4 of ``cv2.fisheye``.
+        """
         lens = self._lens()["distortion"]
-        return np.array([lens[name] for name in ("k1", "k2", "p1", "p2", "k3")])
+        if self.is_fisheye:
+            names = ["k1", "k2", "k3", "k4"]
+        elif any(name in lens for name in ("k4", "k5", "k6")):
+            names = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]
+        else:
+            names = ["k1", "k2", "p1", "p2", "k3"]
+        return np.array([lens.get(name, 0.0) for name in names])
+
+    @property
+    def is_fisheye(self) -> bool:
+        """Whether the coefficients are those of ``cv2.fisheye``."""
+        return bool(self._lens()["distortion"].get("fisheye", False))
 
     @property
     def sigma(self) -> Mapping[str, Any]:
@@ -375,8 +389,9 @@ def replay(
 def read_calibration(path: PathLike) -> dict[str, Any]:
     """Reads a calibration of boresight, OpenCV (YAML, JSON), ROS, Kalibr or mrcal, recognised by its content.
 
-    Returns image_size, f_px, pp_px, distortion (k1, k2, p1, p2, k3), the 9 x 9 covariance in the order fx, fy, cx, cy,
-    k1, k2, p1, p2, k3 if the file states one, rms_px and source.
+    Returns image_size, f_px, pp_px, distortion (k1, k2, p1, p2, k3, k4, k5, k6), whether these are of the fisheye model,
+    the 12 x 12 covariance in the order fx, fy, cx, cy and then that of the coefficients if the file states one, rms_px
+    and source.
     """
     return json.loads(_boresight.read_calibration(os.fspath(path)))
 

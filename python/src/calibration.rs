@@ -17,7 +17,7 @@ use boresight::{
     },
     config::Config,
     frame::ImageSize,
-    geometry::Corner,
+    geometry::{Corner, LensKind},
     text,
 };
 use pyo3::prelude::*;
@@ -152,7 +152,8 @@ pub(crate) fn read_calibration(py: Python<'_>, file: PathBuf) -> PyResult<String
 }
 
 fn imported(old: &OldCalibration) -> serde_json::Value {
-    let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = old.camera.lens_parameters();
+    let [fx, fy, cx, cy, coefficients @ ..] = old.camera.lens_parameters();
+    let fisheye = old.camera.distortion.kind == LensKind::Fisheye;
     let covariance = old.covariance.map(|matrix| {
         let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
         rows.collect::<Vec<_>>()
@@ -161,7 +162,8 @@ fn imported(old: &OldCalibration) -> serde_json::Value {
         "image_size": [old.image_size.width_px, old.image_size.height_px],
         "f_px": [fx, fy],
         "pp_px": [cx, cy],
-        "distortion": [k1, k2, p1, p2, k3],
+        "distortion": coefficients,
+        "fisheye": fisheye,
         "covariance": covariance,
         "rms_px": old.rms_px,
         "source": old.source,
