@@ -74,6 +74,10 @@ fn file(err: &FileError) -> Option<String> {
         FileError::Read { .. } => {
             Some("Check the name; a session is the folder that holds session.toml.".into())
         }
+        FileError::NotPrivate { path } => Some(format!(
+            "Keep it to yourself: chmod 600 {}. If somebody may have read it, delete it, and a new one is made.",
+            path.display()
+        )),
         FileError::TooLarge { .. } | FileError::NotText { .. } => {
             Some("Check the name: this is no file of that kind.".into())
         }

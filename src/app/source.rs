@@ -33,6 +33,9 @@ use crate::{
 /// Frames that the simulated camera may have in flight at once.
 const IN_FLIGHT: usize = 24;
 
+/// What a name may be.
+const SOURCES: &str = "try a name from `boresight devices`, sim, a session folder, a folder of pictures, a video file, or a stream such as rtsp://…";
+
 /// An open source.
 pub struct OpenSource {
     /// Where frames come from.
@@ -91,9 +94,7 @@ impl SourceName {
                     None => SceneFile::load_with(Path::new(rest), board)?,
                 },
                 None => {
-                    bail!(
-                        "no source {name:?}: try a name from `boresight devices`, sim, a session folder, or a folder of pictures"
-                    )
+                    bail!("no source {name:?}: {SOURCES}")
                 }
             };
             return Ok(Self::Simulated(Box::new(scene)));
@@ -120,9 +121,7 @@ impl SourceName {
         if path.is_dir() {
             return Ok(Self::Folder(path));
         }
-        bail!(
-            "no source {name:?}: try a name from `boresight devices`, sim, a session folder, or a folder of pictures"
-        )
+        bail!("no source {name:?}: {SOURCES}")
     }
 
     /// The name that opens the same source again, where `given` is the name that was typed.
@@ -178,7 +177,10 @@ fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
 
 /// Whether `path` is a file of moving pictures.
 fn is_video(path: &Path) -> bool {
-    const ENDINGS: [&str; 9] = ["mp4", "mov", "mkv", "avi", "webm", "m4v", "mjpeg", "mjpg", "ts"];
+    const ENDINGS: [&str; 18] = [
+        "mp4", "mov", "mkv", "avi", "webm", "m4v", "mjpeg", "mjpg", "ts", "mts", "m2ts", "mpg",
+        "mpeg", "wmv", "flv", "ogv", "3gp", "gif",
+    ];
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
     path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
 }
@@ -218,4 +220,21 @@ fn open_session(path: &Path) -> anyhow::Result<Box<dyn FrameSource>> {
         Ok(Frame { id: FrameId(index as u64), captured_at, kind, name, image })
     });
     Ok(Box::new(Recorded::new(identity, play)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whatever_ffmpeg_reads_is_a_source() {
+        let place = tempfile::tempdir().expect("a folder");
+        for name in ["a.mp4", "a.GIF", "a.mts", "a.mpeg"] {
+            let path = place.path().join(name);
+            assert!(!is_video(&path), "{name} isn't there yet");
+            std::fs::write(&path, b"").expect("written");
+            assert!(is_video(&path), "{name}");
+        }
+        assert!(!is_video(place.path()));
+    }
 }

@@ -61,6 +61,8 @@ pub struct WindowHost {
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
     voice: Voice,
+    /// Speaks from the beginning; whether left and right are those of a person who faces the camera.
+    speaks: Option<bool>,
     /// The phone's page.
     #[cfg(feature = "serve")]
     phone: Option<Arc<super::phone::Phone>>,
@@ -97,7 +99,11 @@ impl AppHost for WindowHost {
     }
 
     fn remembered(&self) -> Memory {
-        self.memory.as_deref().map(memory::read).unwrap_or_default()
+        let memory = self.memory.as_deref().map(memory::read).unwrap_or_default();
+        match self.speaks {
+            None => memory,
+            Some(mirrored) => Memory { speech: Some(true), mirrored: Some(mirrored), ..memory },
+        }
     }
 
     fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
@@ -271,6 +277,7 @@ impl WindowHost {
             board_id: printed_board::new_id(),
             named: None,
             voice: Voice::new(),
+            speaks: None,
             #[cfg(feature = "serve")]
             phone: None,
         }
@@ -294,6 +301,13 @@ impl WindowHost {
     #[must_use]
     pub fn remembering(self, path: Option<PathBuf>) -> Self {
         Self { memory: path, ..self }
+    }
+
+    /// Speaks from the beginning, if `mirrored` is given: left and right are then those of a person who faces the camera,
+    /// or looks the way it looks.
+    #[must_use]
+    pub fn speaking(self, mirrored: Option<bool>) -> Self {
+        Self { speaks: mirrored, ..self }
     }
 
     /// Asks what the first session is about instead of starting it.

@@ -1,7 +1,7 @@
 //! Who is beside a session in the terminal: a phone's page, a voice.
 
 #[cfg(feature = "serve")]
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[cfg(feature = "serve")]
 use anyhow::Context;
@@ -14,8 +14,8 @@ use crate::app::{NoVoice, Voice};
 #[cfg(feature = "serve")]
 use crate::{
     app::phone::Phone,
-    files::{Links, read},
-    serve::{Certificate, ServeAddress, Setup},
+    files::{Links, read, read_or_make_private},
+    serve::{Certificate, Secret, ServeAddress, Setup},
 };
 
 /// Bytes of a certificate or key at most.
@@ -50,6 +50,11 @@ pub(super) struct NameArguments {
     /// The certificate's private key (PEM).
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     tls_key: Option<PathBuf>,
+    /// Keep the secret of the links in this file: phones then stay connected when boresight is started again, and the
+    /// QR code stays the same. The file is made if it isn't there, readable by you only. Delete it to shut everybody
+    /// out. Without this option, links are new at each start.
+    #[arg(long, value_name = "FILE")]
+    serve_key: Option<PathBuf>,
 }
 
 /// The computer's voice.
@@ -68,6 +73,12 @@ enum Stands {
 }
 
 impl BesideArguments {
+    /// Whether the voice that was asked for speaks to somebody who faces the camera; `None` if none was.
+    #[cfg(feature = "window")]
+    pub(super) fn speaks_to_facing(&self) -> Option<bool> {
+        self.voice.speak.map(|stands| stands == Stands::Facing)
+    }
+
     /// The voice that was asked for.
     pub(super) fn voice(&self) -> anyhow::Result<Option<Voice>> {
         self.voice.start()
@@ -113,8 +124,19 @@ impl NameArguments {
             _ => None,
         };
         let names = self.serve_name.clone();
-        let phone = Phone::start(&Setup { address, names, certificate })?;
+        let kept = self.serve_key.as_deref().map(kept_secret).transpose()?;
+        let phone = Phone::start(&Setup { address, names, certificate, kept })?;
         phone.announce(&announcer());
         Ok(phone)
     }
+}
+
+/// The secret in the file at `path`; a new one if there is no file.
+#[cfg(feature = "serve")]
+fn kept_secret(path: &Path) -> anyhow::Result<Secret> {
+    const LARGEST_SECRET: u64 = 256;
+    let fresh = Secret::random()?;
+    let text = read_or_make_private(path, LARGEST_SECRET, || fresh.text() + "\n")?;
+    Secret::parse(text.trim().as_bytes())
+        .with_context(|| format!("not a file that --serve-key made: {path:?}"))
 }

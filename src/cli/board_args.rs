@@ -3,7 +3,7 @@
 use std::{path::PathBuf, str::FromStr};
 
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, Command};
 
 use super::terminal::announcer;
 use crate::{
@@ -46,6 +46,32 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
 pub(super) struct BoardSize {
     columns: u16,
     rows: u16,
+}
+
+/// Commands that read no code in a board's margin, with what they take for squares without --square.
+const WITHOUT_CODE: [(&str, &str); 4] = [
+    ("serve", "25mm"),
+    ("check", "25mm"),
+    ("simulate", "25mm"),
+    ("target", "as large as fits, in whole millimetres"),
+];
+
+/// `program` whose help names the board that each command takes without --board.
+pub(super) fn with_true_defaults(program: Command) -> Command {
+    WITHOUT_CODE.iter().fold(program, |program, (name, square)| {
+        program.mut_subcommand(name, |command| {
+            let takes_board = command.get_arguments().any(|arg| arg.get_id() == "board");
+            if !takes_board {
+                return command;
+            }
+            let square =
+                format!("Square size with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
+            let board = "Inner corners of the board, columns x rows [default: 9x6]";
+            command
+                .mut_arg("board", |arg| arg.help(board).long_help(None))
+                .mut_arg("square", |arg| arg.help(square).long_help(None))
+        })
+    })
 }
 
 /// A picture size: width x height.

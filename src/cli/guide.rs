@@ -112,7 +112,7 @@ impl Arguments {
     /// The program behind a window that shows these sessions.
     #[cfg(feature = "window")]
     pub(super) fn app_host(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
-        window::app_host(self.opening()?, self.says_something(), paced)
+        window::app_host(self.opening()?, &self.beside, self.says_something(), paced)
     }
 
     /// Whether an option says anything about the session: then nobody needs to be asked.

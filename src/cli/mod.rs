@@ -46,9 +46,7 @@ mod window;
 
 use std::process::ExitCode;
 
-#[cfg(feature = "manual")]
-use clap::CommandFactory;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 #[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
 use left_out::devices;
@@ -128,7 +126,8 @@ enum Command {
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
 pub fn main() -> ExitCode {
-    let arguments = CommandLine::parse();
+    let read = CommandLine::from_arg_matches(&command_line().get_matches());
+    let arguments = read.unwrap_or_else(|err| err.format(&mut command_line()).exit());
     let result = match arguments.command {
         None => arguments.guide.run(),
         Some(Command::Guide(arguments)) => arguments.run(),
@@ -147,9 +146,9 @@ pub fn main() -> ExitCode {
         Some(Command::Study(arguments)) => arguments.run(),
         Some(Command::Target(arguments)) => arguments.run(),
         #[cfg(feature = "manual")]
-        Some(Command::Completions(arguments)) => arguments.run(CommandLine::command()),
+        Some(Command::Completions(arguments)) => arguments.run(command_line()),
         #[cfg(feature = "manual")]
-        Some(Command::Man(arguments)) => arguments.run(CommandLine::command()),
+        Some(Command::Man(arguments)) => arguments.run(command_line()),
         #[cfg(not(feature = "manual"))]
         Some(Command::Completions(arguments)) => arguments.run(),
         #[cfg(not(feature = "manual"))]
@@ -168,6 +167,11 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// The command line with its help.
+fn command_line() -> clap::Command {
+    board_args::with_true_defaults(CommandLine::command())
+}
+
 /// The program behind a window of guided sessions, for tests that show the window without a display:
 /// `arguments` are those of `boresight guide`. With `paced`, a simulated source keeps to its own time, as a
 /// person needs; without, it's as fast as the machine.
@@ -179,4 +183,26 @@ pub fn main() -> ExitCode {
 pub fn app_host(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
     let arguments = ["boresight"].iter().chain(arguments);
     CommandLine::try_parse_from(arguments)?.guide.app_host(paced)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_names_the_board_that_each_command_takes() {
+        let mut program = command_line();
+        program.build();
+        let mut help = |name: &str| {
+            let command = program.find_subcommand_mut(name).expect("a command");
+            command.render_long_help().to_string()
+        };
+        let target = help("target");
+        assert!(target.contains("[default: as large as fits") && !target.contains("from the code"));
+        for (name, reads_code) in [("calibrate", true), ("detect", true), ("check", false)] {
+            let help = help(name);
+            assert_eq!(help.contains("from the code"), reads_code, "{name}: {help}");
+            assert!(help.contains("9x6]"), "{name}: {help}");
+        }
+    }
 }

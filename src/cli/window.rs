@@ -23,12 +23,7 @@ pub(super) fn run(
     at_once: bool,
     json: bool,
 ) -> anyhow::Result<Exit> {
-    let host = host(opening, json, true)?.remembering(usual_memory());
-    #[cfg(feature = "serve")]
-    let host = host.with_phone(beside.phone()?);
-    #[cfg(not(feature = "serve"))]
-    let _ = beside;
-    let host = if at_once { host } else { host.asking() };
+    let host = host(opening, beside, at_once, (json, true))?.remembering(usual_memory());
     let exit = host.exit();
     or_say_why(ui::run(Box::new(host)))?;
     Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
@@ -37,11 +32,11 @@ pub(super) fn run(
 /// The program behind a window that somebody else shows, as tests do; remembers nothing.
 pub(super) fn app_host(
     opening: Opening,
+    beside: &BesideArguments,
     at_once: bool,
     paced: bool,
 ) -> anyhow::Result<Box<dyn AppHost>> {
-    let host = host(opening, false, paced)?;
-    Ok(Box::new(if at_once { host } else { host.asking() }))
+    Ok(Box::new(host(opening, beside, at_once, (false, paced))?))
 }
 
 /// Steps through a recording in a window until it's closed.
@@ -49,14 +44,23 @@ pub(super) fn replay(recording: DecidedRecording) -> anyhow::Result<()> {
     or_say_why(ui::run_replay(recording))
 }
 
-fn host(opening: Opening, json: bool, paced: bool) -> anyhow::Result<WindowHost> {
+fn host(
+    opening: Opening,
+    beside: &BesideArguments,
+    at_once: bool,
+    (json, paced): (bool, bool),
+) -> anyhow::Result<WindowHost> {
     let on_result = Arc::new(move |result: &CalibrationFile| {
         if json {
             // A result that can't be printed is in the session's folder all the same.
             let _ = result.to_json().map(|json| print(&json.to_string()));
         }
     });
-    Ok(WindowHost::new(opening, paced, stop_flag()?, announcer(), on_result))
+    let host = WindowHost::new(opening, paced, stop_flag()?, announcer(), on_result);
+    #[cfg(feature = "serve")]
+    let host = host.with_phone(beside.phone()?);
+    let host = host.speaking(beside.speaks_to_facing());
+    Ok(if at_once { host } else { host.asking() })
 }
 
 /// Turns the lack of a window into an error with its next action.

@@ -43,6 +43,12 @@ pub enum FileError {
         /// The file.
         path: PathBuf,
     },
+    /// The file holds a secret, and others may read it.
+    #[error("others can read this secret: {path:?}")]
+    NotPrivate {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file isn't text.
     #[error("not a text in UTF-8: {path:?}")]
     NotText {
@@ -71,6 +77,7 @@ impl FileError {
             Self::Exists { .. } => "FILE-EXISTS",
             Self::NotAFile { .. } => "NOT-A-FILE",
             Self::TooLarge { .. } => "FILE-TOO-LARGE",
+            Self::NotPrivate { .. } => "NOT-PRIVATE",
             Self::NotText { .. } => "NOT-TEXT",
         }
     }

@@ -27,6 +27,8 @@ mod disk_log;
 mod error;
 mod folder;
 mod plain;
+#[cfg(feature = "serve")]
+mod private;
 mod read;
 mod save;
 
@@ -35,5 +37,7 @@ pub use append::Appending;
 pub use disk_log::{DiskLog, LoggedChange};
 pub use error::FileError;
 pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_folder};
+#[cfg(feature = "serve")]
+pub use private::read_or_make_private;
 pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
 pub use save::{Overwrite, copy, may_save, save};

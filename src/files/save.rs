@@ -55,7 +55,18 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// [`FileError::Exists`], [`FileError::NotAFile`] or [`FileError::Write`]; what was at `path` is then untouched.
 pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileError> {
-    save_pieces(path, overwrite, |piece| piece(bytes))
+    // The umask takes away what the person doesn't want to share.
+    save_with_mode(path, bytes, overwrite, 0o666)
+}
+
+/// As [`save`]; a new file has `mode`, less what the umask takes away.
+pub(super) fn save_with_mode(
+    path: &Path,
+    bytes: &[u8],
+    overwrite: Overwrite,
+    mode: u32,
+) -> Result<(), FileError> {
+    save_pieces(path, overwrite, mode, |piece| piece(bytes))
 }
 
 /// Copies the file at `from`, of any length, to `path`, as [`save`] writes.
@@ -66,7 +77,7 @@ pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileE
 pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileError> {
     let mut source = open(from, Links::Followed)?;
     let mut unread = None;
-    let saved = save_pieces(path, overwrite, |piece| {
+    let saved = save_pieces(path, overwrite, 0o666, |piece| {
         let mut buffer = vec![0; 1 << 16];
         loop {
             match source.read(&mut buffer) {
@@ -88,6 +99,7 @@ pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileEr
 fn save_pieces(
     path: &Path,
     overwrite: Overwrite,
+    mode: u32,
     fill: impl FnOnce(&mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()>,
 ) -> Result<(), FileError> {
     let writing = FileError::writing(path);
@@ -97,9 +109,10 @@ fn save_pieces(
         Overwrite::Never => false,
     };
     let mut builder = tempfile::Builder::new();
-    // The umask takes away what the person doesn't want to share.
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
+    #[cfg(not(unix))]
+    let _ = mode;
     let mut beside = builder.prefix(UNFINISHED).tempfile_in(folder).map_err(&writing)?;
     let draft = beside.path().to_path_buf();
     note(&Change::Create(&draft));

@@ -14,13 +14,19 @@ use tokio::sync::{mpsc, watch};
 
 use super::{
     hub::{Hub, Stage, State},
+    keys::Role,
     view::{self, Say},
 };
 
 /// Something is sent at least this often, so that a page knows that its link works.
 const HEARTBEAT: Duration = Duration::from_millis(500);
 /// States are sent at most this often.
-const SHORTEST: Duration = Duration::from_millis(66);
+const SHORTEST: Duration = Duration::from_millis(50);
+/// States sent per second at most, over all pages that only watch.
+const MOST_STATES_PER_SEC: f64 = 200.0;
+/// A state waits at most this long for the next decision: what is sent is then new, and while the detector works, the
+/// pages don't.
+const ALIGNED_WITHIN: Duration = Duration::from_millis(40);
 
 /// The newest state as JSON, made once for all pages.
 #[derive(Default)]
@@ -82,13 +88,13 @@ struct NewsEvent<'a> {
 
 /// Follows the hub for one page until the page is gone. Sends the news after number `seen`; without a number, only news
 /// from now on.
-pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, seen: Option<u64>) -> Body {
+pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, role: Role, seen: Option<u64>) -> Body {
     let (sender, receiver) = mpsc::channel(1);
     hub.page_came();
     let page = Page { hub };
     tokio::spawn(async move {
         let changes = page.hub.states();
-        tell(&page.hub, &states, changes, &sender, seen).await;
+        tell(&page.hub, &states, changes, &sender, (role, seen)).await;
         drop(page);
     });
     Body::new(Events { receiver })
@@ -110,7 +116,7 @@ async fn tell(
     states: &SharedStates,
     mut changes: watch::Receiver<State>,
     sender: &mpsc::Sender<Bytes>,
-    seen: Option<u64>,
+    (role, seen): (Role, Option<u64>),
 ) {
     let mut seen = seen.unwrap_or_else(|| hub.news_after(u64::MAX).1);
     let (mut plan, mut ended): (Option<Arc<str>>, Option<Arc<str>>) = (None, None);
@@ -145,7 +151,17 @@ async fn tell(
         room.send(text.into());
         let sent = Instant::now();
         tokio::time::timeout(HEARTBEAT, changes.changed()).await.ok();
-        tokio::time::sleep(SHORTEST.saturating_sub(sent.elapsed())).await;
+        let pause = match role {
+            Role::Owner => SHORTEST,
+            Role::Watcher => {
+                SHORTEST.max(Duration::from_secs_f64(hub.pages() as f64 / MOST_STATES_PER_SEC))
+            }
+        };
+        tokio::time::sleep(pause.saturating_sub(sent.elapsed())).await;
+        let is_routine = matches!(changes.borrow_and_update().stage, Stage::Guiding);
+        if is_routine && hub.news_after(seen).0.is_empty() {
+            tokio::time::timeout(ALIGNED_WITHIN, changes.changed()).await.ok();
+        }
         if sender.is_closed() {
             return;
         }

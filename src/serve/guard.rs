@@ -36,8 +36,12 @@ pub(super) struct Gate {
 }
 
 impl Gate {
-    pub(super) fn new(names: Vec<String>, https: bool) -> Result<Self, ServeError> {
-        let keys = Mutex::new(Keys::new()?);
+    pub(super) fn new(
+        names: Vec<String>,
+        https: bool,
+        kept: Option<&Secret>,
+    ) -> Result<Self, ServeError> {
+        let keys = Mutex::new(Keys::new(kept)?);
         Ok(Self { keys, strangers: Mutex::default(), names, https })
     }
 
@@ -175,7 +179,7 @@ mod tests {
 
     #[test]
     fn only_addresses_and_own_names_are_ours() {
-        let gate = Gate::new(vec!["cell-4.example".into()], false).expect("randomness");
+        let gate = Gate::new(vec!["cell-4.example".into()], false, None).expect("randomness");
         for ours in [
             "127.0.0.1",
             "192.168.1.7:8417",
@@ -201,7 +205,7 @@ mod tests {
 
     #[test]
     fn another_origin_is_refused() {
-        let gate = Gate::new(Vec::new(), false).expect("randomness");
+        let gate = Gate::new(Vec::new(), false, None).expect("randomness");
         let from = |origin: &str| {
             let mut headers = HeaderMap::new();
             headers.insert(header::ORIGIN, HeaderValue::from_str(origin).expect("a header"));

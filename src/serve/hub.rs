@@ -26,6 +26,8 @@ const NEWS_KEPT: usize = 64;
 /// Between the program and its pages. Nothing here ever waits for a page.
 pub struct Hub {
     picture: watch::Sender<Option<Picture>>,
+    /// The newest picture, before the session has judged it.
+    unjudged: Mutex<Option<Picture>>,
     state: watch::Sender<State>,
     pictures: AtomicU64,
     teller: Mutex<Teller>,
@@ -173,6 +175,7 @@ impl Hub {
         let state = State { version: 0, stage: Stage::Starting, snapshot: None };
         Self {
             picture: watch::Sender::new(None),
+            unjudged: Mutex::default(),
             state: watch::Sender::new(state),
             pictures: AtomicU64::new(0),
             teller: Mutex::default(),
@@ -219,6 +222,14 @@ impl Hub {
     pub(super) fn page_left(&self) {
         *lock(&self.left) = Some(Instant::now());
         self.pages.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    /// Hands a picture to the pages.
+    fn publish(&self, picture: Option<Picture>) {
+        if picture.is_some() {
+            // The frame before is freed outside the slot's lock.
+            drop(self.picture.send_replace(picture));
+        }
     }
 
     pub(super) fn pictures(&self) -> watch::Receiver<Option<Picture>> {
@@ -286,6 +297,9 @@ impl Hub {
 impl Onlooker for Hub {
     fn began(&self, commands: CommandLink) {
         *lock(&self.commands) = Some(commands);
+        // The last session's picture isn't this one's.
+        lock(&self.unjudged).take();
+        self.picture.send_replace(None);
         let mut teller = lock(&self.teller);
         // Pages go on counting.
         *teller = Teller {
@@ -300,8 +314,10 @@ impl Onlooker for Hub {
     fn captured(&self, frame: &Arc<Frame>) {
         let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
         let picture = Picture { number, frame: Arc::clone(frame), came: Instant::now() };
-        // The frame before is freed outside the slot's lock.
-        drop(self.picture.send_replace(Some(picture)));
+        // Pages make work for the processor. While a picture is judged, that is the detector's; afterwards, it waits
+        // for the next one. A picture that isn't judged by then is shown all the same.
+        let before = lock(&self.unjudged).replace(picture);
+        self.publish(before);
     }
 
     fn decided(&self, snapshot: &Snapshot) {
@@ -324,6 +340,8 @@ impl Onlooker for Hub {
             }
         }
         drop(teller);
+        let judged = lock(&self.unjudged).take();
+        self.publish(judged);
         let snapshot = Some(Arc::new(snapshot.clone()));
         let before = {
             let mut before = None;

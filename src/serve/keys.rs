@@ -24,22 +24,27 @@ pub enum Role {
 
 /// 256 random bits.
 #[derive(Clone, Copy)]
-pub(super) struct Secret([u8; 32]);
+pub struct Secret([u8; 32]);
 
 impl Secret {
-    pub(super) fn random() -> Result<Self, ServeError> {
+    /// A new one.
+    ///
+    /// # Errors
+    ///
+    /// [`ServeError::NoRandomness`].
+    pub fn random() -> Result<Self, ServeError> {
         let mut bytes = [0; 32];
         getrandom::fill(&mut bytes).map_err(|_| ServeError::NoRandomness)?;
         Ok(Self(bytes))
     }
 
-    /// As it's written in a link or a header.
-    pub(super) fn text(&self) -> String {
+    /// As it's written in a link, a header or a file: 43 letters.
+    pub fn text(&self) -> String {
         BASE64_URL_SAFE_NO_PAD.encode(self.0)
     }
 
-    /// Reads what [`Self::text`] wrote.
-    pub(super) fn parse(text: &[u8]) -> Option<Self> {
+    /// Reads what [`Self::text`] wrote; `None` for anything else.
+    pub fn parse(text: &[u8]) -> Option<Self> {
         let mut bytes = [0; 33];
         // 43 letters are 32 bytes; anything else is nobody's.
         let length = BASE64_URL_SAFE_NO_PAD.decode_slice(text, &mut bytes).ok()?;
@@ -49,14 +54,24 @@ impl Secret {
     fn is(&self, other: &Self) -> Choice {
         self.0.ct_eq(&other.0)
     }
+
+    /// What only the bearer of this secret can compute for `purpose` (HMAC-SHA-256).
+    fn derive(&self, purpose: &[u8]) -> Self {
+        Self(hmac_sha256::HMAC::mac(purpose, self.0))
+    }
 }
 
 /// The two links, and the keys that were given for them.
 pub(super) struct Keys {
     pub(super) owner: Secret,
     pub(super) watcher: Secret,
+    /// What keys are signed with, if they outlive the program.
+    signs: Option<Secret>,
     given: Vec<Key>,
 }
+
+/// Random bytes of a signed key; the rest is its signature.
+const NONCE: usize = 16;
 
 struct Key {
     secret: Secret,
@@ -74,8 +89,21 @@ pub(super) enum Opened {
 }
 
 impl Keys {
-    pub(super) fn new() -> Result<Self, ServeError> {
-        Ok(Self { owner: Secret::random()?, watcher: Secret::random()?, given: Vec::new() })
+    /// New links and keys at each start; with a `kept` secret, the same links each time, and keys that stay valid as
+    /// long as it's kept.
+    pub(super) fn new(kept: Option<&Secret>) -> Result<Self, ServeError> {
+        let given = Vec::new();
+        Ok(match kept {
+            None => {
+                Self { owner: Secret::random()?, watcher: Secret::random()?, signs: None, given }
+            }
+            Some(kept) => Self {
+                owner: kept.derive(b"link of the owner"),
+                watcher: kept.derive(b"link of a watcher"),
+                signs: Some(kept.derive(b"signature of keys")),
+                given,
+            },
+        })
     }
 
     /// A new key for the bearer of a link's `token`; `None` if it's no link's.
@@ -90,7 +118,15 @@ impl Keys {
             return Ok(None);
         }
         let role = if bool::from(owner) { Role::Owner } else { Role::Watcher };
-        let secret = Secret::random()?;
+        let mut secret = Secret::random()?;
+        if let Some(signs) = &self.signs {
+            sign(signs, &mut secret, role);
+        }
+        self.give(secret, role, now);
+        Ok(Some((secret, role)))
+    }
+
+    fn give(&mut self, secret: Secret, role: Role, now: Instant) {
         let owners = self.given.iter().filter(|key| key.role == Role::Owner).count();
         if role == Role::Owner && owners >= MOST_OWNERS {
             self.forget(|key| key.role == Role::Owner);
@@ -98,7 +134,21 @@ impl Keys {
             self.forget(|key| key.role == Role::Watcher);
         }
         self.given.push(Key { secret, role, used: now, bucket: Bucket::of_key(now) });
-        Ok(Some((secret, role)))
+    }
+
+    /// The role of a key that was given before the program's last start; `None` for anything else.
+    fn signed_role(&self, secret: &Secret) -> Option<Role> {
+        let signs = self.signs.as_ref()?;
+        let is_signed = |role: Role| {
+            let mut wanted = *secret;
+            sign(signs, &mut wanted, role);
+            wanted.is(secret)
+        };
+        let (owner, watcher) = (is_signed(Role::Owner), is_signed(Role::Watcher));
+        if bool::from(owner) {
+            return Some(Role::Owner);
+        }
+        bool::from(watcher).then_some(Role::Watcher)
     }
 
     /// What `secret` opens, compared with every key in the same time whichever it is.
@@ -110,7 +160,9 @@ impl Keys {
             found |= same;
         }
         if !bool::from(found) {
-            return None;
+            let role = self.signed_role(secret)?;
+            self.give(*secret, role, now);
+            at = u32::try_from(self.given.len()).ok()?.checked_sub(1)?;
         }
         let key = self.given.get_mut(at as usize)?;
         key.used = now;
@@ -125,6 +177,19 @@ impl Keys {
             self.given.remove(at);
         }
     }
+}
+
+/// Puts the signature of `secret`'s random part, for this role, into its other part.
+fn sign(signs: &Secret, secret: &mut Secret, role: Role) {
+    let mut signed = [0; NONCE + 1];
+    signed[..NONCE].copy_from_slice(&secret.0[..NONCE]);
+    signed[NONCE] = match role {
+        Role::Owner => b'o',
+        Role::Watcher => b'w',
+    };
+    let signature = signs.derive(&signed);
+    let length = secret.0.len() - NONCE;
+    secret.0[NONCE..].copy_from_slice(&signature.0[..length]);
 }
 
 /// Requests that may come at once, and how many more each second.
@@ -166,7 +231,7 @@ mod tests {
     #[test]
     fn a_token_is_exchanged_for_a_key_of_its_role() {
         let now = Instant::now();
-        let mut keys = Keys::new().expect("randomness");
+        let mut keys = Keys::new(None).expect("randomness");
         let token = Secret::parse(keys.watcher.text().as_bytes()).expect("a token");
         let (key, role) = keys.exchange(&token, now).expect("randomness").expect("a link's");
         assert_eq!(role, Role::Watcher);
@@ -182,7 +247,7 @@ mod tests {
     #[test]
     fn watchers_never_push_an_owner_out() {
         let now = Instant::now();
-        let mut keys = Keys::new().expect("randomness");
+        let mut keys = Keys::new(None).expect("randomness");
         let (owner, watcher) = (keys.owner, keys.watcher);
         let (mine, _) = keys.exchange(&owner, now).expect("randomness").expect("a link's");
         for i in 1..500 {
@@ -191,6 +256,39 @@ mod tests {
         }
         assert!(keys.given.len() <= MOST_KEYS);
         assert_eq!(keys.open(&mine, now), Some(Opened::As(Role::Owner)));
+    }
+
+    #[test]
+    fn keys_outlive_the_program_if_a_secret_is_kept() {
+        let now = Instant::now();
+        let kept = Secret::random().expect("randomness");
+        let mut before = Keys::new(Some(&kept)).expect("randomness");
+        let (owner, watcher) = (before.owner, before.watcher);
+        let mut give = |link| before.exchange(link, now).expect("randomness").expect("a link's").0;
+        let (mine, theirs) = (give(&owner), give(&watcher));
+        let mut after = Keys::new(Some(&kept)).expect("randomness");
+        assert_eq!((after.owner.text(), after.watcher.text()), (owner.text(), watcher.text()));
+        assert_eq!(after.open(&mine, now), Some(Opened::As(Role::Owner)));
+        assert_eq!(after.open(&theirs, now), Some(Opened::As(Role::Watcher)));
+        // Whoever watches can make no other key of theirs, and a link is none.
+        for at in 0..32 {
+            let mut other = theirs;
+            other.0[at] ^= 1;
+            assert_eq!(after.open(&other, now), None, "byte {at}");
+        }
+        assert_eq!(after.open(&owner, now), None);
+        let mut fresh = Keys::new(None).expect("randomness");
+        assert_eq!(fresh.open(&mine, now), None);
+        let other = Secret::random().expect("randomness");
+        let mut replaced = Keys::new(Some(&other)).expect("randomness");
+        assert_eq!(replaced.open(&mine, now), None);
+        // However many come back, the memory is bounded.
+        for _ in 0..500 {
+            let (key, _) = before.exchange(&watcher, now).expect("randomness").expect("a link's");
+            assert_eq!(after.open(&key, now), Some(Opened::As(Role::Watcher)));
+        }
+        assert!(after.given.len() <= MOST_KEYS);
+        assert_eq!(after.open(&mine, now), Some(Opened::As(Role::Owner)));
     }
 
     #[test]

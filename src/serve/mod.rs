@@ -49,7 +49,7 @@ mod view;
 pub use address::{DEFAULT_PORT, ServeAddress};
 pub use error::ServeError;
 pub use hub::{EndedPage, Hub, Offer, OfferedCamera, PageFile, Request, Stage};
-pub use keys::Role;
+pub use keys::{Role, Secret};
 pub use qr::QrCode;
 pub use server::{Links, Server, Setup};
 pub use tls::Certificate;

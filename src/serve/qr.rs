@@ -2,8 +2,8 @@
 
 use qrcodegen::QrCodeEcc;
 
-/// Quiet modules around the code, which readers need.
-const QUIET: i32 = 2;
+/// Quiet modules around the code, as the standard (ISO/IEC 18004) asks for: a dark window may begin beside them.
+const QUIET: i32 = 4;
 
 /// A QR code: dark modules on light ground, with its quiet zone.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +67,7 @@ mod tests {
         let lines = code.lines();
         assert!(lines.len() <= 24 && code.side() <= 48, "{}", code.side());
         assert!(lines.iter().all(|line| line.chars().count() == code.side()));
-        assert!(code.is_dark(2, 2) && !code.is_dark(0, 0) && !code.is_dark(99, 0));
+        assert!(code.is_dark(4, 4) && !code.is_dark(3, 3) && !code.is_dark(99, 0));
         assert!(QrCode::of(&"x".repeat(10_000)).is_none());
     }
 }

@@ -37,8 +37,10 @@ const LARGEST_REQUEST: usize = 2048;
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 /// A request that isn't complete by then is given up.
 const READ_WITHIN: Duration = Duration::from_secs(5);
-/// Pictures sent per second at most, over all pages.
-const MOST_PICTURES_PER_SEC: f64 = 150.0;
+/// Pictures sent per second at most, over all pages. With 64 of them, each still has one within a second.
+const MOST_PICTURES_PER_SEC: f64 = 96.0;
+/// An owner's pages wait as if there were at most so many.
+const PAGES_OF_OWNERS: usize = 4;
 
 /// What every route sees.
 #[derive(Clone)]
@@ -163,17 +165,29 @@ fn number(query: Option<&str>, name: &str) -> Option<u64> {
     pairs.find(|(key, _)| *key == name)?.1.parse().ok()
 }
 
-async fn follow(State(shop): State<Shop>, RawQuery(query): RawQuery) -> Response {
+async fn follow(
+    State(shop): State<Shop>,
+    Extension(role): Extension<Role>,
+    RawQuery(query): RawQuery,
+) -> Response {
     let seen = number(query.as_deref(), "heard");
-    let body = events::follow(shop.hub, shop.states, seen);
+    let body = events::follow(shop.hub, shop.states, role, seen);
     ([(header::CONTENT_TYPE, "text/event-stream")], body).into_response()
 }
 
 /// The newest picture after number `after`, as soon as there is one.
-async fn picture(State(shop): State<Shop>, RawQuery(query): RawQuery) -> Response {
+async fn picture(
+    State(shop): State<Shop>,
+    Extension(role): Extension<Role>,
+    RawQuery(query): RawQuery,
+) -> Response {
     let seen = number(query.as_deref(), "after").unwrap_or(0);
     let asked = Instant::now();
-    let share = shop.hub.pages().max(1) as f64 / MOST_PICTURES_PER_SEC;
+    let pages = match role {
+        Role::Owner => shop.hub.pages().clamp(1, PAGES_OF_OWNERS),
+        Role::Watcher => shop.hub.pages().max(1),
+    };
+    let share = pages as f64 / MOST_PICTURES_PER_SEC;
     let mut pictures = shop.hub.pictures();
     let newest = async {
         tokio::time::sleep(Duration::from_secs_f64(share)).await;

@@ -16,6 +16,7 @@ use super::{
     error::ServeError,
     guard::Gate,
     hub::Hub,
+    keys::Secret,
     routes::router,
     tls::{self, Certificate, TlsAcceptor},
 };
@@ -25,7 +26,7 @@ const RETRY: Duration = Duration::from_millis(100);
 /// A connection that hasn't agreed on its encryption by then is closed.
 const HANDSHAKE_WITHIN: Duration = Duration::from_secs(8);
 /// The pipeline comes first.
-const POLITENESS: i32 = 5;
+const POLITENESS: i32 = 10;
 
 /// What the page is served with.
 pub struct Setup {
@@ -35,6 +36,8 @@ pub struct Setup {
     pub names: Vec<String>,
     /// Serves HTTPS with it; plain HTTP without one.
     pub certificate: Option<Certificate>,
+    /// With it, links and keys are the same at each start; without, all are new.
+    pub kept: Option<Secret>,
 }
 
 /// A page that is being served. Ends when dropped.
@@ -66,7 +69,7 @@ impl Server {
         listener.set_nonblocking(true).map_err(ServeError::Thread)?;
         let names: Vec<String> =
             setup.names.iter().map(|name| name.trim_end_matches('.').to_owned()).collect();
-        let gate = Arc::new(Gate::new(names.clone(), tls.is_some())?);
+        let gate = Arc::new(Gate::new(names.clone(), tls.is_some(), setup.kept.as_ref())?);
         let [owner, watcher] = {
             let keys = gate.keys();
             [keys.owner.text(), keys.watcher.text()]

@@ -5,12 +5,11 @@ use serde::Serialize;
 
 use super::hub::{Hub, Offer, Stage, State};
 use crate::{
-    device::Fault,
     ghost::{Card, Shade, closeness},
     guidance::{Advice, Refusal},
     session::{Gravity, Outcome, Snapshot},
     speech::{Narrator, Rank, Word},
-    text::{self, report::refusal_kind, window as words},
+    text::{self, Trouble, report::refusal_kind, window as words},
 };
 
 /// Reasons for refusing frames that the page lists.
@@ -189,19 +188,11 @@ pub(super) fn live(state: &State) -> Live<'_> {
     }
 }
 
+/// The most important one, with what the device said about it.
 fn trouble(snapshot: &Snapshot) -> Option<(String, String)> {
-    let failed = snapshot.failures.first();
-    let failed = failed
-        .map(|(worker, reason)| (words::failed(worker, reason), words::FAILED_ACTION.to_owned()));
-    let doubt = || {
-        let (doubt, _): (&Fault, _) = snapshot.camera.doubts.first_key_value()?;
-        let (what, action) = text::camera::fault(*doubt);
-        Some((what.to_owned(), action.to_owned()))
-    };
-    failed
-        .or_else(|| text::camera::obstacle(&snapshot.camera))
-        .or_else(doubt)
-        .or_else(|| words::other_board(snapshot))
+    let Trouble { what, action, detail, .. } = text::troubles(snapshot).into_iter().next()?;
+    let what = if detail.is_empty() { what } else { format!("{what} ({detail})") };
+    Some((what, action))
 }
 
 /// The part that changes with a view; `None` before the first frame.

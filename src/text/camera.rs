@@ -132,31 +132,38 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
 /// What to do when a camera returns with another mode than the session's.
 const OTHER_MODE_WAITS: &str = "The session's mode is asked for until the camera grants it; plug it into the port where it was. For the other mode, start a new session.";
 
+/// What to do about a camera that is lost by `fault`.
+pub(super) fn action_while_lost(lost: Fault) -> &'static str {
+    // Without the session's mode it isn't used at all.
+    if lost == Fault::OtherMode { OTHER_MODE_WAITS } else { fault(lost).1 }
+}
+
 /// What keeps views from being taken, and what to do; `None` if nothing does.
 pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     if let Stream::Lost { fault: lost, detail } = &camera.stream {
-        let (cause, action) = with_detail(*lost, detail);
-        // Without the session's mode it isn't used at all.
-        let waits = (*lost == Fault::OtherMode).then(|| OTHER_MODE_WAITS.to_owned());
-        return Some((cause, waits.unwrap_or(action)));
+        let (cause, _) = with_detail(*lost, detail);
+        return Some((cause, action_while_lost(*lost).into()));
     }
-    if let Some(change) = camera.changed.values().find(|change| change.control.moves_geometry()) {
-        if camera.set_by_hand.contains(&change.control) {
-            return Some((
-                format!("{}. Capture is paused", set(change)),
-                format!(
-                    "The views were taken at {0}. Set it back to {0}, or start a new session at {1}.",
-                    change.from, change.to
-                ),
-            ));
-        }
+    geometry_moved(camera).or_else(|| {
+        let (doubt, detail) = camera.doubts.get_key_value(&Fault::Frozen)?;
+        Some(with_detail(*doubt, detail))
+    })
+}
+
+/// A focus or zoom that isn't where it was, and what to do.
+pub(super) fn geometry_moved(camera: &CameraState) -> Option<(String, String)> {
+    let change = camera.changed.values().find(|change| change.control.moves_geometry())?;
+    if camera.set_by_hand.contains(&change.control) {
         return Some((
-            format!("{}. Set it back to continue", moved(change)),
-            fault(Fault::GeometryMoved).1.into(),
+            format!("{}. Capture is paused", set(change)),
+            format!(
+                "The views were taken at {0}. Set it back to {0}, or start a new session at {1}.",
+                change.from, change.to
+            ),
         ));
     }
-    let (doubt, detail) = camera.doubts.get_key_value(&Fault::Frozen)?;
-    Some(with_detail(*doubt, detail))
+    let what = format!("{}. Set it back to continue", moved(change));
+    Some((what, fault(Fault::GeometryMoved).1.into()))
 }
 
 /// A control that changed, such as `Focus changed (30 → 45)`.

@@ -26,6 +26,7 @@ pub mod source;
 mod speech;
 pub mod start;
 mod target;
+mod trouble;
 pub mod window;
 
 pub use controls::{Act, Control};
@@ -44,6 +45,7 @@ pub use target::{
     NO_ROOM_FOR_CODE, board_from_code, code_in_margin, does_not_fit, other_square, target_lines,
     target_steps,
 };
+pub use trouble::{Trouble, troubles};
 
 use crate::{
     detection::{Miss, Side},

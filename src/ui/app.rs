@@ -101,6 +101,8 @@ pub struct App {
     touched_secs: f64,
     help: bool,
     note: Option<String>,
+    /// Why nothing can be heard, since it was tried last.
+    no_voice: Option<String>,
     exported: Option<Result<PathBuf, UserError>>,
     wake: Wake,
 }
@@ -165,6 +167,7 @@ impl App {
             touched_secs: 0.0,
             help: false,
             note: None,
+            no_voice: None,
             exported: None,
             wake,
         };
@@ -271,9 +274,14 @@ impl App {
     fn voice(&mut self) {
         let Preferences { speech, mirrored, .. } = self.screen.preferences;
         if let Err(trouble) = self.host.speak(speech, mirrored) {
-            self.screen.preferences.speech = false;
-            self.note = Some(trouble.what);
+            self.stay_silent(trouble);
         }
+    }
+
+    fn stay_silent(&mut self, trouble: UserError) {
+        self.screen.preferences.speech = false;
+        self.no_voice = Some(trouble.what.clone());
+        self.note = Some(trouble.what);
     }
 
     /// Keeps the person's choices for the next window.
@@ -435,7 +443,10 @@ impl App {
             (SessionState::NotStarted(trouble), Page::Guide) => {
                 user_error::show(ui, trouble, &self.wish, &mut asks);
             }
-            (_, Page::Settings) => settings::show(ui, &self.screen.preferences, &mut asks),
+            (_, Page::Settings) => {
+                let no_voice = self.no_voice.as_deref();
+                settings::show(ui, &self.screen.preferences, no_voice, &mut asks);
+            }
             (_, Page::Replay) => self.shelf.show(ui, self.screen.preferences, &mut asks),
             #[cfg(feature = "study")]
             (_, Page::Explore) => explore::show(ui, &mut self.explored),
@@ -595,9 +606,9 @@ impl App {
             }
             UiAction::TestVoice => {
                 preferences.speech = true;
+                self.no_voice = None;
                 if let Err(trouble) = self.host.test_voice() {
-                    preferences.speech = false;
-                    self.note = Some(trouble.what);
+                    self.stay_silent(trouble);
                 }
             }
             UiAction::FullScreenAfar(full) => preferences.full_screen = full,

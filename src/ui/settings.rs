@@ -12,8 +12,13 @@ use crate::text::{Act, settings as words, start};
 /// Width of the cards at most.
 const MOST: f32 = 720.0;
 
-/// Shows the page.
-pub fn show(ui: &mut Ui, preferences: &Preferences, asks: &mut Vec<UiAction>) {
+/// Shows the page. `no_voice` says why nothing can be heard.
+pub fn show(
+    ui: &mut Ui,
+    preferences: &Preferences,
+    no_voice: Option<&str>,
+    asks: &mut Vec<UiAction>,
+) {
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.set_max_width(MOST);
@@ -47,6 +52,10 @@ pub fn show(ui: &mut Ui, preferences: &Preferences, asks: &mut Vec<UiAction>) {
                         asks.push(UiAction::TestVoice);
                     }
                 });
+                if let Some(why) = no_voice {
+                    let color = theme::palette(ui.visuals()).bad;
+                    ui.label(RichText::new(why).size(theme::BODY).color(color));
+                }
             });
             card(ui, words::WINDOW, &mut |ui| {
                 ui.horizontal_wrapped(|ui| {

@@ -131,6 +131,26 @@ fn views_that_may_have_another_lens_are_taken_back() {
 }
 
 #[test]
+fn each_trouble_is_told_once_with_what_to_do_about_it() {
+    let mut session = new_session();
+    let mut told = |event: CameraEvent| {
+        let decision = session.handle(&Input::Camera(event));
+        text::troubles(&session.snapshot(decision))
+    };
+    assert_eq!(told(CameraEvent::Started { mode: MODE }), []);
+    let doubtful = |fault, detail: &str| CameraEvent::Doubtful { fault, detail: detail.into() };
+    told(doubtful(Fault::Dark, ""));
+    let both = told(doubtful(Fault::Frozen, "for 3 s"));
+    assert_eq!(both.len(), 2, "{both:#?}");
+    // What keeps views from being taken comes first.
+    assert_eq!(both[0].what, text::camera::fault(Fault::Frozen).0);
+    assert_eq!(both[0].detail, "for 3 s");
+    let lost = told(lost(Fault::OtherMode));
+    assert_eq!(lost[0].what, text::camera::fault(Fault::OtherMode).0);
+    assert!(lost[0].action.contains("until the camera grants it"), "{lost:#?}");
+}
+
+#[test]
 fn what_the_camera_says_is_recorded_and_replayed_alike() {
     let place = TempDir::new().expect("folder");
     let path = place.path().join("session");

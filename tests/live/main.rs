@@ -26,6 +26,8 @@ mod phone;
 mod phone_browser;
 #[cfg(all(feature = "serve", target_os = "linux"))]
 mod phone_load;
+#[cfg(all(feature = "serve", unix))]
+mod phone_program;
 mod pipeline;
 #[cfg(target_os = "linux")]
 mod slow_cameras;

@@ -13,7 +13,7 @@ use boresight::{
     app::{Announcer, Opening, phone::ended_page},
     config::Config,
     pipeline::Onlookers,
-    serve::{EndedPage, Hub, PageFile, Server, Setup, Stage},
+    serve::{EndedPage, Hub, PageFile, Secret, Server, Setup, Stage},
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -27,24 +27,31 @@ pub(crate) struct Site {
     pub(crate) at: SocketAddr,
     pub(crate) owner: String,
     pub(crate) watcher: String,
-    _server: Server,
+    _server: Option<Server>,
 }
 
 impl Site {
     pub(crate) fn new() -> Self {
+        Self::with(None)
+    }
+
+    /// With a secret that outlives the server.
+    fn with(kept: Option<Secret>) -> Self {
         let hub = Arc::new(Hub::new());
         let address = "127.0.0.1:0".parse().expect("an address");
-        let server = Server::start(
-            &Setup { address, names: Vec::new(), certificate: None },
-            Arc::clone(&hub),
-        )
-        .expect("a free port");
-        let links = &server.links()[0];
-        let (url, owner) = links.owner.split_once("/#").expect("a token in the fragment");
+        let setup = Setup { address, names: Vec::new(), certificate: None, kept };
+        let server = Server::start(&setup, Arc::clone(&hub)).expect("a free port");
+        let links = server.links()[0].clone();
+        Self { hub, _server: Some(server), ..Self::of_links(&links.owner, &links.watcher) }
+    }
+
+    /// What another program serves.
+    pub(crate) fn of_links(owner: &str, watcher: &str) -> Self {
+        let (url, owner) = owner.split_once("/#").expect("a token in the fragment");
         let at = url.strip_prefix("http://").expect("plain HTTP").parse().expect("an address");
-        let (_, watcher) = links.watcher.split_once('#').expect("a token in the fragment");
+        let (_, watcher) = watcher.split_once('#').expect("a token in the fragment");
         let (owner, watcher) = (owner.to_owned(), watcher.to_owned());
-        Self { hub, at, owner, watcher, _server: server }
+        Self { hub: Arc::new(Hub::new()), at, owner, watcher, _server: None }
     }
 
     /// A key for `token`, once the page takes a new one.
@@ -71,8 +78,8 @@ pub(crate) struct Ask {
     body: String,
 }
 
-struct Answer {
-    status: u16,
+pub(crate) struct Answer {
+    pub(crate) status: u16,
     head: String,
     body: Vec<u8>,
 }
@@ -88,7 +95,7 @@ impl Ask {
         Self { method: "GET".into(), path: path.into(), ..Self::default() }
     }
 
-    fn post(path: &str, body: &str) -> Self {
+    pub(crate) fn post(path: &str, body: &str) -> Self {
         let json = ("content-type".to_owned(), "application/json".to_owned());
         Self {
             method: "POST".into(),
@@ -123,7 +130,7 @@ impl Ask {
         text.into_bytes()
     }
 
-    fn of(&self, site: &Site) -> Answer {
+    pub(crate) fn of(&self, site: &Site) -> Answer {
         let mut stream = TcpStream::connect(site.at).expect("the page is served");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time-out");
         // An answer to a request that is too large may come before all of it is sent.
@@ -374,7 +381,7 @@ fn ten_thousand_random_requests_break_nothing() {
 }
 
 /// Follows the events with `key` and hands each to `each`, until that returns false.
-fn follow(site: &Site, key: &str, mut each: impl FnMut(&str, &Value) -> bool) {
+pub(crate) fn follow(site: &Site, key: &str, mut each: impl FnMut(&str, &Value) -> bool) {
     let mut stream = TcpStream::connect(site.at).expect("the page is served");
     stream.set_read_timeout(Some(PATIENCE)).expect("a time-out");
     stream.write_all(&Ask::get("/api/events").key(key).bytes(site)).expect("it reads");
@@ -469,4 +476,19 @@ fn a_page_that_reads_nothing_is_let_go() {
         sleep(Duration::from_millis(5));
     }
     assert!(site.hub.alone_secs().is_some());
+}
+
+#[test]
+fn a_phone_outlives_the_program_only_if_its_secret_is_kept() {
+    let kept = Secret::random().expect("randomness");
+    let before = Site::with(Some(kept));
+    let (owner, key) = (before.owner.clone(), before.key(&before.owner));
+    drop(before);
+    let status = |site: &Site, key: &str| Ask::get("/api/events").key(key).of(site).status;
+    let after = Site::with(Some(kept));
+    assert_eq!((status(&after, &key), &after.owner), (200, &owner));
+    assert_eq!(status(&after, &owner), 401, "a link is no key");
+    let fresh = Site::new();
+    assert_eq!(status(&fresh, &key), 401);
+    assert_ne!(fresh.owner, owner);
 }

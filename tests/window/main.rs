@@ -13,6 +13,8 @@ mod fixtures;
 mod matrix;
 mod paint;
 mod paint_time;
+#[cfg(feature = "serve")]
+mod phone;
 mod picker;
 mod screenshots;
 mod start_page;
@@ -107,7 +109,7 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
         }
         Page::Explore => explore::show(ui, &mut table.explored),
         Page::Replay => replay::show(ui, table.replayed.as_mut().expect("a recording")),
-        Page::Settings => settings::show(ui, &table.screen.preferences, &mut table.asks),
+        Page::Settings => settings::show(ui, &table.screen.preferences, None, &mut table.asks),
         Page::Start => start::show(ui, &mut table.start, &table.choices, &mut table.asks),
     }
 }

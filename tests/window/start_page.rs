@@ -16,7 +16,7 @@ use boresight::{
     },
     cli::app_host,
     guidance::Plan,
-    text::start as words,
+    text::{NO_VOICE, settings, start as words},
     ui::{
         App, Page, SMALLEST, UiAction, apply_theme,
         start::{self, Choices, StartPage},
@@ -270,6 +270,19 @@ impl AppHost for WithCamera {
     fn interrupted(&self) -> bool {
         self.inner.interrupted()
     }
+
+    fn speak(&mut self, on: bool, _mirrored: bool) -> Result<(), UserError> {
+        if on { Err(silent()) } else { Ok(()) }
+    }
+
+    fn test_voice(&mut self) -> Result<(), UserError> {
+        Err(silent())
+    }
+}
+
+/// What a computer says that has no program to speak.
+fn silent() -> UserError {
+    UserError { what: NO_VOICE.into(), action: None }
 }
 
 /// A small camera, with a 7×5 board in front of it.
@@ -287,6 +300,38 @@ person = "tripod"
 
 fn views(window: &Window) -> usize {
     app(window).screen().snapshot.as_ref().map_or(0, |snapshot| snapshot.views.len())
+}
+
+#[test]
+fn a_computer_that_cant_speak_says_so_beside_the_button() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("one").display().to_string();
+    let host = WithCamera {
+        inner: app_host(&["--out", &out], false).expect("arguments"),
+        source: "sim".into(),
+        remembered: Arc::default(),
+        opened: Arc::default(),
+    };
+    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    click(&mut window, Role::Button, "Settings");
+    assert!(window.query_by_label(NO_VOICE).is_none());
+    click(&mut window, Role::Button, settings::TEST_VOICE);
+    assert_eq!(window.query_all_by_label(NO_VOICE).count(), 2, "beside the button, and in the bar");
+    assert!(!app(&window).screen().preferences.speech, "it's off");
+}
+
+#[test]
+fn a_window_speaks_from_the_beginning_if_it_is_asked_to() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("one").display().to_string();
+    let asked = |more: &[&str]| {
+        let arguments: Vec<&str> = ["--out", &out].iter().chain(more).copied().collect();
+        let memory = app_host(&arguments, false).expect("arguments").remembered();
+        (memory.speech, memory.mirrored)
+    };
+    assert_eq!(asked(&[]), (None, None));
+    assert_eq!(asked(&["--speak"]), (Some(true), Some(true)));
+    assert_eq!(asked(&["--speak", "behind"]), (Some(true), Some(false)));
 }
 
 #[test]

@@ -11,6 +11,7 @@ use std::{
 use super::Phone;
 use crate::{
     app::{Announcer, Exit, Opening, camera, explain::user_error, opening::new_session_path},
+    capture::without_secrets,
     config::{Config, PlanName},
     pipeline::{Onlooker, Onlookers},
     serve::{Offer, OfferedCamera, Request, Stage},
@@ -38,7 +39,7 @@ impl Head {
     pub fn new(phone: Phone, opening: Opening, onlookers: Onlookers) -> Self {
         let board = opening.config.board;
         let last = Request {
-            source: opening.source.clone(),
+            source: without_secrets(&opening.source),
             board: [board.columns, board.rows],
             square_m: board.square_mm * 1e-3,
             plan: plan_name(opening.config.guidance.plan).into(),
@@ -76,6 +77,8 @@ impl Head {
     /// The next session that a page asks for; `None` once `stop` is set.
     fn wait(&self, stop: &AtomicBool) -> Option<Request> {
         let (mut looked, mut shown) = (None::<Instant>, None);
+        // A second tap on Start that came while the session was being opened.
+        drop(self.phone.hub().take_request());
         while !stop.load(Ordering::Relaxed) {
             if looked.is_none_or(|looked| looked.elapsed() >= CAMERAS_EVERY) {
                 let offer = self.offer();
@@ -97,9 +100,10 @@ impl Head {
         let (near, unusable) = camera::near();
         let named = |(source, name): (String, String)| OfferedCamera { source, name };
         let mut cameras: Vec<OfferedCamera> = near.into_iter().map(named).collect();
-        let has_given = cameras.iter().any(|camera| camera.source == self.opening.source);
-        if self.opening.source != "auto" && !has_given {
-            let source = self.opening.source.clone();
+        let given = self.given();
+        let has_given = cameras.iter().any(|camera| camera.source == given);
+        if given != "auto" && !has_given {
+            let source = given;
             cameras.insert(0, OfferedCamera { name: source.clone(), source });
         }
         let no_camera = || Some((words::NO_CAMERA.to_owned(), words::NO_CAMERA_ACTION.to_owned()));
@@ -119,6 +123,11 @@ impl Head {
         Offer { cameras, last: Some(self.last.clone()), trouble }
     }
 
+    /// The source that the command line names, as phones may see it: a camera's password isn't theirs to know.
+    fn given(&self) -> String {
+        without_secrets(&self.opening.source)
+    }
+
     /// What `request` asks for, checked as a settings file is.
     fn opening_of(&self, request: &Request) -> anyhow::Result<Opening> {
         let mut config: Config = self.opening.config.clone();
@@ -129,7 +138,8 @@ impl Head {
         if let Some(plan) = plans.into_iter().find(|plan| plan_name(*plan) == request.plan) {
             config.guidance.plan = plan;
         }
-        let source = request.source.clone();
+        let is_given = request.source == self.given();
+        let source = if is_given { &self.opening.source } else { &request.source }.clone();
         Ok(Opening { source, config, out: Some(new_session_path()), ..self.opening.clone() })
     }
 

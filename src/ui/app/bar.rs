@@ -15,7 +15,8 @@ use crate::text::{self, Act, window as words};
 impl App {
     pub(super) fn bar(&mut self, ui: &mut Ui, asks: &mut Vec<UiAction>) {
         Panel::top("bar").show(ui, |ui| {
-            ui.horizontal(|ui| {
+            // What a small window has no room for goes into a second line.
+            ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
                 ui.spacing_mut().button_padding.x = 6.0;
                 for (page, act) in [
@@ -64,7 +65,7 @@ impl App {
                 }
                 self.phone.button(ui);
                 if let Some(note) = &self.note {
-                    ui.add(egui::Label::new(RichText::new(note).small().weak()).truncate());
+                    ui.label(RichText::new(note).small().weak());
                 }
             });
         });

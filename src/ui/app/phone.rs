@@ -1,7 +1,8 @@
 //! The phone's page as a QR code, until a phone has scanned it.
 
 use egui::{
-    Color32, Context, Rect, RichText, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2, vec2,
+    Align2, Color32, Context, Rect, RichText, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2,
+    vec2,
 };
 
 use crate::{
@@ -11,6 +12,8 @@ use crate::{
 
 /// Side of a module.
 const MODULE: f32 = 6.0;
+/// From the window's edges.
+const MARGIN: f32 = 8.0;
 
 /// The card with the code.
 pub(super) struct PhoneCard {
@@ -41,7 +44,11 @@ impl PhoneCard {
         if phones > 0 && !self.came {
             (self.open, self.came) = (false, true);
         }
+        // Over the picture, where it hides neither the sentence nor the pages.
+        let corner = ctx.content_rect().left_bottom() + vec2(MARGIN, -MARGIN);
         egui::Window::new(words::PHONE)
+            .pivot(Align2::LEFT_BOTTOM)
+            .default_pos(corner)
             .open(&mut self.open)
             .collapsible(false)
             .resizable(false)

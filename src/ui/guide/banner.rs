@@ -4,10 +4,9 @@ use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
 use super::super::{keys::UiAction, screen::Screen, theme};
 use crate::{
-    device::Fault,
     guidance::Progress,
-    session::{Prompt, Snapshot, Stream},
-    text::{self, adjust, window as words},
+    session::Snapshot,
+    text::{self, Trouble, adjust, window as words},
 };
 
 /// Longer than this without a picture is worth saying.
@@ -73,63 +72,15 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
 }
 
-/// What is wrong and what to do.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Trouble {
-    what: String,
-    action: String,
-    /// What a device or program said about it; may be empty.
-    detail: String,
-    /// Inner corners of a board that could be used instead.
-    board: Option<[u16; 2]>,
-}
-
-/// Inner corners of the board in view, if it isn't the chosen one.
-fn other_board(snapshot: &Snapshot) -> Option<[u16; 2]> {
-    let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
-    Some([columns.try_into().ok()?, rows.try_into().ok()?])
-}
-
 /// Everything that is wrong, most important first.
 pub(super) fn troubles(screen: &Screen) -> Vec<Trouble> {
-    let plain = |(what, action): (String, String)| Trouble {
-        what,
-        action,
-        detail: String::new(),
-        board: None,
-    };
-    let with_detail = |fault: Fault, detail: &str| {
-        let (what, action) = text::camera::fault(fault);
-        Trouble {
-            what: what.into(),
-            action: action.into(),
-            detail: text::camera::printable(detail),
-            board: None,
-        }
-    };
-    let mut troubles = Vec::new();
-    let Some(snapshot) = &screen.snapshot else { return troubles };
-    for (worker, reason) in &snapshot.failures {
-        troubles.push(plain((words::failed(worker, reason), words::FAILED_ACTION.into())));
-    }
-    match &snapshot.camera.stream {
-        Stream::Lost { fault, detail } => troubles.push(with_detail(*fault, detail)),
-        _ => troubles.extend(text::camera::obstacle(&snapshot.camera).map(plain)),
-    }
-    for (doubt, detail) in &snapshot.camera.doubts {
-        let trouble = with_detail(*doubt, detail);
-        if !troubles.contains(&trouble) {
-            troubles.push(trouble);
-        }
-    }
-    let board = other_board(snapshot);
-    let words = words::other_board(snapshot).map(plain);
-    troubles.extend(words.map(|trouble| Trouble { board, ..trouble }));
+    let Some(snapshot) = &screen.snapshot else { return Vec::new() };
+    let mut troubles = text::troubles(snapshot);
     let silent = screen.picture.came_secs.map_or(0.0, |came| screen.now_secs - came);
     let collecting = snapshot.decision.progress == Progress::Collecting;
     let still_going = collecting && !snapshot.source_ended && !snapshot.paused;
     if troubles.is_empty() && still_going && silent > STALLED_SECS {
-        troubles.push(plain((words::stalled(silent), words::STALLED_ACTION.into())));
+        troubles.push(Trouble::plain((words::stalled(silent), words::STALLED_ACTION.into())));
     }
     troubles
 }

@@ -1,0 +1,68 @@
+//! Secrets that are kept in a file.
+
+use std::path::Path;
+
+use super::{
+    FileError, Links, Overwrite, open, plain::file_or_nothing, read_text, save::save_with_mode,
+};
+
+/// The text in the file at `path`, which nobody but its owner may read. If nothing is there, `fresh` is stored and
+/// returned.
+///
+/// # Errors
+///
+/// [`FileError::NotPrivate`] if others may read the file; as [`read_text`] and [`super::save()`]. Links are
+/// refused.
+pub fn read_or_make_private(
+    path: &Path,
+    limit_bytes: u64,
+    fresh: impl FnOnce() -> String,
+) -> Result<String, FileError> {
+    if !file_or_nothing(path)? {
+        let fresh = fresh();
+        save_with_mode(path, fresh.as_bytes(), Overwrite::Never, 0o600)?;
+        return Ok(fresh);
+    }
+    let kept = open(path, Links::Refused)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = kept.metadata().map_err(FileError::reading(path))?.permissions().mode();
+        if mode & 0o077 != 0 {
+            return Err(FileError::NotPrivate { path: path.to_path_buf() });
+        }
+    }
+    drop(kept);
+    read_text(path, limit_bytes, Links::Refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_secret_is_made_once_and_read_again() {
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("key");
+        let of = |fresh: &str| read_or_make_private(&path, 100, || fresh.to_owned());
+        assert_eq!(of("first").expect("made"), "first");
+        assert_eq!(of("second").expect("read"), "first");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_secret_that_others_can_read_is_none() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("key");
+        let of = |path: &Path| read_or_make_private(path, 100, || "fresh".into());
+        assert_eq!(of(&path).expect("made"), "fresh");
+        let mode = path.metadata().expect("there").permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+        let link = place.path().join("link");
+        symlink(&path, &link).expect("made");
+        assert!(matches!(of(&link), Err(FileError::NotAFile { .. })));
+        std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).expect("changed");
+        assert!(matches!(of(&path), Err(FileError::NotPrivate { .. })));
+    }
+}
