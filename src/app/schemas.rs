@@ -2,7 +2,13 @@
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 
-use super::{devices_file::DevicesFile, doctor::DoctorFile, report::ReportFile, truth::TruthFile};
+use super::{
+    batch::{Item, Job, Row},
+    devices_file::DevicesFile,
+    doctor::DoctorFile,
+    report::ReportFile,
+    truth::TruthFile,
+};
 use crate::{
     calibration::files::{CalibrationFile, CheckFile},
     recording::journal_line_schema,
@@ -16,6 +22,9 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("check.v1.json", of::<CheckFile>()),
         ("report.v1.json", of::<ReportFile>()),
         ("doctor.v1.json", of::<DoctorFile>()),
+        ("batch.v1.json", of::<Job>()),
+        ("batch-manifest-line.v1.json", of::<Item>()),
+        ("batch-row.v1.json", of::<Row>()),
         ("devices.v1.json", of::<DevicesFile>()),
         ("truth.v1.json", of::<TruthFile>()),
         ("session-journal-line.v1.json", journal_line_schema(generator())),

@@ -23,7 +23,7 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// χ² quantile at 0.991 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit. The rest of the
 /// false alarms, of which there is one in a hundred checks, is left to the lens.
-const LIMIT: f64 = 11.573;
+pub(super) const LIMIT: f64 = 11.573;
 const NONCENTRALITY_95: f64 = 23.017;
 /// χ² quantiles at 0.99 with 2 and 1 degrees of freedom.
 const PP_LIMIT: f64 = 9.210;
@@ -44,7 +44,7 @@ const MAX_UNCOVERED_FRACTION: f64 = 0.25;
 const MAX_RESIDUAL_RATIO: f64 = 1.5;
 /// Displacement of a ray, as a fraction of the picture's width, below which a significant change is watched rather than
 /// acted on: 1 px at 1280.
-const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
+pub(super) const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
 /// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP relative to the
 /// width, then k1, k2, p1, p2, k3. Pessimistic on purpose: the one of the PP is
 /// about nine times that of eight frame-filling views (`docs/method.md`, section 0).

@@ -11,6 +11,7 @@
 //! | `repeats` | pictures of one held pose count once |
 //! | [`acceptance`](mod@acceptance) | whether the result is good enough for a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
+//! | `lens_difference` | two calibrations of one camera, by what they state |
 //!
 //! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top level uses both.
 //! Everything is deterministic. Findings and errors are values with numbers; `text` turns them into sentences.
@@ -25,6 +26,7 @@ mod free_fit;
 mod inputs;
 mod known_lens;
 mod lens_change;
+mod lens_difference;
 mod params;
 mod repeats;
 mod result;
@@ -43,6 +45,7 @@ pub use check::{
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
 pub use files::{export, import};
 pub use known_lens::{Combined, KnownLens};
+pub use lens_difference::{LensDifference, StatedLens};
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use solve::{

@@ -38,7 +38,7 @@ pub(super) struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum FormatName {
+pub(super) enum FormatName {
     /// Everything, in boresight's schema.
     Json,
     /// OpenCV's FileStorage.

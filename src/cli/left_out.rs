@@ -35,6 +35,14 @@ pub(super) mod report {
     );
 }
 
+#[cfg(not(feature = "history"))]
+pub(super) mod history {
+    left_out!(
+        crate::app::MissingFeature::HISTORY,
+        "Keep track of every calibration of every camera (not in this build)."
+    );
+}
+
 #[cfg(not(feature = "serve"))]
 pub(super) mod serve {
     left_out!(

@@ -2,6 +2,7 @@
 
 mod accept_args;
 mod backend;
+mod batch;
 mod beside;
 mod board_args;
 mod calibrate;
@@ -14,13 +15,16 @@ mod devices;
 mod doctor;
 mod export;
 mod guide;
+#[cfg(feature = "history")]
+mod history;
 #[cfg(not(all(
     feature = "live",
     feature = "nokhwa",
     feature = "report",
     feature = "study",
     feature = "manual",
-    feature = "serve"
+    feature = "serve",
+    feature = "history"
 )))]
 mod left_out;
 mod lens_args;
@@ -46,6 +50,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 #[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
 use left_out::devices;
+#[cfg(not(feature = "history"))]
+use left_out::history;
 #[cfg(not(feature = "report"))]
 use left_out::report;
 #[cfg(not(feature = "serve"))]
@@ -109,6 +115,8 @@ enum Command {
     Report(report::Arguments),
     Export(export::Arguments),
     Replay(replay::Arguments),
+    Batch(batch::Arguments),
+    History(history::Arguments),
     Doctor(doctor::Arguments),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
@@ -125,6 +133,8 @@ pub fn main() -> ExitCode {
         Some(Command::Guide(arguments)) => arguments.run(),
         Some(Command::Serve(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
+        Some(Command::Batch(arguments)) => arguments.run(),
+        Some(Command::History(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Check(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),

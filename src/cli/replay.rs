@@ -6,7 +6,6 @@ use std::{
 };
 
 use clap::Args;
-use serde_json::json;
 
 use super::{
     board_args::setting,
@@ -90,23 +89,18 @@ impl Arguments {
             progress.finish();
             say(&format!("Searched {searched} of {observed} frames again"));
         }
-        let mut checksum = crc32fast::Hasher::new();
         let mut steps = Vec::new();
         let progress = Progress::new("replaying", journal.contents.lines.len());
-        let again = journal.decide_again(&config, |session, decision| {
+        let (again, crc32) = journal.decide_again_summed(&config, |session, decision| {
             if self.gui {
                 steps.push(session.snapshot(*decision));
             }
-            // The same text that a recording holds, so that equal checksums mean equal decisions.
-            checksum.update(serde_json::to_string(decision).unwrap_or_default().as_bytes());
-            checksum.update(b"\n");
             progress.step();
         })?;
         progress.finish();
         let count = journal.contents.lines.len();
         let Replayed { different_lines, differences, rounding, .. } = &again.replayed;
         let different_count = different_lines.len();
-        let crc32 = format!("{:08x}", checksum.finalize());
         let Rounding { count: rounded, largest } = *rounding;
         say(&format!("{different_count} of {count} decisions differ from the recording"));
         for difference in differences.iter().take(SHOWN) {
@@ -124,15 +118,7 @@ impl Arguments {
         let asked_for_change = self.redetect || !self.settings.is_empty();
         let exit = if different_count == 0 || asked_for_change { exit } else { Exit::Failed };
         if self.json {
-            let mut result = result.to_json()?;
-            result["session"] = json!(path.display().to_string());
-            result["decisions"] = json!({
-                "count": count,
-                "crc32": crc32,
-                "different_count": different_count,
-                "different": differences,
-                "rounded": rounded,
-            });
+            let result = again.to_json(&result, path, count, &crc32)?;
             print(&result.to_string())?;
         }
         if self.gui {

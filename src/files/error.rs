@@ -68,6 +68,20 @@ impl FileError {
         move |source| Self::Write { source, path: path.to_path_buf() }
     }
 
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Read { .. } if self.is_missing() => "FILE-MISSING",
+            Self::Read { .. } => "FILE-UNREADABLE",
+            Self::Write { .. } => "NOT-WRITTEN",
+            Self::Exists { .. } => "FILE-EXISTS",
+            Self::NotAFile { .. } => "NOT-A-FILE",
+            Self::TooLarge { .. } => "FILE-TOO-LARGE",
+            Self::NotPrivate { .. } => "NOT-PRIVATE",
+            Self::NotText { .. } => "NOT-TEXT",
+        }
+    }
+
     /// Whether the file isn't there.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if source.kind() == io::ErrorKind::NotFound)

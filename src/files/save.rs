@@ -1,12 +1,17 @@
 //! Writes whole files so that they are either the old or the new ones, never half of one.
 
-use std::{io, io::Write, path::Path};
+use std::{
+    io,
+    io::{Read, Write},
+    path::Path,
+};
 
 use super::{
     FileError,
     disk_log::{Change, note},
     folder::{UNFINISHED, sync_folder},
     plain::file_or_nothing,
+    read::{Links, open},
 };
 
 /// Whether an existing file may be replaced.
@@ -61,6 +66,42 @@ pub(super) fn save_with_mode(
     overwrite: Overwrite,
     mode: u32,
 ) -> Result<(), FileError> {
+    save_pieces(path, overwrite, mode, |piece| piece(bytes))
+}
+
+/// Copies the file at `from`, of any length, to `path`, as [`save`] writes.
+///
+/// # Errors
+///
+/// As [`open`] and [`save`].
+pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileError> {
+    let mut source = open(from, Links::Followed)?;
+    let mut unread = None;
+    let saved = save_pieces(path, overwrite, 0o666, |piece| {
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            match source.read(&mut buffer) {
+                Ok(0) => return Ok(()),
+                Ok(got) => piece(&buffer[..got])?,
+                Err(err) if err.kind() == io::ErrorKind::Interrupted => {}
+                Err(err) => {
+                    let kind = err.kind();
+                    unread = Some(FileError::reading(from)(err));
+                    return Err(kind.into());
+                }
+            }
+        }
+    });
+    unread.map_or(saved, Err)
+}
+
+/// Writes the pieces that `fill` hands over, one after the other.
+fn save_pieces(
+    path: &Path,
+    overwrite: Overwrite,
+    mode: u32,
+    fill: impl FnOnce(&mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()>,
+) -> Result<(), FileError> {
     let writing = FileError::writing(path);
     let folder = folder_of(path);
     let replaces = match overwrite {
@@ -79,8 +120,11 @@ pub(super) fn save_with_mode(
         let mode = path.metadata().map_err(&writing)?.permissions();
         beside.as_file().set_permissions(mode).map_err(&writing)?;
     }
-    let written = beside.write_all(bytes);
-    note(&Change::Append { path: &draft, bytes });
+    let written = fill(&mut |bytes| {
+        let written = beside.write_all(bytes);
+        note(&Change::Append { path: &draft, bytes });
+        written
+    });
     let synced = written.and_then(|()| beside.as_file().sync_all());
     note(&Change::SyncFile(&draft));
     if let Err(source) = synced {

@@ -49,6 +49,11 @@ impl CameraTable {
         &self.serial
     }
 
+    /// USB vendor and product, `vvvv:pppp` in hexadecimal; `None` if it isn't on USB.
+    pub fn usb(&self) -> Option<&str> {
+        self.usb.as_deref()
+    }
+
     /// How the controls stood before the session locked them.
     pub fn controls_before(&self) -> Vec<ControlBefore> {
         let before = |table: &ControlTable| ControlBefore {

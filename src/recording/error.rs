@@ -30,6 +30,8 @@ pub enum RecordingError {
     Header {
         /// What is wrong with it.
         reason: String,
+        /// Whether a newer version wrote it.
+        newer: bool,
         /// The file.
         path: PathBuf,
     },
@@ -77,4 +79,22 @@ pub enum RecordingError {
         /// The session.
         path: PathBuf,
     },
+}
+
+impl RecordingError {
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::File(err) => err.code(),
+            Self::NotNew { .. } => "NOT-NEW",
+            Self::Header { newer: true, .. } => "SESSION-NEWER",
+            Self::Header { newer: false, .. } => "HEADER-DAMAGED",
+            Self::OtherHeader { .. } => "OTHER-HEADER",
+            Self::Damaged { .. } => "JOURNAL-DAMAGED",
+            Self::LinesMissing { .. } => "LINES-MISSING",
+            Self::Frame { .. } => "PICTURE-DAMAGED",
+            Self::NoLock { .. } => "NO-LOCK",
+            Self::Locked { .. } => "LOCKED",
+        }
+    }
 }

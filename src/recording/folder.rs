@@ -195,17 +195,16 @@ impl SessionFolder {
     pub(super) fn header_with_checksum(path: &Path) -> Result<(Header, String), RecordingError> {
         let path = path.join(HEADER);
         let text = read_text(&path, HEADER_LIMIT, Links::Refused)?;
-        let bad = |reason: String| RecordingError::Header { reason, path: path.clone() };
+        let bad =
+            |reason: String| RecordingError::Header { reason, newer: false, path: path.clone() };
         let table: toml::Table = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
         let schema = table.get("schema").and_then(toml::Value::as_str).unwrap_or("none");
         if schema != SCHEMA {
-            let newer = match schema.strip_prefix(SCHEMA_NAME) {
-                Some(_) => "; a newer boresight made it",
-                None => "",
-            };
-            return Err(bad(format!(
-                "its schema is {schema:?}, this version reads {SCHEMA:?}{newer}"
-            )));
+            let newer = schema.starts_with(SCHEMA_NAME);
+            let by_newer = if newer { "; a newer boresight made it" } else { "" };
+            let reason =
+                format!("its schema is {schema:?}, this version reads {SCHEMA:?}{by_newer}");
+            return Err(RecordingError::Header { reason, newer, path });
         }
         let header: Header = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
         if header.image_size_px.iter().any(|side| !(1..=SIDE_LIMIT_PX).contains(side)) {

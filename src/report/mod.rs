@@ -13,10 +13,13 @@
 //! `<data value="…">` with all its digits. Corners, pictures, refusals and the check are shown where they are
 //! known; where they aren't, the page says so. Text from outside, such as a file name, is escaped. Nothing
 //! here opens a file.
+//!
+//! [`history_page`] shows many calibrations of many cameras over time.
 
 mod certificate;
 mod drift;
 mod estimates;
+mod history;
 mod lens_curve;
 mod line;
 mod logo;
@@ -31,6 +34,7 @@ mod summary;
 mod thumbnail;
 mod views;
 
+pub use history::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page};
 pub use logo::Logo;
 pub use page::page;
 pub use stated::Certificate;

@@ -8,12 +8,15 @@ mod pictures;
 #[path = "../common/world.rs"]
 mod world;
 
+#[cfg(target_os = "linux")]
+mod batch;
 mod check;
 mod command_line;
 mod crash;
 mod damage;
 #[cfg(unix)]
 mod files;
+mod history;
 #[cfg(target_os = "linux")]
 mod long_runs;
 mod manual;

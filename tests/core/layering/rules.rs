@@ -127,6 +127,7 @@ pub(crate) const RULES: Rules = Rules {
         // Formats are read and written where files are.
         (Reach::Path("toml"), &["config", "recording", "app", "cli", "simulation/scene_file"]),
         (Reach::Path("serde_saphyr"), &["calibration/files/import"]),
+        (Reach::Path("rusqlite"), &["app/history"]),
         (Reach::Path("clap"), &["cli"]),
         (Reach::Path("anyhow"), &["app", "cli"]),
         (Reach::Path("egui"), &["ui"]),

@@ -1,0 +1,45 @@
+//! Arrays as pictures.
+
+use boresight::{board::Checkerboard, geometry::Corner};
+use image::GrayImage;
+use nalgebra::{Matrix2, Point2};
+use numpy::{PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::error::wrong;
+
+/// The grey picture in `array`, rows by columns of bytes, in any memory order.
+pub(crate) fn picture(array: &PyReadonlyArray2<'_, u8>) -> PyResult<GrayImage> {
+    let [rows, columns] = [array.shape()[0], array.shape()[1]];
+    let size = |side: usize| u32::try_from(side).map_err(|_| wrong("the picture is too large"));
+    let (width, height) = (size(columns)?, size(rows)?);
+    let bytes = array.as_array().iter().copied().collect();
+    GrayImage::from_raw(width, height, bytes).ok_or_else(|| wrong("the picture is too large"))
+}
+
+/// A board by its inner corners.
+pub(crate) fn board(columns: u16, rows: u16, square_mm: f64) -> PyResult<Checkerboard> {
+    Checkerboard::new(columns, rows, square_mm * 1e-3).map_err(|err| wrong(err.to_string()))
+}
+
+/// The corners of one view: N×2 positions, N×2×2 covariances.
+pub(crate) type View<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray3<'py, f64>);
+
+/// The corners in `view`.
+pub(crate) fn corners(view: &View<'_>) -> PyResult<Vec<Corner>> {
+    let (px, covariance) = (view.0.as_array(), view.1.as_array());
+    if px.ncols() != 2 || covariance.shape() != [px.nrows(), 2, 2] {
+        return Err(wrong("a view is N×2 positions with N×2×2 covariances"));
+    }
+    let corner =
+        |(px, c): (numpy::ndarray::ArrayView1<'_, f64>, numpy::ndarray::ArrayView2<'_, f64>)| {
+            let covariance_px2 = Matrix2::new(c[[0, 0]], c[[0, 1]], c[[1, 0]], c[[1, 1]]);
+            let is_right = covariance_px2.iter().chain(px.iter()).all(|value| value.is_finite())
+                && covariance_px2.cholesky().is_some();
+            let corner = Corner { px: Point2::new(px[0], px[1]), covariance_px2 };
+            is_right
+                .then_some(corner)
+                .ok_or_else(|| wrong("positions must be finite, and covariances positive definite"))
+        };
+    px.rows().into_iter().zip(covariance.outer_iter()).map(corner).collect()
+}

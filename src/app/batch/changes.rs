@@ -1,0 +1,95 @@
+//! Decisions and verdicts that differ from the recorded ones.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{
+    gather::{Gathered, gather_rows},
+    row::Row,
+    store::Store,
+};
+
+/// Sessions named for each change.
+const NAMED: usize = 3;
+
+/// How often something changed, and where.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Change {
+    /// How often.
+    pub count: u64,
+    /// In how many sessions.
+    pub sessions: u64,
+    /// The first of them.
+    pub named: Vec<String>,
+}
+
+/// Decisions and verdicts that differ from the recorded ones, over all sessions of a batch.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Changes {
+    /// Sessions that were compared.
+    pub sessions: u64,
+    /// Decisions that were compared.
+    pub decisions: u64,
+    /// Decisions that differ by more than rounding.
+    pub different: u64,
+    /// Sessions with such a decision.
+    pub different_sessions: u64,
+    /// Differing decisions by kind, `before -> after`.
+    pub kinds: BTreeMap<String, Change>,
+    /// Differing decisions of long sessions, whose kind wasn't looked at.
+    pub unknown_kinds: u64,
+    /// Verdicts that differ, `before -> after`.
+    pub verdicts: BTreeMap<String, Change>,
+    /// Rows of items that couldn't be worked on, by code.
+    pub failed: BTreeMap<String, Change>,
+}
+
+impl Change {
+    fn add(&mut self, count: u64, session: &str) {
+        self.count += count;
+        self.sessions += 1;
+        if self.named.len() < NAMED {
+            self.named.push(session.to_owned());
+        }
+    }
+}
+
+impl Changes {
+    fn add(&mut self, row: &Row) {
+        if !row.is_ok() {
+            self.failed.entry(row.code.clone()).or_default().add(1, &row.session);
+            return;
+        }
+        self.sessions += 1;
+        if let Some(decisions) = &row.decisions {
+            self.decisions += decisions.count as u64;
+            self.different += decisions.different as u64;
+            self.different_sessions += u64::from(decisions.different > 0);
+            let mut known = 0;
+            for (kind, &count) in &decisions.kinds {
+                self.kinds.entry(kind.clone()).or_default().add(count as u64, &row.session);
+                known += count;
+            }
+            self.unknown_kinds += decisions.different.saturating_sub(known) as u64;
+        }
+        if let Some(before) = &row.recorded_verdict
+            && row.verdict.as_ref() != Some(before)
+        {
+            let after = row.verdict.as_deref().unwrap_or("none");
+            let kind = format!("{before} -> {after}");
+            self.verdicts.entry(kind).or_default().add(1, &row.session);
+        }
+    }
+}
+
+/// The changes that the rows in `store` tell of, and which rows are missing.
+///
+/// # Errors
+///
+/// If there is no batch, or its manifest can't be read.
+pub fn changes(store: &Store) -> anyhow::Result<(Changes, Gathered)> {
+    let mut changes = Changes::default();
+    let gathered = gather_rows(store, &mut |row| changes.add(&row))?;
+    Ok((changes, gathered))
+}

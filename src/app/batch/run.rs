@@ -1,0 +1,246 @@
+//! A shard, from its first item to its last.
+
+use std::{
+    collections::BTreeMap,
+    path::Path,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde::Deserialize;
+
+use super::{
+    child::{Answer, Worker},
+    job::Job,
+    manifest::{Item, Manifest, ManifestError},
+    row::{OK, Row},
+    shard::Shard,
+    store::Store,
+};
+
+/// How often an item is tried whose worker ended: a worker may have been killed for no fault of the item.
+const TRIES: usize = 3;
+
+/// A batch, as one worker of a scheduler sees it.
+#[derive(Debug)]
+pub struct Batch<'a> {
+    /// What is done.
+    pub job: Job,
+    /// The items.
+    pub manifest: &'a Path,
+    /// Which of them.
+    pub shard: Shard,
+    /// Where results go.
+    pub out: &'a Path,
+    /// The longest that an item may take.
+    pub budget: Duration,
+    /// Items worked on at a time, at least 1.
+    pub jobs: usize,
+    /// Whether items are tried again whose row says that they couldn't be worked on.
+    pub again: bool,
+    /// The program whose `batch worker` works.
+    pub program: &'a Path,
+}
+
+/// What a run did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Items of the shard.
+    pub items: u64,
+    /// Items that were done before.
+    pub there: u64,
+    /// Rows by code.
+    pub rows: BTreeMap<String, u64>,
+    /// Time that workers spent on items.
+    pub busy: Duration,
+    /// Whether it was asked to stop before the end.
+    pub stopped: bool,
+}
+
+impl Tally {
+    /// Items that have a row now.
+    pub fn done(&self) -> u64 {
+        self.there + self.rows.values().sum::<u64>()
+    }
+
+    /// Rows of items that couldn't be worked on.
+    pub fn failed(&self) -> u64 {
+        self.rows.iter().filter(|(code, _)| *code != OK).map(|(_, count)| count).sum()
+    }
+}
+
+/// What happens in a run.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// So much is done.
+    Progress(&'a Tally),
+    /// An item has a row now.
+    Row {
+        /// The item.
+        item: &'a Item,
+        /// Its code.
+        code: &'a str,
+        /// How long it took.
+        took: Duration,
+    },
+}
+
+/// What the threads of a run share.
+struct Shared<'a> {
+    batch: &'a Batch<'a>,
+    store: Store,
+    items: Mutex<(Manifest, u64)>,
+    tally: Mutex<Tally>,
+    stop: &'a AtomicBool,
+    /// Set when a thread fails, so that the others don't go on for hours.
+    failed: AtomicBool,
+    report: &'a (dyn Fn(&Event<'_>) + Sync),
+}
+
+/// Works on the shard of `batch` until its end, or until `stop` is set. Items that have a row are left alone. `report`
+/// is called from several threads.
+///
+/// # Errors
+///
+/// If the manifest can't be read, results can't be written or are those of another job, or no worker can be started.
+/// An item that can't be worked on is a row, not an error.
+pub fn run(
+    batch: &Batch<'_>,
+    stop: &AtomicBool,
+    report: &(dyn Fn(&Event<'_>) + Sync),
+) -> anyhow::Result<Tally> {
+    let mut items = 0;
+    for (number, item) in (0..).zip(Manifest::open(batch.manifest)?) {
+        item?;
+        items += u64::from(batch.shard.has(number));
+    }
+    let store = Store::at(batch.out);
+    store.prepare(&batch.job, batch.manifest)?;
+    let shared = Shared {
+        batch,
+        store,
+        items: Mutex::new((Manifest::open(batch.manifest)?, 0)),
+        tally: Mutex::new(Tally { items, ..Tally::default() }),
+        stop,
+        failed: AtomicBool::new(false),
+        report,
+    };
+    thread::scope(|scope| {
+        let threads: Result<Vec<_>, _> = (0..batch.jobs.max(1))
+            .map(|n| {
+                let name = format!("batch {n}");
+                thread::Builder::new().name(name).spawn_scoped(scope, || {
+                    let ended = shared.work();
+                    if ended.is_err() {
+                        shared.failed.store(true, Ordering::Relaxed);
+                    }
+                    ended
+                })
+            })
+            .collect();
+        let failed = |_| anyhow::anyhow!("a thread of the batch failed");
+        threads?.into_iter().try_for_each(|thread| thread.join().map_err(failed)?)
+    })?;
+    let mut tally = shared.tally.into_inner().unwrap_or_else(PoisonError::into_inner);
+    tally.stopped = tally.done() < tally.items;
+    Ok(tally)
+}
+
+impl Shared<'_> {
+    /// The next item of the shard.
+    fn next(&self) -> Option<Result<Item, ManifestError>> {
+        let mut items = self.items.lock().unwrap_or_else(PoisonError::into_inner);
+        let (manifest, number) = &mut *items;
+        loop {
+            let item = manifest.next()?;
+            let is_own = self.batch.shard.has(*number);
+            *number += 1;
+            if is_own || item.is_err() {
+                return Some(item);
+            }
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.failed.load(Ordering::Relaxed)
+    }
+
+    fn count(&self, change: impl FnOnce(&mut Tally)) {
+        let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut tally);
+        (self.report)(&Event::Progress(&tally));
+    }
+
+    /// Works on items until there are no more.
+    fn work(&self) -> anyhow::Result<()> {
+        let batch = self.batch;
+        let mut worker = None;
+        while !self.is_over() {
+            let Some(item) = self.next() else { break };
+            let item = item?;
+            let id = batch.job.id_of(&item).to_string();
+            if self.store.is_done(&id, batch.again) {
+                self.count(|tally| tally.there += 1);
+                continue;
+            }
+            let began = Instant::now();
+            let Some((code, line)) = self.row(&mut worker, &item, &id)? else { break };
+            let took = began.elapsed();
+            self.store.save_row(&id, &line, batch.again)?;
+            (self.report)(&Event::Row { item: &item, code: &code, took });
+            self.count(|tally| {
+                *tally.rows.entry(code).or_insert(0) += 1;
+                tally.busy += took;
+            });
+        }
+        Ok(())
+    }
+
+    /// Code and row of `item`; `None` if it was asked to stop.
+    fn row(
+        &self,
+        worker: &mut Option<Worker>,
+        item: &Item,
+        id: &str,
+    ) -> anyhow::Result<Option<(String, Vec<u8>)>> {
+        let batch = self.batch;
+        let failed = |code: &str, message: String, next: &str| {
+            let row = Row::new(id.to_owned(), &item.session, batch.job.action);
+            let mut line = serde_json::to_vec(&row.failed(code, message, Some(next.into())))?;
+            line.push(b'\n');
+            anyhow::Ok(Some((code.to_owned(), line)))
+        };
+        for _ in 0..TRIES {
+            let working = match worker.take() {
+                Some(working) => worker.insert(working),
+                None => worker.insert(Worker::start(batch.program, &batch.job, batch.out)?),
+            };
+            match working.work(item, batch.budget, self.stop) {
+                Answer::Row(line) => {
+                    let head: Head = serde_json::from_slice(&line)?;
+                    anyhow::ensure!(head.id == id, "a worker answered another item");
+                    return Ok(Some((head.code, line)));
+                }
+                Answer::Stopped => return Ok(None),
+                Answer::TooLong => {
+                    *worker = None;
+                    let message = format!("longer than {} s", batch.budget.as_secs_f64());
+                    return failed("TIME-BUDGET", message, "Allow more: --budget, with --again");
+                }
+                Answer::Crashed => *worker = None,
+            }
+        }
+        let message = format!("the worker ended {TRIES} times, perhaps for want of memory");
+        failed("CRASHED", message, "Allow more memory, and run it with --again.")
+    }
+}
+
+#[derive(Deserialize)]
+struct Head {
+    id: String,
+    code: String,
+}

@@ -1,0 +1,35 @@
+//! The stable name of an error.
+
+use super::comparison::NoKnownLens;
+use crate::{
+    board::InvalidBoard, calibration::files::import::NotImported, capture::CaptureError,
+    config::ConfigError, files::FileError, recording::RecordingError,
+};
+
+/// Stable name of an error, for programs; `FAILED` if it has none.
+pub fn error_code(err: &anyhow::Error) -> &'static str {
+    err.chain().find_map(of_cause).unwrap_or("FAILED")
+}
+
+fn of_cause(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
+    if let Some(err) = cause.downcast_ref::<RecordingError>() {
+        return Some(err.code());
+    }
+    if let Some(err) = cause.downcast_ref::<FileError>() {
+        return Some(err.code());
+    }
+    if let Some(err) = cause.downcast_ref::<CaptureError>() {
+        return Some(match err {
+            CaptureError::Camera { fault, .. } => fault.code(),
+            CaptureError::Read { .. } | CaptureError::Decode { .. } => "PICTURE-UNREADABLE",
+            CaptureError::NoPictures { .. } => "NO-PICTURES",
+        });
+    }
+    if cause.is::<InvalidBoard>() {
+        return Some("BOARD");
+    }
+    if cause.is::<NotImported>() || cause.is::<NoKnownLens>() {
+        return Some("OLD-CALIBRATION");
+    }
+    cause.is::<ConfigError>().then_some("SETTINGS")
+}

@@ -1,0 +1,60 @@
+//! `boresight batch`.
+
+mod gather;
+mod plan;
+mod run;
+mod worker;
+
+use clap::{Args, Subcommand};
+
+use crate::app::Exit;
+
+/// Work on many sessions, on one computer or on a cluster.
+///
+/// `plan` lists the sessions, `run` works on them or on one shard of them, `gather` puts the results in one table.
+/// There is no scheduler here: Slurm, Kubernetes, AWS Batch or GNU parallel starts `run`, once for each shard.
+///
+/// A result that is there is done. So if a run was interrupted, or a machine was lost, run it again: only what is
+/// missing is worked on, and two workers on the same shard do no harm. A session that can't be worked on becomes a row
+/// with a code, and the others go on.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  What would another limit have given, over all recorded sessions?
+    boresight batch plan sessions > manifest.jsonl
+    boresight batch run manifest.jsonl --action replay --set guidance.min_tilt_deg=35 --out min-tilt-35
+    boresight batch gather min-tilt-35 --changes
+
+  Eight machines, each with its part:
+    boresight batch run manifest.jsonl --action redetect --out OUT --shard 1/8
+  In a job array of Slurm or AWS Batch, the shard needs no option. In an indexed job of Kubernetes, set
+  BORESIGHT_SHARDS to the number of completions.
+
+Exit codes of run: 0 if every item has a result, 1 if it was stopped or results can't be written.
+Exit codes of gather: 0 if every item has a result, 1 if one is missing.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Plan(plan::Arguments),
+    Run(run::Arguments),
+    Gather(gather::Arguments),
+    #[command(hide = true)]
+    Worker(worker::Arguments),
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        match self.command {
+            Command::Plan(arguments) => arguments.run(),
+            Command::Run(arguments) => arguments.run(),
+            Command::Gather(arguments) => arguments.run(),
+            Command::Worker(arguments) => arguments.run(),
+        }
+    }
+}

@@ -1,0 +1,353 @@
+//! `boresight history`.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+
+use super::{
+    progress::Progress,
+    terminal::{print, say},
+};
+use crate::{
+    app::{
+        Exit,
+        history::{CameraHistory, Entry, Index, NotAnEntry, Step, histories},
+        session_folders::session_folders,
+    },
+    calibration::LensDifference,
+    files::{Overwrite, save},
+    report::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page},
+};
+
+/// Keep track of every calibration of every camera: what drifts, what is due.
+///
+/// Without a subcommand, lists all cameras, or the calibrations of one. The index is one file that follows from the
+/// session folders: delete it whenever you like, and add the folders again.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// The camera: its name in the list of all cameras, or a part of it that no other has.
+    camera: Option<String>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Debug, Args)]
+struct Common {
+    /// The index.
+    #[arg(long, value_name = "FILE", default_value = "history.sqlite")]
+    index: PathBuf,
+    /// Print JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight history add sessions
+  boresight history
+  boresight history usb:046d:0825
+  boresight history due --older 180d
+  boresight history page --out cameras.html";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Add the results of sessions to the index.
+    ///
+    /// Sessions without a result are left out. One that was added before is read again.
+    Add {
+        /// Sessions, or folders of sessions.
+        #[arg(required = true, value_name = "SESSION|ROOT")]
+        roots: Vec<PathBuf>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// List the cameras whose newest usable calibration is too old.
+    Due {
+        /// From this age on, in days.
+        #[arg(long, value_name = "DAYS", default_value = "180d", value_parser = days)]
+        older: f64,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Write one page with every camera's focal length and principal point over time.
+    Page {
+        /// File to write (HTML).
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+        /// Overwrite an existing file.
+        #[arg(long)]
+        force: bool,
+        /// Age from which on a camera is due, in days.
+        #[arg(long, value_name = "DAYS", default_value = "180d", value_parser = days)]
+        older: f64,
+        #[command(flatten)]
+        common: Common,
+    },
+}
+
+/// A number of days, `180d` or `180`.
+fn days(text: &str) -> Result<f64, String> {
+    let number = text.trim().strip_suffix('d').unwrap_or(text).trim().parse::<f64>();
+    match number {
+        Ok(days) if (0.0..=36_500.0).contains(&days) => Ok(days),
+        _ => Err("expected a number of days, for example 180d".into()),
+    }
+}
+
+/// The time `days` ago, as sessions write it.
+fn days_ago(days: f64) -> anyhow::Result<String> {
+    let ago = jiff::SignedDuration::try_from_secs_f64(days * 86_400.0)?;
+    let then = jiff::Timestamp::now().checked_sub(ago)?;
+    Ok(then.strftime("%Y-%m-%dT%H:%M:%SZ").to_string())
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        match self.command {
+            None => match &self.camera {
+                None => list(&self.common),
+                Some(camera) => show(camera, &self.common),
+            },
+            Some(Command::Add { roots, common }) => add(&roots, &common),
+            Some(Command::Due { older, common }) => due(older, &common),
+            Some(Command::Page { out, force, older, common }) => page(&out, force, older, &common),
+        }
+    }
+}
+
+impl Common {
+    /// The index, which must be there.
+    fn open(&self) -> anyhow::Result<Index> {
+        if !self.index.is_file() {
+            bail!(
+                "there is no index {:?}; make one: boresight history add SESSIONS",
+                self.index.display()
+            );
+        }
+        Ok(Index::open(&self.index)?)
+    }
+}
+
+fn add(roots: &[PathBuf], common: &Common) -> anyhow::Result<Exit> {
+    let mut folders = Vec::new();
+    for root in roots {
+        session_folders(root, &mut |folder| {
+            folders.push(folder.to_path_buf());
+            Ok(())
+        })?;
+    }
+    if folders.is_empty() {
+        bail!(
+            "there is no session in or below these folders: a session is a folder with a session.toml"
+        );
+    }
+    let mut index = Index::open(&common.index)?;
+    let progress = Progress::new("reading results", folders.len());
+    let mut without = 0;
+    let entries = folders.iter().filter_map(|folder| {
+        progress.step();
+        match Entry::read(folder) {
+            Ok(entry) => return Some(entry),
+            Err(NotAnEntry::File(err)) if err.is_missing() => without += 1,
+            Err(err) => progress.say(&format!("Left out: {err}")),
+        }
+        None
+    });
+    let added = index.add(entries)?;
+    progress.finish();
+    let none = if without > 0 { format!("; {without} have no result") } else { String::new() };
+    say(&format!("{added} of {} sessions are in {}{none}", folders.len(), common.index.display()));
+    Ok(if added > 0 { Exit::Good } else { Exit::Failed })
+}
+
+fn list(common: &Common) -> anyhow::Result<Exit> {
+    for history in histories(&common.open()?.all()?) {
+        if common.json {
+            print(&summary_json(&history).to_string())?;
+        } else {
+            let count = history.steps.len();
+            let newest = history.newest().unwrap_or("never usable");
+            print(&format!(
+                "{}  {count} calibrations, newest {newest}: {}",
+                name(&history),
+                trend(&history)
+            ))?;
+        }
+    }
+    Ok(Exit::Good)
+}
+
+fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
+    let index = common.open()?;
+    let mut entries = index.of_camera(camera)?;
+    if entries.is_empty() {
+        let all = index.all()?;
+        let mut names: Vec<&str> = all.iter().map(|entry| entry.camera.as_str()).collect();
+        names.dedup();
+        names.retain(|name| name.contains(camera));
+        match names.as_slice() {
+            [] => bail!("no camera is called {camera:?}; `boresight history` lists all"),
+            [name] => entries = index.of_camera(name)?,
+            several => bail!("{} cameras are called so: {}", several.len(), several.join(", ")),
+        }
+    }
+    for history in histories(&entries) {
+        if common.json {
+            let mut value = summary_json(&history);
+            value["calibrations"] = history.steps.iter().map(step_json).collect();
+            print(&value.to_string())?;
+            continue;
+        }
+        print(&format!("{}: {}", name(&history), trend(&history)))?;
+        for Step { entry, since_first, .. } in &history.steps {
+            let lens = entry.lens.map_or("no lens".to_owned(), |lens| {
+                let sd = lens.covariance_px2.diagonal().map(f64::sqrt);
+                let [f, x, y]: [f64; 3] = lens.f_pp_px.into();
+                format!(
+                    "f {f:.2} ± {:.2} px, pp ({x:.2} ± {:.2}, {y:.2} ± {:.2}) px",
+                    sd.x, sd.y, sd.z
+                )
+            });
+            let change = since_first.as_ref().map_or(String::new(), |change| {
+                format!(
+                    ", moved {:.2} px at most: {}",
+                    change.displacement_px,
+                    change.verdict.code()
+                )
+            });
+            print(&format!("  {}  {:13} {lens}{change}", entry.created, entry.verdict))?;
+        }
+    }
+    Ok(Exit::Good)
+}
+
+fn due(older: f64, common: &Common) -> anyhow::Result<Exit> {
+    let due = common.open()?.due(&days_ago(older)?)?;
+    for (camera, newest) in &due {
+        if common.json {
+            print(&json!({ "camera": camera, "newest": newest }).to_string())?;
+        } else {
+            print(&format!("{camera}  {}", newest.as_deref().unwrap_or("never usable")))?;
+        }
+    }
+    say(&format!("{} cameras have no usable calibration of the last {older} days", due.len()));
+    Ok(Exit::Good)
+}
+
+fn name(history: &CameraHistory) -> String {
+    let [width, height] = history.image_size;
+    format!("{} {width}x{height}", history.camera)
+}
+
+/// What the trend says.
+fn trend(history: &CameraHistory) -> String {
+    let Some(change) = history.change() else {
+        return "one usable calibration at most, nothing to compare".into();
+    };
+    let LensDifference { change_px, sd_px, displacement_px, .. } = change;
+    let said = if history.drifts() { "changed" } else { "no change" };
+    format!(
+        "{said} since the first: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {displacement_px:.2} px in the picture",
+        change_px.x, sd_px.x, change_px.y, sd_px.y, change_px.z, sd_px.z
+    )
+}
+
+fn difference_json(change: Option<&LensDifference>) -> Value {
+    change.map_or(Value::Null, |change| {
+        let array = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
+        json!({
+            "verdict": change.verdict.code(),
+            "f_pp_px": array(&change.change_px),
+            "sigma_px": array(&change.sd_px),
+            "statistic": change.statistic,
+            "displacement_px": change.displacement_px,
+        })
+    })
+}
+
+fn summary_json(history: &CameraHistory) -> Value {
+    json!({
+        "schema": "boresight.history/1",
+        "camera": history.camera,
+        "model": history.model,
+        "image_size": history.image_size,
+        "count": history.steps.len(),
+        "newest": history.newest(),
+        "changed": history.drifts(),
+        "change": difference_json(history.change()),
+    })
+}
+
+fn step_json(step: &Step) -> Value {
+    let Step { entry, since_first, since_last } = step;
+    let lens = entry.lens.map(|lens| {
+        let [f, x, y]: [f64; 3] = lens.f_pp_px.into();
+        let sd: [f64; 3] = lens.covariance_px2.diagonal().map(f64::sqrt).into();
+        json!({ "f_px": f, "pp_px": [x, y], "sigma_px": sd })
+    });
+    json!({
+        "session": entry.session,
+        "created": entry.created,
+        "verdict": entry.verdict,
+        "lens": lens,
+        "since_first": difference_json(since_first.as_ref()),
+        "since_last": difference_json(since_last.as_ref()),
+    })
+}
+
+fn page(out: &Path, force: bool, older: f64, common: &Common) -> anyhow::Result<Exit> {
+    let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
+    crate::files::may_save(out, overwrite)?;
+    let limit = days_ago(older)?;
+    let all = histories(&common.open()?.all()?);
+    let mut models: BTreeMap<&str, ModelLine> = BTreeMap::new();
+    let mut cameras = Vec::with_capacity(all.len());
+    for history in &all {
+        let is_due = history.newest().is_none_or(|newest| newest < limit.as_str());
+        let line = models.entry(&history.model).or_default();
+        line.model.clone_from(&history.model);
+        line.cameras += 1;
+        line.calibrations += history.steps.len();
+        line.drifting += usize::from(history.drifts());
+        line.due += usize::from(is_due);
+        let newest = history.newest().unwrap_or("never");
+        cameras.push(CameraCurve {
+            name: name(history),
+            trend: trend(history),
+            drifts: history.drifts(),
+            due: if is_due { format!("Due: last calibrated {newest}") } else { String::new() },
+            points: points(history).context("a session has no time")?,
+        });
+    }
+    cameras.sort_by_key(|camera| !camera.drifts);
+    let made = jiff::Timestamp::now().strftime("%Y-%m-%d %H:%M UTC").to_string();
+    let due_after = format!("{older} days");
+    let page = HistoryPage { made, due_after, models: models.into_values().collect(), cameras };
+    save(out, history_page(&page).as_bytes(), overwrite)?;
+    say(&format!("Written: {}", out.display()));
+    Ok(Exit::Good)
+}
+
+/// The usable calibrations; `None` if a time can't be read.
+fn points(history: &CameraHistory) -> Option<Vec<CurvePoint>> {
+    let mut first = None;
+    let usable = history.steps.iter().filter(|step| step.entry.is_usable());
+    usable
+        .map(|Step { entry, .. }| {
+            let at: jiff::Timestamp = entry.created.parse().ok()?;
+            let since = at.as_second() - *first.get_or_insert(at.as_second());
+            let lens = entry.lens?;
+            let sd = lens.covariance_px2.diagonal().map(f64::sqrt);
+            let (f_pp_px, sd_px) = (lens.f_pp_px.into(), sd.into());
+            Some(CurvePoint { day: since as f64 / 86_400.0, f_pp_px, sd_px })
+        })
+        .collect()
+}
