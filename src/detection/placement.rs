@@ -1,8 +1,8 @@
 //! Where a part of a board lies on it.
 //!
 //! Every turn and shift that puts the part inside the board is looked at. It must have white where the part ends in white,
-//! squares where they go on, the board's colours, and lie where the board was last seen, if that is known. The part is
-//! used only if exactly one place is left. (Boards that look the same upside down keep two; then, as for whole boards, the
+//! squares where they go on, the board's colours, and lie where the board was last seen. The part is used only if exactly one
+//! place is left; never in a picture by itself, where other squares may look like a part. (Boards that look the same upside down keep two; then, as for whole boards, the
 //! first corner is the one nearest to the top left.)
 
 use image::GrayImage;
@@ -21,9 +21,6 @@ use crate::{
 /// Corners of a part, and its rows and columns, that tell enough.
 const LEAST_CORNERS: usize = 12;
 const LEAST_LINES: i32 = 3;
-/// If it isn't known where the board was, one in so many of its corners must be seen, and white behind so many of its ends.
-const LEAST_SHARE: usize = 2;
-const LEAST_WHITE: usize = 3;
 /// A row or column at the end of a part with fewer corners may be chance corners beside the board.
 const LEAST_IN_LINE: usize = 3;
 /// Largest root mean square distance of corners from where they are expected, in squares. A shift that keeps the colours is
@@ -60,8 +57,8 @@ impl Placement {
 }
 
 /// Writes the part's corners by their numbers on `board` to `into`, `None` for those that aren't seen. `false` if the part
-/// is too small, or if it could lie in several places of the board. `expected` has all corners where they were predicted,
-/// or none.
+/// is too small, if it could lie in several places of the board, or without a prediction. `expected` has all corners where they
+/// were predicted, or none.
 pub(super) fn place_part(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -69,6 +66,10 @@ pub(super) fn place_part(
     expected: &[[f32; 2]],
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
+    // Without a prediction, something else with squares may be taken for a part.
+    if expected.is_empty() {
+        return false;
+    }
     drop_thin_ends(lattice);
     let Some((low, high)) = lattice.extent() else { return false };
     let shortest = (high.0 - low.0).min(high.1 - low.1) + 1;
@@ -88,7 +89,7 @@ pub(super) fn place_part(
                 let placement = Placement { turn, shift: [column, row] };
                 if ends_fit(&placement, (low, high), size, ends)
                     && colours_fit(image, lattice, &placement, board)
-                    && (expected.is_empty() || is_near(lattice, &placement, size[0], expected))
+                    && is_near(lattice, &placement, size[0], expected)
                 {
                     match places.iter_mut().find(|place| place.is_none()) {
                         Some(place) => *place = Some(placement),
@@ -98,10 +99,7 @@ pub(super) fn place_part(
             }
         }
     }
-    // Without white around, a whole rectangle may be a part of a larger board.
-    let is_anchored = !expected.is_empty() || ends.contains(&Beyond::White);
     let placement = match (places, board.looks_the_same_upside_down()) {
-        _ if !is_anchored => return false,
         ([Some(only), None, None], _) => only,
         ([Some(one), Some(other), None], true) => match first_is_nearer(lattice, [&one, &other]) {
             Some(true) => one,
@@ -110,20 +108,6 @@ pub(super) fn place_part(
         },
         _ => return false,
     };
-    // Without a prediction, something else with squares may be taken for a part: then all ends must be seen, most of them with
-    // white behind.
-    if expected.is_empty() {
-        let goes_on = |(di, dj): Node| {
-            let rim = (if di < 0 { low.0 } else { high.0 }, if dj < 0 { low.1 } else { high.1 });
-            let next = placement.place((rim.0 + di, rim.1 + dj));
-            (0..2).all(|k| (0..size[k]).contains(&next[k]))
-        };
-        let white = ends.iter().filter(|end| **end == Beyond::White).count();
-        let is_small = LEAST_SHARE * lattice.len() < board.corner_count();
-        if SIDES.into_iter().any(goes_on) || white < LEAST_WHITE || is_small {
-            return false;
-        }
-    }
     into.clear();
     let all = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
     into.extend(all.map(|place| lattice.get(placement.node(place))));

@@ -95,8 +95,9 @@ impl Refiner {
         self.retry(image, rough, columns, (limit, median_step), median_blur_px);
         self.drop_doubtful(image, rough, columns, median_blur_px);
         let tried = rough.iter().flatten().count();
-        if tried < rough.len() {
-            self.drop_touched(columns, median_residual);
+        if self.fits.iter().any(Option::is_none) {
+            self.drop_touched(image, columns, median_residual);
+            self.drop_strays(rough, columns);
         }
         let (found, wanted) = (self.fits.iter().flatten().count(), rough.len());
         let blur_px = self.median(|_, fit| fit.blur_px()).unwrap_or(params.max_blur_px);
@@ -220,25 +221,53 @@ impl Refiner {
         }
     }
 
-    /// Drops corners beside unseen ones that fit worse than the others: what covers the board reaches into their squares.
-    fn drop_touched(&mut self, columns: usize, median_residual: f64) {
+    /// Drops corners beside unseen ones that are covered, for what covers them reaches into the squares beside, and those
+    /// beside the edge of the picture that fit worse than the others.
+    fn drop_touched(&mut self, image: &GrayImage, columns: usize, median_residual: f64) {
         let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
         let rows = self.fits.len() / columns;
+        let (right, bottom) = (f64::from(image.width()) - 1.0, f64::from(image.height()) - 1.0);
+        let is_covered = |index: usize| {
+            self.fits[index].is_none()
+                && expected_px(&self.fits, columns, index)
+                    .is_some_and(|[x, y]| (0.0..=right).contains(&x) && (0.0..=bottom).contains(&y))
+        };
         let mut touched = Vec::new();
         for (index, fit) in self.fits.iter().enumerate() {
             let Some(fit) = fit else { continue };
             let (column, row) = (index % columns, index / columns);
             let beside =
                 |count: usize, place: usize| place.saturating_sub(1)..(place + 2).min(count);
-            let beside_unseen = beside(rows, row)
-                .any(|row| beside(columns, column).any(|c| self.fits[row * columns + c].is_none()));
+            let is_beside = |is: &dyn Fn(usize) -> bool| {
+                beside(rows, row).any(|row| beside(columns, column).any(|c| is(row * columns + c)))
+            };
+            let beside_unseen = is_beside(&|index| self.fits[index].is_none());
             let fits_worse = fit.residual > TOUCHED_RESIDUAL * median_residual + 0.02
                 || fit.corner.sigma_px() > TOUCHED_SIGMA * median_sigma_px + 0.02;
-            if beside_unseen && fits_worse {
+            if (beside_unseen && fits_worse) || is_beside(&is_covered) {
                 touched.push(index);
             }
         }
         for index in touched {
+            self.fits[index] = None;
+        }
+    }
+
+    /// Drops corners of a part that stray from where the corners in their row and column put them; also those at its rim,
+    /// which only extrapolation checks.
+    fn drop_strays(&mut self, rough: &[Option<[f64; 2]>], columns: usize) {
+        let strays = |index: &usize| {
+            let (Some(fit), Some(expected)) =
+                (&self.fits[*index], expected_px(&self.fits, columns, *index))
+            else {
+                return false;
+            };
+            let side_px = Window::around(rough, columns, *index).map_or(0.0, |it| it.side_px);
+            let allowed_px = (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
+            (fit.corner.px - Point2::from(expected)).norm() > allowed_px
+        };
+        let found: Vec<usize> = (0..self.fits.len()).filter(strays).collect();
+        for index in found {
             self.fits[index] = None;
         }
     }

@@ -92,11 +92,26 @@ fn no_part_of_a_board_is_taken_for_another() {
         );
         let pose = Isometry3::from_parts(at_m.into(), tilt * turn);
         let mut picture = render_view(&scene, &pose);
+        // First whole, so that it's known where the board is.
+        let before = detector.detect(&picture, &board);
         let middle = scene.camera.px_from_board(&pose, &Point2::origin()).expect("in front");
         let reach_px = 0.0125 * f64::from(columns) / depth_m * scene.camera.f_px.x;
         cover(&mut picture, &mut rng, middle, reach_px);
         tried += 1;
-        let Ok(found) = detector.detect(&picture, &board) else { continue };
+        if detector
+            .detect(&picture, &board)
+            .is_ok_and(|alone| seen_count(&alone.corners) * 8 < alone.corners.len() * 7)
+        {
+            panic!("picture {seed}: a part by itself could be of something else");
+        }
+        let Ok(before) = before else { continue };
+        let mut track = Track::default();
+        for nanos in [0, 33_000_000] {
+            track.add(FrameKind::Video, CaptureTime { nanos }, &Ok(before.clone()));
+        }
+        let near = track.predict(FrameKind::Video, CaptureTime { nanos: 66_000_000 });
+        let search = Search { near: near.as_ref(), ..Search::FULL };
+        let Ok(found) = detector.search(&picture, &board, search) else { continue };
         let errors = errors_px(&scene, &pose, &found);
         let worst_px = errors.iter().copied().fold(0.0, f64::max);
         let is_whole = errors.len() == board.corner_count();
@@ -106,14 +121,14 @@ fn no_part_of_a_board_is_taken_for_another() {
             continue;
         }
         worst = worst.max(worst_px);
-        assert!(worst_px < 12.0, "picture {seed}, {columns}x{rows}: {worst_px} px");
+        assert!(worst_px < 1.5, "picture {seed}, {columns}x{rows}: {worst_px} px");
         squares += errors.iter().map(|off_px| off_px * off_px).sum::<f64>();
         count += errors.len() as f64;
     }
     let rms_px = (squares / f64::max(count, 1.0)).sqrt();
     println!("{whole} whole, {parts} parts of {tried}; rms {rms_px:.4} px, worst {worst:.2} px");
-    assert!(parts >= 25, "only {parts} parts of {tried} were used");
-    assert!(rms_px < 0.2, "{rms_px} px");
+    assert!(parts >= 2, "only {parts} parts of {tried} were used");
+    assert!(rms_px < 0.1, "{rms_px} px");
 }
 
 /// A board that is carried out of the picture, and two frames before.
@@ -198,7 +213,9 @@ fn cut_views_count_with_the_corners_that_are_there() {
         }
     }
     println!("share of the picture covered more: {gains:.2?}");
-    assert!(gains.iter().all(|gain| *gain > 0.1), "{gains:?}");
+    // Never less, and more in the mean.
+    assert!(gains.iter().all(|gain| *gain >= 0.0), "{gains:?}");
+    assert!(gains.iter().sum::<f64>() > 0.02 * gains.len() as f64, "{gains:?}");
 }
 
 #[test]

@@ -198,7 +198,7 @@ fn a_session_ends_with_its_report() {
     assert!(provenance.contains("boresight replay session"), "{provenance}");
     assert!(text(part(&document, "camera")).contains("pictures"));
     let refused = text(part(&document, "refused"));
-    assert!(refused.contains("No board found: 1"), "{refused}");
+    assert!(refused.contains("Too dark: 1"), "{refused}");
 
     // The same again, from the folder or from the result in it; nothing else is touched.
     let before = contents(&folder.path().join("session"));
