@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::LENS_PARAMETERS;
 
-/// Covariance of all lens parameters, in the order of [`LENS_PARAMETER_NAMES`].
+/// Covariance of all lens parameters, in the order of [`LENS_PARAMETERS`].
 pub type LensCovariance = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// Names of the lens parameters in that order.
