@@ -234,7 +234,7 @@ impl Shared<'_> {
                 Answer::Crashed => *worker = None,
             }
         }
-        let message = format!("the worker ended {TRIES} times, perhaps for want of memory");
+        let message = format!("the worker ended {TRIES} times, perhaps because memory ran out");
         failed("CRASHED", message, "Allow more memory, and run it with --again.")
     }
 }

@@ -18,7 +18,7 @@ const ROW_LIMIT: u64 = 16 << 20;
 
 /// A folder that holds results of something else.
 #[derive(Debug, thiserror::Error)]
-#[error("this folder holds results of another batch ({why}); choose another with --out: {path:?}")]
+#[error("this folder holds the results of a different batch ({why}); choose a different one with --out: {path:?}")]
 pub struct OtherJob {
     /// What differs.
     pub why: String,
@@ -136,7 +136,7 @@ impl Store {
             String::from_utf8(bytes).map_err(|_| FileError::NotText { path: path.clone() })?;
         let head: Head = serde_json::from_str(&text)
             .map_err(|err| anyhow::anyhow!("a row is damaged ({err}): {path:?}"))?;
-        anyhow::ensure!(head.id == id, "a row has the name of another: {path:?}");
+        anyhow::ensure!(head.id == id, "a row has a different name than its file: {path:?}");
         Ok(Some(StoredRow { text, code: head.code }))
     }
 }
