@@ -7,6 +7,7 @@ use super::{
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
+    marked_board::name_corners,
     outcome::{Detection, Miss},
     params::DetectorParams,
     picture_quality,
@@ -22,6 +23,8 @@ const SEARCH_WIDTH_PX: u32 = 1000;
 /// Smaller grids tried at one level once no grid with most of the board matched, and their least size.
 const GRIDS_KEPT: usize = 4;
 const LEAST_GRID: usize = 6;
+/// Smallest grid whose markers are read.
+const LEAST_MARKED_GRID: usize = 4;
 /// Grids with most of the board that are tried at one level; a tiled wall has no end of them.
 const LARGE_GRIDS: usize = 4;
 /// Longest side of a board that is counted, and most corners.
@@ -139,7 +142,7 @@ impl Detector {
         board: &Checkerboard,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
-        if let Some(near) = search.near.filter(|near| !near.everywhere)
+        if let Some(near) = search.near.filter(|near| !near.everywhere && board.markers().is_none())
             && self.tracker.follow(image, board, near, &mut self.rough)
         {
             let seen = self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on);
@@ -148,11 +151,16 @@ impl Detector {
             }
         }
         let mut best_miss = Miss::NoBoard;
-        let [primary, coarser, finer] = self.search_levels(image);
+        let [primary, coarser, finer] = match board.markers() {
+            None => self.search_levels(image),
+            Some(_) => self.fine_levels(image),
+        };
         let plain = [primary, coarser, finer].map(|level| (level, None));
         // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
         let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
         let grown = grown.map(|(level, what)| (level, Some(what)));
+        // Markers don't survive growth.
+        let grown = grown.into_iter().filter(|_| board.markers().is_none());
         let passes = plain.into_iter().chain(grown);
         let mut best_part: Option<Detection> = None;
         for (level, what) in passes.filter_map(|(level, what)| Some((level?, what))) {
@@ -177,7 +185,7 @@ impl Detector {
             match found {
                 Ok(detection) => {
                     let seen = seen_count(&detection.corners);
-                    if seen == detection.corners.len() {
+                    if seen == detection.corners.len() || board.markers().is_some() {
                         return Ok(detection);
                     }
                     if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {
@@ -262,6 +270,13 @@ impl Detector {
         [Some(primary), wide_enough.then_some(coarsest), primary.checked_sub(1)]
     }
 
+    /// As [`search_levels`](Self::search_levels), for boards with markers: the gap between corner and marker should hold
+    /// the search ring, so the finest level comes first.
+    fn fine_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
+        let [primary, coarser, finer] = self.search_levels(image);
+        if finer.is_some() { [finer, primary, coarser] } else { [primary, coarser, None] }
+    }
+
     /// Searches one level, perhaps with dark or light squares grown: response, junctions, grids, match. On success the
     /// corners are in `self.corners`: those of the whole board, or of the largest part.
     fn search_level(
@@ -305,6 +320,22 @@ impl Detector {
         let mut large = 0;
         let mut best_miss = Miss::NoBoard;
         part.clear();
+        if let Some(markers) = board.markers() {
+            while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
+                if !keep_on() {
+                    return Err(Miss::OutOfTime);
+                }
+                if lattice.len() < LEAST_MARKED_GRID {
+                    continue;
+                }
+                match name_corners(picture, lattice, board, markers, corners) {
+                    Ok(()) => return Ok(()),
+                    Err(miss) if closeness(&miss) > closeness(&best_miss) => best_miss = miss,
+                    Err(_) => {}
+                }
+            }
+            return Err(best_miss);
+        }
         let mut judge = |lattice: &mut Lattice| {
             let matched = match_board(picture, lattice, board, expected, corners);
             match matched {
@@ -386,6 +417,7 @@ fn closeness(miss: &Miss) -> usize {
         Miss::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
         Miss::PartialBoard { found, .. } | Miss::Glare { found, .. } => found,
         Miss::OtherBoard { columns, rows } => columns * rows,
+        Miss::OtherMarkers { markers } => 10 + markers,
         Miss::TooSmall { .. } | Miss::Blurred { .. } | Miss::LowContrast { .. } => 100_000,
     }
 }

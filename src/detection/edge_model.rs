@@ -134,7 +134,8 @@ pub(super) struct Scratch {
     fine: Pixels,
 }
 
-/// Fits a corner near `start`, with the board's axes `u` and `v` there in pixels per square.
+/// Fits a corner near `start`, with the board's axes `u` and `v` there in pixels per square, to pixels within
+/// `band_squares` of one of the axes.
 ///
 /// First on a quarter or a ninth of the patch's pixels, then on the informative ones: all pixels near the edges, a
 /// quarter of the others. Parameters given by [`Known`] are held fixed, and so is the gradient of the light then.
@@ -144,11 +145,12 @@ pub(super) fn fit(
     image: &GrayImage,
     start: [f64; 2],
     axes_px: [[f64; 2]; 2],
+    band_squares: f64,
     known: Known,
     scratch: &mut Scratch,
 ) -> Option<EdgeFit> {
     let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
-    let patch = Patch::around(start, axes_px, limits)?;
+    let patch = Patch::around(start, axes_px, limits, band_squares)?;
     let centre = [f64::from(patch.centre_px.0), f64::from(patch.centre_px.1)];
     let Scratch { coarse, fine } = scratch;
     let thin = match patch.half_px {
@@ -156,6 +158,8 @@ pub(super) fn fit(
         half if half > 6.5 => 2,
         _ => 1,
     };
+    // Bands are narrow: all of their pixels are needed.
+    let thin = if patch.has_bands() { 1 } else { thin };
     coarse.gather(image, &patch, |dx, dy| dx % thin == 0 && dy % thin == 0);
     let whole = patch.area_px() / f64::from(thin * thin);
     if coarse.count < LEAST_PIXELS || (coarse.count as f64) < LEAST_VISIBLE * whole {
@@ -300,7 +304,7 @@ mod tests {
     fn covariance_blur_and_residual_are_of_the_fitted_parameters() {
         let (image, axes_px) = (picture(), [[12.0, 2.0], [-3.0, 12.0]]);
         let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
-        let patch = Patch::around([20.0, 20.0], axes_px, limits).expect("axes");
+        let patch = Patch::around([20.0, 20.0], axes_px, limits, f64::INFINITY).expect("axes");
         let mut pixels = Pixels::default();
         pixels.gather(&image, &patch, |_, _| true);
         let start = first_guess(&pixels, [0.0, 0.0], 0.1, 1.8);
@@ -319,7 +323,8 @@ mod tests {
         let image = picture();
         let axes_px = [[12.0, 2.0], [-3.0, 12.0]];
         let mut scratch = Scratch::default();
-        let fit = fit(&image, [20.0, 20.0], axes_px, Known::Nothing, &mut scratch).expect("a fit");
+        let fit = fit(&image, [20.0, 20.0], axes_px, f64::INFINITY, Known::Nothing, &mut scratch)
+            .expect("a fit");
         let linear = scratch.fine.linearise(&fit.at);
         let covariance = linear.normal_matrix.cholesky().expect("definite").inverse();
         let variance = linear.cost / degrees_of_freedom(&scratch.fine);

@@ -40,6 +40,7 @@ impl Pixels {
         for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
             row.clear();
         }
+        let has_bands = patch.has_bands();
         let (cx, cy) = patch.centre_px;
         let (width, height) = image.dimensions();
         let top = (-patch.radius_px).max(-cy);
@@ -49,7 +50,7 @@ impl Pixels {
             let row = (cy + dy) as usize * width as usize;
             let raw = &image.as_raw()[row..row + width as usize];
             for dx in first..=last {
-                if wanted(dx, dy) {
+                if wanted(dx, dy) && (!has_bands || patch.in_bands(dx, dy)) {
                     self.x.push(dx as f32);
                     self.y.push(dy as f32);
                     self.value.push(f32::from(raw[(cx + dx) as usize]));
@@ -252,7 +253,8 @@ mod tests {
         });
         let mut pixels = Pixels::default();
         let axes = [[40.0, 3.0], [-2.0, 40.0]];
-        let patch = Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20)).expect("axes");
+        let patch =
+            Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20), f64::INFINITY).expect("axes");
         pixels.gather(&image, &patch, |_, _| true);
         let at = Vector::from([0.2, -0.5, 0.1, 1.4, 0.4, 75.0, 121.0, 1e-3, -2e-3]);
         (pixels, at)

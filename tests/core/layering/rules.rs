@@ -5,23 +5,24 @@ use super::scan::Word;
 pub(crate) const RULES: Rules = Rules {
     may_use: &[
         ("lib", ""),
-        ("board", ""),
+        ("markers", ""),
+        ("board", "markers"),
         ("board_code", "board"),
         ("frame", ""),
         ("device", "frame"),
         ("panic_message", ""),
         ("files", ""),
         ("geometry", "frame"),
-        ("detection", "board board_code frame geometry"),
+        ("detection", "markers board board_code frame geometry"),
         ("calibration", "board frame geometry"),
         ("guidance", "board frame geometry"),
         ("session", "board frame device geometry detection calibration guidance"),
         ("capture", "frame device panic_message files"),
-        ("config", "board frame device files geometry calibration guidance session"),
-        ("simulation", "board frame device files geometry capture config"),
+        ("config", "markers board frame device files geometry calibration guidance session"),
+        ("simulation", "markers board frame device files geometry capture config"),
         ("recording", "board frame device files geometry detection guidance session config"),
         ("pipeline", "board frame device panic_message detection session capture recording"),
-        ("target", "board_code"),
+        ("target", "markers board_code"),
         ("text", "board frame device geometry detection calibration guidance session target"),
         ("ghost", "board geometry"),
         ("speech", "session text"),
@@ -31,8 +32,8 @@ pub(crate) const RULES: Rules = Rules {
         ("report", "board frame geometry calibration text chart"),
         (
             "app",
-            "board board_code frame device panic_message files geometry detection calibration guidance \
-             session capture config simulation recording pipeline target text speech serve report",
+            "markers board board_code frame device panic_message files geometry detection calibration \
+             guidance session capture config simulation recording pipeline target text speech serve report",
         ),
         (
             "ui",
@@ -41,7 +42,7 @@ pub(crate) const RULES: Rules = Rules {
         ),
         (
             "cli",
-            "board board_code frame device files geometry detection calibration guidance session capture \
+            "markers board board_code frame device files geometry detection calibration guidance session capture \
              config simulation recording pipeline target text serve study report app ui",
         ),
         ("main", "cli"),
