@@ -11,7 +11,7 @@ use super::{
     outcome::{Detection, Miss},
     params::DetectorParams,
     picture_quality,
-    reduce::{Grow, Halved, grow, halve},
+    reduce::{Grow, Halved, double, grow, halve},
     refine::Refiner,
     response::{Peak, peaks as find_peaks, respond},
     track::{Prediction, Tracker},
@@ -27,6 +27,8 @@ const LEAST_GRID: usize = 6;
 const LEAST_MARKED_GRID: usize = 4;
 /// Grids with most of the board that are tried at one level; a tiled wall has no end of them.
 const LARGE_GRIDS: usize = 4;
+/// Larger pictures aren't doubled.
+const MOST_DOUBLED_PX: usize = 2_200_000;
 /// Longest side of a board that is counted, and most corners.
 const LONGEST_COUNTED: usize = 40;
 const MOST_COUNTED: usize = 1000;
@@ -47,13 +49,20 @@ impl Search<'_> {
     pub const FULL: Self = Self { near: None, keep_on: &|| true };
 }
 
+/// What is done to a level before it's searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    Grown(Grow),
+    Doubled,
+}
+
 /// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
     params: DetectorParams,
     /// `levels[0]` is half the picture.
     levels: Vec<GrayImage>,
-    /// A level in which dark or light squares were grown, and a buffer for that.
+    /// A level in which dark or light squares were grown, or that was doubled, and a buffer for that.
     grown: GrayImage,
     grown_rows: Vec<u8>,
     response: Vec<i16>,
@@ -158,19 +167,24 @@ impl Detector {
         let plain = [primary, coarser, finer].map(|level| (level, None));
         // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
         let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
-        let grown = grown.map(|(level, what)| (level, Some(what)));
-        // Markers don't survive growth.
-        let grown = grown.into_iter().filter(|_| board.markers().is_none());
-        let passes = plain.into_iter().chain(grown);
+        let grown = grown.map(|(level, what)| (level, Some(Change::Grown(what))));
+        // Markers don't survive growth, but the gaps around them may be narrower than the ring.
+        let is_small = image.len() <= MOST_DOUBLED_PX;
+        let doubled = [(is_small.then_some(0), Some(Change::Doubled)), (None, None), (None, None)];
+        let more = if board.markers().is_some() { doubled } else { grown };
+        let passes = plain.into_iter().chain(more);
         let mut best_part: Option<Detection> = None;
         for (level, what) in passes.filter_map(|(level, what)| Some((level?, what))) {
             if best_part.is_some() && Some(level) != coarser {
                 break;
             }
-            if what.is_some() && !may_be_grown(&best_miss) {
+            if matches!(what, Some(Change::Grown(_))) && !may_be_grown(&best_miss) {
                 break;
             }
-            let halved = Halved::whole(level);
+            let halved = match what {
+                Some(Change::Doubled) => Halved::doubled(),
+                _ => Halved::whole(level),
+            };
             self.expected.clear();
             if let Some(near) = search.near.filter(|near| near.names_corners) {
                 self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
@@ -277,12 +291,12 @@ impl Detector {
         if finer.is_some() { [finer, primary, coarser] } else { [primary, coarser, None] }
     }
 
-    /// Searches one level, perhaps with dark or light squares grown: response, junctions, grids, match. On success the
+    /// Searches one level, perhaps changed: response, junctions, grids, match. On success the
     /// corners are in `self.corners`: those of the whole board, or of the largest part.
     fn search_level(
         &mut self,
         image: &GrayImage,
-        (level, what): (usize, Option<Grow>),
+        (level, what): (usize, Option<Change>),
         board: &Checkerboard,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
@@ -304,7 +318,10 @@ impl Detector {
         } = self;
         let mut picture = if level == 0 { image } else { &levels[level - 1] };
         if let Some(what) = what {
-            grow(picture, what, grown_rows, grown);
+            match what {
+                Change::Grown(what) => grow(picture, what, grown_rows, grown),
+                Change::Doubled => double(picture, grown),
+            }
             picture = grown;
         }
         read_junctions(picture, params, (response, peaks, junctions));

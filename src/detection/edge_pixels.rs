@@ -79,6 +79,26 @@ impl Pixels {
         });
     }
 
+    /// Adds the light that the black frames of markers in the two light squares take away, for the edge model at `at`:
+    /// dark beyond `gaps_px` from both edges, with the blur of the edges.
+    pub(super) fn remove_frames(&mut self, at: &Vector, gaps_px: [f64; 2]) {
+        let [x0, y0, _, _, _, a, _, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
+        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let inverse_s = (-at[4]).exp() as f32;
+        let [gap1, gap2] = gaps_px.map(|gap| gap as f32);
+        let beyond = |from_edge: f32, gap: f32| 0.5 * (1.0 + erf((from_edge - gap) * inverse_s).0);
+        let places = self.x.iter().zip(&self.y).zip(&mut self.value);
+        for ((x, y), value) in places.take(self.count) {
+            let (dx, dy) = (x - x0, y - y0);
+            let d1 = dy * c1 - dx * s1;
+            let d2 = (dy * c2 - dx * s2) * a.signum();
+            let frames =
+                beyond(d1, gap1) * beyond(d2, gap2) + beyond(-d1, gap1) * beyond(-d2, gap2);
+            *value += 2.0 * a.abs() * frames * (1.0 + gx * dx + gy * dy);
+        }
+    }
+
     /// Cost, gradient and normal matrix at `at`, in squared grey levels; `extra` is the sum of the products of
     /// each residual and the next one in its row.
     ///

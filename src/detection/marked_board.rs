@@ -34,7 +34,7 @@ const AGREEING_PER_CONFLICT: usize = 2;
 const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 20;
 /// Rounds in which corners beside known ones are added.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 30;
 /// How far a corner that is added may be from its prediction, in squares.
 const NEAR_SQUARES: f32 = 0.12;
 /// Least colour step of a corner, as a fraction of the others'.

@@ -13,7 +13,6 @@ use super::{
 use crate::{
     board::Checkerboard,
     geometry::{Corner, expect_unseen},
-    markers::Markers,
 };
 
 /// Blur above this fraction of a square leaves no plateau between its edges.
@@ -42,8 +41,6 @@ const LOST_SHARE_OF_PART: usize = 3;
 /// The same where markers say which corners are seen.
 const LEAST_CORNERS_WITH_MARKERS: usize = 6;
 const LOST_SHARE_WITH_MARKERS: usize = 2;
-/// Share of the free band between a square's edge and its marker that is used: the marker's edge is blurred, too.
-const BAND_SHARE: f64 = 0.8;
 
 /// Refines the corners of a board. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
@@ -52,8 +49,8 @@ pub(super) struct Refiner {
     sorted: Vec<f64>,
     scratch: edge_model::Scratch,
     bent_edges: BentEdges,
-    /// Half the width of what is free along the edges of the squares.
-    band_squares: f64,
+    /// Distance of markers from the edges of their squares; infinite without markers.
+    gap_squares: f64,
 }
 
 impl Refiner {
@@ -72,8 +69,8 @@ impl Refiner {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
         let columns = board.columns();
-        self.band_squares = board.markers().map_or(f64::INFINITY, band_squares);
-        let band = self.band_squares;
+        let gap = board.markers().map_or(f64::INFINITY, |it| (1.0 - it.side_squares) / 2.0);
+        self.gap_squares = gap;
         let mut shortest_px = f64::MAX;
         self.fits.clear();
         for index in 0..rough.len() {
@@ -83,7 +80,7 @@ impl Refiner {
             let fit = rough[index].zip(Window::around(rough, columns, index)).and_then(
                 |(start, window)| {
                     shortest_px = shortest_px.min(window.side_px);
-                    window.fit(image, start, (Known::Nothing, band), &mut self.scratch)
+                    window.fit(image, start, (Known::Nothing, gap), &mut self.scratch)
                 },
             );
             self.fits.push(fit);
@@ -175,7 +172,7 @@ impl Refiner {
             let all = [Known::Nothing].into_iter().chain(helped.into_iter().flatten());
             let again = all.into_iter().find_map(|known| {
                 window
-                    .fit(image, expected, (known, self.band_squares), &mut self.scratch)
+                    .fit(image, expected, (known, self.gap_squares), &mut self.scratch)
                     .filter(|fit| fit.residual <= limit && off_px(fit) <= allowed_px)
                     .filter(|fit| agrees(fit, median_step * sign(index, columns)))
             });
@@ -226,7 +223,7 @@ impl Refiner {
                     let fit = window.fit(
                         image,
                         expected,
-                        (known, self.band_squares),
+                        (known, self.gap_squares),
                         &mut self.scratch,
                     )?;
                     let off_px = (fit.corner.px - Point2::from(expected)).norm();
@@ -308,11 +305,6 @@ impl Refiner {
     }
 }
 
-/// Half the width, in squares, of the bands along the edges of the squares that are free of markers.
-fn band_squares(markers: Markers) -> f64 {
-    BAND_SHARE * (1.0 - markers.side_squares) / 2.0
-}
-
 /// +1 or −1: the colours around corners alternate.
 fn sign(index: usize, columns: usize) -> f64 {
     if (index % columns + index / columns).is_multiple_of(2) { 1.0 } else { -1.0 }
@@ -360,10 +352,10 @@ impl Window {
         &self,
         image: &GrayImage,
         start: [f64; 2],
-        (known, band_squares): (Known, f64),
+        (known, gap_squares): (Known, f64),
         scratch: &mut edge_model::Scratch,
     ) -> Option<EdgeFit> {
-        edge_model::fit(image, start, self.axes_px, band_squares, known, scratch)
+        edge_model::fit(image, start, self.axes_px, gap_squares, known, scratch)
     }
 }
 
