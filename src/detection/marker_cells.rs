@@ -72,7 +72,8 @@ pub(super) fn read_cells(
             code = code << 1 | u64::from(cell(column, row) > middle);
         }
     }
-    Some(code)
+    // Beside light squares, a dark one looks framed. No marker is all black.
+    (code != 0).then_some(code)
 }
 
 /// Maps the unit square to a quadrilateral in the picture (Heckbert 1989, section 2.2.3).
