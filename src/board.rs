@@ -40,7 +40,7 @@ pub enum InvalidBoard {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidMarkers {
     /// The markers are too small or too large for the squares.
-    #[error("markers of {side_squares} of a square: needs 0.3 to 0.95")]
+    #[error("markers with a side of {side_squares} squares: 0.3 to 0.95 are possible")]
     Side {
         /// Side of a marker, as a share of a square's.
         side_squares: f64,
