@@ -18,6 +18,7 @@ mod camera_events;
 mod detection;
 mod detector_baseline;
 mod drift;
+mod empty_pictures;
 mod far_boards;
 mod geometry_monte_carlo;
 mod geometry_properties;
