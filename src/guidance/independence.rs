@@ -104,8 +104,8 @@ fn reflected(
 
 /// Distance of `view`'s centre from the point reflection of `of`'s centre about the principal point.
 fn reflection_offset_px(view: &View, of: &View, lens_estimate: &LensEstimate) -> f64 {
-    let wanted = lens_estimate.camera.pp_px.coords * 2.0 - of.mean_px.coords;
-    (view.mean_px.coords - wanted).norm()
+    let wanted = lens_estimate.camera.pp_px.coords * 2.0 - of.board_px.coords;
+    (view.board_px.coords - wanted).norm()
 }
 
 fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f64 {

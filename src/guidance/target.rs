@@ -8,12 +8,14 @@ use super::{
     candidates::most_informative_pair,
     covering::{corner_covering_pair, most_covering_pair},
     independence::partner_of,
+    information::reflected,
     params::{GuidanceParams, Plan},
     reach::{place_first, wanted_poses},
     slots::slots_deg,
     stop::Precision,
     view::{LensEstimate, View, bounds_px},
     wanted_pose::{WantedPose, place_board, seen_px},
+    worth::pose_of,
 };
 use crate::{board::Checkerboard, frame::ImageSize, geometry::Corner};
 
@@ -165,6 +167,9 @@ fn partner_target(
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Target {
+    if let Some(partner) = partner_of_part(of, view, board, lens_estimate) {
+        return partner;
+    }
     let pp_px = lens_estimate.camera.pp_px;
     let purpose = Purpose::Partner { of };
     let wanted = WantedPose {
@@ -196,6 +201,27 @@ fn partner_target(
         tilt_rad: view.tilt_rad.unwrap_or(0.0),
         ghost_px: view.corners.iter().rev().map(reflected).collect(),
     }
+}
+
+/// The partner of a view of which a part is seen: where its unseen corners are expected in the picture is too rough a guess
+/// to reflect. `None` of a whole view.
+fn partner_of_part(
+    of: usize,
+    view: &View,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+) -> Option<Target> {
+    if view.corners.iter().all(Corner::is_seen) {
+        return None;
+    }
+    let pose = reflected(&pose_of(&view.corners, board, lens_estimate)?);
+    let ghost_px = seen_px(&pose, board, lens_estimate);
+    (ghost_px.len() == board.corner_count()).then(|| Target {
+        purpose: Purpose::Partner { of },
+        tilt_azimuth_rad: (view.tilt_azimuth_rad() + PI).rem_euclid(2.0 * PI),
+        tilt_rad: view.tilt_rad.unwrap_or(0.0),
+        ghost_px,
+    })
 }
 
 /// The target with its ghost shrunk about its middle until it lies in the picture: the reflection of a view at one edge

@@ -1,6 +1,6 @@
 //! What one picture of the board measures.
 
-use nalgebra::{Matrix2, Point2, SMatrix};
+use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
 use super::{params::width_scale, refusal::Refusal};
 use crate::{
@@ -81,6 +81,8 @@ pub struct View {
     pub tilt_rad: Option<f64>,
     /// Mean of the corners that are seen.
     pub mean_px: Point2<f64>,
+    /// Where the middle of the board is seen, or expected if the board is cut off or covered: the mean of all its corners.
+    pub board_px: Point2<f64>,
     /// Larger of the shares of the picture's width and height that the corners span that are seen.
     pub span_fraction: f64,
     /// Least distance of a corner that is seen from the picture's edge.
@@ -110,8 +112,11 @@ pub fn measure(
     lens_estimate: &LensEstimate,
 ) -> Result<View, Refusal> {
     let camera = &lens_estimate.camera;
-    let undistorted: Vec<Corner> =
-        corners.iter().filter_map(|corner| camera.undistort_corner(corner)).collect();
+    // An unseen corner may be expected where the lens has no ray.
+    let undistort = |corner: &Corner| {
+        if corner.is_seen() { camera.undistort_corner(corner) } else { Some(*corner) }
+    };
+    let undistorted: Vec<Corner> = corners.iter().filter_map(undistort).collect();
     if undistorted.len() < corners.len() {
         let outside = corners.len() - undistorted.len();
         return Err(Refusal::OutsideLens { outside, of: corners.len() });
@@ -137,10 +142,19 @@ pub fn measure(
         line,
         tilt_rad,
         mean_px: mean_px(corners),
+        board_px: board_px(corners),
         span_fraction: ((high.x - low.x) / width).max((high.y - low.y) / height),
         margin_px,
         partner_frame: None,
     })
+}
+
+fn board_px(corners: &[Corner]) -> Point2<f64> {
+    if corners.iter().all(Corner::is_seen) {
+        return mean_px(corners);
+    }
+    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
+    Point2::from(sum / corners.len().max(1) as f64)
 }
 
 /// Smallest axis-parallel box around `points`: its top-left and bottom-right corner. Without points the

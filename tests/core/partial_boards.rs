@@ -4,8 +4,9 @@ use boresight::{
     board::Checkerboard,
     calibration::{CalibrationParams, calibrate},
     detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
-    frame::{CaptureTime, FrameKind},
-    geometry::{Corner, expect_unseen, seen_count},
+    frame::{CaptureTime, FrameId, FrameKind},
+    geometry::{Camera, Corner, Distortion, LensKind, expect_unseen, seen_count},
+    guidance::{GuidanceParams, LensEstimate, Role, View, measure, next_target, role_of},
     simulation::{Scene as Rendered, render_view},
 };
 use image::{GrayImage, Luma};
@@ -232,4 +233,77 @@ fn an_unseen_corner_changes_nothing_wherever_it_is_expected() {
     });
     assert_eq!(one.camera, other.camera);
     assert_eq!(one.findings, other.findings);
+}
+
+/// A fisheye lens of 120 degrees, a pose whose board leaves the picture at the right, and its reflection about the axis.
+fn at_the_edge() -> (LensEstimate, [Isometry3<f64>; 2]) {
+    let distortion = Distortion { kind: LensKind::Fisheye, k1: -0.02, ..Distortion::default() };
+    let centre_px = SIZE.centre_px();
+    let camera = Camera { distortion, ..Camera::pinhole(600.0, centre_px) };
+    let lens_estimate = LensEstimate { camera, ..LensEstimate::guess(SIZE) };
+    let pose = Isometry3::new(Vector3::new(0.26, 0.02, 0.2), Vector3::new(0.15, 0.25, 0.0));
+    let half_turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI);
+    let reflected = Isometry3::from_parts(
+        (half_turn * pose.translation.vector).into(),
+        half_turn * pose.rotation * half_turn,
+    );
+    (lens_estimate, [pose, reflected])
+}
+
+/// What is seen of the board up to `inset_px` from the picture's edge; the rest is expected where a plane has it.
+fn seen_of(pose: &Isometry3<f64>, camera: &Camera, inset_px: f64) -> Vec<Corner> {
+    let inside = |px: &Point2<f64>| {
+        let along = |at: f64, size: u32| (inset_px..f64::from(size) - 1.0 - inset_px).contains(&at);
+        along(px.x, SIZE.width_px) && along(px.y, SIZE.height_px)
+    };
+    let mut corners: Vec<Corner> = board()
+        .corners_in_board_m()
+        .iter()
+        .map(|point| match camera.px_from_board(pose, point).filter(inside) {
+            Some(px) => Corner::isotropic(px, 0.05),
+            None => Corner::unseen(Point2::new(f64::NAN, f64::NAN)),
+        })
+        .collect();
+    expect_unseen(&board().corners_in_board_m(), &mut corners);
+    corners
+}
+
+fn measured(number: u64, corners: &[Corner], lens_estimate: &LensEstimate) -> View {
+    let frame = (FrameId(number), CaptureTime { nanos: 33_000_000 * number });
+    measure(frame, corners, 0.8, &board(), lens_estimate).expect("a view")
+}
+
+#[test]
+fn a_part_is_measured_wherever_its_unseen_corners_are_expected() {
+    let (lens_estimate, [pose, _]) = at_the_edge();
+    let mut corners = seen_of(&pose, &lens_estimate.camera, 10.0);
+    let seen = seen_count(&corners);
+    assert!((20..corners.len()).contains(&seen), "{seen} corners are seen");
+    let view = measured(1, &corners, &lens_estimate);
+    // Beyond the rays at 110 degrees from the axis.
+    for corner in corners.iter_mut().filter(|corner| !corner.is_seen()) {
+        corner.px = Point2::new(4000.0, 500.0);
+    }
+    assert_eq!(measured(1, &corners, &lens_estimate).line, view.line);
+}
+
+#[test]
+fn the_partner_of_a_part_stands_where_its_pose_is_reflected() {
+    let (lens_estimate, [pose, reflected]) = at_the_edge();
+    let camera = &lens_estimate.camera;
+    let one = measured(1, &seen_of(&pose, camera, 10.0), &lens_estimate);
+    let params = GuidanceParams::default().for_image(SIZE);
+    let accepted = [one];
+    let target =
+        next_target(&accepted, &board(), &lens_estimate, None, &params).expect("a partner");
+    for (ghost, point) in target.ghost_px.iter().zip(board().corners_in_board_m()) {
+        let truth = camera.px_from_board(&reflected, &point).expect("in front");
+        assert!((ghost - truth).norm() < 0.1, "{ghost} instead of {truth}");
+    }
+    // Less of the partner is seen.
+    let other = measured(2, &seen_of(&reflected, camera, 60.0), &lens_estimate);
+    let counts = [&accepted[0], &other].map(|view| seen_count(&view.corners));
+    assert!(counts[0] > counts[1] + 3, "{counts:?}");
+    let role = role_of(&other, &accepted, &lens_estimate, &params);
+    assert_eq!(role, Ok(Role::Partner { of: 0 }));
 }
