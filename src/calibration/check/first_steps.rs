@@ -168,15 +168,8 @@ impl Plain<'_> {
         let settled = inverse(&of_pose)?;
         let across = SMatrix::<f64, 6, COLUMNS>::from_fn(|i, j| gram.at(POSE + i, j));
         let absorbed = settled * across;
-        let mut reduced = [[0.0; COLUMNS]; COLUMNS];
-        for i in 0..COLUMNS {
-            for j in i..COLUMNS {
-                let value = gram.at(i, j) - across.column(i).dot(&absorbed.column(j));
-                reduced[i][j] = value;
-                reduced[j][i] = value;
-            }
-        }
-        Some(reduced)
+        let left = |i: usize, j: usize| gram.at(i, j) - across.column(i).dot(&absorbed.column(j));
+        Some(std::array::from_fn(|i| std::array::from_fn(|j| left(i, j))))
     }
 
     fn gram(&self, view: usize, causes: &[Cause]) -> Option<Gram<TILES>> {

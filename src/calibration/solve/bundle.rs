@@ -20,8 +20,8 @@ use crate::{
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
-/// Views that a thread takes at once.
-const CHUNK: usize = 16;
+/// Coordinates that a thread takes at once, about: 16 views of 54 corners.
+const COORDINATES_AT_ONCE: usize = 1728;
 /// Below this, starting threads takes longer than they save: 200 views of 54 corners.
 const COORDINATES_WORTH_THREADS: usize = 20_000;
 
@@ -109,15 +109,17 @@ impl Observations {
         )
     }
 
-    /// `of` each few consecutive views, in order. How they are divided depends only on their number.
+    /// `of` each few consecutive views, in order. How they are divided doesn't depend on the
+    /// number of threads.
     pub(in crate::calibration) fn by_chunk<T: Send>(
         &self,
         of: impl Fn(Range<usize>) -> T + Sync,
     ) -> Vec<T> {
-        let is_much = self.coordinate_count() >= COORDINATES_WORTH_THREADS;
-        let count = self.views.len();
-        parallel::map(if is_much { self.threads } else { 1 }, count.div_ceil(CHUNK), |chunk| {
-            of(chunk * CHUNK..count.min((chunk + 1) * CHUNK))
+        let (coordinates, count) = (self.coordinate_count().max(1), self.views.len());
+        let threads = if coordinates >= COORDINATES_WORTH_THREADS { self.threads } else { 1 };
+        let chunk = (COORDINATES_AT_ONCE * count / coordinates).max(1);
+        parallel::map(threads, count.div_ceil(chunk), |number| {
+            of(number * chunk..count.min((number + 1) * chunk))
         })
     }
 

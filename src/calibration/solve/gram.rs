@@ -7,6 +7,11 @@ use super::schur_lm::ViewBlock;
 /// Columns whose sums stay in registers together.
 const TILE: usize = 4;
 
+/// Rows that stay in the processor's nearest cache while they are multiplied.
+const CACHED: usize = 64;
+
+type Tile = [[f64; TILE]; TILE];
+
 /// A row of `4 T` columns.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::calibration) struct Row<const T: usize>([[f64; TILE]; T]);
@@ -25,25 +30,18 @@ impl<const T: usize> Row<T> {
 #[derive(Clone, Debug)]
 pub(in crate::calibration) struct Gram<const T: usize> {
     /// Those on and above the diagonal.
-    tiles: [[[[f64; TILE]; TILE]; T]; T],
+    tiles: [[Tile; T]; T],
 }
 
 impl<const T: usize> Gram<T> {
     /// The order of summation is that of the rows.
     pub(in crate::calibration) fn of(rows: &[Row<T>]) -> Self {
         let mut tiles = [[[[0.0; TILE]; TILE]; T]; T];
-        for (i, tiles) in tiles.iter_mut().enumerate() {
-            for (j, sums) in tiles.iter_mut().enumerate().skip(i) {
-                let mut tile = [[0.0; TILE]; TILE];
-                for row in rows {
-                    let (first, second) = (&row.0[i], &row.0[j]);
-                    for (sums, first) in tile.iter_mut().zip(first) {
-                        for (sum, second) in sums.iter_mut().zip(second) {
-                            *sum += first * second;
-                        }
-                    }
+        for rows in rows.chunks(CACHED) {
+            for (i, tiles) in tiles.iter_mut().enumerate() {
+                for (j, sums) in tiles.iter_mut().enumerate().skip(i) {
+                    *sums = with_products(*sums, rows, i, j);
                 }
-                *sums = tile;
             }
         }
         Self { tiles }
@@ -72,6 +70,19 @@ impl<const T: usize> Gram<T> {
     }
 }
 
+/// `sums` with the products of two groups of columns added.
+fn with_products<const T: usize>(mut sums: Tile, rows: &[Row<T>], i: usize, j: usize) -> Tile {
+    for row in rows {
+        let (first, second) = (&row.0[i], &row.0[j]);
+        for (sums, first) in sums.iter_mut().zip(first) {
+            for (sum, second) in sums.iter_mut().zip(second) {
+                *sum += first * second;
+            }
+        }
+    }
+    sums
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -79,7 +90,8 @@ mod tests {
     #[test]
     fn sums_are_those_of_the_columns() {
         let value = |row: usize, column: usize| ((3 * row + 5 * column) % 11) as f64 - 4.0;
-        let rows: Vec<Row<3>> = (0..7)
+        let count = CACHED + 7;
+        let rows: Vec<Row<3>> = (0..count)
             .map(|row| {
                 let mut all = Row::zeros();
                 (0..12).for_each(|column| all.set(column, value(row, column)));
@@ -89,7 +101,7 @@ mod tests {
         let gram = Gram::of(&rows);
         for i in 0..12 {
             for j in 0..12 {
-                let sum: f64 = (0..7).map(|row| value(row, i) * value(row, j)).sum();
+                let sum: f64 = (0..count).map(|row| value(row, i) * value(row, j)).sum();
                 assert_eq!(gram.at(i, j), sum);
             }
         }
