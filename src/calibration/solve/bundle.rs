@@ -282,7 +282,7 @@ fn adjust_sized<const S: usize>(
         let BundleState { camera, cam_from_board } = &minimum.state;
         let cost = observations.cost(camera, cam_from_board)?;
         problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
-        minimum = minimise::<_, S, 6>(&problem, minimum.state, Start::Near)?;
+        minimum = minimise::<_, S, 6>(&problem, minimum.state, Start::Guess)?;
     }
     let mut prior_information = LensVector::zeros();
     if let Some(prior) = prior {

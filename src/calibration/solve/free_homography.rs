@@ -187,7 +187,7 @@ pub fn fit(
     let cost = minimum.cost - problem.prior_cost(&minimum.state.shared);
     let noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
     problem.prior.sd_px /= noise_variance.sqrt();
-    minimum = minimise(&problem, minimum.state, Start::Near)?;
+    minimum = minimise(&problem, minimum.state, Start::Guess)?;
     let state = &minimum.state;
     let distortion_centre_px = Point2::new(state.shared[0], state.shared[1]);
     let lines = (0..observations.view_count())

@@ -104,8 +104,9 @@ pub(in crate::calibration) fn fit_models(
             Reversals::Late if place + 1 < search.models.len() => f64::INFINITY,
             Reversals::Early | Reversals::Late => SUSPICIOUS,
         };
-        // From no distortion to some the way is long.
-        let how = if place < 2 { Start::Guess } else { Start::Near };
+        // From no distortion to some the way is long, and a quotient has more than one minimum.
+        let is_near = place >= 2 && model.family() == LensFamily::Brown;
+        let how = if is_near { Start::Near } else { Start::Guess };
         let start = (state, how);
         let Some(bundle) = search.fit(*model, start, suspicious, &mut reversed) else { break };
         state = bundle.state.clone();
