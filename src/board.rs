@@ -2,7 +2,9 @@
 
 use nalgebra::Point2;
 
-/// A plain checkerboard, described by its inner corners.
+use crate::markers::{Markers, marker_count};
+
+/// A checkerboard, described by its inner corners: a plain one, or one with [markers](Markers) in its light squares.
 ///
 /// The board frame has its origin at the centre of the grid of inner corners, `x` along a row
 /// (towards higher columns), `y` along a column (towards higher rows) and `z = 0` on the paper,
@@ -12,6 +14,7 @@ pub struct Checkerboard {
     columns: u16,
     rows: u16,
     square_m: f64,
+    markers: Option<Markers>,
 }
 
 /// Why numbers do not describe a usable board.
@@ -33,6 +36,33 @@ pub enum InvalidBoard {
     },
 }
 
+/// Why a board can't have these markers.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum InvalidMarkers {
+    /// The markers are too small or too large for the squares.
+    #[error("markers with a side of {side_squares} squares: 0.3 to 0.95 are possible")]
+    Side {
+        /// Side of a marker, as a share of a square's.
+        side_squares: f64,
+    },
+    /// The dictionary has too few markers.
+    #[error(
+        "a board of {columns}x{rows} inner corners has {needed} markers; {dictionary} has only {count}"
+    )]
+    Count {
+        /// Inner corners in a row.
+        columns: u16,
+        /// Inner corners in a column.
+        rows: u16,
+        /// Markers on the board.
+        needed: usize,
+        /// The dictionary's name.
+        dictionary: &'static str,
+        /// Its markers.
+        count: usize,
+    },
+}
+
 impl Checkerboard {
     /// Creates a board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
     ///
@@ -46,7 +76,35 @@ impl Checkerboard {
         if !(square_m > 0.0 && square_m < 10.0) {
             return Err(InvalidBoard::Square { square_m });
         }
-        Ok(Self { columns, rows, square_m })
+        Ok(Self { columns, rows, square_m, markers: None })
+    }
+
+    /// The board with `markers` in its light squares.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
+    pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
+        let Markers { dictionary, side_squares } = markers;
+        if !(0.3..=0.95).contains(&side_squares) {
+            return Err(InvalidMarkers::Side { side_squares });
+        }
+        let (needed, count) = (marker_count(self.squares()), dictionary.count());
+        if needed > count {
+            let (columns, rows, dictionary) = (self.columns, self.rows, dictionary.name());
+            return Err(InvalidMarkers::Count { columns, rows, needed, dictionary, count });
+        }
+        Ok(Self { markers: Some(markers), ..self })
+    }
+
+    /// The markers in the light squares; `None` on a plain board.
+    pub fn markers(&self) -> Option<Markers> {
+        self.markers
+    }
+
+    /// Squares in a row and in a column.
+    pub fn squares(&self) -> [usize; 2] {
+        [self.columns() + 1, self.rows() + 1]
     }
 
     /// Inner corners in a row.
@@ -70,9 +128,9 @@ impl Checkerboard {
     }
 
     /// Whether a half turn maps the pattern to itself, so that corner numbers are known only up to that turn: both counts
-    /// odd or both even. Harmless when calibrating a single camera.
+    /// odd or both even, and no markers. Harmless when calibrating a single camera.
     pub fn looks_the_same_upside_down(&self) -> bool {
-        self.columns % 2 == self.rows % 2
+        self.markers.is_none() && self.columns % 2 == self.rows % 2
     }
 
     /// Positions of all inner corners in the board frame, in metres and in numbering order.
@@ -113,6 +171,19 @@ mod tests {
         for square_m in [0.0, -1.0, f64::NAN, f64::INFINITY, 10.0] {
             assert!(matches!(Checkerboard::new(9, 6, square_m), Err(InvalidBoard::Square { .. })));
         }
+    }
+
+    #[test]
+    fn markers_must_fit_and_suffice() {
+        let board = Checkerboard::new(7, 10, 0.02).expect("valid");
+        let with = |name: &str, side_squares| {
+            let dictionary = name.parse().expect("a dictionary");
+            board.with_markers(Markers { dictionary, side_squares })
+        };
+        assert!(with("DICT_4X4_50", 0.75).is_ok_and(|board| board.squares() == [8, 11]));
+        assert!(matches!(with("DICT_4X4_50", 1.0), Err(InvalidMarkers::Side { .. })));
+        let few = with("DICT_APRILTAG_16h5", 0.75);
+        assert!(matches!(few, Err(InvalidMarkers::Count { needed: 44, count: 30, .. })));
     }
 
     #[test]

@@ -22,7 +22,8 @@
 //!
 //! | module | holds | uses |
 //! |---|---|---|
-//! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | – |
+//! | [`markers`] | the markers in the light squares of a board | – |
+//! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | markers |
 //! | [`device`] | what is known about a live camera, and everything that can go wrong with it | frame |
 //! | `panic_message` | the message of a caught panic | – |
 //! | `parallel` | independent work on several threads | – |
@@ -120,6 +121,7 @@ pub mod frame;
 pub mod geometry;
 pub mod ghost;
 pub mod guidance;
+pub mod markers;
 mod panic_message;
 mod parallel;
 pub mod pipeline;

@@ -2,8 +2,12 @@
 
 use super::comparison::NoKnownLens;
 use crate::{
-    board::InvalidBoard, calibration::files::import::NotImported, capture::CaptureError,
-    config::ConfigError, files::FileError, recording::RecordingError,
+    board::{InvalidBoard, InvalidMarkers},
+    calibration::files::import::NotImported,
+    capture::CaptureError,
+    config::ConfigError,
+    files::FileError,
+    recording::RecordingError,
 };
 
 /// Stable name of an error, for programs; `FAILED` if it has none.
@@ -25,7 +29,7 @@ fn of_cause(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
             CaptureError::NoPictures { .. } => "NO-PICTURES",
         });
     }
-    if cause.is::<InvalidBoard>() {
+    if cause.is::<InvalidBoard>() || cause.is::<InvalidMarkers>() {
         return Some("BOARD");
     }
     if cause.is::<NotImported>() || cause.is::<NoKnownLens>() {

@@ -26,6 +26,7 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
         }
         cause.downcast_ref::<ConfigError>().map(|err| match err {
             ConfigError::File(err) => file(err).unwrap_or_default(),
+            ConfigError::Markers(_) => "Name a ChArUco board by its squares, dictionary and marker size, and give the square's side, for example --board charuco:8x11:DICT_4X4_50:15mm --square 20mm.".into(),
             ConfigError::Board(_) => "Name the board by its inner corners and a square's side, for example --board 9x6 --square 25mm.".into(),
             ConfigError::Scene { .. } => "docs/schemas.md lists what a scene file may hold.".into(),
             ConfigError::Invalid { .. } => "config/default.toml lists all settings and their values; `boresight guide --help` shows how to set them.".into(),

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     calibration::files::{CalibrationFile, CheckFile},
-    config::{BoardConfig, CertificateConfig, Config, PlanName},
+    config::{CertificateConfig, Config, PlanName},
     detection::Miss,
     device::{Control, Lock},
     files::{self, Links, Overwrite, save},
@@ -198,13 +198,14 @@ fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
 
 /// A comparison is had again by making it again: its journal alone does not hold the old calibration.
 fn check_command(header: &Header, against: &str) -> String {
-    let BoardConfig { columns, rows, square_mm, .. } = header.config.board;
+    let board = header.config.board.argument();
+    let square_mm = header.config.board.square_mm;
     let command = match header.config.guidance.plan {
         PlanName::Quick => "check",
         PlanName::Full | PlanName::Adaptive => "guide",
     };
     format!(
-        "boresight {command} --against {} --source {} --board {columns}x{rows} --square {square_mm}mm",
+        "boresight {command} --against {} --source {} --board {board} --square {square_mm}mm",
         quoted(against),
         quoted(&header.source)
     )
@@ -325,6 +326,7 @@ fn miss_code(miss: &Miss) -> &'static str {
         Miss::PartialBoard { .. } => "partial_board",
         Miss::Glare { .. } => "glare",
         Miss::OtherBoard { .. } => "other_board",
+        Miss::OtherMarkers { .. } => "other_markers",
         Miss::TooSmall { .. } => "too_small",
         Miss::Blurred { .. } => "blurred",
         Miss::LowContrast { .. } => "low_contrast",

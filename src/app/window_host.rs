@@ -342,7 +342,7 @@ impl WindowHost {
         // Cameras that show small pictures must be free.
         self.stop_looking();
         let mut config = self.opening.config.clone();
-        [config.board.columns, config.board.rows] = wish.board;
+        config.board = config.board.with_counts(wish.board);
         config.board.square_mm = wish.square_m * 1e3;
         config.camera.mode.clone_from(&wish.mode);
         // What was typed is checked as a settings file is.

@@ -12,13 +12,15 @@ use crate::{
     config::Config,
     files::{Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
+    markers::{Dictionary, Markers, NoDictionary},
 };
 
 /// Board and settings.
 #[derive(Clone, Debug, Args)]
 pub(super) struct BoardArguments {
-    /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its margin, or 9x6].
-    #[arg(long, value_name = "CxR")]
+    /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its margin, or 9x6]; or
+    /// squares, dictionary and marker size of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm.
+    #[arg(long, value_name = "BOARD")]
     board: Option<BoardSize>,
     /// Square size with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
     #[arg(long, value_name = "LENGTH")]
@@ -41,11 +43,13 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
     }
 }
 
-/// Inner corners.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Inner corners, and the markers of a ChArUco board.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct BoardSize {
     columns: u16,
     rows: u16,
+    dictionary: Option<Dictionary>,
+    marker: Option<Length>,
 }
 
 /// Commands that read no code in a board's margin, with what they take for squares without --square.
@@ -66,7 +70,8 @@ pub(super) fn with_true_defaults(program: Command) -> Command {
             }
             let square =
                 format!("Square size with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
-            let board = "Inner corners of the board, columns x rows [default: 9x6]";
+            let board = "Inner corners of the board, columns x rows [default: 9x6]; or squares, dictionary and marker size \
+                         of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm";
             command
                 .mut_arg("board", |arg| arg.help(board).long_help(None))
                 .mut_arg("square", |arg| arg.help(square).long_help(None))
@@ -100,8 +105,10 @@ impl BoardArguments {
     /// The configuration that they amount to.
     pub(super) fn config(&self) -> anyhow::Result<Config> {
         let mut config = Config::load(self.config.as_deref(), &self.settings)?;
-        if let Some(BoardSize { columns, rows }) = self.board {
+        if let Some(BoardSize { columns, rows, dictionary, marker }) = self.board {
             (config.board.columns, config.board.rows) = (columns, rows);
+            config.board.dictionary = dictionary;
+            config.board.marker_mm = marker.map(|length| length.millimetres);
         }
         if let Some(Length { millimetres }) = self.square {
             config.board.square_mm = millimetres;
@@ -126,8 +133,10 @@ impl BoardArguments {
 
     /// What a code in the board's margin may decide: what nothing here names.
     pub(super) fn open_to_code(&self) -> anyhow::Result<BoardFromCode> {
-        let says_counts =
-            self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
+        let says_counts = self.board.is_some()
+            || self.sets_of_board("columns")?
+            || self.sets_of_board("rows")?
+            || self.sets_of_board("dictionary")?;
         Ok(match (says_counts, self.says_square()?) {
             (true, _) => BoardFromCode::Nothing,
             (false, true) => BoardFromCode::Counts,
@@ -169,18 +178,49 @@ impl FromStr for BoardSize {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once(['x', 'X', '×']);
-        let parsed = parts.and_then(|(columns, rows)| {
-            Some(Self { columns: columns.trim().parse().ok()?, rows: rows.trim().parse().ok()? })
-        });
-        let size =
-            parsed.ok_or("expected inner corners, columns x rows, for example 9x6".to_owned())?;
+        let size = match text.split_once(':') {
+            None => {
+                let (columns, rows) = counts(text)
+                    .ok_or("expected inner corners, columns x rows, for example 9x6")?;
+                Self { columns, rows, dictionary: None, marker: None }
+            }
+            Some((kind, rest)) if kind.eq_ignore_ascii_case("charuco") => charuco(rest)?,
+            Some(_) => return Err(EXPECTED_CHARUCO.into()),
+        };
         // Only their number is wrong usage; the square comes from elsewhere.
-        match Checkerboard::new(size.columns, size.rows, 0.025) {
-            Ok(_) => Ok(size),
-            Err(err) => Err(err.to_string()),
+        let board =
+            Checkerboard::new(size.columns, size.rows, 0.025).map_err(|err| err.to_string())?;
+        if let Some(dictionary) = size.dictionary {
+            let side_squares = Markers::USUAL_SIDE_SQUARES;
+            let markers = Markers { dictionary, side_squares };
+            board.with_markers(markers).map_err(|err| err.to_string())?;
         }
+        Ok(size)
     }
+}
+
+const EXPECTED_CHARUCO: &str = "expected squares, dictionary and marker size, for example \
+                                charuco:8x11:DICT_4X4_50:15mm; the size can be left out if it's 0.75 of a square";
+
+/// `8x11` as two numbers.
+fn counts(text: &str) -> Option<(u16, u16)> {
+    let (columns, rows) = text.split_once(['x', 'X', '×'])?;
+    Some((columns.trim().parse().ok()?, rows.trim().parse().ok()?))
+}
+
+/// What follows `charuco:`.
+fn charuco(text: &str) -> Result<BoardSize, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let (squares, name, marker) = match parts[..] {
+        [squares, name] => (squares, name, None),
+        [squares, name, marker] => (squares, name, Some(marker)),
+        _ => return Err(EXPECTED_CHARUCO.into()),
+    };
+    let (across, down) = counts(squares).ok_or(EXPECTED_CHARUCO)?;
+    let dictionary = name.parse().map_err(|err: NoDictionary| err.to_string())?;
+    let (columns, rows) = (across.saturating_sub(1), down.saturating_sub(1));
+    let marker = marker.map(str::parse).transpose()?;
+    Ok(BoardSize { columns, rows, dictionary: Some(dictionary), marker })
 }
 
 impl FromStr for Length {
@@ -211,8 +251,27 @@ mod tests {
 
     #[test]
     fn boards_and_lengths_are_read_as_people_write_them() {
-        assert_eq!("9x6".parse(), Ok(BoardSize { columns: 9, rows: 6 }));
-        for wrong in ["9", "9x", "x6", "9x6x2", "ninexsix", "-9x6"] {
+        let plain = BoardSize { columns: 9, rows: 6, dictionary: None, marker: None };
+        assert_eq!("9x6".parse(), Ok(plain));
+        let dictionary = "DICT_4X4_50".parse().ok();
+        let marker = Some(Length { millimetres: 15.0 });
+        let charuco = BoardSize { columns: 7, rows: 10, dictionary, marker };
+        assert_eq!("charuco:8x11:DICT_4X4_50:15mm".parse(), Ok(charuco));
+        assert_eq!("ChArUco:8x11:4x4_50:1.5cm".parse(), Ok(charuco));
+        assert_eq!("charuco:8x11:4x4_50".parse(), Ok(BoardSize { marker: None, ..charuco }));
+        for wrong in [
+            "9",
+            "9x",
+            "x6",
+            "9x6x2",
+            "ninexsix",
+            "-9x6",
+            "charuco:8x11",
+            "aruco:8x11:4x4_50",
+            "charuco:8x11:9x9_50",
+            "charuco:8x11:4x4_50:15",
+            "charuco:20x20:4x4_50",
+        ] {
             assert!(wrong.parse::<BoardSize>().is_err(), "{wrong}");
         }
         assert_eq!("25mm".parse(), Ok(Length { millimetres: 25.0 }));

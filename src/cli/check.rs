@@ -22,7 +22,7 @@ use crate::{
     },
     calibration::{DriftVerdict, NoDrift, import::OldCalibration},
     capture::without_secrets,
-    config::{BoardConfig, Config, PlanName},
+    config::{Config, PlanName},
     device::Control,
     text,
 };
@@ -180,9 +180,9 @@ impl Arguments {
         if self.recalibrate || agreed("Continue to a full calibration now?")? {
             return Ok(true);
         }
-        let BoardConfig { columns, rows, square_mm, .. } = config.board;
+        let (board, square_mm) = (config.board.argument(), config.board.square_mm);
         say(&format!(
-            "To recalibrate: boresight guide --source {} --board {columns}x{rows} --square {square_mm}mm --against {}",
+            "To recalibrate: boresight guide --source {} --board {board} --square {square_mm}mm --against {}",
             without_secrets(&self.source),
             self.against.display()
         ));

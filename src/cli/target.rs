@@ -16,8 +16,10 @@ use crate::{
         Exit,
         printed_board::{margin_code, new_id},
     },
+    board::Checkerboard,
     board_code::{BoardCode, BoardId},
     files::{Overwrite, save},
+    markers::Markers,
     target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
     text,
 };
@@ -85,7 +87,8 @@ const EXAMPLES: &str = "\
 Examples:
   boresight target --board 9x6 --paper a4 --out board.pdf
   boresight target --board 11x8 --square 30mm --paper a3
-  boresight target --board 9x6 --paper screen --dpi 92";
+  boresight target --board 9x6 --paper screen --dpi 92
+  boresight target --board charuco:8x11:DICT_4X4_50 --paper a4";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
@@ -136,8 +139,18 @@ impl Arguments {
                 vec![Page::screen(size.width_px, size.height_px, resolution)]
             }
         };
-        let plan = plan(config.columns, config.rows, square, &pages)
+        let mut plan = plan(config.columns, config.rows, square, &pages)
             .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
+        if let Some(dictionary) = config.dictionary {
+            let side_squares = match config.marker_mm {
+                Some(mm) => mm / plan.square_mm,
+                None => Markers::USUAL_SIDE_SQUARES,
+            };
+            let markers = Markers { dictionary, side_squares };
+            let square_m = 1e-3 * plan.square_mm;
+            Checkerboard::new(plan.columns, plan.rows, square_m)?.with_markers(markers)?;
+            plan.markers = Some(markers);
+        }
         if let Some(other) = asked_mm.and_then(|mm| text::other_square(&plan, mm)) {
             say(&other);
         }
@@ -147,12 +160,19 @@ impl Arguments {
     fn usual_name(&self, plan: &Plan) -> PathBuf {
         let extension = if self.paper == Medium::Screen { "png" } else { "pdf" };
         let square = (1000.0 * plan.square_mm).round() / 1000.0;
-        format!("checkerboard-{}x{}-{square}mm.{extension}", plan.columns, plan.rows).into()
+        let (columns, rows) = (plan.columns, plan.rows);
+        match &plan.markers {
+            None => format!("checkerboard-{columns}x{rows}-{square}mm.{extension}").into(),
+            Some(_) => {
+                format!("charuco-{}x{}-{square}mm.{extension}", columns + 1, rows + 1).into()
+            }
+        }
     }
 
     /// The code for the margin, if there is room for it.
     fn code(&self, plan: &Plan) -> Option<BoardCode> {
-        if self.no_code {
+        // Markers name their board.
+        if self.no_code || plan.markers.is_some() {
             return None;
         }
         let id = self.id.unwrap_or_else(new_id);
@@ -170,7 +190,13 @@ impl Arguments {
             "schema": "boresight.target/1",
             "file": path.display().to_string(),
             "id": id,
-            "board": { "columns": plan.columns, "rows": plan.rows, "square_mm": plan.square_mm },
+            "board": {
+                "columns": plan.columns,
+                "rows": plan.rows,
+                "square_mm": plan.square_mm,
+                "dictionary": plan.markers.map(|markers| markers.dictionary.name()),
+                "marker_mm": plan.markers.map(|markers| plan.square_mm * markers.side_squares),
+            },
             "paper": paper.get_name(),
             "page_mm": [plan.page.width_mm, plan.page.height_mm],
             "top_left_mm": [plan.left_mm, plan.top_mm],

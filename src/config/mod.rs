@@ -11,13 +11,14 @@ use std::{collections::BTreeMap, path::Path};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    board::{Checkerboard, InvalidBoard},
+    board::{Checkerboard, InvalidBoard, InvalidMarkers},
     calibration::{
         AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens, LensFamily, LensModel,
     },
     files::{FileError, Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     guidance::{BoardRoll, GuidanceParams, Plan},
+    markers::{Dictionary, Markers},
     session::SessionSetup,
 };
 
@@ -66,6 +67,33 @@ pub struct BoardConfig {
     pub square_mm: f64,
     #[serde(default = "scale_error_percent")]
     pub scale_error_percent: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dictionary: Option<Dictionary>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub marker_mm: Option<f64>,
+}
+
+impl BoardConfig {
+    /// A board of `columns` and `rows` inner corners: this one if it has as many, or a plain one.
+    #[must_use]
+    pub fn with_counts(self, [columns, rows]: [u16; 2]) -> Self {
+        if [columns, rows] == [self.columns, self.rows] {
+            return self;
+        }
+        Self { columns, rows, dictionary: None, marker_mm: None, ..self }
+    }
+
+    /// The board as `--board` reads it: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`.
+    pub fn argument(&self) -> String {
+        let Self { columns, rows, dictionary, marker_mm, .. } = *self;
+        match dictionary {
+            None => format!("{columns}x{rows}"),
+            Some(dictionary) => {
+                let marker = marker_mm.map_or_else(String::new, |mm| format!(":{mm}mm"));
+                format!("charuco:{}x{}:{dictionary}{marker}", columns + 1, rows + 1)
+            }
+        }
+    }
 }
 
 /// Of recordings made before the setting.
@@ -227,6 +255,9 @@ pub enum ConfigError {
     /// The board is not usable.
     #[error(transparent)]
     Board(#[from] InvalidBoard),
+    /// The markers don't fit the board.
+    #[error(transparent)]
+    Markers(#[from] InvalidMarkers),
 }
 
 impl Config {
@@ -333,6 +364,10 @@ impl Config {
                 "certificate: check_months must be 0 to 120, and each text at most 200 letters long",
             ),
             (boards, "boards: square_mm must be 0.001 to 10000"),
+            (
+                self.board.marker_mm.is_none() || self.board.dictionary.is_some(),
+                "board.marker_mm needs board.dictionary",
+            ),
             (positive, "guidance: limits must be positive numbers"),
             (
                 rest,
@@ -354,8 +389,11 @@ impl Config {
     ///
     /// [`ConfigError::Board`].
     pub fn board(&self) -> Result<Checkerboard, ConfigError> {
-        let BoardConfig { columns, rows, square_mm, .. } = self.board;
-        Ok(Checkerboard::new(columns, rows, square_mm * 1e-3)?)
+        let BoardConfig { columns, rows, square_mm, dictionary, marker_mm, .. } = self.board;
+        let board = Checkerboard::new(columns, rows, square_mm * 1e-3)?;
+        let Some(dictionary) = dictionary else { return Ok(board) };
+        let side_squares = marker_mm.map_or(Markers::USUAL_SIDE_SQUARES, |mm| mm / square_mm);
+        Ok(board.with_markers(Markers { dictionary, side_squares })?)
     }
 
     /// The limits of the planner, with lengths for pictures 1280 pixels wide: see

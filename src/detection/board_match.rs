@@ -157,13 +157,13 @@ fn interpolate_last(
     }
 }
 
-fn inside(image: &GrayImage, [x, y]: [f32; 2], margin_px: f32) -> bool {
+pub(super) fn inside(image: &GrayImage, [x, y]: [f32; 2], margin_px: f32) -> bool {
     let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
     x.min(right - x).min(y).min(bottom - y) >= margin_px
 }
 
 /// Drops members without a neighbour along both axes.
-fn prune(lattice: &mut Lattice) {
+pub(super) fn prune(lattice: &mut Lattice) {
     loop {
         let before = lattice.len();
         lattice.retain(|lattice, (i, j)| {

@@ -15,19 +15,29 @@ pub(super) struct ColourStep {
     pub(super) clean: bool,
 }
 
+/// How far from a corner its squares are looked at, in squares, on a plain board.
+pub(super) const FAR_SQUARES: f32 = 0.36;
+
 /// Compares the four squares around a member.
-pub(super) fn colour_step(
+pub(super) fn colour_step(image: &GrayImage, lattice: &Lattice, node: Node) -> Option<ColourStep> {
+    colour_step_within(image, lattice, node, FAR_SQUARES)
+}
+
+/// Compares the four squares around a member, up to `far` squares from it.
+pub(super) fn colour_step_within(
     image: &GrayImage,
     lattice: &Lattice,
-    (i, j): Node,
+    node: Node,
+    far: f32,
 ) -> Option<ColourStep> {
-    let here = lattice.get((i, j))?;
-    let (u, v) = axes(lattice, (i, j), here)?;
+    let here = lattice.get(node)?;
+    let (u, v) = axes(lattice, node, here)?;
+    let scale = far / FAR_SQUARES;
     let mean = |su: f32, sv: f32| {
         [(0.3, 0.3), (0.2, 0.36), (0.36, 0.2)]
             .iter()
             .map(|(p, q)| {
-                let (p, q) = (p * su, q * sv);
+                let (p, q) = (p * su * scale, q * sv * scale);
                 sample(image, here[0] + p * u[0] + q * v[0], here[1] + p * u[1] + q * v[1])
             })
             .sum::<f32>()

@@ -7,10 +7,11 @@ use super::{
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
+    marked_board::name_corners,
     outcome::{Detection, Miss},
     params::DetectorParams,
     picture_quality,
-    reduce::{Grow, Halved, grow, halve},
+    reduce::{Grow, Halved, double, grow, halve},
     refine::Refiner,
     response::{Peak, peaks as find_peaks, respond},
     track::{Prediction, Tracker},
@@ -22,8 +23,12 @@ const SEARCH_WIDTH_PX: u32 = 1000;
 /// Smaller grids tried at one level once no grid with most of the board matched, and their least size.
 const GRIDS_KEPT: usize = 4;
 const LEAST_GRID: usize = 6;
+/// Smallest grid whose markers are read.
+const LEAST_MARKED_GRID: usize = 4;
 /// Grids with most of the board that are tried at one level; a tiled wall has no end of them.
 const LARGE_GRIDS: usize = 4;
+/// Larger pictures aren't doubled.
+const MOST_DOUBLED_PX: usize = 2_200_000;
 /// Longest side of a board that is counted, and most corners.
 const LONGEST_COUNTED: usize = 40;
 const MOST_COUNTED: usize = 1000;
@@ -44,13 +49,20 @@ impl Search<'_> {
     pub const FULL: Self = Self { near: None, keep_on: &|| true };
 }
 
+/// What is done to a level before it's searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    Grown(Grow),
+    Doubled,
+}
+
 /// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
     params: DetectorParams,
     /// `levels[0]` is half the picture.
     levels: Vec<GrayImage>,
-    /// A level in which dark or light squares were grown, and a buffer for that.
+    /// A level in which dark or light squares were grown, or that was doubled, and a buffer for that.
     grown: GrayImage,
     grown_rows: Vec<u8>,
     response: Vec<i16>,
@@ -139,7 +151,7 @@ impl Detector {
         board: &Checkerboard,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
-        if let Some(near) = search.near.filter(|near| !near.everywhere)
+        if let Some(near) = search.near.filter(|near| !near.everywhere && board.markers().is_none())
             && self.tracker.follow(image, board, near, &mut self.rough)
         {
             let seen = self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on);
@@ -148,21 +160,31 @@ impl Detector {
             }
         }
         let mut best_miss = Miss::NoBoard;
-        let [primary, coarser, finer] = self.search_levels(image);
+        let [primary, coarser, finer] = match board.markers() {
+            None => self.search_levels(image),
+            Some(_) => self.fine_levels(image),
+        };
         let plain = [primary, coarser, finer].map(|level| (level, None));
         // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
         let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
-        let grown = grown.map(|(level, what)| (level, Some(what)));
-        let passes = plain.into_iter().chain(grown);
+        let grown = grown.map(|(level, what)| (level, Some(Change::Grown(what))));
+        // Markers don't survive growth, but the gaps around them may be narrower than the ring.
+        let is_small = image.len() <= MOST_DOUBLED_PX;
+        let doubled = [(is_small.then_some(0), Some(Change::Doubled)), (None, None), (None, None)];
+        let more = if board.markers().is_some() { doubled } else { grown };
+        let passes = plain.into_iter().chain(more);
         let mut best_part: Option<Detection> = None;
         for (level, what) in passes.filter_map(|(level, what)| Some((level?, what))) {
             if best_part.is_some() && Some(level) != coarser {
                 break;
             }
-            if what.is_some() && !may_be_grown(&best_miss) {
+            if matches!(what, Some(Change::Grown(_))) && !may_be_grown(&best_miss) {
                 break;
             }
-            let halved = Halved::whole(level);
+            let halved = match what {
+                Some(Change::Doubled) => Halved::doubled(),
+                _ => Halved::whole(level),
+            };
             self.expected.clear();
             if let Some(near) = search.near.filter(|near| near.names_corners) {
                 self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
@@ -177,7 +199,7 @@ impl Detector {
             match found {
                 Ok(detection) => {
                     let seen = seen_count(&detection.corners);
-                    if seen == detection.corners.len() {
+                    if seen == detection.corners.len() || board.markers().is_some() {
                         return Ok(detection);
                     }
                     if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {
@@ -262,12 +284,19 @@ impl Detector {
         [Some(primary), wide_enough.then_some(coarsest), primary.checked_sub(1)]
     }
 
-    /// Searches one level, perhaps with dark or light squares grown: response, junctions, grids, match. On success the
+    /// As [`search_levels`](Self::search_levels), for boards with markers: the gap between corner and marker should hold
+    /// the search ring, so the finest level comes first.
+    fn fine_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
+        let [primary, coarser, finer] = self.search_levels(image);
+        if finer.is_some() { [finer, primary, coarser] } else { [primary, coarser, None] }
+    }
+
+    /// Searches one level, perhaps changed: response, junctions, grids, match. On success the
     /// corners are in `self.corners`: those of the whole board, or of the largest part.
     fn search_level(
         &mut self,
         image: &GrayImage,
-        (level, what): (usize, Option<Grow>),
+        (level, what): (usize, Option<Change>),
         board: &Checkerboard,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
@@ -289,7 +318,10 @@ impl Detector {
         } = self;
         let mut picture = if level == 0 { image } else { &levels[level - 1] };
         if let Some(what) = what {
-            grow(picture, what, grown_rows, grown);
+            match what {
+                Change::Grown(what) => grow(picture, what, grown_rows, grown),
+                Change::Doubled => double(picture, grown),
+            }
             picture = grown;
         }
         read_junctions(picture, params, (response, peaks, junctions));
@@ -305,6 +337,22 @@ impl Detector {
         let mut large = 0;
         let mut best_miss = Miss::NoBoard;
         part.clear();
+        if let Some(markers) = board.markers() {
+            while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
+                if !keep_on() {
+                    return Err(Miss::OutOfTime);
+                }
+                if lattice.len() < LEAST_MARKED_GRID {
+                    continue;
+                }
+                match name_corners(picture, lattice, board, markers, corners) {
+                    Ok(()) => return Ok(()),
+                    Err(miss) if closeness(&miss) > closeness(&best_miss) => best_miss = miss,
+                    Err(_) => {}
+                }
+            }
+            return Err(best_miss);
+        }
         let mut judge = |lattice: &mut Lattice| {
             let matched = match_board(picture, lattice, board, expected, corners);
             match matched {
@@ -386,6 +434,7 @@ fn closeness(miss: &Miss) -> usize {
         Miss::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
         Miss::PartialBoard { found, .. } | Miss::Glare { found, .. } => found,
         Miss::OtherBoard { columns, rows } => columns * rows,
+        Miss::OtherMarkers { markers } => 10 + markers,
         Miss::TooSmall { .. } | Miss::Blurred { .. } | Miss::LowContrast { .. } => 100_000,
     }
 }

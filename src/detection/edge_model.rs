@@ -36,6 +36,8 @@ const SPLIT_ROUNDS: usize = 3;
 const REACH_SQUARES: f64 = 0.48;
 const LEAST_REACH_PX: f64 = 3.0;
 const RADIUS_LIMIT_PX: i32 = 24;
+/// Share of the gap between a square's edge and its marker that is looked at.
+const BAND_SHARE: f64 = 0.9;
 /// Least fraction of the patch that must lie inside the picture.
 const LEAST_VISIBLE: f64 = 0.5;
 /// A corner closer to the edge of the picture isn't visible from all sides.
@@ -136,6 +138,9 @@ pub(super) struct Scratch {
 
 /// Fits a corner near `start`, with the board's axes `u` and `v` there in pixels per square.
 ///
+/// If there are markers in the light squares, `gap_squares` away from their edges, only pixels in the gaps are looked at,
+/// without what the blur brings there of the markers' black frames. The gap is infinite on a plain board.
+///
 /// First on a quarter or a ninth of the patch's pixels, then on the informative ones: all pixels near the edges, a
 /// quarter of the others. Parameters given by [`Known`] are held fixed, and so is the gradient of the light then.
 ///
@@ -144,11 +149,12 @@ pub(super) fn fit(
     image: &GrayImage,
     start: [f64; 2],
     axes_px: [[f64; 2]; 2],
+    gap_squares: f64,
     known: Known,
     scratch: &mut Scratch,
 ) -> Option<EdgeFit> {
     let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
-    let patch = Patch::around(start, axes_px, limits)?;
+    let patch = Patch::around(start, axes_px, limits, BAND_SHARE * gap_squares)?;
     let centre = [f64::from(patch.centre_px.0), f64::from(patch.centre_px.1)];
     let Scratch { coarse, fine } = scratch;
     let thin = match patch.half_px {
@@ -156,6 +162,8 @@ pub(super) fn fit(
         half if half > 6.5 => 2,
         _ => 1,
     };
+    // Bands are narrow: all of their pixels are needed.
+    let thin = if patch.has_bands() { 1 } else { thin };
     coarse.gather(image, &patch, |dx, dy| dx % thin == 0 && dy % thin == 0);
     let whole = patch.area_px() / f64::from(thin * thin);
     if coarse.count < LEAST_PIXELS || (coarse.count as f64) < LEAST_VISIBLE * whole {
@@ -174,8 +182,18 @@ pub(super) fn fit(
     }
     let rough = minimise(&EdgeProblem { pixels: coarse, held }, guess, ROUGH)?.state;
     fine.gather_informative(image, &patch, &rough);
+    let mut start = rough;
+    if patch.has_bands() {
+        let area_px2 = (u[0] * v[1] - u[1] * v[0]).abs();
+        let gaps_px = [u, v].map(|axis| gap_squares * area_px2 / axis[0].hypot(axis[1]));
+        // What the frames bring depends on where the corner is, and the other way round.
+        fine.remove_frames(&rough, gaps_px);
+        start = minimise(&EdgeProblem { pixels: fine, held }, rough, FINE)?.state;
+        fine.gather_informative(image, &patch, &start);
+        fine.remove_frames(&start, gaps_px);
+    }
     let Minimum { state: at, at: linear, .. } =
-        minimise(&EdgeProblem { pixels: fine, held }, rough, FINE)?;
+        minimise(&EdgeProblem { pixels: fine, held }, start, FINE)?;
     let variance =
         linear.cost / degrees_of_freedom(fine) * correlation_excess(linear.extra / linear.cost);
     let covariance = linear.normal_matrix.cholesky()?.inverse() * variance;
@@ -300,7 +318,7 @@ mod tests {
     fn covariance_blur_and_residual_are_of_the_fitted_parameters() {
         let (image, axes_px) = (picture(), [[12.0, 2.0], [-3.0, 12.0]]);
         let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
-        let patch = Patch::around([20.0, 20.0], axes_px, limits).expect("axes");
+        let patch = Patch::around([20.0, 20.0], axes_px, limits, f64::INFINITY).expect("axes");
         let mut pixels = Pixels::default();
         pixels.gather(&image, &patch, |_, _| true);
         let start = first_guess(&pixels, [0.0, 0.0], 0.1, 1.8);
@@ -319,7 +337,8 @@ mod tests {
         let image = picture();
         let axes_px = [[12.0, 2.0], [-3.0, 12.0]];
         let mut scratch = Scratch::default();
-        let fit = fit(&image, [20.0, 20.0], axes_px, Known::Nothing, &mut scratch).expect("a fit");
+        let fit = fit(&image, [20.0, 20.0], axes_px, f64::INFINITY, Known::Nothing, &mut scratch)
+            .expect("a fit");
         let linear = scratch.fine.linearise(&fit.at);
         let covariance = linear.normal_matrix.cholesky().expect("definite").inverse();
         let variance = linear.cost / degrees_of_freedom(&scratch.fine);

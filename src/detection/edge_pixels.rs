@@ -40,6 +40,7 @@ impl Pixels {
         for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
             row.clear();
         }
+        let has_bands = patch.has_bands();
         let (cx, cy) = patch.centre_px;
         let (width, height) = image.dimensions();
         let top = (-patch.radius_px).max(-cy);
@@ -49,7 +50,7 @@ impl Pixels {
             let row = (cy + dy) as usize * width as usize;
             let raw = &image.as_raw()[row..row + width as usize];
             for dx in first..=last {
-                if wanted(dx, dy) {
+                if wanted(dx, dy) && (!has_bands || patch.in_bands(dx, dy)) {
                     self.x.push(dx as f32);
                     self.y.push(dy as f32);
                     self.value.push(f32::from(raw[(cx + dx) as usize]));
@@ -76,6 +77,26 @@ impl Pixels {
                 || (fy * c2 - fx * s2).abs() < band_px
                 || (dx % 2 == 0 && dy % 2 == 0)
         });
+    }
+
+    /// Adds the light that the black frames of markers in the two light squares take away, for the edge model at `at`:
+    /// dark beyond `gaps_px` from both edges, with the blur of the edges.
+    pub(super) fn remove_frames(&mut self, at: &Vector, gaps_px: [f64; 2]) {
+        let [x0, y0, _, _, _, a, _, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
+        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let inverse_s = (-at[4]).exp() as f32;
+        let [gap1, gap2] = gaps_px.map(|gap| gap as f32);
+        let beyond = |from_edge: f32, gap: f32| 0.5 * (1.0 + erf((from_edge - gap) * inverse_s).0);
+        let places = self.x.iter().zip(&self.y).zip(&mut self.value);
+        for ((x, y), value) in places.take(self.count) {
+            let (dx, dy) = (x - x0, y - y0);
+            let d1 = dy * c1 - dx * s1;
+            let d2 = (dy * c2 - dx * s2) * a.signum();
+            let frames =
+                beyond(d1, gap1) * beyond(d2, gap2) + beyond(-d1, gap1) * beyond(-d2, gap2);
+            *value += 2.0 * a.abs() * frames * (1.0 + gx * dx + gy * dy);
+        }
     }
 
     /// Cost, gradient and normal matrix at `at`, in squared grey levels; `extra` is the sum of the products of
@@ -252,7 +273,8 @@ mod tests {
         });
         let mut pixels = Pixels::default();
         let axes = [[40.0, 3.0], [-2.0, 40.0]];
-        let patch = Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20)).expect("axes");
+        let patch =
+            Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20), f64::INFINITY).expect("axes");
         pixels.gather(&image, &patch, |_, _| true);
         let at = Vector::from([0.2, -0.5, 0.1, 1.4, 0.4, 75.0, 121.0, 1e-3, -2e-3]);
         (pixels, at)

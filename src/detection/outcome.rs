@@ -67,6 +67,11 @@ pub enum Miss {
         /// Inner corners in a column.
         rows: usize,
     },
+    /// A board whose light squares don't have the markers of the named one.
+    OtherMarkers {
+        /// Markers seen, whatever they are.
+        markers: usize,
+    },
     /// Squares too small to measure.
     TooSmall {
         /// Shortest side of a square, in pixels.

@@ -2,7 +2,8 @@
 
 use image::GrayImage;
 
-/// A neighbourhood of a corner: the intersection of a parallelogram along the board's axes and a circle.
+/// A neighbourhood of a corner: the intersection of a parallelogram along the board's axes and a circle, or of bands along
+/// the axes if something else is drawn in the squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Patch {
     /// Central pixel.
@@ -12,17 +13,21 @@ pub(super) struct Patch {
     board_from_px: [[f32; 2]; 2],
     /// Half the extent of the parallelogram in squares.
     reach_squares: f32,
+    /// Half the width of the bands along both axes in squares; infinite for the whole parallelogram.
+    band_squares: f32,
     /// Half the width of the parallelogram across its narrower axis, in pixels.
     pub(super) half_px: f64,
 }
 
 impl Patch {
     /// The pixels within `reach_squares` of `start` along the axes `u`, `v` (pixels per square), but at least
-    /// `least_px` and at most `radius_px` away. `None` if the axes are parallel or not finite.
+    /// `least_px` and at most `radius_px` away; of these, only pixels within `band_squares` of one of the axes.
+    /// `None` if the axes are parallel or not finite.
     pub(super) fn around(
         start: [f64; 2],
         [u, v]: [[f64; 2]; 2],
         (reach_squares, least_px, radius_px): (f64, f64, i32),
+        band_squares: f64,
     ) -> Option<Self> {
         let area_px2 = u[0] * v[1] - u[1] * v[0];
         let height_px = area_px2.abs() / u[0].hypot(u[1]).max(v[0].hypot(v[1]));
@@ -37,6 +42,7 @@ impl Patch {
             radius_px,
             board_from_px: inverse.map(|row| row.map(|value| (value / area_px2) as f32)),
             reach_squares: reach_squares as f32,
+            band_squares: band_squares as f32,
             half_px: reach_squares * height_px,
         })
     }
@@ -45,7 +51,21 @@ impl Patch {
     pub(super) fn area_px(&self) -> f64 {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
         let parallelogram = (2.0 * f64::from(self.reach_squares)).powi(2) / (a * d - b * c).abs();
+        let free = (1.0 - f64::from(self.band_squares / self.reach_squares)).max(0.0);
         parallelogram.min(std::f64::consts::PI * f64::from(self.radius_px).powi(2))
+            * (1.0 - free * free)
+    }
+
+    /// Whether only bands along the axes belong to the patch.
+    pub(super) fn has_bands(&self) -> bool {
+        self.band_squares < self.reach_squares
+    }
+
+    /// Whether a pixel of the parallelogram lies in one of the bands.
+    pub(super) fn in_bands(&self, dx: i32, dy: i32) -> bool {
+        let [[a, b], [c, d]] = self.board_from_px;
+        let (dx, dy) = (dx as f32, dy as f32);
+        (a * dx + b * dy).abs().min((c * dx + d * dy).abs()) < self.band_squares
     }
 
     /// How far the whole patch reaches from its centre along both axes, in pixels.

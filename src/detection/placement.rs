@@ -29,22 +29,22 @@ const NEAR: f32 = 0.35;
 
 /// Maps a node `(i, j)` to column and row: `[column, row] = turn · [i, j] + shift`. Never a mirror image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Placement {
-    turn: [[i32; 2]; 2],
-    shift: [i32; 2],
+pub(super) struct Placement {
+    pub(super) turn: [[i32; 2]; 2],
+    pub(super) shift: [i32; 2],
 }
 
 /// Quarter turns.
-const TURNS: [[[i32; 2]; 2]; 4] =
+pub(super) const TURNS: [[[i32; 2]; 2]; 4] =
     [[[1, 0], [0, 1]], [[0, 1], [-1, 0]], [[-1, 0], [0, -1]], [[0, -1], [1, 0]]];
 
 impl Placement {
-    fn place(&self, (i, j): Node) -> [i32; 2] {
+    pub(super) fn place(&self, (i, j): Node) -> [i32; 2] {
         std::array::from_fn(|k| self.turn[k][0] * i + self.turn[k][1] * j + self.shift[k])
     }
 
     /// The node of a column and row.
-    fn node(&self, place: [i32; 2]) -> Node {
+    pub(super) fn node(&self, place: [i32; 2]) -> Node {
         let off: [i32; 2] = std::array::from_fn(|k| place[k] - self.shift[k]);
         // The inverse of a turn is its transpose.
         let along = |k: usize| self.turn[0][k] * off[0] + self.turn[1][k] * off[1];

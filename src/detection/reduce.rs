@@ -4,6 +4,30 @@ use image::GrayImage;
 
 use super::simd;
 
+/// Doubles a picture: pixels between others are their means. Pixel `p` of the result lies at `p / 2 − 0.25` in the source.
+pub(super) fn double(source: &GrayImage, into: &mut GrayImage) {
+    let (width, height) = source.dimensions();
+    let mut raw = std::mem::take(into).into_raw();
+    raw.clear();
+    let last = width.saturating_sub(1) as usize;
+    let row = |y: u32| &source.as_raw()[(y * width) as usize..][..width as usize];
+    for y in 0..2 * height {
+        // Three quarters of the nearer row, a quarter of the other.
+        let near = row(y / 2);
+        let far =
+            row(if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(height - 1) });
+        let column = |x: usize| 3 * u16::from(near[x]) + u16::from(far[x]);
+        for x in 0..=last {
+            let here = 3 * column(x);
+            let (before, after) = (column(x.saturating_sub(1)), column((x + 1).min(last)));
+            raw.push(((here + before + 8) / 16) as u8);
+            raw.push(((here + after + 8) / 16) as u8);
+        }
+    }
+    // As many pixels as it has room for.
+    *into = GrayImage::from_raw(2 * width, 2 * height, raw).unwrap_or_default();
+}
+
 /// Halves a picture by averaging 2×2 pixels. Pixel `p` of the result lies at `2p + 0.5` in the source.
 pub(super) fn halve(source: &GrayImage, into: &mut GrayImage) {
     let (width, height) = source.dimensions();
@@ -53,6 +77,11 @@ pub(super) struct Halved {
 }
 
 impl Halved {
+    /// The whole picture, [doubled](double).
+    pub(super) fn doubled() -> Self {
+        Self { scale: 0.5, origin_px: [0.0, 0.0] }
+    }
+
     /// The whole picture, halved `times` times.
     pub(super) fn whole(times: usize) -> Self {
         Self { scale: f64::from(1_u32 << times), origin_px: [0.0, 0.0] }

@@ -38,6 +38,9 @@ const TOUCHED_SIGMA: f64 = 3.0;
 const LEAST_CORNERS: usize = 12;
 const LOST_SHARE: usize = 8;
 const LOST_SHARE_OF_PART: usize = 3;
+/// The same where markers say which corners are seen.
+const LEAST_CORNERS_WITH_MARKERS: usize = 6;
+const LOST_SHARE_WITH_MARKERS: usize = 2;
 
 /// Refines the corners of a board. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +49,8 @@ pub(super) struct Refiner {
     sorted: Vec<f64>,
     scratch: edge_model::Scratch,
     bent_edges: BentEdges,
+    /// Distance of markers from the edges of their squares; infinite without markers.
+    gap_squares: f64,
 }
 
 impl Refiner {
@@ -64,6 +69,8 @@ impl Refiner {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
         let columns = board.columns();
+        let gap = board.markers().map_or(f64::INFINITY, |it| (1.0 - it.side_squares) / 2.0);
+        self.gap_squares = gap;
         let mut shortest_px = f64::MAX;
         self.fits.clear();
         for index in 0..rough.len() {
@@ -73,7 +80,7 @@ impl Refiner {
             let fit = rough[index].zip(Window::around(rough, columns, index)).and_then(
                 |(start, window)| {
                     shortest_px = shortest_px.min(window.side_px);
-                    window.fit(image, start, Known::Nothing, &mut self.scratch)
+                    window.fit(image, start, (Known::Nothing, gap), &mut self.scratch)
                 },
             );
             self.fits.push(fit);
@@ -96,7 +103,7 @@ impl Refiner {
         self.drop_doubtful(image, rough, columns, median_blur_px);
         let tried = rough.iter().flatten().count();
         if self.fits.iter().any(Option::is_none) {
-            self.drop_touched(image, columns, median_residual);
+            self.drop_touched(image, columns, median_residual, board.markers().is_some());
             self.drop_strays(rough, columns);
         }
         let (found, wanted) = (self.fits.iter().flatten().count(), rough.len());
@@ -106,8 +113,12 @@ impl Refiner {
             return Err(Miss::Blurred { blur_px, limit_px });
         }
         // At the rim of what covers a part, more are lost.
-        let share = if tried < wanted { LOST_SHARE_OF_PART } else { LOST_SHARE };
-        if found < LEAST_CORNERS.min(wanted) || share * (tried - found) > tried {
+        let (share, least) = match (board.markers().is_some(), tried < wanted) {
+            (true, _) => (LOST_SHARE_WITH_MARKERS, LEAST_CORNERS_WITH_MARKERS),
+            (false, true) => (LOST_SHARE_OF_PART, LEAST_CORNERS),
+            (false, false) => (LOST_SHARE, LEAST_CORNERS),
+        };
+        if found < least.min(wanted) || share * (tried - found) > tried {
             return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
         }
         let contrast = self.median(|_, fit| fit.contrast()).unwrap_or(0.0);
@@ -161,7 +172,7 @@ impl Refiner {
             let all = [Known::Nothing].into_iter().chain(helped.into_iter().flatten());
             let again = all.into_iter().find_map(|known| {
                 window
-                    .fit(image, expected, known, &mut self.scratch)
+                    .fit(image, expected, (known, self.gap_squares), &mut self.scratch)
                     .filter(|fit| fit.residual <= limit && off_px(fit) <= allowed_px)
                     .filter(|fit| agrees(fit, median_step * sign(index, columns)))
             });
@@ -209,7 +220,12 @@ impl Refiner {
                 .zip(median_blur_px)
                 .and_then(|((expected, window), blur_px)| {
                     let known = Known::BlurAndEdges(blur_px);
-                    let fit = window.fit(image, expected, known, &mut self.scratch)?;
+                    let fit = window.fit(
+                        image,
+                        expected,
+                        (known, self.gap_squares),
+                        &mut self.scratch,
+                    )?;
                     let off_px = (fit.corner.px - Point2::from(expected)).norm();
                     let is_sound = !is_vague(&fit)
                         && off_px <= OFF_SQUARES * window.side_px + 0.3
@@ -222,8 +238,15 @@ impl Refiner {
     }
 
     /// Drops corners beside unseen ones that are covered, for what covers them reaches into the squares beside, and those
-    /// beside the edge of the picture that fit worse than the others.
-    fn drop_touched(&mut self, image: &GrayImage, columns: usize, median_residual: f64) {
+    /// beside the edge of the picture that fit worse than the others. On a board `with_markers`, where only narrow bands
+    /// along the edges are looked at, all corners that fit as well as the others stay.
+    fn drop_touched(
+        &mut self,
+        image: &GrayImage,
+        columns: usize,
+        median_residual: f64,
+        with_markers: bool,
+    ) {
         let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
         let rows = self.fits.len() / columns;
         let (right, bottom) = (f64::from(image.width()) - 1.0, f64::from(image.height()) - 1.0);
@@ -244,7 +267,7 @@ impl Refiner {
             let beside_unseen = is_beside(&|index| self.fits[index].is_none());
             let fits_worse = fit.residual > TOUCHED_RESIDUAL * median_residual + 0.02
                 || fit.corner.sigma_px() > TOUCHED_SIGMA * median_sigma_px + 0.02;
-            if (beside_unseen && fits_worse) || is_beside(&is_covered) {
+            if (beside_unseen && fits_worse) || (!with_markers && is_beside(&is_covered)) {
                 touched.push(index);
             }
         }
@@ -329,10 +352,10 @@ impl Window {
         &self,
         image: &GrayImage,
         start: [f64; 2],
-        known: Known,
+        (known, gap_squares): (Known, f64),
         scratch: &mut edge_model::Scratch,
     ) -> Option<EdgeFit> {
-        edge_model::fit(image, start, self.axes_px, known, scratch)
+        edge_model::fit(image, start, self.axes_px, gap_squares, known, scratch)
     }
 }
 

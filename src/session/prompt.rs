@@ -132,6 +132,8 @@ pub enum Prompt {
         /// Rows of corners.
         rows: usize,
     },
+    /// Show the board that was chosen: this one has no markers, or different ones.
+    OtherMarkers,
     /// Bring the board nearer.
     Closer,
     /// Take the board farther away.
@@ -210,6 +212,7 @@ impl Prompt {
             | Self::Uncover
             | Self::Glare
             | Self::OtherBoard { .. }
+            | Self::OtherMarkers
             | Self::Blurred
             | Self::Dark
             | Self::Busy
@@ -305,6 +308,7 @@ impl Prompt {
             Miss::PartialBoard { cut_off_by: None, .. } => Self::Uncover,
             Miss::Glare { .. } => Self::Glare,
             Miss::OtherBoard { columns, rows } => Self::OtherBoard { columns, rows },
+            Miss::OtherMarkers { .. } => Self::OtherMarkers,
             Miss::TooSmall { .. } => Self::Closer,
             Miss::Blurred { .. } => Self::Blurred,
             Miss::LowContrast { .. } => Self::Dark,

@@ -2,7 +2,10 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2};
 
-use crate::board::Checkerboard;
+use crate::{
+    board::Checkerboard,
+    markers::{Layout, Markers},
+};
 
 /// White paper around the squares, in squares.
 const MARGIN: f32 = 0.8;
@@ -12,12 +15,13 @@ const SAMPLES: usize = 64;
 
 /// The printed sheet, in squares: `[0, across] × [0, down]` is checkered, with a white margin.
 ///
-/// Square (0, 0), diagonally outside corner 0, is dark.
+/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers.
 #[derive(Clone, Debug)]
 pub(super) struct Print {
     across: f32,
     down: f32,
     square_m: f64,
+    markers: Option<Markers>,
     offsets_x: Vec<f32>,
     offsets_y: Vec<f32>,
 }
@@ -78,6 +82,7 @@ impl Print {
             across: (board.columns() + 1) as f32,
             down: (board.rows() + 1) as f32,
             square_m: board.square_m(),
+            markers: board.markers(),
             offsets_x,
             offsets_y,
         }
@@ -134,7 +139,14 @@ impl Print {
         if inside(du, dv) {
             let (line_u, line_v) = (nearest_integer(u), nearest_integer(v));
             if (u - line_u).abs() > du && (v - line_v).abs() > dv {
-                return self.flat(u, v);
+                return if self.may_show_marker(u, v, du, dv) {
+                    Patch::Mixed
+                } else {
+                    self.flat(u, v)
+                };
+            }
+            if self.may_show_marker(u, v, du, dv) {
+                return Patch::Mixed;
             }
             return if du < 0.45 && dv < 0.45 { Patch::Crossing } else { Patch::Mixed };
         }
@@ -214,10 +226,46 @@ impl Print {
         }
     }
 
-    /// The square at a point inside the pattern.
+    /// The colour at a point inside the pattern.
     #[inline]
     fn flat(&self, u: f32, v: f32) -> Patch {
-        if (u as i32 + v as i32) & 1 == 0 { Patch::Dark } else { Patch::Light }
+        if (u as i32 + v as i32) & 1 == 0 || self.is_on_marker(u, v) {
+            Patch::Dark
+        } else {
+            Patch::Light
+        }
+    }
+
+    /// Whether part of a marker may lie within `du`, `dv` squares around `(u, v)`.
+    #[inline]
+    fn may_show_marker(&self, u: f32, v: f32, du: f32, dv: f32) -> bool {
+        let Some(markers) = self.markers else { return false };
+        let gap = (1.0 - markers.side_squares as f32) / 2.0;
+        let from_line = |at: f32| (at - nearest_integer(at)).abs();
+        from_line(u) > gap - du && from_line(v) > gap - dv
+    }
+
+    /// Whether a point in a light square is on a black cell of its marker.
+    fn is_on_marker(&self, u: f32, v: f32) -> bool {
+        let Some(Markers { dictionary, side_squares }) = self.markers else { return false };
+        let side = dictionary.side_cells();
+        let cell = side_squares as f32 / (side + 2) as f32;
+        let gap = (1.0 - side_squares as f32) / 2.0;
+        let [column, row] = [u, v].map(|at| ((at.fract() - gap) / cell).floor() as i32);
+        let last = side as i32 + 1;
+        if column < 0 || row < 0 || column > last || row > last {
+            return false;
+        }
+        if column == 0 || row == 0 || column == last || row == last {
+            return true;
+        }
+        let square = [u as usize, v as usize];
+        let size = [self.across as usize, self.down as usize];
+        let number = Layout::Present.marker_at(square, size);
+        let white = number.and_then(|number| {
+            dictionary.is_white(number, [column as usize - 1, row as usize - 1])
+        });
+        white == Some(false)
     }
 }
 

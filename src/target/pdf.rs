@@ -40,7 +40,7 @@ fn drawn(sheet: &Sheet) -> Vec<u8> {
     // Millimetres from the top-left corner, y down.
     content.transform([scale, 0.0, 0.0, -scale, 0.0, (sheet.height_mm * POINTS_PER_MM) as f32]);
     content.set_fill_gray(0.0);
-    for black in sheet.squares.iter().chain(&sheet.code).chain(&sheet.ruler) {
+    for black in sheet.squares.iter().chain(&sheet.markers).chain(&sheet.code).chain(&sheet.ruler) {
         let [left, top, width, height] =
             [black.left_mm, black.top_mm, black.width_mm, black.height_mm].map(|mm| mm as f32);
         content.rect(left, top, width, height);

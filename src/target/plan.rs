@@ -3,7 +3,10 @@ use super::{
     footer::{FOOTER_GAP_MM, footer_height_mm, ruler_mm},
 };
 
-use crate::board_code::{Edge, FAR};
+use crate::{
+    board_code::{Edge, FAR},
+    markers::Markers,
+};
 
 /// How large the squares shall be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +29,8 @@ pub struct Plan {
     pub rows: u16,
     /// Side of a square. On a screen a whole number of its pixels.
     pub square_mm: f64,
+    /// Markers in the light squares; none on a plain board.
+    pub markers: Option<Markers>,
     /// Left edge of the board.
     pub left_mm: f64,
     /// Upper edge of the board.
@@ -182,6 +187,7 @@ impl Squares {
             columns: self.columns,
             rows: self.rows,
             square_mm,
+            markers: None,
             left_mm: start(width_mm, self.columns)?,
             top_mm: start(height_mm, self.rows)?,
             page: *page,

@@ -41,7 +41,7 @@ pub fn png(sheet: &Sheet, resolution: Resolution) -> Result<Vec<u8>, NotWritten>
         return Err(NotWritten::TooLarge { width_px, height_px });
     }
     let mut picture = GrayImage::from_pixel(width_px, height_px, Luma([255]));
-    for black in sheet.squares.iter().chain(&sheet.code).chain(&sheet.ruler) {
+    for black in sheet.squares.iter().chain(&sheet.markers).chain(&sheet.code).chain(&sheet.ruler) {
         fill(&mut picture, black, resolution.per_mm());
     }
     for words in &sheet.words {

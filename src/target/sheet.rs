@@ -6,7 +6,10 @@ use super::{
     },
 };
 
-use crate::board_code::{BoardCode, bars};
+use crate::{
+    board_code::{BoardCode, bars},
+    markers::{Layout, Markers},
+};
 
 const STROKE_MM: f64 = 0.2;
 
@@ -21,6 +24,8 @@ pub struct Sheet {
     pub height_mm: f64,
     /// The dark squares, row by row.
     pub squares: Vec<Rectangle>,
+    /// The black cells of markers, in rows and in columns: each is covered twice, so that no seam shows between them.
+    pub markers: Vec<Rectangle>,
     /// The bars of the code in the margin.
     pub code: Vec<Rectangle>,
     /// The ruler: its line, then its ticks from left to right, each centred on its place.
@@ -89,6 +94,7 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
         width_mm: page.width_mm,
         height_mm: page.height_mm,
         squares: squares(plan),
+        markers: plan.markers.map_or_else(Vec::new, |markers| marker_cells(plan, markers)),
         code: Vec::new(),
         ruler: ruler(plan, edge_mm, top_mm),
         words,
@@ -112,6 +118,57 @@ impl Sheet {
         }
         self
     }
+}
+
+/// The black cells of `markers` in the light squares, without those that the dictionary doesn't have.
+fn marker_cells(plan: &Plan, markers: Markers) -> Vec<Rectangle> {
+    let size = [usize::from(plan.columns) + 1, usize::from(plan.rows) + 1];
+    let side = markers.dictionary.side_cells() + 2;
+    let cell_mm = plan.square_mm * markers.side_squares / side as f64;
+    let gap = (1.0 - markers.side_squares) / 2.0;
+    let squares = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
+    let mut cells = Vec::new();
+    for square in squares {
+        let Some(number) = Layout::Present.marker_at(square, size) else { continue };
+        if number >= markers.dictionary.count() {
+            continue;
+        }
+        let [left_mm, top_mm] = square.map(|place| (place as f64 + gap) * plan.square_mm);
+        let (left_mm, top_mm) = (plan.left_mm + left_mm, plan.top_mm + top_mm);
+        let is_black = |column: usize, row: usize| {
+            let inside = (1..side - 1).contains(&column) && (1..side - 1).contains(&row);
+            !inside || markers.dictionary.is_white(number, [column - 1, row - 1]) != Some(true)
+        };
+        let mut push = |[column, row]: [usize; 2], [across, down]: [usize; 2]| {
+            cells.push(Rectangle {
+                left_mm: left_mm + cell_mm * column as f64,
+                top_mm: top_mm + cell_mm * row as f64,
+                width_mm: cell_mm * across as f64,
+                height_mm: cell_mm * down as f64,
+            });
+        };
+        for line in 0..side {
+            for (from, count) in runs(side, |place| is_black(place, line)) {
+                push([from, line], [count, 1]);
+            }
+            for (from, count) in runs(side, |place| is_black(line, place)) {
+                push([line, from], [1, count]);
+            }
+        }
+    }
+    cells
+}
+
+/// The runs of places below `count` that are `black`: where each begins, and how long it is.
+fn runs(count: usize, black: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for place in (0..count).filter(|place| black(*place)) {
+        match runs.last_mut() {
+            Some((from, length)) if *from + *length == place => *length += 1,
+            _ => runs.push((place, 1)),
+        }
+    }
+    runs
 }
 
 /// The dark squares: that in the top-left corner is one.

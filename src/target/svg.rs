@@ -10,9 +10,12 @@ pub fn svg(sheet: &Sheet) -> String {
          <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n",
         escaped(&sheet.title)
     );
-    for (id, rectangles) in
-        [("board", &sheet.squares), ("code", &sheet.code), ("ruler", &sheet.ruler)]
-    {
+    for (id, rectangles) in [
+        ("board", &sheet.squares),
+        ("markers", &sheet.markers),
+        ("code", &sheet.code),
+        ("ruler", &sheet.ruler),
+    ] {
         // Writing to a string cannot fail.
         let _ = writeln!(svg, "<g id=\"{id}\" fill=\"black\">");
         for Rectangle { left_mm, top_mm, width_mm, height_mm } in rectangles {

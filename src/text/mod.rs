@@ -75,6 +75,7 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::Uncover => "Something covers the board".into(),
         Prompt::Glare => "Too much glare. Tilt the board".into(),
         Prompt::OtherBoard { .. } => "This is a different board".into(),
+        Prompt::OtherMarkers => "This board has different markers".into(),
         Prompt::Closer => "Come closer".into(),
         Prompt::Farther => "Step back a little".into(),
         Prompt::Blurred => "Blurry. Hold still or refocus".into(),
@@ -210,6 +211,14 @@ pub fn miss(miss: &Miss) -> String {
         Miss::OtherBoard { columns, rows } => format!(
             "Different board: it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}"
         ),
+        Miss::OtherMarkers { markers: 0 } => {
+            "No markers seen on this board. Come closer, or choose a plain board: --board CxR"
+                .into()
+        }
+        Miss::OtherMarkers { .. } => {
+            "Different markers than the board's. Check the squares and the dictionary in --board"
+                .into()
+        }
         Miss::TooSmall { square_px, needed_px } => {
             let (square, least) = apart(square_px, needed_px, 0);
             format!("Come closer: squares of {square} px (at least {least} px)")

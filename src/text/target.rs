@@ -39,9 +39,18 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
         ]
     };
     [
-        match id {
-            Some(id) => format!("{columns}x{rows} inner corners, square {square}, ID {id}"),
-            None => format!("Checkerboard {columns}x{rows} (inner corners), square {square}"),
+        match (id, &plan.markers) {
+            (_, Some(markers)) => format!(
+                "ChArUco {}x{} squares of {square}, {}, markers {}",
+                columns + 1,
+                rows + 1,
+                markers.dictionary,
+                millimetres(plan.square_mm * markers.side_squares)
+            ),
+            (Some(id), None) => format!("{columns}x{rows} inner corners, square {square}, ID {id}"),
+            (None, None) => {
+                format!("Checkerboard {columns}x{rows} (inner corners), square {square}")
+            }
         },
         show.into(),
         format!("Measure: ruler {}, board {width} wide.", millimetres(*ruler_mm)),
@@ -116,12 +125,18 @@ pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
 }
 
 fn arguments(plan: &Plan) -> String {
-    format!(
-        "--board {}x{} --square {}",
-        plan.columns,
-        plan.rows,
-        millimetres(plan.square_mm).replace(' ', "")
-    )
+    let length = |mm: f64| millimetres(mm).replace(' ', "");
+    let square = length(plan.square_mm);
+    match &plan.markers {
+        None => format!("--board {}x{} --square {square}", plan.columns, plan.rows),
+        Some(markers) => format!(
+            "--board charuco:{}x{}:{}:{} --square {square}",
+            plan.columns + 1,
+            plan.rows + 1,
+            markers.dictionary,
+            length(plan.square_mm * markers.side_squares)
+        ),
+    }
 }
 
 /// A length to a micrometre, with its unit.

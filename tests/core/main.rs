@@ -15,6 +15,7 @@ mod calibration_monte_carlo;
 mod calibration_reference;
 mod calm;
 mod camera_events;
+mod charuco;
 mod detection;
 mod detector_baseline;
 mod drift;

@@ -338,6 +338,7 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
             .prop_map(|(contrast, needed)| Err(Miss::LowContrast { contrast, needed })),
         (3..99_usize, 3..99_usize)
             .prop_map(|(columns, rows)| Err(Miss::OtherBoard { columns, rows })),
+        (0_usize..50).prop_map(|markers| Err(Miss::OtherMarkers { markers })),
         (0..99_usize, 1..99_usize).prop_map(|(found, wanted)| Err(Miss::Glare { found, wanted })),
     ]
 }

@@ -131,7 +131,7 @@ impl Head {
     /// What `request` asks for, checked as a settings file is.
     fn opening_of(&self, request: &Request) -> anyhow::Result<Opening> {
         let mut config: Config = self.opening.config.clone();
-        [config.board.columns, config.board.rows] = request.board;
+        config.board = config.board.with_counts(request.board);
         config.board.square_mm = request.square_m * 1e3;
         let mut config = config.with(&[])?;
         let plans = [PlanName::Quick, PlanName::Full, PlanName::Adaptive];

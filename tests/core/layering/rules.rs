@@ -5,7 +5,8 @@ use super::scan::Word;
 pub(crate) const RULES: Rules = Rules {
     may_use: &[
         ("lib", ""),
-        ("board", ""),
+        ("markers", ""),
+        ("board", "markers"),
         ("board_code", "board"),
         ("frame", ""),
         ("device", "frame"),
@@ -13,16 +14,16 @@ pub(crate) const RULES: Rules = Rules {
         ("parallel", ""),
         ("files", ""),
         ("geometry", "frame"),
-        ("detection", "board board_code frame geometry"),
+        ("detection", "markers board board_code frame geometry"),
         ("calibration", "board frame parallel geometry"),
         ("guidance", "board frame geometry"),
         ("session", "board frame device geometry detection calibration guidance"),
         ("capture", "frame device panic_message files"),
-        ("config", "board frame device files geometry calibration guidance session"),
-        ("simulation", "board frame device files geometry capture config"),
+        ("config", "markers board frame device files geometry calibration guidance session"),
+        ("simulation", "markers board frame device files geometry capture config"),
         ("recording", "board frame device files geometry detection guidance session config"),
         ("pipeline", "board frame device panic_message detection session capture recording"),
-        ("target", "board_code"),
+        ("target", "markers board_code"),
         ("text", "board frame device geometry detection calibration guidance session target"),
         ("ghost", "board geometry"),
         ("speech", "session text"),
@@ -35,8 +36,8 @@ pub(crate) const RULES: Rules = Rules {
         ("report", "board frame geometry calibration text chart"),
         (
             "app",
-            "board board_code frame device panic_message files geometry detection calibration guidance \
-             session capture config simulation recording pipeline target text speech serve report",
+            "markers board board_code frame device panic_message files geometry detection calibration \
+             guidance session capture config simulation recording pipeline target text speech serve report",
         ),
         (
             "ui",
@@ -45,7 +46,7 @@ pub(crate) const RULES: Rules = Rules {
         ),
         (
             "cli",
-            "board board_code frame device files geometry detection calibration guidance session capture \
+            "markers board board_code frame device files geometry detection calibration guidance session capture \
              config simulation recording pipeline target text serve study report app ui",
         ),
         ("main", "cli"),

@@ -1,0 +1,382 @@
+//! Which corners of a board with markers a grid has, by the markers in its light squares.
+//!
+//! Every marker that is read votes for the turns and shifts of the grid that put a similar marker there. A placement is
+//! used if the cells that agree with it could hardly agree by chance, and no other comes near. So a few squares anywhere on
+//! the board are enough, turned in any way, and a wrong cell here and there does no harm.
+
+use image::GrayImage;
+
+use super::{
+    board_match::{inside, prune},
+    colours::colour_step_within,
+    lattice::{Lattice, Node, axes, height},
+    marker_cells::read_cells,
+    missing::cut_off_by,
+    outcome::Miss,
+    placement::{Placement, TURNS},
+    saddle::settle,
+};
+use crate::{
+    board::Checkerboard,
+    markers::{Layout, Markers},
+};
+
+/// One in this many cells of a marker may be read wrongly.
+const WRONG_SHARE: usize = 7;
+/// Bits by which the cells must agree beyond chance: once in four million, and more than with any other placement.
+const LEAST_BITS: f64 = 22.0;
+const BITS_AHEAD: f64 = 12.0;
+/// Placements with most votes that are looked at.
+const MOST_PLACEMENTS: usize = 8;
+/// Markers read where others should be: at most one for so many that agree.
+const AGREEING_PER_CONFLICT: usize = 2;
+/// Fewer markers, or corners without markers, are no sign of another board.
+const LEAST_OTHER: usize = 3;
+const LEAST_PLAIN: usize = 20;
+/// Rounds in which corners beside known ones are added.
+const ROUNDS: usize = 30;
+/// How far a corner that is added may be from its prediction, in squares.
+const NEAR_SQUARES: f32 = 0.12;
+/// Least colour step of a corner, as a fraction of the others'.
+const LEAST_OF_TYPICAL: f32 = 0.35;
+/// Share of the gap between a square's edge and its marker in which colours are compared.
+const GAP_SHARE: f32 = 0.9;
+const LEAST_CORNERS: usize = 4;
+
+/// A marker that was read in a square of the grid.
+struct Reading {
+    /// The square's node with the lowest steps along both axes.
+    node: Node,
+    /// White cells in the grid's axes, and in those turned by each of [`TURNS`].
+    codes: [u64; 4],
+    /// Whether the grid has at least three of the square's corners.
+    is_sure: bool,
+}
+
+/// A placement, and how well it explains what was read.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    turn: usize,
+    placement: Placement,
+    layout: Layout,
+    votes: usize,
+    /// Bits of agreement beyond chance.
+    bits: f64,
+    agreeing: usize,
+    conflicts: usize,
+}
+
+/// Writes the grid's corners to `into`, row by row in the board's numbering, with those beside them that the picture
+/// shows; `None` for those that aren't seen.
+///
+/// # Errors
+///
+/// [`Miss::OtherMarkers`] if there are markers, but not the board's; [`Miss::PartialBoard`] if too few are seen.
+pub(super) fn name_corners(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    board: &Checkerboard,
+    markers: Markers,
+    into: &mut Vec<Option<[f32; 2]>>,
+) -> Result<(), Miss> {
+    prune(lattice);
+    let readings = read_markers(image, lattice, markers);
+    let partial = |lattice: &Lattice| Miss::PartialBoard {
+        found: lattice.len().min(board.corner_count()),
+        wanted: board.corner_count(),
+        cut_off_by: cut_off_by(image, lattice),
+    };
+    let Some(best) = place(&readings, board, markers) else {
+        let markers = readings.iter().filter(|reading| reading.is_sure).count();
+        let is_other = markers >= LEAST_OTHER || (markers == 0 && lattice.len() >= LEAST_PLAIN);
+        return Err(if is_other { Miss::OtherMarkers { markers } } else { partial(lattice) });
+    };
+    keep_agreeing(lattice, &readings, &best, board, markers);
+    let far = GAP_SHARE * (1.0 - markers.side_squares as f32) / 2.0;
+    let Some(typical) = keep_coloured(image, lattice, &best, board, far) else {
+        return Err(partial(lattice));
+    };
+    add_beside(image, lattice, &best, board, (far, typical));
+    if lattice.len() < LEAST_CORNERS {
+        return Err(partial(lattice));
+    }
+    into.clear();
+    let (columns, rows) = (board.columns() as i32, board.rows() as i32);
+    let places = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
+    into.extend(places.map(|place| lattice.get(best.placement.node(place))));
+    Ok(())
+}
+
+/// Reads the squares inside the grid and those around it.
+fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Markers) -> Vec<Reading> {
+    let Some((low, high)) = lattice.extent() else { return Vec::new() };
+    let side = markers.dictionary.side_cells();
+    let mut readings = Vec::new();
+    for i in low.0 - 1..=high.0 {
+        for j in low.1 - 1..=high.1 {
+            let nodes = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            let known = nodes.iter().filter(|node| lattice.contains(**node)).count();
+            if known < 2 {
+                continue;
+            }
+            let corner = |node: Node| lattice.get(node).or_else(|| Some(lattice.predict(node)?.0));
+            let [Some(p), Some(q), Some(r), Some(s)] = nodes.map(corner) else { continue };
+            let cells = read_cells(image, [p, q, r, s], side, markers.side_squares as f32);
+            if let Some(code) = cells {
+                let codes = TURNS.map(|turn| turned(code, side, turn));
+                readings.push(Reading { node: (i, j), codes, is_sure: known >= 3 });
+            }
+        }
+    }
+    readings
+}
+
+/// The cells of a marker seen along axes that `turn` maps the grid's axes to.
+fn turned(code: u64, side: usize, turn: [[i32; 2]; 2]) -> u64 {
+    let (count, last) = (side * side, side as i32 - 1);
+    let mut result = 0;
+    for place in 0..count {
+        if code >> (count - 1 - place) & 1 == 0 {
+            continue;
+        }
+        // From the middle, in half cells.
+        let from = [2 * (place % side) as i32 - last, 2 * (place / side) as i32 - last];
+        let [column, row] = turn.map(|[a, b]| ((a * from[0] + b * from[1] + last) / 2) as usize);
+        result |= 1 << (count - 1 - (row * side + column));
+    }
+    result
+}
+
+/// The square of the board, in columns and rows of squares, at a square of the grid.
+fn square_at(placement: &Placement, (i, j): Node) -> [i32; 2] {
+    let ends = [placement.place((i, j)), placement.place((i + 1, j + 1))];
+    // Inner corner (0, 0) is the far corner of square (0, 0).
+    std::array::from_fn(|k| ends[0][k].min(ends[1][k]) + 1)
+}
+
+fn marker_number(layout: Layout, square: [i32; 2], board: &Checkerboard) -> Option<usize> {
+    let [column, row] = square.map(|place| usize::try_from(place).ok());
+    layout.marker_at([column?, row?], board.squares())
+}
+
+/// The one placement that explains the readings; `None` if none does, or several.
+fn place(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Option<Candidate> {
+    let mut candidates = vote(readings, board, markers);
+    candidates.sort_by_key(|candidate| std::cmp::Reverse(candidate.votes));
+    let searched = candidates.len() as f64;
+    candidates.truncate(MOST_PLACEMENTS);
+    for candidate in &mut candidates {
+        judge(candidate, readings, board, markers);
+    }
+    candidates.sort_by(|a, b| b.bits.total_cmp(&a.bits));
+    let best = *candidates.first()?;
+    let next = candidates.get(1).map_or(0.0, |next| next.bits);
+    let is_clear = best.bits - searched.max(1.0).log2() >= LEAST_BITS
+        && best.bits - next >= BITS_AHEAD
+        && best.agreeing >= AGREEING_PER_CONFLICT * best.conflicts;
+    is_clear.then_some(best)
+}
+
+/// Every placement for which a reading speaks.
+fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Candidate> {
+    let [columns, rows] = board.squares();
+    // With an odd number of rows, both layouts are one.
+    let layouts = &Layout::ALL[..if rows % 2 == 0 { 2 } else { 1 }];
+    let cells = markers.dictionary.side_cells().pow(2);
+    let mut candidates: Vec<Candidate> = Vec::new();
+    let squares = || (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]));
+    for layout in layouts {
+        for square in squares() {
+            let code = layout
+                .marker_at(square, [columns, rows])
+                .and_then(|number| markers.dictionary.code(number));
+            let Some(code) = code else { continue };
+            for reading in readings {
+                for (turn, seen) in reading.codes.iter().enumerate() {
+                    if (seen ^ code).count_ones() as usize > cells / WRONG_SHARE {
+                        continue;
+                    }
+                    let unshifted = Placement { turn: TURNS[turn], shift: [0, 0] };
+                    let from = square_at(&unshifted, reading.node);
+                    let shift = std::array::from_fn(|k| square[k] as i32 - from[k]);
+                    let placement = Placement { turn: TURNS[turn], shift };
+                    let same = candidates
+                        .iter_mut()
+                        .find(|it| it.placement == placement && it.layout == *layout);
+                    match same {
+                        Some(candidate) => candidate.votes += 1,
+                        None => candidates.push(Candidate {
+                            turn,
+                            placement,
+                            layout: *layout,
+                            votes: 1,
+                            bits: 0.0,
+                            agreeing: 0,
+                            conflicts: 0,
+                        }),
+                    }
+                }
+            }
+        }
+    }
+    candidates
+}
+
+fn judge(candidate: &mut Candidate, readings: &[Reading], board: &Checkerboard, markers: Markers) {
+    let cells = markers.dictionary.side_cells().pow(2);
+    for reading in readings {
+        match wrong_cells(candidate, reading, board, markers) {
+            Some(wrong) if wrong <= cells / WRONG_SHARE => {
+                candidate.agreeing += 1;
+                candidate.bits += bits_beyond_chance(cells, wrong);
+            }
+            _ => candidate.conflicts += usize::from(reading.is_sure),
+        }
+    }
+}
+
+/// Cells in which a reading differs from the marker that should be there; `None` if there should be none.
+fn wrong_cells(
+    candidate: &Candidate,
+    reading: &Reading,
+    board: &Checkerboard,
+    markers: Markers,
+) -> Option<usize> {
+    let square = square_at(&candidate.placement, reading.node);
+    let number = marker_number(candidate.layout, square, board)?;
+    let code = markers.dictionary.code(number)?;
+    Some((reading.codes[candidate.turn] ^ code).count_ones() as usize)
+}
+
+/// `−log₂` of the probability that at most `wrong` of `cells` differ by chance.
+fn bits_beyond_chance(cells: usize, wrong: usize) -> f64 {
+    let (mut ways, mut sum) = (1.0, 1.0);
+    for k in 1..=wrong {
+        ways *= (cells + 1 - k) as f64 / k as f64;
+        sum += ways;
+    }
+    cells as f64 - sum.log2()
+}
+
+/// Drops corners outside of the board, and those that touch only squares with other markers than the board's.
+fn keep_agreeing(
+    lattice: &mut Lattice,
+    readings: &[Reading],
+    best: &Candidate,
+    board: &Checkerboard,
+    markers: Markers,
+) {
+    let cells = markers.dictionary.side_cells().pow(2);
+    let agrees = |reading: &Reading| {
+        wrong_cells(best, reading, board, markers).is_some_and(|wrong| wrong <= cells / WRONG_SHARE)
+    };
+    let size = [board.columns() as i32, board.rows() as i32];
+    lattice.retain(|_, (i, j)| {
+        let place = best.placement.place((i, j));
+        let touching = || {
+            readings.iter().filter(move |reading| {
+                let (a, b) = reading.node;
+                (a == i || a + 1 == i) && (b == j || b + 1 == j)
+            })
+        };
+        let is_other = touching().any(|reading| reading.is_sure && !agrees(reading))
+            && !touching().any(agrees);
+        (0..2).all(|k| (0..size[k]).contains(&place[k])) && !is_other
+    });
+}
+
+/// +1 if the square towards higher steps along both axes is light, −1 if it's dark.
+fn sign(best: &Candidate, node: Node, board: &Checkerboard) -> f32 {
+    let [column, row] = square_at(&best.placement, node);
+    // Outside of the board, colours go on.
+    let first_is_light = best.layout == Layout::Legacy && board.squares()[1].is_multiple_of(2);
+    if (column + row + i32::from(first_is_light)).rem_euclid(2) == 1 { 1.0 } else { -1.0 }
+}
+
+/// Drops corners around which the colours are wrong; returns the others' mean colour step. `None` if few are left.
+fn keep_coloured(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    best: &Candidate,
+    board: &Checkerboard,
+    far: f32,
+) -> Option<f32> {
+    let step = |lattice: &Lattice, node: Node| {
+        let step = colour_step_within(image, lattice, node, far)?.value;
+        Some(step * sign(best, node, board))
+    };
+    let steps: Vec<f32> = lattice.nodes().iter().filter_map(|node| step(lattice, *node)).collect();
+    let positive = || steps.iter().filter(|step| **step > 0.0);
+    let count = positive().count();
+    if count < LEAST_CORNERS || 4 * count < 3 * steps.len() {
+        return None;
+    }
+    let typical = positive().sum::<f32>() / count as f32;
+    lattice.retain(|lattice, node| {
+        step(lattice, node).is_some_and(|step| step > LEAST_OF_TYPICAL * typical)
+    });
+    Some(typical)
+}
+
+/// Adds corners of the board beside known ones where the picture shows one.
+fn add_beside(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    best: &Candidate,
+    board: &Checkerboard,
+    (far, typical): (f32, f32),
+) {
+    let (columns, rows) = (board.columns() as i32, board.rows() as i32);
+    for _ in 0..ROUNDS {
+        let before = lattice.len();
+        for row in 0..rows {
+            for column in 0..columns {
+                let node = best.placement.node([column, row]);
+                if lattice.contains(node) {
+                    continue;
+                }
+                let Some((guess, side)) = lattice.predict(node) else { continue };
+                let side = axes(lattice, node, guess).map_or(side, |axes| side.min(height(axes)));
+                if !inside(image, guess, 2.0) {
+                    continue;
+                }
+                // The window reaches 0.3 of what it's given: only to the marker.
+                let found = settle(image, guess, far * side / 0.3);
+                let moved = (found[0] - guess[0]).hypot(found[1] - guess[1]);
+                if moved > (NEAR_SQUARES * side).max(1.5) || !lattice.insert(node, found) {
+                    continue;
+                }
+                let is_seen = colour_step_within(image, lattice, node, far).is_some_and(|step| {
+                    step.clean && step.value * sign(best, node, board) > LEAST_OF_TYPICAL * typical
+                });
+                if !is_seen {
+                    lattice.take_back();
+                }
+            }
+        }
+        if lattice.len() == before {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_marker_turned_four_times_is_itself() {
+        let code = 0b1011_0101_0011_0010;
+        let quarter = |code| turned(code, 4, TURNS[1]);
+        assert_ne!(quarter(code), code);
+        assert_eq!(quarter(quarter(quarter(quarter(code)))), code);
+        assert_eq!(quarter(quarter(code)), turned(code, 4, TURNS[2]));
+    }
+
+    #[test]
+    fn chance_is_counted_in_bits() {
+        assert_eq!(bits_beyond_chance(16, 0), 16.0);
+        assert!((bits_beyond_chance(16, 1) - (16.0 - 17_f64.log2())).abs() < 1e-12);
+        assert!(bits_beyond_chance(16, 16).abs() < 1e-12);
+    }
+}

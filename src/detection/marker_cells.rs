@@ -1,0 +1,119 @@
+//! Reads the cells of a marker in a square of a grid.
+
+use image::GrayImage;
+
+use super::reduce::sample;
+
+/// Least difference between the white around a marker and its black frame, in grey levels.
+const LEAST_CONTRAST: f32 = 10.0;
+/// At most one in this many cells of the frame may look white.
+const FRAME_SHARE: usize = 8;
+/// Places in a cell, along each side, that are sampled; in cells from its middle.
+const WITHIN_CELL: [f32; 3] = [-0.22, 0.0, 0.22];
+/// Places along a side of the square, between it and the marker.
+const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];
+
+/// The white cells of the marker in a square whose corners are `quad_px`, clockwise from the first: row by row from the
+/// highest bit, rows along the first side. `side_cells` doesn't count the frame; `side_squares` does.
+///
+/// `None` if the square isn't white around a black frame, or isn't seen whole.
+pub(super) fn read_cells(
+    image: &GrayImage,
+    quad_px: [[f32; 2]; 4],
+    side_cells: usize,
+    side_squares: f32,
+) -> Option<u64> {
+    let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
+    let is_seen = |[x, y]: &[f32; 2]| (0.0..=right).contains(x) && (0.0..=bottom).contains(y);
+    if !quad_px.iter().all(is_seen) {
+        return None;
+    }
+    let map = Square::new(quad_px)?;
+    let at = |u: f32, v: f32| {
+        let [x, y] = map.px(u, v);
+        sample(image, x, y)
+    };
+    let gap = (1.0 - side_squares) / 2.0;
+    let strips = ALONG_SIDE.iter().flat_map(|t| {
+        let (near, far) = (gap / 2.0, 1.0 - gap / 2.0);
+        [(*t, near), (*t, far), (near, *t), (far, *t)]
+    });
+    let white = strips.map(|(u, v)| at(u, v)).sum::<f32>() / (4 * ALONG_SIDE.len()) as f32;
+    let all = side_cells + 2;
+    let cell_squares = side_squares / all as f32;
+    let cell = |column: usize, row: usize| {
+        let middle = |place: usize| gap + cell_squares * (place as f32 + 0.5);
+        let (u, v) = (middle(column), middle(row));
+        let mut sum = 0.0;
+        for du in WITHIN_CELL {
+            for dv in WITHIN_CELL {
+                sum += at(u + du * cell_squares, v + dv * cell_squares);
+            }
+        }
+        sum / (WITHIN_CELL.len() * WITHIN_CELL.len()) as f32
+    };
+    let in_frame =
+        |column: usize, row: usize| column == 0 || row == 0 || column + 1 == all || row + 1 == all;
+    let frame = || {
+        let places = (0..all).flat_map(|row| (0..all).map(move |column| (column, row)));
+        places.filter(|(column, row)| in_frame(*column, *row)).map(|(c, r)| cell(c, r))
+    };
+    let count = 4 * (side_cells + 1);
+    let dark = frame().sum::<f32>() / count as f32;
+    let middle = 0.5 * (white + dark);
+    if white - dark < LEAST_CONTRAST
+        || frame().filter(|value| *value > middle).count() * FRAME_SHARE > count
+    {
+        return None;
+    }
+    let mut code = 0;
+    for row in 1..=side_cells {
+        for column in 1..=side_cells {
+            code = code << 1 | u64::from(cell(column, row) > middle);
+        }
+    }
+    // Beside light squares, a dark one looks framed. No marker is all black.
+    (code != 0).then_some(code)
+}
+
+/// Maps the unit square to a quadrilateral in the picture (Heckbert 1989, section 2.2.3).
+struct Square {
+    rows: [[f32; 3]; 3],
+}
+
+impl Square {
+    /// `None` if three corners are in line.
+    fn new([p, q, r, s]: [[f32; 2]; 4]) -> Option<Self> {
+        let (ax, ay) = (q[0] - r[0], q[1] - r[1]);
+        let (bx, by) = (s[0] - r[0], s[1] - r[1]);
+        let (cx, cy) = (p[0] - q[0] + r[0] - s[0], p[1] - q[1] + r[1] - s[1]);
+        let area = ax * by - bx * ay;
+        if area.abs() < 1.0 {
+            return None;
+        }
+        let (g, h) = ((cx * by - bx * cy) / area, (ax * cy - cx * ay) / area);
+        let row = |k: usize| [q[k] - p[k] + g * q[k], s[k] - p[k] + h * s[k], p[k]];
+        Some(Self { rows: [row(0), row(1), [g, h, 1.0]] })
+    }
+
+    fn px(&self, u: f32, v: f32) -> [f32; 2] {
+        let [x, y, w] = self.rows.map(|[a, b, c]| a * u + b * v + c);
+        [x / w, y / w]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_corners_of_a_square_map_to_themselves() {
+        let quad = [[10.0, 5.0], [42.0, 9.0], [38.0, 44.0], [7.0, 31.0]];
+        let map = Square::new(quad).expect("not in line");
+        for (k, (u, v)) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].iter().enumerate() {
+            let at = map.px(*u, *v);
+            assert!((at[0] - quad[k][0]).hypot(at[1] - quad[k][1]) < 1e-4, "{k}: {at:?}");
+        }
+        assert!(Square::new([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0]]).is_none());
+    }
+}

@@ -1,0 +1,223 @@
+//! Boards with markers: what is found has the right number, however little is seen.
+
+use std::path::Path;
+
+use boresight::{
+    board::Checkerboard,
+    calibration::{CalibrationParams, calibrate},
+    detection::{Detector, DetectorParams, Miss},
+    geometry::{Corner, seen_count},
+    markers::{Dictionary, Markers},
+    simulation::{Scene, render_view},
+    target::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
+};
+use image::{GrayImage, Luma};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A board of so many *squares*.
+fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Checkerboard {
+    let dictionary = dictionary.parse().expect("a dictionary");
+    Checkerboard::new(across - 1, down - 1, 0.02)
+        .expect("valid")
+        .with_markers(Markers { dictionary, side_squares })
+        .expect("enough markers")
+}
+
+/// Boards drawn by OpenCV 5.0, `CharucoBoard::generateImage`, with squares of 40 px and white around them.
+const DRAWN: [(&str, [u16; 2], &str, f64); 4] = [
+    ("8x11-DICT_4X4_50-75.png", [8, 11], "DICT_4X4_50", 0.75),
+    ("8x11-DICT_4X4_50-75-legacy.png", [8, 11], "DICT_4X4_50", 0.75),
+    ("7x5-DICT_6X6_250-70.png", [7, 5], "DICT_6X6_250", 0.7),
+    ("5x6-DICT_5X5_100-80-legacy.png", [5, 6], "DICT_5X5_100", 0.8),
+];
+const DRAWN_SQUARE_PX: f64 = 40.0;
+
+fn drawn(name: &str) -> GrayImage {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/charuco").join(name);
+    image::open(path).expect("a picture").into_luma8()
+}
+
+#[test]
+fn boards_that_opencv_draws_are_found_in_both_layouts() {
+    for (name, squares, dictionary, side_squares) in DRAWN {
+        let board = board(squares, dictionary, side_squares);
+        let picture = drawn(name);
+        for quarter_turns in 0..4 {
+            let turned = (0..quarter_turns)
+                .fold(picture.clone(), |picture, _| image::imageops::rotate90(&picture));
+            let found = Detector::new(DetectorParams::default()).detect(&turned, &board);
+            let found = found.unwrap_or_else(|miss| panic!("{name}, {quarter_turns}: {miss:?}"));
+            for (index, corner) in found.corners.iter().enumerate() {
+                let (column, row) = (index % board.columns(), index / board.columns());
+                let at = [column, row].map(|place| (place as f64 + 2.0) * DRAWN_SQUARE_PX - 0.5);
+                // A quarter turn clockwise.
+                let (width, height) = (f64::from(picture.width()), f64::from(picture.height()));
+                let expected = match quarter_turns {
+                    0 => [at[0], at[1]],
+                    1 => [height - 1.0 - at[1], at[0]],
+                    2 => [width - 1.0 - at[0], height - 1.0 - at[1]],
+                    _ => [at[1], width - 1.0 - at[0]],
+                };
+                let off_px = (corner.px - Point2::from(expected)).norm();
+                assert!(corner.is_seen() && off_px < 0.1, "{name} {index}: {off_px} px");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_printed_board_is_the_one_that_opencv_draws() {
+    for (name, [across, down], dictionary, side_squares) in DRAWN {
+        if name.contains("legacy") {
+            continue;
+        }
+        let resolution = Resolution::from_dpi(100.0).expect("usual");
+        let page = Page::screen(1920, 1080, resolution);
+        let mut plan =
+            plan(across - 1, down - 1, Square::Largest, &[page]).expect("fits on the screen");
+        let dictionary: Dictionary = dictionary.parse().expect("a dictionary");
+        plan.markers = Some(Markers { dictionary, side_squares });
+        let sheet = sheet(&plan, &[const { String::new() }; LINES]);
+        let is_black = |x_mm: f64, y_mm: f64| {
+            let covers = |it: &Rectangle| {
+                (it.left_mm..it.left_mm + it.width_mm).contains(&x_mm)
+                    && (it.top_mm..it.top_mm + it.height_mm).contains(&y_mm)
+            };
+            sheet.squares.iter().chain(&sheet.markers).any(covers)
+        };
+        let picture = drawn(name);
+        // Away from the edges of cells, which OpenCV draws in whole pixels.
+        let cells = 2.0 * (dictionary.side_cells() + 2) as f64;
+        let places = |count: u16| {
+            (0..count).flat_map(move |square| {
+                let cell = side_squares / cells;
+                let inside = (0..cells as usize).filter(|half| half % 2 == 1);
+                let within =
+                    inside.map(move |half| (1.0 - side_squares) / 2.0 + cell * half as f64);
+                within.chain([0.04, 0.96]).map(move |at| f64::from(square) + at)
+            })
+        };
+        for v in places(down) {
+            for u in places(across) {
+                let px = [u, v].map(|at| ((at + 1.0) * DRAWN_SQUARE_PX) as u32);
+                let is_drawn_black = picture.get_pixel(px[0], px[1]).0[0] < 128;
+                let at = [plan.left_mm + u * plan.square_mm, plan.top_mm + v * plan.square_mm];
+                assert_eq!(is_black(at[0], at[1]), is_drawn_black, "{name}: square {u}, {v}");
+            }
+        }
+    }
+}
+
+/// A pose in front of the camera; many boards leave the picture.
+fn pose(rng: &mut ChaCha8Rng, square_px: f64, f_px: f64) -> Isometry3<f64> {
+    let tilt_rad = rng.random_range(0.0_f64..55.0).to_radians();
+    let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
+    let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(sin, -cos, 0.0) * tilt_rad);
+    let turn = rng.random_range(0.0..std::f64::consts::TAU);
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * turn);
+    let depth_m = 0.02 * f_px / square_px;
+    let at_m = Vector3::new(
+        rng.random_range(-0.6..0.6) * depth_m,
+        rng.random_range(-0.35..0.35) * depth_m,
+        depth_m,
+    );
+    Isometry3::from_parts(at_m.into(), tilt * turn)
+}
+
+/// A hand of one grey over a part of the picture.
+fn cover(picture: &mut GrayImage, rng: &mut ChaCha8Rng) {
+    let at = [rng.random_range(200.0..1080.0), rng.random_range(100.0..620.0)];
+    let (radius, level) = (rng.random_range(40.0..150.0), rng.random_range(30..220));
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        if (f64::from(x) - at[0]).hypot(f64::from(y) - at[1]) < radius {
+            *pixel = Luma([level]);
+        }
+    }
+}
+
+#[test]
+fn every_corner_that_is_found_has_its_number() {
+    const BOARDS: [([u16; 2], &str, f64); 4] = [
+        ([8, 11], "DICT_4X4_50", 0.75),
+        ([12, 9], "DICT_5X5_100", 0.8),
+        ([7, 5], "DICT_6X6_250", 0.7),
+        ([10, 7], "DICT_APRILTAG_36h11", 0.75),
+    ];
+    let mut rng = ChaCha8Rng::seed_from_u64(77);
+    let mut detector = Detector::new(DetectorParams::default());
+    let (mut found, mut visible, mut views, mut squares) = (0, 0, 0, 0.0);
+    // More pictures, to measure: BORESIGHT_PICTURES=2000.
+    let pictures = std::env::var("BORESIGHT_PICTURES").ok().and_then(|count| count.parse().ok());
+    let pictures = pictures.unwrap_or(60);
+    for seed in 0..pictures {
+        let (size, dictionary, side) = BOARDS[rng.random_range(0..BOARDS.len())];
+        let clutter = rng.random_range(0.0..1.0);
+        let board = board(size, dictionary, side);
+        let scene = Scene { board, clutter, ..Scene::default_720p(seed) };
+        let square_px = rng.random_range(30.0..90.0);
+        let pose = pose(&mut rng, square_px, scene.camera.f_px.x);
+        let mut picture = render_view(&scene, &pose);
+        if seed % 2 == 0 {
+            cover(&mut picture, &mut rng);
+        }
+        let truth = scene.board.corners_in_board_m();
+        let truth: Vec<_> = truth.iter().map(|m| scene.camera.px_from_board(&pose, m)).collect();
+        let inside =
+            |px: &Point2<f64>| (2.0..1277.0).contains(&px.x) && (2.0..717.0).contains(&px.y);
+        visible += truth.iter().flatten().filter(|px| inside(px)).count();
+        let Ok(seen) = detector.detect(&picture, &scene.board) else { continue };
+        views += 1;
+        for (index, (corner, truth)) in seen.corners.iter().zip(&truth).enumerate() {
+            if corner.is_seen() {
+                let off_px = truth.map_or(f64::MAX, |truth| (corner.px - truth).norm());
+                assert!(off_px < 0.2 * square_px, "picture {seed}, corner {index}: {off_px} px");
+                (found, squares) = (found + 1, squares + off_px * off_px);
+            }
+        }
+    }
+    let rms_px = (squares / f64::from(found)).sqrt();
+    println!("{views} of {pictures} views, {found} of {visible} corners, rms {rms_px:.4} px");
+    assert!(10 * views > 8 * pictures, "only {views} views of {pictures}");
+    assert!(rms_px < 0.05, "{rms_px} px");
+}
+
+#[test]
+fn a_board_with_other_markers_is_said_to_have_them() {
+    let picture = drawn(DRAWN[0].0);
+    let detect =
+        |board: &Checkerboard| Detector::new(DetectorParams::default()).detect(&picture, board);
+    let other = detect(&board([8, 11], "DICT_5X5_100", 0.75));
+    assert!(matches!(other, Err(Miss::OtherMarkers { markers: 3.. })), "{other:?}");
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(3) };
+    let plain = render_view(&scene, &Isometry3::translation(0.0, 0.0, 0.3));
+    let plain = Detector::new(DetectorParams::default())
+        .detect(&plain, &board([10, 7], "DICT_4X4_50", 0.75));
+    assert!(matches!(plain, Err(Miss::OtherMarkers { markers: 0 })), "{plain:?}");
+}
+
+#[test]
+fn views_that_are_cut_off_calibrate_a_camera() {
+    let board = board([8, 11], "DICT_4X4_50", 0.75);
+    let scene = Scene { board, clutter: 0.3, ..Scene::default_720p(9) };
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut detector = Detector::new(DetectorParams::default());
+    let mut views: Vec<Vec<Corner>> = Vec::new();
+    let mut cut = 0;
+    while views.len() < 14 {
+        let pose = pose(&mut rng, 70.0, scene.camera.f_px.x);
+        let Ok(seen) = detector.detect(&render_view(&scene, &pose), &board) else { continue };
+        let count = seen_count(&seen.corners);
+        if count >= 20 {
+            cut += usize::from(count < board.corner_count());
+            views.push(seen.corners);
+        }
+    }
+    assert!(cut > 5, "{cut} views are cut off");
+    let result = calibrate(&views, &board, scene.image_size, &CalibrationParams::default());
+    let result = result.expect("enough views");
+    let off_px = result.camera.f_px - scene.camera.f_px;
+    assert!(off_px.norm() < 3.0, "f is off by {off_px:?}");
+    assert!((result.camera.pp_px - scene.camera.pp_px).norm() < 2.0);
+}
