@@ -26,9 +26,10 @@
 //! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | markers |
 //! | [`device`] | what is known about a live camera, and everything that can go wrong with it | frame |
 //! | `panic_message` | the message of a caught panic | – |
+//! | `parallel` | independent work on several threads | – |
 //! | [`geometry`] | homography, principal line, principal point, lens, pose: pure functions of numbers | frame |
 //! | [`detection`] | picture → corners, or the reason why not | geometry, board |
-//! | [`calibration`] | views → lens with covariance; checks and verdict; calibration files | geometry, board |
+//! | [`calibration`] | views → lens with covariance; checks and verdict; calibration files | geometry, board, parallel |
 //! | [`guidance`] | what a view is worth, what to show next, when to stop | geometry, board |
 //! | [`capture`] | frames in: folders, videos, recordings, live cameras | geometry, board, device |
 //! | [`session`] | the state of one session, and the only code that changes it | guidance, calibration, detection, device |
@@ -122,6 +123,7 @@ pub mod ghost;
 pub mod guidance;
 pub mod markers;
 mod panic_message;
+mod parallel;
 pub mod pipeline;
 pub mod recording;
 #[cfg(feature = "report")]

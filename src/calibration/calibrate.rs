@@ -106,7 +106,7 @@ pub fn calibrate(
         return Err(NotCalibrated::NoPicture { width_px, height_px });
     }
     let board_m = board.corners_in_board_m();
-    let observations = observations(views, &board_m)?;
+    let observations = observations(views, &board_m, params.threads)?;
     if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
         return Err(NotCalibrated::NoGrid { view });
     }
@@ -122,7 +122,7 @@ pub fn calibrate(
         return given.calibrate(views, observations);
     };
     let kept = repeats.without(views);
-    let found = self::observations(&kept, &board_m)
+    let found = self::observations(&kept, &board_m, params.threads)
         .and_then(|observations| given.calibrate(&kept, observations))
         .map_err(|reason| match reason {
             NotCalibrated::NoHomography { view } => {
@@ -188,7 +188,7 @@ impl Given<'_> {
         let views = correction.views(views);
         let board_m = correction.board_m(self.board_m);
         let params = correction.params(self.params);
-        let observations = observations(&views, &board_m)?;
+        let observations = observations(&views, &board_m, params.threads)?;
         Given { board_m: &board_m, params: &params, correction: Some(correction), ..*self }
             .calibrate(&views, observations)
     }
@@ -215,7 +215,7 @@ impl Given<'_> {
         let mut views = Cow::Borrowed(views);
         if rho > 0.0 {
             views = Cow::Owned(inflated(&views, rho));
-            observations = self::observations(&views, board_m)?;
+            observations = self::observations(&views, board_m, params.threads)?;
         }
         let tails = fit.as_ref().and_then(|fit| {
             let observations = match wide {
@@ -226,7 +226,7 @@ impl Given<'_> {
         });
         let weighted = tails.as_ref().map(|tails| tails.applied(&views));
         if let Some(weighted) = &weighted {
-            observations = self::observations(weighted, board_m)?;
+            observations = self::observations(weighted, board_m, params.threads)?;
         }
         if rho > 0.0 || weighted.is_some() {
             fit = free(weighted.as_deref().unwrap_or(&views), &observations);
@@ -264,7 +264,8 @@ impl Given<'_> {
         if aspect == 1.0 {
             return free_homography::fit(observations, prior, &as_seen.image_from_board);
         }
-        let square = self::observations(&with_square_pixels(views, aspect), self.board_m).ok()?;
+        let square = with_square_pixels(views, aspect);
+        let square = self::observations(&square, self.board_m, self.params.threads).ok()?;
         let prior = prior.with_square_pixels(aspect);
         let squeeze = Matrix3::from_diagonal(&[1.0, 1.0 / aspect, 1.0].into());
         let image_from_board: Vec<_> =
@@ -276,9 +277,11 @@ impl Given<'_> {
 fn observations(
     views: &[Vec<Corner>],
     board_m: &[Point2<f64>],
+    threads: usize,
 ) -> Result<Observations, NotCalibrated> {
     let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
-    Observations::new(board_m, &slices).map_err(|invalid| match invalid {
+    let prepared = Observations::new(board_m, &slices);
+    prepared.map(|all| all.with_threads(threads)).map_err(|invalid| match invalid {
         InvalidCorners::Count { view, got, want } => NotCalibrated::CornerCount { view, got, want },
         InvalidCorners::Value { view, corner } => NotCalibrated::CornerValue { view, corner },
     })

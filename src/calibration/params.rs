@@ -22,6 +22,8 @@ pub struct CalibrationParams {
     pub noise_floor_px: Option<f64>,
     /// An earlier calibration of the same lens, untouched since. The result is held to it as far as the two agree.
     pub known_lens: Option<KnownLens>,
+    /// Threads to use where views are many. The result doesn't depend on it.
+    pub threads: usize,
 }
 
 /// Default of [`CalibrationParams::board_scale_sd`]: what a ruler that is read to 0.2 mm leaves open on a board of 200 mm.
@@ -39,6 +41,7 @@ impl Default for CalibrationParams {
             board_scale_sd: BOARD_SCALE_SD,
             noise_floor_px: None,
             known_lens: None,
+            threads: 1,
         }
     }
 }

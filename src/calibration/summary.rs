@@ -315,17 +315,25 @@ impl Inputs<'_> {
         let estimate =
             |px, covariance_px2, f_px| PrincipalPointEstimate { px, covariance_px2, f_px };
         let lines = |pp: &PrincipalPoint| estimate(pp.px, Some(pp.covariance_px2 * variance), None);
-        let zhang = poses(&self.as_seen.image_from_board, &camera)
-            .filter(|_| self.distinct >= 2)
-            .and_then(|poses| zhang::refined(&self.observations, LensModel::K1K2, camera, poses))
-            .map(|bundle| {
-                let noise_factor = bundle.noise_factor().max(self.noise_floor);
-                let covariance = bundle
-                    .covariance(noise_factor)
-                    .map(|covariance| covariance.fixed_view::<2, 2>(2, 2).into());
-                let camera = bundle.state.camera;
-                estimate(camera.pp_px, covariance, Some(camera.f_px))
-            });
+        // The same model with square pixels and other starts ends nearby.
+        let fitted = choice.fits.iter().position(|fit| fit.model == LensModel::K1K2);
+        let refined = || match fitted {
+            Some(fitted) => {
+                let state = choice.bundles[fitted].state.clone();
+                zhang::refined_near(&self.observations, LensModel::K1K2, state)
+            }
+            None => poses(&self.as_seen.image_from_board, &camera).and_then(|poses| {
+                zhang::refined(&self.observations, LensModel::K1K2, camera, poses)
+            }),
+        };
+        let zhang = (self.distinct >= 2).then(refined).flatten().map(|bundle| {
+            let noise_factor = bundle.noise_factor().max(self.noise_floor);
+            let covariance = bundle
+                .covariance(noise_factor)
+                .map(|covariance| covariance.fixed_view::<2, 2>(2, 2).into());
+            let camera = bundle.state.camera;
+            estimate(camera.pp_px, covariance, Some(camera.f_px))
+        });
         PrincipalPoints {
             pl_unweighted: self.as_seen.unweighted.as_ref().map(lines),
             pl_weighted: self.as_seen.weighted.as_ref().map(lines),

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "report")]
 use std::path::Path;
-use std::path::PathBuf;
+use std::{path::PathBuf, thread::available_parallelism};
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -21,7 +21,7 @@ use crate::{
         Exit, announce_result,
         calibration_views::{from_pictures, from_table},
     },
-    calibration::{calibrate, files::CalibrationFile},
+    calibration::{CalibrationParams, calibrate, files::CalibrationFile},
     files::{Overwrite, may_save, save},
     text,
 };
@@ -117,7 +117,9 @@ impl Arguments {
                 views
             }
         };
-        let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
+        let threads = available_parallelism().map_or(1, usize::from);
+        let params = CalibrationParams { threads, ..config.calibration() };
+        let result = calibrate(&views.corners, &board, views.image_size, &params);
         let exit = announce_result(result.as_ref(), "", &announcer());
         let file = CalibrationFile::of(
             result.as_ref(),

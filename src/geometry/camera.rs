@@ -2,7 +2,7 @@ use nalgebra::{Isometry3, Matrix2, Point2, Point3, SMatrix, UnitQuaternion, Vect
 
 use super::{
     corner::Corner,
-    distortion::{Distortion, LENS_PARAMETERS, LensKind},
+    distortion::{Bent, Distortion, LENS_PARAMETERS, LensKind},
 };
 
 /// `tan 80°`: rays closer to the plane of a fisheye lens aren't straightened.
@@ -155,6 +155,7 @@ impl Camera {
     }
 
     /// [`Self::px_from_board`] with derivatives.
+    #[inline]
     pub fn project_board_point(
         &self,
         cam_from_board: &Isometry3<f64>,
@@ -164,9 +165,15 @@ impl Camera {
             cam_from_board.rotation * Vector3::new(point_in_board_m.x, point_in_board_m.y, 0.0);
         let in_cam = turned + cam_from_board.translation.vector;
         let Sighting { px, jac_lens, by_cam } = self.sight(&in_cam)?;
+        // ω × t moves the pixel by b·(ω × t) = (t × b)·ω, for each row b of `by_cam`.
         let mut jac_pose = SMatrix::<f64, 2, 6>::zeros();
-        jac_pose.fixed_columns_mut::<3>(0).copy_from(&(by_cam * -turned.cross_matrix()));
-        jac_pose.fixed_columns_mut::<3>(3).copy_from(&by_cam);
+        for axis in 0..2 {
+            let b = [by_cam[(axis, 0)], by_cam[(axis, 1)], by_cam[(axis, 2)]];
+            for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+                jac_pose[(axis, i)] = turned[j] * b[k] - turned[k] * b[j];
+                jac_pose[(axis, 3 + i)] = b[i];
+            }
+        }
         Some(Projection { px, jac_lens, jac_pose })
     }
 
@@ -180,18 +187,17 @@ impl Camera {
     }
 
     /// Pixel of a point inside the field, with derivatives.
+    #[inline]
     fn sight(&self, in_cam: &Vector3<f64>) -> Option<Sighting> {
         let (flat, flat_by_cam) = self.distortion.kind.flat_with_derivative(in_cam)?;
-        if !self.distortion.reaches(&flat) {
-            return None;
-        }
-        let mut jac_lens = self.distortion.by_parameters(&flat);
+        let Bent { at, by_flat, by_parameters: mut jac_lens } = self.distortion.bend(&flat)?;
         for column in 4..LENS_PARAMETERS {
             jac_lens[(0, column)] *= self.f_px.x;
             jac_lens[(1, column)] *= self.f_px.y;
         }
-        let px_by_flat = Matrix2::from_diagonal(&self.f_px) * self.distortion.derivative(&flat);
-        Some(Sighting { px: self.px_from_flat(&flat), jac_lens, by_cam: px_by_flat * flat_by_cam })
+        let px = self.pp_px + at.coords.component_mul(&self.f_px);
+        let px_by_flat = Matrix2::from_diagonal(&self.f_px) * by_flat;
+        Some(Sighting { px, jac_lens, by_cam: px_by_flat * flat_by_cam })
     }
 
     /// Moves `cam_from_board` by the small step `(ω, τ)`, radians and metres, of [`Projection::jac_pose`].

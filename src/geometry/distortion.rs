@@ -64,6 +64,15 @@ struct Radial {
     denominator: f64,
 }
 
+/// Distorted coordinates, with derivatives.
+pub(super) struct Bent {
+    pub(super) at: Point2<f64>,
+    /// By the flat coordinates.
+    pub(super) by_flat: Matrix2<f64>,
+    /// By the lens parameters, for focal lengths of 1: columns in the order of [`LENS_PARAMETERS`].
+    pub(super) by_parameters: SMatrix<f64, 2, LENS_PARAMETERS>,
+}
+
 impl LensKind {
     /// Flat coordinates of a point in camera coordinates. `None` if it lies outside the field: behind a perspective camera,
     /// or beyond 110° of a fisheye lens.
@@ -152,8 +161,12 @@ impl Distortion {
 
     /// Whether a ray with the given flat coordinates is seen at all: beyond a pole of the rational model it isn't.
     pub(super) fn reaches(&self, flat: &Point2<f64>) -> bool {
-        let is_polynomial = self.k4 == 0.0 && self.k5 == 0.0 && self.k6 == 0.0;
-        is_polynomial || self.radial(flat.coords.norm_squared()).denominator > 0.0
+        self.is_polynomial() || self.radial(flat.coords.norm_squared()).denominator > 0.0
+    }
+
+    fn is_polynomial(&self) -> bool {
+        let is_undivided = self.k4 == 0.0 && self.k5 == 0.0 && self.k6 == 0.0;
+        is_undivided || self.kind == LensKind::Fisheye
     }
 
     /// Whether distorted coordinates lie outside the picture that a fisheye lens throws on the sensor: farther from its centre
@@ -171,12 +184,13 @@ impl Distortion {
             && (0..STEPS).all(|step| height(step) < height(step + 1))
     }
 
+    #[inline]
     fn radial(&self, r2: f64) -> Radial {
         let Self { k1, k2, k3, k4, k5, k6, .. } = *self;
         let of_fisheye = if self.kind == LensKind::Fisheye { k4 } else { 0.0 };
         let numerator = 1.0 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * of_fisheye)));
         let slope = k1 + r2 * (2.0 * k2 + r2 * (3.0 * k3 + 4.0 * r2 * of_fisheye));
-        if self.kind == LensKind::Fisheye {
+        if self.is_polynomial() {
             return Radial { factor: numerator, slope, denominator: 1.0 };
         }
         let denominator = 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6));
@@ -187,19 +201,28 @@ impl Distortion {
 
     /// Distorts flat coordinates.
     pub fn apply(&self, flat: &Point2<f64>) -> Point2<f64> {
+        self.applied(flat, &self.radial(flat.coords.norm_squared()))
+    }
+
+    #[inline]
+    fn applied(&self, flat: &Point2<f64>, radial: &Radial) -> Point2<f64> {
         let (x, y) = (flat.x, flat.y);
         let r2 = x * x + y * y;
-        let radial = self.radial(r2).factor;
         Point2::new(
-            x * radial + 2.0 * self.p1 * x * y + self.p2 * (r2 + 2.0 * x * x),
-            y * radial + self.p1 * (r2 + 2.0 * y * y) + 2.0 * self.p2 * x * y,
+            x * radial.factor + 2.0 * self.p1 * x * y + self.p2 * (r2 + 2.0 * x * x),
+            y * radial.factor + self.p1 * (r2 + 2.0 * y * y) + 2.0 * self.p2 * x * y,
         )
     }
 
     /// Jacobian of [`Self::apply`] at `flat`, 2×2.
     pub fn derivative(&self, flat: &Point2<f64>) -> Matrix2<f64> {
+        self.derived(flat, &self.radial(flat.coords.norm_squared()))
+    }
+
+    #[inline]
+    fn derived(&self, flat: &Point2<f64>, radial: &Radial) -> Matrix2<f64> {
         let (x, y) = (flat.x, flat.y);
-        let Radial { factor: radial, slope, .. } = self.radial(x * x + y * y);
+        let Radial { factor: radial, slope, .. } = *radial;
         let cross = 2.0 * x * y * slope + 2.0 * (self.p1 * x + self.p2 * y);
         Matrix2::new(
             radial + 2.0 * x * x * slope + 2.0 * self.p1 * y + 6.0 * self.p2 * x,
@@ -209,21 +232,32 @@ impl Distortion {
         )
     }
 
+    /// [`Self::apply`] with both derivatives. `None` beyond a pole of the rational model.
+    #[inline]
+    pub(super) fn bend(&self, flat: &Point2<f64>) -> Option<Bent> {
+        let radial = self.radial(flat.coords.norm_squared());
+        (radial.denominator > 0.0).then(|| self.bent(flat, &radial))
+    }
+
     /// [`Self::apply`] differentiated by the lens parameters, for focal lengths of 1: 2 rows, columns in the order of
     /// [`LENS_PARAMETERS`].
     pub fn by_parameters(&self, flat: &Point2<f64>) -> SMatrix<f64, 2, LENS_PARAMETERS> {
+        self.bent(flat, &self.radial(flat.coords.norm_squared())).by_parameters
+    }
+
+    #[inline]
+    fn bent(&self, flat: &Point2<f64>, radial: &Radial) -> Bent {
         let (x, y) = (flat.x, flat.y);
-        let distorted = self.apply(flat);
         let r2 = x * x + y * y;
+        let at = self.applied(flat, radial);
         let (r4, r6) = (r2 * r2, r2 * r2 * r2);
-        let Radial { factor, denominator, .. } = self.radial(r2);
-        let (top, bottom) = (1.0 / denominator, -factor / denominator);
+        let (top, bottom) = (1.0 / radial.denominator, -radial.factor / radial.denominator);
         let [by_k4, by_k5, by_k6] = match self.kind {
             LensKind::Perspective => [bottom * r2, bottom * r4, bottom * r6],
             LensKind::Fisheye => [r4 * r4, 0.0, 0.0],
         };
-        SMatrix::from_row_slice(&[
-            distorted.x,
+        let by_parameters = SMatrix::from_row_slice(&[
+            at.x,
             0.0,
             1.0,
             0.0,
@@ -236,7 +270,7 @@ impl Distortion {
             x * by_k5,
             x * by_k6,
             0.0,
-            distorted.y,
+            at.y,
             0.0,
             1.0,
             y * (top * r2),
@@ -247,7 +281,8 @@ impl Distortion {
             y * by_k4,
             y * by_k5,
             y * by_k6,
-        ])
+        ]);
+        Bent { at, by_flat: self.derived(flat, radial), by_parameters }
     }
 
     /// Undistorts to flat coordinates, by Newton's method.

@@ -18,9 +18,8 @@ fn processor_time() -> Duration {
     Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
 }
 
-/// Processor time and most memory of a calibration from `views` views of a square board.
-fn cost(views: u32, side: u16) -> (Duration, u64) {
-    let board = Checkerboard::new(side, side, 0.2 / f64::from(side)).expect("valid");
+/// `views` views of a square board.
+fn corners(views: u32, board: &Checkerboard) -> Vec<Vec<Corner>> {
     let camera = Camera::pinhole(900.0, Point2::new(650.0, 350.0));
     let view = |number: u32| -> Vec<Corner> {
         let (sin, cos) = (f64::from(number) * 0.9).sin_cos();
@@ -35,7 +34,13 @@ fn cost(views: u32, side: u16) -> (Duration, u64) {
         };
         board.corners_in_board_m().iter().enumerate().filter_map(px).collect()
     };
-    let corners: Vec<Vec<Corner>> = (0..views).map(view).collect();
+    (0..views).map(view).collect()
+}
+
+/// Processor time and most memory of a calibration from `views` views of a square board.
+fn cost(views: u32, side: u16) -> (Duration, u64) {
+    let board = Checkerboard::new(side, side, 0.2 / f64::from(side)).expect("valid");
+    let corners = corners(views, &board);
     let began = processor_time();
     let memory = allocation_counter::measure(|| {
         calibrate(&corners, &board, SIZE, &CalibrationParams::default()).expect("calibrates");
@@ -53,5 +58,20 @@ fn costs_grow_as_the_corners_do() {
         println!("{small:?} {little_time:?} {little_memory} B, {large:?} {time:?} {memory} B");
         assert!(time < times * little_time, "{time:?} for {little_time:?}");
         assert!(memory < 10 * little_memory, "{memory} B for {little_memory} B");
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let corners = corners(250, &board);
+    let result = |threads: usize| {
+        let params = CalibrationParams { threads, ..CalibrationParams::default() };
+        // Floating-point numbers are printed with as many digits as tell them apart.
+        format!("{:?}", calibrate(&corners, &board, SIZE, &params).expect("calibrates"))
+    };
+    let alone = result(1);
+    for threads in [2, 3, 8] {
+        assert!(result(threads) == alone, "{threads} threads");
     }
 }

@@ -1,12 +1,12 @@
 //! The bundle with the parameters of one [`Cause`] of a misfit added to the lens and the poses.
 
-use nalgebra::{Isometry3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, SVector, Vector2, Vector3};
 
-use super::cause::{Cause, LOCAL_EXTRAS, SHARED_EXTRAS};
+use super::cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS};
 use crate::{
     calibration::solve::{
         bundle::{BundleState, Observations, Whitened},
-        lens_model::LensFreedom,
+        gram::{Gram, Row},
         schur_lm::{NormalEquations, Problem, Step, ViewBlock},
     },
     frame::ImageSize,
@@ -14,6 +14,9 @@ use crate::{
 };
 
 pub(super) const LOCAL: usize = 6 + LOCAL_EXTRAS;
+/// Shared parameters of lens and cause: of every cause but [`Cause::SmoothField`], and of that.
+pub(super) const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
+pub(super) const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
 /// Half step of numeric derivatives.
 const HALF_STEP: f64 = 1e-6;
 /// The same of pixels.
@@ -47,10 +50,6 @@ impl ExtendedState {
     pub(super) fn local_rms_length(&self) -> f64 {
         std::f64::consts::SQRT_2 * self.local_rms(2)
     }
-
-    fn is_plain(&self) -> bool {
-        self.shared.iter().chain(self.local.iter().flatten()).all(|x| *x == 0.0)
-    }
 }
 
 pub(super) struct ExtendedProblem<'a> {
@@ -74,6 +73,34 @@ pub(super) fn next_power(kind: LensKind) -> i32 {
         LensKind::Perspective => 4,
         LensKind::Fisheye => 5,
     }
+}
+
+/// The terms of a [`Cause::SmoothField`] at `px`: those of second order, without the ones that p1 and p2 give, and of third
+/// order, 1 px at the sides of the picture.
+pub(super) fn field_terms(
+    image_size: ImageSize,
+    px: &Point2<f64>,
+) -> [Vector2<f64>; SHARED_EXTRAS] {
+    let off = (px - image_size.centre_px()) * 2.0 / f64::from(image_size.width_px);
+    let (u, v) = (off.x, off.y);
+    let along_x = |value: f64| Vector2::new(value, 0.0);
+    let along_y = |value: f64| Vector2::new(0.0, value);
+    let square = u * u + v * v;
+    let [a, b, c, d] = [u * u * u, u * u * v, u * v * v, v * v * v];
+    [
+        along_x(square),
+        along_y(square),
+        Vector2::new(u * u - v * v, -2.0 * u * v),
+        Vector2::new(2.0 * u * v, u * u - v * v),
+        along_x(a),
+        along_x(b),
+        along_x(c),
+        along_x(d),
+        along_y(a),
+        along_y(b),
+        along_y(c),
+        along_y(d),
+    ]
 }
 
 /// All parameters on which the image of a board point depends.
@@ -159,20 +186,9 @@ impl ExtendedProblem<'_> {
         })
     }
 
-    /// The field of [`Cause::SmoothField`] at `px`: terms of second order, those that p1 and p2 give left out, and of
-    /// third order.
+    /// The field of [`Cause::SmoothField`] at `px`.
     fn field_px(&self, by: &[f64; SHARED_EXTRAS], px: &Point2<f64>) -> Vector2<f64> {
-        let off = (px - self.image_size.centre_px()) * 2.0 / f64::from(self.image_size.width_px);
-        let (u, v) = (off.x, off.y);
-        let cubes = [u * u * u, u * u * v, u * v * v, v * v * v];
-        let third_order =
-            |by: &[f64]| cubes.iter().zip(by).map(|(cube, by)| cube * by).sum::<f64>();
-        let prism = Vector2::new(by[0], by[1]) * (u * u + v * v);
-        let saddle = Vector2::new(
-            by[2] * (u * u - v * v) + 2.0 * by[3] * u * v,
-            by[3] * (u * u - v * v) - 2.0 * by[2] * u * v,
-        );
-        prism + saddle + Vector2::new(third_order(&by[4..8]), third_order(&by[8..]))
+        field_terms(self.image_size, px).iter().zip(by).map(|(term, by)| term * *by).sum()
     }
 
     /// Shift of each corner in pixels by the cause, view by view, lens and poses being the same. `None` if a corner is
@@ -254,7 +270,7 @@ impl ExtendedProblem<'_> {
     }
 }
 
-/// Index of a parameter, half a step of it, and the parameters after and before that.
+/// Column of a parameter, half a step of it, and the parameters after and before that.
 type Perturbed = (usize, f64, Parameters, Parameters);
 
 impl ExtendedProblem<'_> {
@@ -283,6 +299,46 @@ impl ExtendedProblem<'_> {
     }
 }
 
+impl ExtendedProblem<'_> {
+    /// Cost and normal equations of a view of `S + LOCAL` parameters, at most `4 T − 1`.
+    fn block<const S: usize, const T: usize>(
+        &self,
+        view: usize,
+        state: &ExtendedState,
+    ) -> Option<(f64, ViewBlock<S, LOCAL>)> {
+        let at = self.parameters(state, view);
+        let depth_m = at.pose.translation.z.abs().max(1e-3);
+        // Perturbed parameters are built once per view rather than per corner.
+        let shared = (0..S).filter(|index| self.is_free(*index)).map(|i| {
+            let h = self.shared_half_step(i);
+            (i, h, self.with_shared(&at, i, h), self.with_shared(&at, i, -h))
+        });
+        let local = (0..6 + self.cause.local_extras()).map(|i| {
+            let h = self.local_half_step(i, depth_m);
+            (S + i, h, Self::with_local(&at, i, h), Self::with_local(&at, i, -h))
+        });
+        let perturbed: Vec<Perturbed> = shared.chain(local).collect();
+        let corners = self.observations.view(view);
+        let mut rows: Vec<Row<T>> = Vec::with_capacity(2 * corners.len());
+        for corner in corners {
+            let mut pair = [Row::zeros(); 2];
+            let mut set = |column: usize, values: Vector2<f64>| {
+                pair.iter_mut().zip(&values).for_each(|(row, value)| row.set(column, *value));
+            };
+            for (column, h, up, down) in &perturbed {
+                let up = self.predict(view, up, corner)?;
+                let down = self.predict(view, down, corner)?;
+                set(*column, corner.whitener * (up - down) / (2.0 * h));
+            }
+            let predicted = self.predict(view, &at, corner)?;
+            set(S + LOCAL, corner.whitener * (corner.px - predicted));
+            rows.extend(pair);
+        }
+        let (cost, mut block) = Gram::of(&rows).split();
+        Some((cost + self.weigh_local(view, &at.local, &mut block), block))
+    }
+}
+
 impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
     type State = ExtendedState;
 
@@ -290,69 +346,11 @@ impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
         if state.bundle.camera.f_px.min() <= 1.0 {
             return None;
         }
-        let mut cost = 0.0;
-        let mut blocks = Vec::with_capacity(state.local.len());
-        let local_count = 6 + self.cause.local_extras();
-        // Where the cause changes nothing, lens and pose have the derivatives of the plain bundle.
-        let is_plain = state.is_plain();
-        let (first_shared, first_local) = if is_plain { (LENS_PARAMETERS, 6) } else { (0, 0) };
-        let freedom =
-            LensFreedom { free: [true; LENS_PARAMETERS], square_pixels: self.square_pixels };
-        for view in 0..self.observations.view_count() {
-            let at = self.parameters(state, view);
-            let depth_m = at.pose.translation.z.abs().max(1e-3);
-            // Perturbed parameters are built once per view rather than per corner.
-            let shared: Vec<Perturbed> = (first_shared..S)
-                .filter(|index| self.is_free(*index))
-                .map(|i| {
-                    let h = self.shared_half_step(i);
-                    (i, h, self.with_shared(&at, i, h), self.with_shared(&at, i, -h))
-                })
-                .collect();
-            let local: Vec<Perturbed> = (first_local..local_count)
-                .map(|i| {
-                    let h = self.local_half_step(i, depth_m);
-                    (i, h, Self::with_local(&at, i, h), Self::with_local(&at, i, -h))
-                })
-                .collect();
-            let mut block = ViewBlock::zeros();
-            for corner in self.observations.view(view) {
-                let mut by_shared = SMatrix::<f64, 2, S>::zeros();
-                let mut by_local = SMatrix::<f64, 2, LOCAL>::zeros();
-                let predicted = if is_plain {
-                    let camera = &state.bundle.camera;
-                    let mut plain = camera.project_board_point(&at.pose, &corner.board_m)?;
-                    freedom.restrict(&mut plain.jac_lens);
-                    for index in (0..LENS_PARAMETERS).filter(|index| self.is_free(*index)) {
-                        let column = corner.whitener * plain.jac_lens.column(index);
-                        by_shared.set_column(index, &column);
-                    }
-                    by_local
-                        .fixed_columns_mut::<6>(0)
-                        .copy_from(&(corner.whitener * plain.jac_pose));
-                    plain.px
-                } else {
-                    self.predict(view, &at, corner)?
-                };
-                let residual = corner.whitener * (corner.px - predicted);
-                cost += residual.norm_squared();
-                let slope = |(_, h, up, down): &Perturbed| {
-                    let up = self.predict(view, up, corner)?;
-                    let down = self.predict(view, down, corner)?;
-                    Some(corner.whitener * (up - down) / (2.0 * h))
-                };
-                for perturbed in &shared {
-                    by_shared.set_column(perturbed.0, &slope(perturbed)?);
-                }
-                for perturbed in &local {
-                    by_local.set_column(perturbed.0, &slope(perturbed)?);
-                }
-                block.add(&by_shared, &by_local, &residual);
-            }
-            cost += self.weigh_local(view, &at.local, &mut block);
-            blocks.push(block);
-        }
-        let mut normal = NormalEquations::from_views(blocks);
+        let views = self.observations.by_view(|view| match S {
+            FEW => self.block::<S, 7>(view, state),
+            _ => self.block::<S, 9>(view, state),
+        })?;
+        let (mut normal, mut cost) = NormalEquations::from_views(views);
         for index in (0..S).filter(|index| !self.is_free(*index)) {
             normal.shared[(index, index)] = 1.0;
         }

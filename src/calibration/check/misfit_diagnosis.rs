@@ -4,7 +4,8 @@ use nalgebra::SVector;
 
 use super::{
     cause::{Cause, Family},
-    misfit_models::{Explanation, FirstStep, Unexplained},
+    first_steps::FirstStep,
+    misfit_models::{Explanation, Unexplained},
     torn_views,
     view_split::{cost_of_search, likeliest_jump, likeliest_split},
 };
@@ -149,23 +150,18 @@ pub(in crate::calibration) fn causes(
     all.extend(likeliest_jump(bundle).map(Cause::FocusJump));
     all.extend(likeliest_split(bundle).map(Cause::Mixed));
     all.extend(torn_views::suspects(observations, &bundle.state).map(Cause::Torn));
-    let mut hypotheses: Vec<Hypothesis> = all
+    let (explanations, drift) = unexplained.explain_all(all);
+    let mut hypotheses: Vec<Hypothesis> = explanations
         .into_iter()
-        .filter_map(|cause| {
-            let explanation = unexplained.explain(cause)?;
-            let searched = match &explanation.cause {
-                Cause::Mixed(odd) => cost_of_search(odd),
-                Cause::FocusJump(_) => 2.0 * ((observations.view_count() - 1) as f64).ln(),
-                _ => 0.0,
-            };
-            Some(Hypothesis { gain: explanation.gain - searched, explanation })
+        .map(|explanation| {
+            let searched = cost_of_search(&explanation.cause, observations.view_count());
+            Hypothesis { gain: explanation.gain - searched, explanation }
         })
         .collect();
     hypotheses.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     prefer_focus(&mut hypotheses, image_size);
     let noise_gain = noise_gain.max(0.0);
     let mut doubt = doubt(&hypotheses, bundle, result, n, noise_gain);
-    let drift = unexplained.first_step(&Cause::FocusDrift);
     let noise_variance = bundle.noise_factor().max(noise_floor).powi(2);
     if let Some(FirstStep { value, unit_variance, .. }) = drift {
         add_to_f(&mut doubt, unseen_drift(value, unit_variance * noise_variance), result);

@@ -3,17 +3,19 @@
 //! Each [`Cause`] adds parameters to the lens and poses. How much better it explains the corners than the plain bundle
 //! tells how probable it is.
 
-use nalgebra::{DMatrix, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, SMatrix, Vector2};
 
 use super::{
-    cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS},
-    extended_bundle::{ExtendedProblem, ExtendedState, LOCAL},
+    cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS},
+    extended_bundle::{ExtendedProblem, ExtendedState, FEW, LOCAL, MANY},
+    first_steps::{FirstStep, FirstSteps, Plain, half_board_m},
+    view_split::cost_of_search,
 };
 use crate::{
     calibration::solve::{
         bundle::{Bundle, BundleState, Observations},
         lens_model::LensFreedom,
-        schur_lm::{Minimum, NormalEquations, Problem, ViewBlock, inverse, minimise_to},
+        schur_lm::{Minimum, ViewBlock, inverse, minimise_to},
     },
     frame::ImageSize,
     geometry::{BROWN_PARAMETERS, LENS_PARAMETERS, LensKind},
@@ -33,9 +35,6 @@ const PROMISING_SIGMAS: f64 = 4.0;
 /// What a smooth field must explain, root mean square, as a multiple of the least error that is believed: 0.02 px. Edges that
 /// a very wide lens bends move corners by less than that.
 const LEAST_FIELD: f64 = 20.0;
-
-const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
-const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
 
 /// The best fit under one cause.
 #[derive(Clone, Debug)]
@@ -134,10 +133,45 @@ impl<'a> Unexplained<'a> {
         }
     }
 
-    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle.
-    ///
-    /// `None` if the first step doesn't promise to gain most of what the parameters cost, or if the fit fails.
-    pub(super) fn explain(&self, cause: Cause) -> Option<Explanation> {
+    /// What the first step under each of `causes` promises.
+    pub(super) fn first_steps(&self, causes: &[Cause]) -> FirstSteps {
+        let plain = Plain {
+            observations: self.observations,
+            state: self.start,
+            image_size: self.image_size,
+            square_pixels: self.freedom.square_pixels,
+            free: self.freed(),
+            noise_variance: self.noise_variance(self.cost),
+        };
+        FirstSteps::of(&plain, causes)
+    }
+
+    /// The best fit under each of `causes`, in their order, of those whose first step promises to gain most of what the
+    /// parameters cost. The second value is the first step of a focus that drifts.
+    pub(super) fn explain_all(&self, causes: Vec<Cause>) -> (Vec<Explanation>, Option<FirstStep>) {
+        let steps = self.first_steps(&causes);
+        let drift = causes.iter().position(|cause| *cause == Cause::FocusDrift);
+        let promising = causes.into_iter().enumerate().filter(|(place, cause)| {
+            steps.left(*place).is_some_and(|left| self.promises(cause, left))
+        });
+        let explanations = promising.filter_map(|(_, cause)| self.explain(cause)).collect();
+        (explanations, drift.and_then(|place| steps.of_one(place)))
+    }
+
+    /// Whether a first step that leaves this cost promises to gain most of what the parameters of `cause` cost.
+    fn promises(&self, cause: &Cause, left: f64) -> bool {
+        let n = self.observations.coordinate_count() as f64;
+        let parameters = cause.parameters(self.observations.view_count()) as f64;
+        let promised = n * (self.cost / left.max(self.least_cost)).ln();
+        let wanted = match cause.local_sd() {
+            Some(_) => parameters + PROMISING_SIGMAS * (2.0 * parameters).sqrt(),
+            None => PROMISING * parameters * n.ln(),
+        };
+        promised >= wanted + PROMISING * cost_of_search(cause, self.observations.view_count())
+    }
+
+    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle. `None` if the fit fails.
+    fn explain(&self, cause: Cause) -> Option<Explanation> {
         if cause.shared_extras() > FEW_SHARED_EXTRAS {
             self.fit::<MANY>(cause)
         } else {
@@ -160,12 +194,11 @@ impl<'a> Unexplained<'a> {
     }
 
     fn problem<'b>(&'b self, cause: &'b Cause) -> ExtendedProblem<'b> {
-        let board_m = self.observations.board_m();
         ExtendedProblem {
             observations: self.observations,
             cause,
             image_size: self.image_size,
-            half_board_m: board_m.iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max),
+            half_board_m: half_board_m(self.observations),
             square_pixels: self.freedom.square_pixels && *cause != Cause::PixelAspect,
             kind: self.start.camera.distortion.kind,
             free: self.freed(),
@@ -179,17 +212,7 @@ impl<'a> Unexplained<'a> {
         let n = self.observations.coordinate_count() as f64;
         let mut problem = self.problem(&cause);
         let start = ExtendedState::plain(self.start);
-        let (cost, normal): (f64, NormalEquations<S, LOCAL>) = problem.linearise(&start)?;
         let parameters = cause.parameters(views);
-        let promised =
-            n * (self.cost / (cost - normal.solve(1e-9)?.decrement).max(self.least_cost)).ln();
-        let wanted = match cause.local_sd() {
-            Some(_) => parameters as f64 + PROMISING_SIGMAS * (2.0 * parameters as f64).sqrt(),
-            None => PROMISING * parameters as f64 * n.ln(),
-        };
-        if promised < wanted {
-            return None;
-        }
         let mut minimum: Minimum<_, S, LOCAL> = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
         if let Some((_, least)) = cause.local_sd() {
             // A prior wider than the actual scatter would leave f and the principal point undetermined.
@@ -248,35 +271,6 @@ impl<'a> Unexplained<'a> {
             cause,
         })
     }
-
-    /// Standard deviation of the one shared parameter of `cause`, for corners with the stated error, and its value after
-    /// the first step. `None` if the corners leave it undetermined.
-    pub(super) fn first_step(&self, cause: &Cause) -> Option<FirstStep> {
-        let problem = self.problem(cause);
-        let start = ExtendedState::plain(self.start);
-        let (_, normal): (f64, NormalEquations<FEW, LOCAL>) = problem.linearise(&start)?;
-        let covariance = inverse(&normal.reduced()?)?;
-        let variance = covariance[(LENS_PARAMETERS, LENS_PARAMETERS)];
-        let mut lens_by_value: SVector<f64, LENS_PARAMETERS> =
-            covariance.fixed_view::<LENS_PARAMETERS, 1>(0, LENS_PARAMETERS).into();
-        lens_by_value /= variance;
-        if problem.square_pixels {
-            lens_by_value[1] = lens_by_value[0];
-        }
-        let value = normal.solve(0.0)?.shared[LENS_PARAMETERS];
-        Some(FirstStep { value, unit_variance: variance, lens_by_value })
-    }
-}
-
-/// What the corners say about a cause with one parameter, to first order.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FirstStep {
-    /// Its most probable value.
-    pub(super) value: f64,
-    /// Its variance for corners with the stated error.
-    pub(super) unit_variance: f64,
-    /// Derivative of the fitted lens parameters by its value.
-    pub(super) lens_by_value: SVector<f64, LENS_PARAMETERS>,
 }
 
 /// `ln |I + A/p|`: what the `count` parameters of a view with the information `p` by their prior cost, if the corners have

@@ -13,7 +13,7 @@
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
 //! | `torn_views` | finds views put together from two pictures |
-//! | `cause`, `view_split`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
+//! | `cause`, `view_split`, `first_steps`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
 //! | `trust_checks` | turns all evidence into findings |
 //! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
@@ -24,6 +24,7 @@ pub(super) mod correction;
 pub(super) mod disagreement;
 mod extended_bundle;
 pub(super) mod finding;
+mod first_steps;
 pub(super) mod heavy_tails;
 pub(super) mod held_out;
 pub mod leave_out;

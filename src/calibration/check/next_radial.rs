@@ -6,9 +6,7 @@
 use nalgebra::{Matrix4, SMatrix, SVector, Vector2, Vector4};
 
 use super::{
-    cause::Cause,
-    extended_bundle::next_power,
-    misfit_models::{FirstStep, Unexplained},
+    cause::Cause, extended_bundle::next_power, first_steps::FirstStep, misfit_models::Unexplained,
     projection_sd::projection_jacobian,
 };
 use crate::{
@@ -53,7 +51,7 @@ pub(in crate::calibration) fn next_radial_doubt(
 ) -> Option<LensMatrix> {
     let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor);
     let FirstStep { value, unit_variance, lens_by_value } =
-        unexplained.first_step(&Cause::NextRadial)?;
+        unexplained.first_steps(&[Cause::NextRadial]).of_one(0)?;
     let variance = unit_variance * bundle.noise_factor().max(noise_floor).powi(2) * overcount;
     // Averaged over the widths of the prior, weighted by the evidence for each.
     let camera = &bundle.state.camera;

@@ -4,6 +4,7 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use statrs::function::factorial::ln_binomial;
 
+use super::cause::Cause;
 use crate::{
     calibration::solve::{bundle::Bundle, schur_lm::inverse},
     geometry::LENS_PARAMETERS,
@@ -108,15 +109,21 @@ impl Pull {
     }
 }
 
-/// What a split costs in BIC for having been searched for: twice the logarithm of how many splits are as simple. A
-/// split into consecutive views is one of `N`; any other one of `N` sizes and of those with its size.
+/// What a cause costs in BIC for having been searched for among `views` views: twice the logarithm of how many are as
+/// simple. A split into consecutive views is one of `N`; any other one of `N` sizes and of those with its size.
 ///
 /// Noise alone gains about 0.64 `N` by the best of 2ᴺ splits.
-pub(super) fn cost_of_search(odd: &[bool]) -> f64 {
-    let (views, marked) = (odd.len() as u64, odd.iter().filter(|odd| **odd).count() as u64);
-    let changes = odd.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    let of_this_size = if changes == 1 { 0.0 } else { ln_binomial(views, marked) };
-    2.0 * ((views as f64).ln() + of_this_size)
+pub(super) fn cost_of_search(cause: &Cause, views: usize) -> f64 {
+    match cause {
+        Cause::Mixed(odd) => {
+            let (views, marked) = (views as u64, odd.iter().filter(|odd| **odd).count() as u64);
+            let changes = odd.windows(2).filter(|pair| pair[0] != pair[1]).count();
+            let of_this_size = if changes == 1 { 0.0 } else { ln_binomial(views, marked) };
+            2.0 * ((views as f64).ln() + of_this_size)
+        }
+        Cause::FocusJump(_) => 2.0 * ((views - 1) as f64).ln(),
+        _ => 0.0,
+    }
 }
 
 /// The view from which on another focal length explains most, `1..N`. `None` with fewer than four views.

@@ -3,22 +3,35 @@
 //! Minimises `Σ |L⁻¹ (measured − predicted)|²`, with `L Lᵀ` the covariance of each corner, by Levenberg–Marquardt with a
 //! Schur complement over the views. Efficient (reaches the Cramér–Rao bound) if the lens model is right.
 
-use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector2, Vector3};
+use std::ops::Range;
+
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector3};
 
 use super::{
+    gram::{Gram, Row},
     lens_model::{LensFreedom, LensPrior},
-    schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise},
+    schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
 };
-use crate::geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS};
+use crate::{
+    geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS},
+    parallel,
+};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
+
+/// Coordinates that a thread takes at once, about: 16 views of 54 corners.
+const COORDINATES_AT_ONCE: usize = 1728;
+/// Below this, starting threads takes longer than they save: 200 views of 54 corners.
+const COORDINATES_WORTH_THREADS: usize = 20_000;
 
 /// The corners of all views with their board points, prepared for adjustment.
 #[derive(Clone, Debug)]
 pub struct Observations {
     board_m: Vec<Point2<f64>>,
     views: Vec<Vec<Whitened>>,
+    /// Threads to adjust them with.
+    threads: usize,
 }
 
 /// A corner with the square root of its information matrix.
@@ -73,7 +86,41 @@ impl Observations {
             });
             whitened.push(prepared.collect::<Result<_, _>>()?);
         }
-        Ok(Self { board_m: board_m.to_vec(), views: whitened })
+        Ok(Self { board_m: board_m.to_vec(), views: whitened, threads: 1 })
+    }
+
+    /// Adjusts the corners with that many threads where they are many. The result doesn't depend on it.
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        Self { threads, ..self }
+    }
+
+    /// `of` each view, in order.
+    pub(in crate::calibration) fn by_view<T: Send>(
+        &self,
+        of: impl Fn(usize) -> Option<T> + Sync,
+    ) -> Option<Vec<T>> {
+        self.by_chunk(|views| views.map(&of).collect::<Option<Vec<T>>>()).into_iter().try_fold(
+            Vec::with_capacity(self.views.len()),
+            |mut all, some| {
+                all.append(&mut some?);
+                Some(all)
+            },
+        )
+    }
+
+    /// `of` each few consecutive views, in order. How they are divided doesn't depend on the
+    /// number of threads.
+    pub(in crate::calibration) fn by_chunk<T: Send>(
+        &self,
+        of: impl Fn(Range<usize>) -> T + Sync,
+    ) -> Vec<T> {
+        let (coordinates, count) = (self.coordinate_count().max(1), self.views.len());
+        let threads = if coordinates >= COORDINATES_WORTH_THREADS { self.threads } else { 1 };
+        let chunk = (COORDINATES_AT_ONCE * count / coordinates).max(1);
+        parallel::map(threads, count.div_ceil(chunk), |number| {
+            of(number * chunk..count.min((number + 1) * chunk))
+        })
     }
 
     /// Number of measured coordinates: two per corner.
@@ -197,14 +244,25 @@ pub fn adjust(
     prior: Option<&LensPrior>,
     start: BundleState,
 ) -> Option<Bundle> {
+    adjust_from(observations, freedom, prior, start, Start::Guess)
+}
+
+/// [`adjust`] from a state of which it's known how near the minimum it is.
+pub(super) fn adjust_from(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    prior: Option<&LensPrior>,
+    start: BundleState,
+    how: Start,
+) -> Option<Bundle> {
     if observations.view_count() == 0 || start.cam_from_board.len() != observations.view_count() {
         return None;
     }
     // Brown's model takes matrices of half the size.
     if freedom.free[BROWN_PARAMETERS..].contains(&true) {
-        adjust_sized::<LENS_PARAMETERS>(observations, freedom, prior, start)
+        adjust_sized::<LENS_PARAMETERS>(observations, freedom, prior, start, how)
     } else {
-        adjust_sized::<BROWN_PARAMETERS>(observations, freedom, prior, start)
+        adjust_sized::<BROWN_PARAMETERS>(observations, freedom, prior, start, how)
     }
 }
 
@@ -214,16 +272,17 @@ fn adjust_sized<const S: usize>(
     freedom: &LensFreedom,
     prior: Option<&LensPrior>,
     start: BundleState,
+    how: Start,
 ) -> Option<Bundle> {
     let parameters = freedom.count() + 6 * observations.view_count();
     let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
     let mut problem = BundleProblem { observations, freedom, prior, noise_variance: 1.0 };
-    let mut minimum = minimise::<_, S, 6>(&problem, start)?;
+    let mut minimum = minimise::<_, S, 6>(&problem, start, how)?;
     if prior.is_some() {
         let BundleState { camera, cam_from_board } = &minimum.state;
         let cost = observations.cost(camera, cam_from_board)?;
         problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
-        minimum = minimise::<_, S, 6>(&problem, minimum.state)?;
+        minimum = minimise::<_, S, 6>(&problem, minimum.state, Start::Guess)?;
     }
     let mut prior_information = LensVector::zeros();
     if let Some(prior) = prior {
@@ -341,6 +400,35 @@ impl Bundle {
     }
 }
 
+impl BundleProblem<'_> {
+    /// Cost and normal equations of a view of `S + 6` parameters, at most `4 T − 1`.
+    fn block<const S: usize, const T: usize>(
+        &self,
+        view: usize,
+        state: &BundleState,
+    ) -> Option<(f64, ViewBlock<S, 6>)> {
+        let pose = &state.cam_from_board[view];
+        let corners = &self.observations.views[view];
+        let mut rows: Vec<Row<T>> = Vec::with_capacity(2 * corners.len());
+        for corner in corners {
+            let predicted = state.camera.project_board_point(pose, &corner.board_m)?;
+            let mut jac_lens = predicted.jac_lens;
+            self.freedom.restrict(&mut jac_lens);
+            let by_lens = corner.whitener * jac_lens.fixed_columns::<S>(0);
+            let by_pose = corner.whitener * predicted.jac_pose;
+            let residual = corner.whitener * (corner.px - predicted.px);
+            for axis in 0..2 {
+                let mut row = Row::zeros();
+                (0..S).for_each(|i| row.set(i, by_lens[(axis, i)]));
+                (0..6).for_each(|i| row.set(S + i, by_pose[(axis, i)]));
+                row.set(S + 6, residual[axis]);
+                rows.push(row);
+            }
+        }
+        Some(Gram::of(&rows).split())
+    }
+}
+
 impl<const S: usize> Problem<S, 6> for BundleProblem<'_> {
     type State = BundleState;
 
@@ -348,25 +436,11 @@ impl<const S: usize> Problem<S, 6> for BundleProblem<'_> {
         if state.camera.f_px.min() <= 1.0 {
             return None;
         }
-        let mut cost = 0.0;
-        let mut views = Vec::with_capacity(self.observations.views.len());
-        for (corners, pose) in self.observations.views.iter().zip(&state.cam_from_board) {
-            let mut block = ViewBlock::zeros();
-            for corner in corners {
-                let predicted = state.camera.project_board_point(pose, &corner.board_m)?;
-                let residual: Vector2<f64> = corner.whitener * (corner.px - predicted.px);
-                cost += residual.norm_squared();
-                let mut jac_lens = predicted.jac_lens;
-                self.freedom.restrict(&mut jac_lens);
-                block.add(
-                    &(corner.whitener * jac_lens.fixed_columns::<S>(0)),
-                    &(corner.whitener * predicted.jac_pose),
-                    &residual,
-                );
-            }
-            views.push(block);
-        }
-        let mut normal = NormalEquations::from_views(views);
+        let views = self.observations.by_view(|view| match S {
+            BROWN_PARAMETERS => self.block::<S, 4>(view, state),
+            _ => self.block::<S, 5>(view, state),
+        })?;
+        let (mut normal, mut cost) = NormalEquations::from_views(views);
         let parameters = state.camera.lens_parameters();
         for (i, value) in parameters.iter().enumerate().take(S) {
             if !self.freedom.free[i] {

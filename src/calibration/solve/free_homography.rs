@@ -12,7 +12,8 @@ use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, Vector2, V
 use super::{
     bundle::{LEAST_NOISE_VARIANCE, Observations},
     free_covariance::{Local, pp_covariance},
-    schur_lm::{NormalEquations, Problem, Step, ViewBlock, inverse, minimise},
+    gram::{Gram, Row},
+    schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
 };
 use crate::{
     frame::ImageSize,
@@ -179,14 +180,14 @@ pub fn fit(
         })
         .collect();
     let start = FreeState { shared: Vector4::new(prior.px.x, prior.px.y, 0.0, 0.0), views };
-    let mut minimum = minimise(&problem, start)?;
+    let mut minimum = minimise(&problem, start, Start::Guess)?;
     let parameters = 4 + 8 * observations.view_count();
     let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
     // The prior is weighed against the actual noise of the corners.
     let cost = minimum.cost - problem.prior_cost(&minimum.state.shared);
     let noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
     problem.prior.sd_px /= noise_variance.sqrt();
-    minimum = minimise(&problem, minimum.state)?;
+    minimum = minimise(&problem, minimum.state, Start::Guess)?;
     let state = &minimum.state;
     let distortion_centre_px = Point2::new(state.shared[0], state.shared[1]);
     let lines = (0..observations.view_count())
@@ -326,11 +327,11 @@ impl Problem<4, 8> for FreeProblem<'_> {
     fn linearise(&self, state: &FreeState) -> Option<(f64, NormalEquations<4, 8>)> {
         let centre = Point2::new(state.shared[0], state.shared[1]);
         let lens = lens(state);
-        let mut cost = 0.0;
-        let mut views = Vec::with_capacity(state.views.len());
-        for (index, h) in state.views.iter().enumerate() {
-            let mut block = ViewBlock::zeros();
-            for corner in self.observations.view(index) {
+        let views = self.observations.by_view(|index| {
+            let h = &state.views[index];
+            let corners = self.observations.view(index);
+            let mut rows: Vec<Row<4>> = Vec::with_capacity(2 * corners.len());
+            for corner in corners {
                 let (x, y) =
                     (corner.board_m.x / self.board_scale_m, corner.board_m.y / self.board_scale_m);
                 let w = h[6] * x + h[7] * y + 1.0;
@@ -342,7 +343,6 @@ impl Problem<4, 8> for FreeProblem<'_> {
                 let r2 = g.coords.norm_squared();
                 let predicted = centre + lens.apply(&g).coords * SCALE_PX;
                 let residual = corner.whitener * (corner.px - predicted);
-                cost += residual.norm_squared();
                 let (by_k1, by_k2) = (g.coords * r2 * SCALE_PX, g.coords * r2 * r2 * SCALE_PX);
                 let by_shared =
                     Matrix2x4::new(1.0, 0.0, by_k1.x, by_k2.x, 0.0, 1.0, by_k1.y, by_k2.y);
@@ -366,11 +366,18 @@ impl Problem<4, 8> for FreeProblem<'_> {
                     -g.y * dy,
                 ]);
                 let by_view = lens.derivative(&g) * g_by_view * SCALE_PX;
-                block.add(&(corner.whitener * by_shared), &(corner.whitener * by_view), &residual);
+                let (by_shared, by_view) = (corner.whitener * by_shared, corner.whitener * by_view);
+                for axis in 0..2 {
+                    let mut row = Row::zeros();
+                    (0..4).for_each(|i| row.set(i, by_shared[(axis, i)]));
+                    (0..8).for_each(|i| row.set(4 + i, by_view[(axis, i)]));
+                    row.set(12, residual[axis]);
+                    rows.push(row);
+                }
             }
-            views.push(block);
-        }
-        let mut normal = NormalEquations::from_views(views);
+            Some(Gram::of(&rows).split())
+        })?;
+        let (mut normal, mut cost) = NormalEquations::from_views(views);
         let information = 1.0 / (self.prior.sd_px * self.prior.sd_px);
         for i in 0..2 {
             normal.shared[(i, i)] += information;

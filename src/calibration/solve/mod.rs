@@ -5,6 +5,7 @@
 //! | `initial_guess` | closed forms from the distorted corners: principal lines, ring, Zhang |
 //! | `zhang` | Zhang's method: the closed form and its refinement |
 //! | `schur_lm` | Levenberg–Marquardt for shared and per-view parameters, by Schur complement |
+//! | `gram` | what normal equations are made of: sums of products of derivatives |
 //! | `bundle` | fits lens and poses for one lens model |
 //! | `reversal` | tries the reversed tilt of every view |
 //! | `lens_model` | the families of nested lens models, and priors |
@@ -16,6 +17,7 @@
 pub(super) mod bundle;
 pub(super) mod free_covariance;
 pub mod free_homography;
+pub(super) mod gram;
 pub(super) mod initial_guess;
 pub(super) mod lens_model;
 pub(super) mod model_choice;

@@ -3,9 +3,10 @@
 use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix};
 
 use super::{
-    bundle::{Bundle, BundleState, Observations, adjust},
+    bundle::{Bundle, BundleState, Observations, adjust_from},
     lens_model::{LensFamily, LensModel, LensPrior},
     reversal::with_better_tilts,
+    schur_lm::Start,
 };
 use crate::geometry::{Camera, LENS_PARAMETERS, LensKind};
 
@@ -103,7 +104,11 @@ pub(in crate::calibration) fn fit_models(
             Reversals::Late if place + 1 < search.models.len() => f64::INFINITY,
             Reversals::Early | Reversals::Late => SUSPICIOUS,
         };
-        let Some(bundle) = search.fit(*model, state, suspicious, &mut reversed) else { break };
+        // From no distortion to some the way is long, and a quotient has more than one minimum.
+        let is_near = place >= 2 && model.family() == LensFamily::Brown;
+        let how = if is_near { Start::Near } else { Start::Guess };
+        let start = (state, how);
+        let Some(bundle) = search.fit(*model, start, suspicious, &mut reversed) else { break };
         state = bundle.state.clone();
         fitted.push((*model, bundle));
     }
@@ -153,7 +158,7 @@ impl ModelSearch<'_> {
     fn fit(
         &self,
         model: LensModel,
-        mut start: BundleState,
+        (mut start, how): (BundleState, Start),
         suspicious: f64,
         reversed: &mut bool,
     ) -> Option<Bundle> {
@@ -162,14 +167,15 @@ impl ModelSearch<'_> {
         let of_quotient = LensPrior::of_quotient();
         let is_quotient = model.family() == LensFamily::Rational;
         let prior = self.prior.or(is_quotient.then_some(&of_quotient));
-        let adjust = |start| adjust(self.observations, &freedom, prior, start);
-        let mut bundle = adjust(start)?;
+        let adjust = |start, how| adjust_from(self.observations, &freedom, prior, start, how);
+        let mut bundle = adjust(start, how)?;
         for _ in 0..MOST_REVERSALS {
             let Some(state) = with_better_tilts(self.observations, &bundle.state, suspicious)
             else {
                 break;
             };
-            let Some(again) = adjust(state).filter(|again| again.cost < bundle.cost) else { break };
+            let again = adjust(state, Start::Guess).filter(|again| again.cost < bundle.cost);
+            let Some(again) = again else { break };
             (bundle, *reversed) = (again, true);
         }
         Some(bundle)

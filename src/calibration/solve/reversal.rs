@@ -39,17 +39,19 @@ pub(super) fn with_better_tilts(
     sorted.sort_by(f64::total_cmp);
     let least = suspicious * sorted.get(sorted.len() / 2)?;
     let centre = board_centre_m(observations);
-    let mut cam_from_board = state.cam_from_board.clone();
-    let mut changed = false;
-    for (view, pose) in cam_from_board.iter_mut().enumerate().filter(|(i, _)| costs[*i] >= least) {
-        let found = minimise(&problem(view), reversed(pose, &centre), LIMITS);
-        let better =
-            found.filter(|found| found.at.cost < costs[view] * (1.0 - LEAST_SHARE) - LEAST_GAIN);
-        if let Some(better) = better {
-            *pose = better.state;
-            changed = true;
-        }
-    }
+    let better = |view: usize| {
+        let pose = &state.cam_from_board[view];
+        let found = (costs[view] >= least)
+            .then(|| minimise(&problem(view), reversed(pose, &centre), LIMITS))
+            .flatten();
+        found
+            .filter(|found| found.at.cost < costs[view] * (1.0 - LEAST_SHARE) - LEAST_GAIN)
+            .map(|found| found.state)
+    };
+    let better = observations.by_view(|view| Some(better(view)))?;
+    let pose = |(pose, better): (&Isometry3<f64>, &Option<_>)| better.unwrap_or(*pose);
+    let cam_from_board = state.cam_from_board.iter().zip(&better).map(pose).collect();
+    let changed = better.iter().any(Option::is_some);
     changed.then_some(BundleState { camera: *camera, cam_from_board })
 }
 

@@ -4,7 +4,7 @@
 //! (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, section 6). The loop and its end test are those of
 //! `geometry::least_squares`, whose problems have no views.
 
-use nalgebra::{SMatrix, SVector, Vector2};
+use nalgebra::{SMatrix, SVector};
 
 /// Normal equations `H δ = g` of `S` shared parameters and `L` parameters per view.
 ///
@@ -47,32 +47,6 @@ pub(in crate::calibration) struct Step<const S: usize, const L: usize> {
 }
 
 impl<const S: usize, const L: usize> ViewBlock<S, L> {
-    pub(in crate::calibration) fn zeros() -> Self {
-        Self {
-            shared: SMatrix::zeros(),
-            shared_gradient: SVector::zeros(),
-            cross: SMatrix::zeros(),
-            local: SMatrix::zeros(),
-            gradient: SVector::zeros(),
-        }
-    }
-
-    /// Adds one whitened observation: `residual = observed − predicted` and the prediction's Jacobians.
-    pub(in crate::calibration) fn add(
-        &mut self,
-        by_shared: &SMatrix<f64, 2, S>,
-        by_local: &SMatrix<f64, 2, L>,
-        residual: &Vector2<f64>,
-    ) {
-        let shared_transposed = by_shared.transpose();
-        let local_transposed = by_local.transpose();
-        self.shared += shared_transposed * by_shared;
-        self.cross += shared_transposed * by_local;
-        self.local += local_transposed * by_local;
-        self.shared_gradient += shared_transposed * residual;
-        self.gradient += local_transposed * residual;
-    }
-
     /// `V⁻¹`, with the diagonal of `V` multiplied by `1 + damping`. `None` if singular.
     pub(super) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
         let mut local = self.local;
@@ -93,14 +67,18 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
 }
 
 impl<const S: usize, const L: usize> NormalEquations<S, L> {
-    pub(in crate::calibration) fn from_views(views: Vec<ViewBlock<S, L>>) -> Self {
+    /// Sums up the views, each given with its cost; the second value is that of all.
+    pub(in crate::calibration) fn from_views(views: Vec<(f64, ViewBlock<S, L>)>) -> (Self, f64) {
         let mut shared = SMatrix::zeros();
         let mut gradient = SVector::zeros();
-        for view in &views {
+        let mut cost = 0.0;
+        for (of_view, view) in &views {
             shared += view.shared;
             gradient += view.shared_gradient;
+            cost += of_view;
         }
-        Self { shared, gradient, views }
+        let views = views.into_iter().map(|(_, view)| view).collect();
+        (Self { shared, gradient, views }, cost)
     }
 
     /// The damped step. `None` if the damped matrix isn't positive definite.
@@ -220,14 +198,28 @@ pub(in crate::calibration) struct Minimum<State, const S: usize, const L: usize>
     pub(in crate::calibration) converged: bool,
 }
 
+/// How far a start is from the minimum: the damping of the first step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::calibration) enum Start {
+    /// A guess.
+    Guess,
+    /// The minimum of nearly the same problem: damping would only shorten steps along what the corners hardly determine.
+    Near,
+}
+
 /// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started; deterministic.
 ///
 /// Converged means that the next step is below 1e-9 standard deviations. `None` if the model is undefined at `start`.
 pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
+    how: Start,
 ) -> Option<Minimum<P::State, S, L>> {
-    minimise_to(problem, start, 1e-18)
+    let first_damping = match how {
+        Start::Guess => 1e-4,
+        Start::Near => 1e-8,
+    };
+    minimise_from(problem, start, first_damping, 1e-18)
 }
 
 /// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard deviations, is at most
@@ -237,9 +229,18 @@ pub(in crate::calibration) fn minimise_to<P: Problem<S, L>, const S: usize, cons
     start: P::State,
     negligible_step: f64,
 ) -> Option<Minimum<P::State, S, L>> {
+    minimise_from(problem, start, 1e-4, negligible_step)
+}
+
+fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    first_damping: f64,
+    negligible_step: f64,
+) -> Option<Minimum<P::State, S, L>> {
     let (cost, normal) = problem.linearise(&start)?;
     let mut at = Minimum { state: start, cost, normal, converged: false };
-    let mut damping = 1e-4;
+    let mut damping = first_damping;
     for _ in 0..100 {
         let accepted = at.normal.solve(damping).and_then(|step| {
             if step.decrement <= negligible_step {

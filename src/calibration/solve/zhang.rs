@@ -4,8 +4,9 @@
 use nalgebra::{DMatrix, Isometry3, Matrix3, Point2, Vector2};
 
 use super::{
-    bundle::{Bundle, BundleState, Observations, adjust},
+    bundle::{Bundle, BundleState, Observations, adjust_from},
     lens_model::LensModel,
+    schur_lm::Start,
 };
 use crate::{
     frame::ImageSize,
@@ -89,7 +90,25 @@ pub fn refined(
     cam_from_board: Vec<Isometry3<f64>>,
 ) -> Option<Bundle> {
     let state = BundleState { camera: start, cam_from_board };
-    let bundle = adjust(observations, &model.freedom(false), None, state)?;
+    refined_from(observations, model, state, Start::Guess)
+}
+
+/// [`refined`] from the minimum of a bundle with the same lens model.
+pub(in crate::calibration) fn refined_near(
+    observations: &Observations,
+    model: LensModel,
+    state: BundleState,
+) -> Option<Bundle> {
+    refined_from(observations, model, state, Start::Near)
+}
+
+fn refined_from(
+    observations: &Observations,
+    model: LensModel,
+    state: BundleState,
+    how: Start,
+) -> Option<Bundle> {
+    let bundle = adjust_from(observations, &model.freedom(false), None, state, how)?;
     let camera = &bundle.state.camera;
     (bundle.converged && camera.f_px.iter().all(|f| f.is_finite() && *f > 0.0)).then_some(bundle)
 }

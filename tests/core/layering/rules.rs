@@ -11,10 +11,11 @@ pub(crate) const RULES: Rules = Rules {
         ("frame", ""),
         ("device", "frame"),
         ("panic_message", ""),
+        ("parallel", ""),
         ("files", ""),
         ("geometry", "frame"),
         ("detection", "markers board board_code frame geometry"),
-        ("calibration", "board frame geometry"),
+        ("calibration", "board frame parallel geometry"),
         ("guidance", "board frame geometry"),
         ("session", "board frame device geometry detection calibration guidance"),
         ("capture", "frame device panic_message files"),
@@ -28,7 +29,10 @@ pub(crate) const RULES: Rules = Rules {
         ("speech", "session text"),
         ("serve", "board frame device ghost guidance session pipeline text speech"),
         ("chart", ""),
-        ("study", "board frame geometry detection calibration guidance session simulation chart"),
+        (
+            "study",
+            "board frame parallel geometry detection calibration guidance session simulation chart",
+        ),
         ("report", "board frame geometry calibration text chart"),
         (
             "app",
@@ -77,7 +81,7 @@ pub(crate) const RULES: Rules = Rules {
         // nokhwa's calls may never return: it has a thread that can be left behind.
         (
             Reach::Path("std::thread"),
-            &["pipeline", "study", "app", "cli", "capture/nokhwa", "serve/server.rs"],
+            &["parallel", "pipeline", "study", "app", "cli", "capture/nokhwa", "serve/server.rs"],
         ),
         (Reach::Path("crossbeam_channel"), &["pipeline", "app", "cli"]),
         // One place opens and writes files; sysfs, and the lock of a session, are other matters.
