@@ -16,7 +16,7 @@ use super::{
 use crate::{
     app::{
         Exit,
-        history::{CameraHistory, Entry, Index, NotAnEntry, Step, histories},
+        history::{CameraHistory, Entry, Index, NotAnEntry, Step, Trend, histories},
         session_folders::session_folders,
     },
     calibration::LensDifference,
@@ -189,10 +189,7 @@ fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
     let index = common.open()?;
     let mut entries = index.of_camera(camera)?;
     if entries.is_empty() {
-        let all = index.all()?;
-        let mut names: Vec<&str> = all.iter().map(|entry| entry.camera.as_str()).collect();
-        names.dedup();
-        names.retain(|name| name.contains(camera));
+        let names = index.cameras_with(camera)?;
         match names.as_slice() {
             [] => bail!("no camera is called {camera:?}; `boresight history` lists all"),
             [name] => entries = index.of_camera(name)?,
@@ -249,13 +246,18 @@ fn name(history: &CameraHistory) -> String {
 
 /// What the trend says.
 fn trend(history: &CameraHistory) -> String {
-    let Some(change) = history.change() else {
+    let Some(Trend { change, oldest, newest, drifts }) = history.trend else {
         return "one usable calibration at most, nothing to compare".into();
     };
     let LensDifference { change_px, sd_px, displacement_px, .. } = change;
-    let said = if history.drifts() { "changed" } else { "no change" };
+    let said = if drifts { "changed" } else { "no change" };
+    let newest = if newest > 1 { format!("newest {newest}") } else { "newest".into() };
+    let since = match (oldest, newest.as_str()) {
+        (1, _) => "since the first".to_owned(),
+        (oldest, newest) => format!("from the oldest {oldest} to the {newest}"),
+    };
     format!(
-        "{said} since the first: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {displacement_px:.2} px in the picture",
+        "{said} {since}: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {displacement_px:.2} px in the picture",
         change_px.x, sd_px.x, change_px.y, sd_px.y, change_px.z, sd_px.z
     )
 }
@@ -282,7 +284,10 @@ fn summary_json(history: &CameraHistory) -> Value {
         "count": history.steps.len(),
         "newest": history.newest(),
         "changed": history.drifts(),
-        "change": difference_json(history.change()),
+        "change": difference_json(history.trend.as_ref().map(|trend| &trend.change)),
+        "compared": history.trend.map(|Trend { oldest, newest, .. }| {
+            json!({ "oldest": oldest, "newest": newest })
+        }),
     })
 }
 
