@@ -18,7 +18,9 @@ const ROW_LIMIT: u64 = 16 << 20;
 
 /// A folder that holds results of something else.
 #[derive(Debug, thiserror::Error)]
-#[error("this folder holds the results of a different batch ({why}); choose a different one with --out: {path:?}")]
+#[error(
+    "this folder holds the results of a different batch ({why}); choose a different one with --out: {path:?}"
+)]
 pub struct OtherJob {
     /// What differs.
     pub why: String,
