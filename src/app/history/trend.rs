@@ -11,9 +11,9 @@ const LIMIT_OF_TWO: f64 = 12.838;
 
 /// A calibration, and what has changed.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct Step<'a> {
     /// The calibration.
-    pub entry: Entry,
+    pub entry: &'a Entry,
     /// The change since the first usable calibration; `None` for that one and for those that can't be used.
     pub since_first: Option<LensDifference>,
     /// The change since the usable calibration before.
@@ -42,8 +42,8 @@ pub struct CameraHistory {
     pub model: String,
     /// Width and height of the picture.
     pub image_size: [u32; 2],
-    /// Its calibrations; at least one.
-    pub steps: Vec<Step>,
+    /// Its calibrations by time; at least one.
+    pub entries: Vec<Entry>,
     /// What has changed; `None` with fewer than two usable calibrations.
     pub trend: Option<Trend>,
 }
@@ -51,18 +51,25 @@ pub struct CameraHistory {
 impl CameraHistory {
     fn of(entries: &[Entry]) -> Option<Self> {
         let Entry { camera, model, image_size, .. } = entries.last()?.clone();
-        let size = ImageSize { width_px: image_size[0], height_px: image_size[1] };
-        let mut lenses = Vec::with_capacity(entries.len());
-        let mut steps = Vec::with_capacity(entries.len());
-        for entry in entries {
+        let usable = entries.iter().filter(|entry| entry.is_usable());
+        let lenses: Vec<StatedLens> = usable.filter_map(|entry| entry.lens).collect();
+        let trend = Trend::of(&lenses, size(image_size));
+        Some(Self { camera, model, image_size, entries: entries.to_vec(), trend })
+    }
+
+    /// Its calibrations, each with what has changed.
+    pub fn steps(&self) -> Vec<Step<'_>> {
+        let (mut first, mut last) = (None, None);
+        let mut steps = Vec::with_capacity(self.entries.len());
+        for entry in &self.entries {
             let lens = entry.lens.filter(|_| entry.is_usable());
-            let since = |old: Option<&StatedLens>| LensDifference::of(old?, &lens?, size);
-            let (since_first, since_last) = (since(lenses.first()), since(lenses.last()));
-            lenses.extend(lens);
-            steps.push(Step { entry: entry.clone(), since_first, since_last });
+            let since = |old| LensDifference::of(&old?, &lens?, size(self.image_size));
+            let (since_first, since_last) = (since(first), since(last));
+            first = first.or(lens);
+            last = lens.or(last);
+            steps.push(Step { entry, since_first, since_last });
         }
-        let trend = Trend::of(&lenses, size);
-        Some(Self { camera, model, image_size, steps, trend })
+        steps
     }
 
     /// Whether the newest calibrations differ from the oldest by more than chance.
@@ -72,8 +79,8 @@ impl CameraHistory {
 
     /// When the newest usable calibration was made, UTC.
     pub fn newest(&self) -> Option<&str> {
-        let usable = self.steps.iter().rev().find(|step| step.entry.is_usable());
-        usable.map(|step| step.entry.created.as_str())
+        let usable = self.entries.iter().rev().find(|entry| entry.is_usable());
+        usable.map(|entry| entry.created.as_str())
     }
 }
 
@@ -96,6 +103,10 @@ impl Trend {
         let drifts = is_clear && change.verdict != DriftVerdict::Ok;
         Some(Self { change, oldest: quarter, newest, drifts })
     }
+}
+
+fn size([width_px, height_px]: [u32; 2]) -> ImageSize {
+    ImageSize { width_px, height_px }
 }
 
 /// The histories in `entries`, which are in the order of an index.
