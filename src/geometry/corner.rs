@@ -8,7 +8,8 @@ use nalgebra::{Matrix2, Point2, Vector2};
 /// [`unseen`](Self::unseen): fits leave it out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// Position in distorted pixels, as the camera delivers them. Of an unseen corner, where it's expected.
+    /// Position in distorted pixels, as the camera delivers them. Of an unseen corner, where it's expected: no
+    /// number where nothing says so.
     pub px: Point2<f64>,
     /// Covariance of the position error, px². Positive definite; infinite for an unseen corner.
     pub covariance_px2: Matrix2<f64>,

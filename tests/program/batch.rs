@@ -369,7 +369,7 @@ fn a_changed_limit_gives_a_table_of_what_differs() {
     assert_eq!(different, counted);
     // Another question needs another folder.
     let other = run(place, "out", &["--set", "guidance.min_tilt_deg=39"]);
-    says(&other, 1, &["different batch", "min_tilt_deg=40", "--out"]);
+    says(&other, 1, &["a different batch", "min_tilt_deg=40", "--out"]);
 }
 
 #[test]
