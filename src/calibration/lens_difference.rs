@@ -23,6 +23,9 @@ impl StatedLens {
     pub fn mean(lenses: &[Self]) -> Option<Self> {
         let informations: Vec<Matrix3<f64>> =
             lenses.iter().map(|lens| inverse(&lens.covariance_px2)).collect::<Option<_>>()?;
+        if let [only] = lenses {
+            return Some(*only);
+        }
         let covariance_px2 = inverse(&informations.iter().sum())?;
         let weighted = lenses.iter().zip(&informations).map(|(lens, w)| w * lens.f_pp_px);
         let f_pp_px = covariance_px2 * weighted.sum::<Vector3<f64>>();
@@ -34,8 +37,8 @@ impl StatedLens {
                 (off_px.transpose() * w * off_px).x
             })
             .sum();
-        let freedom = 3.0 * (lenses.len().saturating_sub(1)) as f64;
-        let excess = if freedom > 0.0 { (scatter / freedom).max(1.0) } else { 1.0 };
+        let freedom = 3.0 * (lenses.len() - 1) as f64;
+        let excess = (scatter / freedom).max(1.0);
         Some(Self { f_pp_px, covariance_px2: covariance_px2 * excess })
     }
 }
