@@ -28,7 +28,7 @@ limit 185 "headless with everything and a phone" --no-default-features --feature
 limit 191 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,study,serve,history
 limit 338 "everything"
 
-for features in "" live window window,accessibility nokhwa study report manual serve history live,report; do
+for features in "" live window window,accessibility nokhwa study report manual serve history parquet live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

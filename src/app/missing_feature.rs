@@ -28,6 +28,8 @@ impl MissingFeature {
     pub const REPORT: Self = Self { part: "HTML reports", feature: "report" };
     /// Calibrations over time.
     pub const HISTORY: Self = Self { part: "history of cameras", feature: "history" };
+    /// Tables in Parquet.
+    pub const PARQUET: Self = Self { part: "tables in Parquet", feature: "parquet" };
     /// The page for a phone.
     pub const SERVE: Self = Self { part: "page for a phone", feature: "serve" };
 }

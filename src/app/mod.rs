@@ -29,6 +29,7 @@
 //! | `board_from_code` | the board that a code in its margin names |
 //! | `phone` | the phone's page beside a session |
 //! | `voice` | the computer's voice |
+//! | `prometheus`, `session_metrics` | how a batch or a session goes, for Prometheus |
 //! | `error_code`, `explain` | the stable name of an error, and the next action |
 //! | `missing_feature` | what this build leaves out |
 //!
@@ -62,6 +63,7 @@ pub mod opening;
 #[cfg(feature = "serve")]
 pub mod phone;
 pub mod printed_board;
+mod prometheus;
 pub mod recordings;
 pub mod redetect;
 #[cfg(feature = "report")]
@@ -72,6 +74,7 @@ mod saved_session;
 #[cfg(feature = "schemas")]
 pub mod schemas;
 pub mod session_folders;
+mod session_metrics;
 #[cfg(feature = "report")]
 pub mod session_report;
 pub mod source;
@@ -91,6 +94,7 @@ pub use missing_feature::MissingFeature;
 pub use opening::{BoardFromCode, Opening};
 pub use run::{FinishedRun, Run};
 pub use saved_session::{DecidedAgain, JournalReading, SavedSession};
+pub use session_metrics::{SessionMetrics, verdict_name};
 #[cfg(feature = "study")]
 pub use study_folder::StudyFolder;
 pub use verdict::{Exit, announce_result};

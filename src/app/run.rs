@@ -72,6 +72,8 @@ pub struct FinishedRun {
 
 /// A session that has run, with its result on disk.
 pub struct Concluded {
+    /// The session's folder.
+    pub path: PathBuf,
     /// The exit status that the result deserves.
     pub exit: Exit,
     /// What [`RESULT_FILE`] holds.
@@ -263,7 +265,7 @@ impl FinishedRun {
         }
         #[cfg(feature = "report")]
         super::session_report::write_and_announce(&path, &session, announcer);
-        Ok(Concluded { exit, result, compared })
+        Ok(Concluded { path, exit, result, compared })
     }
 }
 

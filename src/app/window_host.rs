@@ -37,8 +37,8 @@ use crate::{
 #[cfg(feature = "serve")]
 use crate::{pipeline::Onlooker, serve::QrCode};
 
-/// Called with each session's result.
-pub type OnResult = Arc<dyn Fn(&CalibrationFile) + Send + Sync>;
+/// Called with each session's folder and result.
+pub type OnResult = Arc<dyn Fn(&Path, &CalibrationFile) + Send + Sync>;
 
 /// Answers the window: opens and concludes sessions, compares, exports and replays.
 pub struct WindowHost {
@@ -61,6 +61,8 @@ pub struct WindowHost {
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
     voice: Voice,
+    /// Who else looks on at every session.
+    watching: Onlookers,
     /// Speaks from the beginning; whether left and right are those of a person who faces the camera.
     speaks: Option<bool>,
     /// The phone's page.
@@ -277,6 +279,7 @@ impl WindowHost {
             board_id: printed_board::new_id(),
             named: None,
             voice: Voice::new(),
+            watching: Onlookers::new(),
             speaks: None,
             #[cfg(feature = "serve")]
             phone: None,
@@ -291,10 +294,16 @@ impl WindowHost {
     }
 
     fn onlookers(&self) -> Onlookers {
-        let voice = std::iter::once(self.voice.onlooker());
+        let all = std::iter::once(self.voice.onlooker()).chain(self.watching.iter().cloned());
         #[cfg(feature = "serve")]
-        let voice = voice.chain(self.phone.iter().map(|phone| Arc::clone(phone.hub()) as _));
-        voice.collect()
+        let all = all.chain(self.phone.iter().map(|phone| Arc::clone(phone.hub()) as _));
+        all.collect()
+    }
+
+    /// Has these look on at every session, too.
+    #[must_use]
+    pub fn watched_by(self, watching: Onlookers) -> Self {
+        Self { watching, ..self }
     }
 
     /// Keeps choices in the file at `path`.
@@ -397,7 +406,7 @@ impl WindowHost {
                 .collect();
             let (compared, trouble) = match outcome {
                 Ok(Concluded { result, compared, .. }) => {
-                    on_result(&result);
+                    on_result(&folder, &result);
                     (compared, None)
                 }
                 Err(err) => (None, Some(user_error(&err))),

@@ -17,6 +17,32 @@ pub struct StatedLens {
     pub covariance_px2: Matrix3<f64>,
 }
 
+impl StatedLens {
+    /// The mean of calibrations of one lens, each with the weight of its covariance. If they scatter more than they
+    /// state, the mean's covariance grows by as much. `None` without any, or if a covariance isn't positive definite.
+    pub fn mean(lenses: &[Self]) -> Option<Self> {
+        let informations: Vec<Matrix3<f64>> =
+            lenses.iter().map(|lens| inverse(&lens.covariance_px2)).collect::<Option<_>>()?;
+        if let [only] = lenses {
+            return Some(*only);
+        }
+        let covariance_px2 = inverse(&informations.iter().sum())?;
+        let weighted = lenses.iter().zip(&informations).map(|(lens, w)| w * lens.f_pp_px);
+        let f_pp_px = covariance_px2 * weighted.sum::<Vector3<f64>>();
+        let scatter: f64 = lenses
+            .iter()
+            .zip(&informations)
+            .map(|(lens, w)| {
+                let off_px = lens.f_pp_px - f_pp_px;
+                (off_px.transpose() * w * off_px).x
+            })
+            .sum();
+        let freedom = 3.0 * (lenses.len() - 1) as f64;
+        let excess = (scatter / freedom).max(1.0);
+        Some(Self { f_pp_px, covariance_px2: covariance_px2 * excess })
+    }
+}
+
 /// How two calibrations differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensDifference {
@@ -89,6 +115,22 @@ mod tests {
         let sharp = lens(1000.0, 640.0, 360.0, 0.01);
         let small = LensDifference::of(&sharp, &lens(1000.1, 640.0, 360.0, 0.01), SIZE);
         assert_eq!(small.expect("compared").verdict, DriftVerdict::Watch);
+    }
+
+    #[test]
+    fn a_mean_knows_more_unless_its_parts_disagree() {
+        let alike = [lens(1000.0, 640.0, 360.0, 0.4), lens(1000.3, 640.0, 360.0, 0.2)];
+        let mean = StatedLens::mean(&alike).expect("a mean");
+        // The better one counts four times as much.
+        assert!((mean.f_pp_px.x - 1000.24).abs() < 1e-9);
+        assert!((mean.covariance_px2[(0, 0)] - 0.032).abs() < 1e-9);
+        let apart = [lens(1000.0, 640.0, 360.0, 0.4), lens(1006.0, 640.0, 360.0, 0.4)];
+        let mean = StatedLens::mean(&apart).expect("a mean");
+        // Their χ² is 112.5 where 3 is expected.
+        assert!((mean.covariance_px2[(0, 0)] - 0.08 * 37.5).abs() < 1e-9);
+        assert_eq!(StatedLens::mean(&alike[..1]), Some(alike[0]));
+        assert!(StatedLens::mean(&[]).is_none());
+        assert!(StatedLens::mean(&[alike[0], lens(f64::NAN, 640.0, 360.0, f64::NAN)]).is_none());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use super::{
     beside::BesideArguments,
     board_args::BoardArguments,
     lens_args::LensArguments,
+    operation::{Operation, OperationArguments},
     terminal::{announcer, print, say, stop_flag},
 };
 #[cfg(feature = "serve")]
@@ -71,6 +72,8 @@ pub(super) struct Arguments {
     max_frames: u64,
     #[command(flatten)]
     beside: BesideArguments,
+    #[command(flatten)]
+    operation: OperationArguments,
     /// Print the result as JSON on the last line of stdout.
     #[arg(long)]
     json: bool,
@@ -85,28 +88,32 @@ Examples:
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let operation = self.operation.start()?;
         let mut opening = self.opening()?;
         if !self.headless {
             #[cfg(feature = "window")]
             if crate::ui::has_display() {
-                return window::run(opening, &self.beside, self.says_something(), self.json);
+                let at_once = self.says_something();
+                return window::run(opening, &self.beside, operation, (at_once, self.json));
             }
             say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
         // A window names the board that it sees by itself.
         opening.board_code = self.board.open_to_code()?;
         let voice = self.beside.voice()?;
-        let onlookers: Onlookers = voice.iter().map(Voice::onlooker).collect();
+        let mut onlookers = operation.onlookers();
+        onlookers.extend(voice.iter().map(Voice::onlooker));
         #[cfg(feature = "serve")]
         if let Some(phone) = self.beside.phone()? {
-            return with_phone(&phone, &opening, &onlookers, self.json);
-        }
-        if onlookers.is_empty() {
-            return run(&opening, self.json);
+            return with_phone(&phone, &opening, &onlookers, &operation, self.json);
         }
         let announcer = announcer();
-        let run = opening.open(&announcer)?.paced();
-        conclude(run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?, self.json)
+        let mut run = opening.open(&announcer)?;
+        if voice.is_some() {
+            run = run.paced();
+        }
+        let finished = run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?;
+        conclude_seen(finished, &operation, self.json)
     }
 
     /// The program behind a window that shows these sessions.
@@ -156,7 +163,12 @@ pub(super) fn run(opening: &Opening, json: bool) -> anyhow::Result<Exit> {
 
 /// Announces and stores the result of a session that has run; prints it as JSON with `json`.
 pub(super) fn conclude(finished: FinishedRun, json: bool) -> anyhow::Result<Exit> {
+    conclude_seen(finished, &Operation::default(), json)
+}
+
+fn conclude_seen(finished: FinishedRun, operation: &Operation, json: bool) -> anyhow::Result<Exit> {
     let concluded = finished.conclude(&announcer())?;
+    operation.concluded(&concluded);
     if json {
         print(&concluded.result.to_json()?.to_string())?;
     }
@@ -169,10 +181,12 @@ fn with_phone(
     phone: &Phone,
     opening: &Opening,
     onlookers: &Onlookers,
+    operation: &Operation,
     json: bool,
 ) -> anyhow::Result<Exit> {
     let (announcer, stop) = (announcer(), stop_flag()?);
     let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
+    operation.concluded(&concluded);
     if json {
         print(&concluded.result.to_json()?.to_string())?;
     }

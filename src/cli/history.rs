@@ -16,7 +16,7 @@ use super::{
 use crate::{
     app::{
         Exit,
-        history::{CameraHistory, Entry, Index, NotAnEntry, Step, histories},
+        history::{CameraHistory, Entry, Index, NotAnEntry, Step, Trend, histories},
         session_folders::session_folders,
     },
     calibration::LensDifference,
@@ -173,7 +173,7 @@ fn list(common: &Common) -> anyhow::Result<Exit> {
         if common.json {
             print(&summary_json(&history).to_string())?;
         } else {
-            let count = history.steps.len();
+            let count = history.entries.len();
             let newest = history.newest().unwrap_or("never usable");
             print(&format!(
                 "{}  {count} calibrations, newest {newest}: {}",
@@ -189,10 +189,7 @@ fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
     let index = common.open()?;
     let mut entries = index.of_camera(camera)?;
     if entries.is_empty() {
-        let all = index.all()?;
-        let mut names: Vec<&str> = all.iter().map(|entry| entry.camera.as_str()).collect();
-        names.dedup();
-        names.retain(|name| name.contains(camera));
+        let names = index.cameras_with(camera)?;
         match names.as_slice() {
             [] => bail!("no camera is called {camera:?}; `boresight history` lists all"),
             [name] => entries = index.of_camera(name)?,
@@ -202,12 +199,12 @@ fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
     for history in histories(&entries) {
         if common.json {
             let mut value = summary_json(&history);
-            value["calibrations"] = history.steps.iter().map(step_json).collect();
+            value["calibrations"] = history.steps().iter().map(step_json).collect();
             print(&value.to_string())?;
             continue;
         }
         print(&format!("{}: {}", name(&history), trend(&history)))?;
-        for Step { entry, since_first, .. } in &history.steps {
+        for Step { entry, since_first, .. } in history.steps() {
             let lens = entry.lens.map_or("no lens".to_owned(), |lens| {
                 let sd = lens.covariance_px2.diagonal().map(f64::sqrt);
                 let [f, x, y]: [f64; 3] = lens.f_pp_px.into();
@@ -249,13 +246,18 @@ fn name(history: &CameraHistory) -> String {
 
 /// What the trend says.
 fn trend(history: &CameraHistory) -> String {
-    let Some(change) = history.change() else {
+    let Some(Trend { change, oldest, newest, drifts }) = history.trend else {
         return "one usable calibration at most, nothing to compare".into();
     };
     let LensDifference { change_px, sd_px, displacement_px, .. } = change;
-    let said = if history.drifts() { "changed" } else { "no change" };
+    let said = if drifts { "changed" } else { "no change" };
+    let newest = if newest > 1 { format!("newest {newest}") } else { "newest".into() };
+    let since = match (oldest, newest.as_str()) {
+        (1, _) => "since the first".to_owned(),
+        (oldest, newest) => format!("from the oldest {oldest} to the {newest}"),
+    };
     format!(
-        "{said} since the first: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {displacement_px:.2} px in the picture",
+        "{said} {since}: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {displacement_px:.2} px in the picture",
         change_px.x, sd_px.x, change_px.y, sd_px.y, change_px.z, sd_px.z
     )
 }
@@ -279,14 +281,17 @@ fn summary_json(history: &CameraHistory) -> Value {
         "camera": history.camera,
         "model": history.model,
         "image_size": history.image_size,
-        "count": history.steps.len(),
+        "count": history.entries.len(),
         "newest": history.newest(),
         "changed": history.drifts(),
-        "change": difference_json(history.change()),
+        "change": difference_json(history.trend.as_ref().map(|trend| &trend.change)),
+        "compared": history.trend.map(|Trend { oldest, newest, .. }| {
+            json!({ "oldest": oldest, "newest": newest })
+        }),
     })
 }
 
-fn step_json(step: &Step) -> Value {
+fn step_json(step: &Step<'_>) -> Value {
     let Step { entry, since_first, since_last } = step;
     let lens = entry.lens.map(|lens| {
         let [f, x, y]: [f64; 3] = lens.f_pp_px.into();
@@ -315,7 +320,7 @@ fn page(out: &Path, force: bool, older: f64, common: &Common) -> anyhow::Result<
         let line = models.entry(&history.model).or_default();
         line.model.clone_from(&history.model);
         line.cameras += 1;
-        line.calibrations += history.steps.len();
+        line.calibrations += history.entries.len();
         line.drifting += usize::from(history.drifts());
         line.due += usize::from(is_due);
         let newest = history.newest().unwrap_or("never");
@@ -339,9 +344,9 @@ fn page(out: &Path, force: bool, older: f64, common: &Common) -> anyhow::Result<
 /// The usable calibrations; `None` if a time can't be read.
 fn points(history: &CameraHistory) -> Option<Vec<CurvePoint>> {
     let mut first = None;
-    let usable = history.steps.iter().filter(|step| step.entry.is_usable());
+    let usable = history.entries.iter().filter(|entry| entry.is_usable());
     usable
-        .map(|Step { entry, .. }| {
+        .map(|entry| {
             let at: jiff::Timestamp = entry.created.parse().ok()?;
             let since = at.as_second() - *first.get_or_insert(at.as_second());
             let lens = entry.lens?;

@@ -30,6 +30,7 @@ mod left_out;
 mod lens_args;
 #[cfg(feature = "manual")]
 mod man;
+mod operation;
 mod progress;
 mod replay;
 #[cfg(feature = "report")]

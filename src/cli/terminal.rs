@@ -11,6 +11,7 @@ use std::{
 };
 
 use anyhow::Context;
+use serde_json::{Value, json};
 
 use crate::{
     app::{Announcer, Exit},
@@ -26,11 +27,34 @@ pub(super) fn print(line: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a line to stderr; without a reader the work goes on. Names from files and devices command no terminal.
+/// Whether stderr is read by a program: every line is then a JSON object.
+static AS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// From now on, every line on stderr is a JSON object.
+pub(super) fn log_as_json() {
+    AS_JSON.store(true, Ordering::Relaxed);
+}
+
+/// Writes a line to stderr; without a reader the work continues. Names from files and devices command no terminal.
 pub(super) fn say(line: &str) {
+    if AS_JSON.load(Ordering::Relaxed) {
+        return log("message", || json!({ "text": line.trim() }));
+    }
     let is_harmless = |c: &char| !c.is_control() || *c == '\n';
     let line: String = line.chars().filter(is_harmless).collect();
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Writes an event with its `fields` to stderr, if a program reads there.
+pub(super) fn log(event: &str, fields: impl FnOnce() -> Value) {
+    if !AS_JSON.load(Ordering::Relaxed) {
+        return;
+    }
+    let mut line = fields();
+    line["event"] = event.into();
+    line["time"] = jiff::Timestamp::now().to_string().into();
+    // One write, so that lines of several threads stay whole.
+    let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
 /// How long a second Ctrl-C counts as the first: some shells and wrappers pass it on twice.

@@ -1,11 +1,15 @@
 //! The window, opened from the command line.
 
-use std::sync::{Arc, PoisonError};
+use std::{
+    path::Path,
+    sync::{Arc, PoisonError},
+};
 
 use anyhow::bail;
 
 use super::{
     beside::BesideArguments,
+    operation::Operation,
     terminal::{announcer, print, stop_flag},
 };
 use crate::{
@@ -20,10 +24,11 @@ use crate::{
 pub(super) fn run(
     opening: Opening,
     beside: &BesideArguments,
-    at_once: bool,
-    json: bool,
+    operation: Operation,
+    (at_once, json): (bool, bool),
 ) -> anyhow::Result<Exit> {
-    let host = host(opening, beside, at_once, (json, true))?.remembering(usual_memory());
+    let host = host(opening, beside, operation, at_once, (json, true))?;
+    let host = host.remembering(usual_memory());
     let exit = host.exit();
     or_say_why(ui::run(Box::new(host)))?;
     Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
@@ -36,7 +41,7 @@ pub(super) fn app_host(
     at_once: bool,
     paced: bool,
 ) -> anyhow::Result<Box<dyn AppHost>> {
-    Ok(Box::new(host(opening, beside, at_once, (false, paced))?))
+    Ok(Box::new(host(opening, beside, Operation::default(), at_once, (false, paced))?))
 }
 
 /// Steps through a recording in a window until it's closed.
@@ -47,10 +52,13 @@ pub(super) fn replay(recording: DecidedRecording) -> anyhow::Result<()> {
 fn host(
     opening: Opening,
     beside: &BesideArguments,
+    operation: Operation,
     at_once: bool,
     (json, paced): (bool, bool),
 ) -> anyhow::Result<WindowHost> {
-    let on_result = Arc::new(move |result: &CalibrationFile| {
+    let watching = operation.onlookers();
+    let on_result = Arc::new(move |folder: &Path, result: &CalibrationFile| {
+        operation.ended(folder, result);
         if json {
             // A result that can't be printed is in the session's folder all the same.
             let _ = result.to_json().map(|json| print(&json.to_string()));
@@ -59,7 +67,7 @@ fn host(
     let host = WindowHost::new(opening, paced, stop_flag()?, announcer(), on_result);
     #[cfg(feature = "serve")]
     let host = host.with_phone(beside.phone()?);
-    let host = host.speaking(beside.speaks_to_facing());
+    let host = host.watched_by(watching).speaking(beside.speaks_to_facing());
     Ok(if at_once { host } else { host.asking() })
 }
 

@@ -40,4 +40,4 @@ pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_fo
 #[cfg(feature = "serve")]
 pub use private::read_or_make_private;
 pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
-pub use save::{Overwrite, copy, may_save, save};
+pub use save::{FileStream, Overwrite, copy, may_save, save, save_streamed};

@@ -95,12 +95,57 @@ pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileEr
     unread.map_or(saved, Err)
 }
 
+/// Writes what `fill` writes, of any length, as [`save`] does. If `fill` fails, what was at `path` stays.
+///
+/// # Errors
+///
+/// What `fill` fails with, or as [`save`].
+pub fn save_streamed<T, E: From<FileError>>(
+    path: &Path,
+    overwrite: Overwrite,
+    fill: impl FnOnce(&mut FileStream<'_>) -> Result<T, E>,
+) -> Result<T, E> {
+    let mut filled = None;
+    let saved = save_pieces(path, overwrite, 0o666, |piece| {
+        let outcome = fill(&mut FileStream { piece });
+        let is_whole = outcome.is_ok();
+        filled = Some(outcome);
+        if is_whole { Ok(()) } else { Err(io::ErrorKind::Other.into()) }
+    });
+    match filled {
+        Some(Err(err)) => Err(err),
+        Some(Ok(filled)) => Ok(saved.map(|()| filled)?),
+        None => Err(saved
+            .err()
+            .map_or_else(|| FileError::writing(path)(io::ErrorKind::Other.into()).into(), E::from)),
+    }
+}
+
+/// Takes the next bytes of a file that is written in pieces.
+type Piece<'a> = dyn FnMut(&[u8]) -> io::Result<()> + Send + 'a;
+
+/// A file while it's written: see [`save_streamed`].
+pub struct FileStream<'a> {
+    piece: &'a mut Piece<'a>,
+}
+
+impl io::Write for FileStream<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        (self.piece)(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 /// Writes the pieces that `fill` hands over, one after the other.
 fn save_pieces(
     path: &Path,
     overwrite: Overwrite,
     mode: u32,
-    fill: impl FnOnce(&mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()>,
+    fill: impl FnOnce(&mut Piece<'_>) -> io::Result<()>,
 ) -> Result<(), FileError> {
     let writing = FileError::writing(path);
     let folder = folder_of(path);
@@ -151,4 +196,32 @@ fn save_pieces(
     }
     note(&Change::Rename { from: &draft, to: path });
     sync_folder(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    #[test]
+    fn a_stream_is_stored_whole_or_not_at_all() {
+        let place = tempfile::tempdir().expect("folder");
+        let path = place.path().join("table");
+        let stored = save_streamed(&path, Overwrite::Never, |out| {
+            out.write_all(b"one").and_then(|()| out.write_all(b", two")).expect("written");
+            Ok::<_, FileError>(2)
+        });
+        assert_eq!(stored.expect("stored"), 2);
+        let failed = save_streamed(&path, Overwrite::Allowed, |out| {
+            out.write_all(b"three").expect("written");
+            Err::<(), _>(FileError::NotText { path: path.clone() })
+        });
+        assert!(matches!(failed, Err(FileError::NotText { .. })));
+        let again = save_streamed(&path, Overwrite::Never, |_| Ok::<_, FileError>(()));
+        assert!(matches!(again, Err(FileError::Exists { .. })));
+        let held = crate::files::read_text(&path, 100, Links::Refused).expect("readable");
+        assert_eq!(held, "one, two");
+        assert_eq!(place.path().read_dir().expect("listable").count(), 1);
+    }
 }

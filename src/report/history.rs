@@ -91,7 +91,7 @@ pub fn history_page(page: &HistoryPage) -> String {
             escaped(model)
         );
     }
-    html += "</tbody></table>\n<h2>By camera</h2>\n<p>Bars are 95 % intervals. A change is judged as <code>boresight check</code> judges it: against the uncertainty of both calibrations, at 1 %.</p>\n";
+    html += "</tbody></table>\n<h2>By camera</h2>\n<p>Bars are 95 % intervals. A change is judged as <code>boresight check</code> judges it: against the uncertainty of both sides, at 1 %. The oldest quarter of a camera's calibrations is compared with the newest quarter and with the newest.</p>\n";
     for camera in cameras {
         html += &section(camera);
     }

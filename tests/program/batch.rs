@@ -471,7 +471,7 @@ fn a_done_item_costs_little_and_metrics_count() {
     println!("{count} sessions: {:.2} s, then {each:.3} ms for each done one", first.as_secs_f64());
     assert!(again < first);
     let metrics = fs::read_to_string(place.join("run.prom")).expect("written");
-    let there = format!("boresight_batch_items_there{{action=\"replay\"}} {count}\n");
+    let there = format!("boresight_batch_items_there{{file=\"run\",action=\"replay\"}} {count}\n");
     assert!(metrics.contains(&there), "{metrics}");
 }
 
@@ -491,7 +491,68 @@ fn programs_follow_a_run_and_are_told_of_its_end() {
     let end = events.last().expect("an end");
     assert_eq!((&end["verdict"], &end["rows"]["FILE-MISSING"]), (&"failed".into(), &1.into()));
     assert_eq!(fs::read_to_string(place.join("told")).expect("told"), "failed out\n");
-    says(&run(place, "out", &["--on-finish", "exit 7"]), 1, &["--on-finish", "exit 7"]);
+    // That it fails is reported, and changes nothing about the run.
+    says(&run(place, "out", &["--on-finish", "exit 7"]), 0, &["--on-finish failed", "exit 7"]);
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn the_table_in_parquet_holds_the_same_rows() {
+    use parquet::{
+        file::reader::{FileReader, SerializedFileReader},
+        record::Field,
+    };
+
+    let place = sessions(5);
+    let place = place.path();
+    poison(&place.join("sessions/04/00004"), 3);
+    plan(place);
+    run(place, "out", &[]);
+    let rows = lines(&gather(place, "out"));
+    let parquet = ["batch", "gather", "out", "--parquet", "t.parquet"];
+    says(&boresight(place, &parquet), 0, &["Written: t.parquet"]);
+    says(&boresight(place, &parquet), 1, &["--force"]);
+    says(&boresight(place, &[&parquet[..], &["--force"]].concat()), 0, &["Written: t.parquet"]);
+    let file = fs::File::open(place.join("t.parquet")).expect("there");
+    let reader = SerializedFileReader::new(file).expect("Parquet");
+    let stored: Vec<_> =
+        reader.get_row_iter(None).expect("rows").map(|row| row.expect("a row")).collect();
+    assert_eq!(stored.len(), rows.len());
+    for (stored, row) in stored.iter().zip(&rows) {
+        let column = |name: &str| {
+            stored.get_column_iter().find(|(own, _)| *own == name).map(|(_, field)| field.clone())
+        };
+        let text = |value: &Value| value.as_str().map_or(Field::Null, |s| Field::Str(s.into()));
+        let number = |value: &Value| value.as_f64().map_or(Field::Null, Field::Double);
+        for name in ["id", "session", "code", "message", "verdict", "source", "model"] {
+            assert_eq!(column(name), Some(text(&row[name])), "{name}");
+        }
+        let lens = &row["lens"];
+        for (name, value) in [
+            ("fx_px", &lens["f_px"][0]),
+            ("cy_px", &lens["pp_px"][1]),
+            ("cy_sd_px", &lens["sigma"]["pp_px"][1]),
+            ("k1", &lens["distortion"]["k1"]),
+            ("rms_px", &lens["rms_px"]),
+        ] {
+            assert_eq!(column(name), Some(number(value)), "{name}");
+        }
+        let created = row["created"].as_str().map(|created| {
+            let created: jiff::Timestamp = created.parse().expect("a time");
+            Field::TimestampMillis(created.as_millisecond())
+        });
+        assert_eq!(column("created"), Some(created.unwrap_or(Field::Null)));
+    }
+    assert_eq!(rows.iter().filter(|row| row["code"] != "OK").count(), 1);
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_build_without_parquet_says_so() {
+    let place = sessions(1);
+    run(place.path(), "out", &[]);
+    let parquet = ["batch", "gather", "out", "--parquet", "t.parquet"];
+    says(&boresight(place.path(), &parquet), 2, &["no tables in Parquet", "--features parquet"]);
 }
 
 #[test]

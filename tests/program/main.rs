@@ -20,6 +20,8 @@ mod history;
 #[cfg(target_os = "linux")]
 mod long_runs;
 mod manual;
+#[cfg(unix)]
+mod operation;
 mod power_cut;
 mod report;
 mod saved_session;

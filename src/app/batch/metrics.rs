@@ -1,9 +1,9 @@
 //! How a run goes, as a text file for Prometheus' node exporter.
 
-use std::{fmt::Write, path::Path};
+use std::path::Path;
 
 use super::{job::Action, run::Tally};
-use crate::files::{FileError, Overwrite, save};
+use crate::{app::prometheus::Page, files::FileError};
 
 /// Writes the metrics of a run to `path`, which is replaced as a whole.
 ///
@@ -11,45 +11,35 @@ use crate::files::{FileError, Overwrite, save};
 ///
 /// [`FileError`].
 pub fn write(path: &Path, action: Action, tally: &Tally) -> Result<(), FileError> {
-    save(
-        path,
-        page(action, tally, jiff::Timestamp::now().as_second()).as_bytes(),
-        Overwrite::Allowed,
-    )
+    page(path, action, tally, jiff::Timestamp::now().as_second()).save(path)
 }
 
-fn page(action: Action, tally: &Tally, now_secs: i64) -> String {
+fn page(path: &Path, action: Action, tally: &Tally, now_secs: i64) -> Page {
     let action = format!("{action:?}").to_lowercase();
-    let mut page = String::new();
-    let mut add = |name: &str, kind: &str, help: &str, values: &[(String, String)]| {
-        let _ = writeln!(page, "# HELP {name} {help}\n# TYPE {name} {kind}");
-        for (labels, value) in values {
-            let _ = writeln!(page, "{name}{{action=\"{action}\"{labels}}} {value}");
-        }
-    };
-    let one = |value: String| vec![(String::new(), value)];
-    add("boresight_batch_items", "gauge", "Items of the shard.", &one(tally.items.to_string()));
-    add(
+    let own = [("action", action.as_str())];
+    let mut page = Page::at(path);
+    let mut one = |name: &str, help: &str, value: f64| page.add(name, help, [(&own[..], value)]);
+    one("boresight_batch_items", "Items of the shard.", tally.items as f64);
+    one(
         "boresight_batch_items_there",
-        "gauge",
         "Items that had a result before the run.",
-        &one(tally.there.to_string()),
+        tally.there as f64,
     );
-    let rows = tally.rows.iter();
-    let rows: Vec<_> =
-        rows.map(|(code, count)| (format!(",code=\"{code}\""), count.to_string())).collect();
-    add("boresight_batch_rows", "gauge", "Results of the run by code.", &rows);
-    add(
-        "boresight_batch_busy_seconds",
-        "gauge",
-        "Time spent on items.",
-        &one(format!("{:.3}", tally.busy.as_secs_f64())),
-    );
-    add(
+    one("boresight_batch_busy_seconds", "Time spent on items.", tally.busy.as_secs_f64());
+    one(
         "boresight_batch_updated_timestamp_seconds",
-        "gauge",
         "When this file was written.",
-        &one(now_secs.to_string()),
+        now_secs as f64,
+    );
+    let rows: Vec<_> = tally
+        .rows
+        .iter()
+        .map(|(code, count)| ([own[0], ("code", code.as_str())], *count as f64))
+        .collect();
+    page.add(
+        "boresight_batch_rows",
+        "Results of the run by code.",
+        rows.iter().map(|(labels, count)| (&labels[..], *count)),
     );
     page
 }
@@ -59,25 +49,20 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+    use crate::app::prometheus::assert_whole;
 
     #[test]
     fn every_value_has_its_help_and_type() {
         let rows = [("OK".to_owned(), 7), ("JOURNAL-DAMAGED".to_owned(), 1)].into();
         let busy = Duration::from_millis(1500);
         let tally = Tally { items: 10, there: 2, rows, busy, stopped: false };
-        let page = page(Action::Redetect, &tally, 1_700_000_000);
-        assert!(page.contains("boresight_batch_items{action=\"redetect\"} 10\n"), "{page}");
-        assert!(
-            page.contains("boresight_batch_rows{action=\"redetect\",code=\"JOURNAL-DAMAGED\"} 1\n"),
-            "{page}"
-        );
-        assert!(page.contains("boresight_batch_busy_seconds{action=\"redetect\"} 1.500\n"));
-        let values = page.lines().filter(|line| !line.starts_with('#'));
-        let names: std::collections::BTreeSet<_> =
-            values.filter_map(|line| line.split('{').next()).collect();
-        for name in names {
-            assert!(page.contains(&format!("# TYPE {name} gauge\n")), "{name}");
-            assert!(page.contains(&format!("# HELP {name} ")), "{name}");
-        }
+        let page = page(Path::new("night.prom"), Action::Redetect, &tally, 1_700_000_000);
+        let text = page.text();
+        assert_whole(text);
+        let own = "{file=\"night\",action=\"redetect\"";
+        assert!(text.contains(&format!("boresight_batch_items{own}}} 10\n")), "{text}");
+        let damaged = format!("boresight_batch_rows{own},code=\"JOURNAL-DAMAGED\"}} 1\n");
+        assert!(text.contains(&damaged), "{text}");
+        assert!(text.contains(&format!("boresight_batch_busy_seconds{own}}} 1.5\n")));
     }
 }

@@ -15,6 +15,7 @@
 //! | `child` | the process that works, and that may crash or hang |
 //! | `run` | a shard, from its first item to its last |
 //! | `gather` | the rows in order, and which are missing |
+//! | `parquet_table` | the rows as a Parquet file, with the feature of that name |
 //! | `changes` | decisions and verdicts that differ from the recorded ones |
 //! | `metrics` | how a run goes, for Prometheus |
 
@@ -24,6 +25,8 @@ mod gather;
 mod job;
 mod manifest;
 mod metrics;
+#[cfg(feature = "parquet")]
+mod parquet_table;
 mod row;
 mod run;
 mod shard;
@@ -35,6 +38,8 @@ pub use gather::{Gathered, gather};
 pub use job::{Action, Id, JOB_SCHEMA, Job};
 pub use manifest::{Item, Manifest, ManifestError, plan};
 pub use metrics::write as write_metrics;
+#[cfg(feature = "parquet")]
+pub use parquet_table::gather_parquet;
 pub use row::{DecisionsEntry, LensRow, ROW_SCHEMA, Row};
 pub use run::{Batch, Event, Tally, run};
 pub use shard::{Shard, ShardError};

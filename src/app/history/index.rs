@@ -17,7 +17,17 @@ CREATE TABLE IF NOT EXISTS calibration (
     f REAL, cx REAL, cy REAL, v_f REAL, v_f_cx REAL, v_f_cy REAL, v_cx REAL, v_cx_cy REAL, v_cy REAL
 ) WITHOUT ROWID;
 CREATE INDEX IF NOT EXISTS by_camera ON calibration (camera, width, height, created, session);
+CREATE INDEX IF NOT EXISTS usable ON calibration (camera, created)
+    WHERE f IS NOT NULL AND verdict != 'untrustworthy';
 ";
+/// Every camera once: from each to the next, so that a camera's many calibrations aren't looked at.
+const EACH_CAMERA: &str = "
+WITH RECURSIVE each_camera (camera) AS (
+    SELECT min(camera) FROM calibration
+    UNION ALL
+    SELECT (SELECT min(camera) FROM calibration AS next WHERE next.camera > each_camera.camera)
+    FROM each_camera WHERE each_camera.camera IS NOT NULL
+)";
 const COLUMNS: &str = "session, camera, model, created, width, height, verdict, \
                        f, cx, cy, v_f, v_f_cx, v_f_cy, v_cx, v_cx_cy, v_cy";
 const IN_ORDER: &str = "ORDER BY camera, width, height, created, session";
@@ -125,6 +135,19 @@ impl Index {
         Ok(rows.collect::<Result<_, _>>()?)
     }
 
+    /// The names of the cameras that hold `part`, sorted.
+    ///
+    /// # Errors
+    ///
+    /// [`IndexError`].
+    pub fn cameras_with(&self, part: &str) -> Result<Vec<String>, IndexError> {
+        let mut query = self.database.prepare(&format!(
+            "{EACH_CAMERA} SELECT camera FROM each_camera WHERE instr(camera, ?1) > 0 ORDER BY camera"
+        ))?;
+        let rows = query.query_map([part], |row| row.get(0))?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+
     /// Cameras whose newest usable calibration began before `limit`, or that have none, with the time of the newest; the
     /// oldest first.
     ///
@@ -132,10 +155,16 @@ impl Index {
     ///
     /// [`IndexError`].
     pub fn due(&self, limit: &str) -> Result<Vec<(String, Option<String>)>, IndexError> {
-        let mut query = self.database.prepare(
-            "SELECT camera, max(CASE WHEN f IS NOT NULL AND verdict != 'untrustworthy' THEN created END) AS newest \
-             FROM calibration GROUP BY camera HAVING newest IS NULL OR newest < ?1 ORDER BY newest, camera",
-        )?;
+        let mut query = self.database.prepare(&format!(
+            "{EACH_CAMERA}, newest AS (
+                 SELECT camera, (
+                     SELECT max(created) FROM calibration AS own WHERE own.camera = each_camera.camera
+                         AND own.f IS NOT NULL AND own.verdict != 'untrustworthy'
+                 ) AS created
+                 FROM each_camera WHERE camera IS NOT NULL
+             )
+             SELECT camera, created FROM newest WHERE created IS NULL OR created < ?1 ORDER BY created, camera"
+        ))?;
         let rows = query.query_map([limit], |row| Ok((row.get(0)?, row.get(1)?)))?;
         Ok(rows.collect::<Result<_, _>>()?)
     }

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `entry` | what a session folder says of one calibration |
 //! | `index` | the entries in SQLite |
-//! | `trend` | one camera over time: the statistic of a check between its calibrations |
+//! | `trend` | one camera over time: the statistic of a check between its oldest and its newest calibrations |
 
 mod entry;
 mod index;
@@ -15,4 +15,4 @@ mod trend;
 
 pub use entry::{Entry, NotAnEntry};
 pub use index::{Index, IndexError};
-pub use trend::{CameraHistory, Step, histories};
+pub use trend::{CameraHistory, Step, Trend, histories};

@@ -9,12 +9,15 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
+#[cfg(feature = "parquet")]
+use crate::app::batch::gather_parquet as parquet;
 use crate::{
     app::{
         Exit,
         batch::{Change, Changes, Gathered, Store, changes, gather},
     },
     cli::terminal::{print, say},
+    files::Overwrite,
 };
 
 /// Put the results of a batch in one table.
@@ -29,6 +32,12 @@ pub(in crate::cli) struct Arguments {
     /// Print which decisions and verdicts differ from the recorded ones instead, and how often.
     #[arg(long)]
     changes: bool,
+    /// Write the table to this file as Parquet instead, one column a number.
+    #[arg(long, value_name = "FILE.parquet", conflicts_with = "changes")]
+    parquet: Option<PathBuf>,
+    /// Replace the Parquet file if it's there.
+    #[arg(long, requires = "parquet")]
+    force: bool,
     /// Print the changes as JSON.
     #[arg(long, requires = "changes")]
     json: bool,
@@ -44,6 +53,11 @@ impl Arguments {
             } else {
                 print(table(&changes).trim_end())?;
             }
+            gathered
+        } else if let Some(file) = &self.parquet {
+            let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
+            let gathered = parquet(&store, file, overwrite)?;
+            say(&format!("Written: {}", file.display()));
             gathered
         } else {
             let mut out = BufWriter::new(std::io::stdout().lock());
@@ -69,6 +83,11 @@ impl Arguments {
         say("Run the same `boresight batch run` again: only what is missing is worked on.");
         Ok(Exit::Failed)
     }
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(_: &Store, _: &std::path::Path, _: Overwrite) -> anyhow::Result<Gathered> {
+    Err(crate::app::MissingFeature::PARQUET.into())
 }
 
 fn table(changes: &Changes) -> String {

@@ -2,7 +2,6 @@
 
 use std::{
     path::PathBuf,
-    process::{Command, Stdio},
     sync::{Mutex, PoisonError},
     thread::available_parallelism,
     time::{Duration, Instant},
@@ -10,7 +9,7 @@ use std::{
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::{
     app::{
@@ -20,8 +19,9 @@ use crate::{
     cli::{
         board_args::setting,
         export::FormatName,
+        operation::{LogForm, OnFinish},
         progress::Progress,
-        terminal::{say, stop_flag},
+        terminal::{log, say, stop_flag},
     },
     files::{Overwrite, may_save},
 };
@@ -74,21 +74,16 @@ pub(in crate::cli) struct Arguments {
     #[arg(long)]
     again: bool,
     /// How events are written on stderr: for people, or a JSON object a line.
-    #[arg(long, value_enum, default_value = "text", value_name = "FORM")]
+    #[arg(long, value_enum, default_value_t, value_name = "FORM", hide_default_value = true)]
     log: LogForm,
     /// Run this command with the shell when the run has ended. BORESIGHT_OUT is the folder of results,
-    /// BORESIGHT_VERDICT is done, failed (some sessions couldn't be worked on) or stopped.
+    /// BORESIGHT_VERDICT is done, failed (some sessions couldn't be worked on) or stopped. If it fails, it's reported;
+    /// the exit code stays.
     #[arg(long, value_name = "COMMAND")]
     on_finish: Option<String>,
     /// Write how it goes to this file for Prometheus' node exporter, every few seconds.
     #[arg(long, value_name = "FILE.prom")]
     metrics: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum LogForm {
-    Text,
-    Json,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -155,11 +150,10 @@ impl Arguments {
         };
         let stop = stop_flag()?;
         let is_json = self.log == LogForm::Json;
+        self.log.begin();
         let progress = Progress::new("sessions", 0);
-        if is_json {
-            let Shard { index, count } = shard;
-            log("begin", json!({ "shard": index + 1, "shards": count, "out": self.out }));
-        }
+        let Shard { index, count } = shard;
+        log("begin", || json!({ "shard": index + 1, "shards": count, "out": self.out }));
         let written = Mutex::new(Instant::now());
         let tally = run(&batch, &stop, &|event| match event {
             Event::Progress(tally) => {
@@ -173,10 +167,9 @@ impl Arguments {
                 }
             }
             Event::Row { item, code, took } => {
-                if is_json {
-                    let secs = took.as_secs_f64();
-                    log("row", json!({ "session": item.session, "code": code, "secs": secs }));
-                } else if *code != "OK" {
+                let secs = took.as_secs_f64();
+                log("row", || json!({ "session": item.session, "code": code, "secs": secs }));
+                if !is_json && *code != "OK" {
                     progress.say(&format!("{code}: {}", item.session));
                 }
             }
@@ -189,14 +182,17 @@ impl Arguments {
             _ => "failed",
         };
         if let Some(command) = &self.on_finish {
-            on_finish(
-                command,
-                &[("BORESIGHT_OUT", self.out.as_os_str()), ("BORESIGHT_VERDICT", verdict.as_ref())],
-            )?;
+            OnFinish::new(command.clone()).start(vec![
+                ("BORESIGHT_OUT", self.out.clone().into()),
+                ("BORESIGHT_VERDICT", verdict.into()),
+            ]);
         }
         if is_json {
             let Tally { items, there, rows, .. } = &tally;
-            log("end", json!({ "verdict": verdict, "items": items, "there": there, "rows": rows }));
+            log(
+                "end",
+                || json!({ "verdict": verdict, "items": items, "there": there, "rows": rows }),
+            );
             return Ok(if tally.stopped { Exit::Failed } else { Exit::Good });
         }
         if batch.shard.count > 1 {
@@ -243,30 +239,6 @@ impl Arguments {
             say(&format!("{err}"));
         }
     }
-}
-
-/// Writes an event as JSON on stderr.
-fn log(event: &str, mut fields: Value) {
-    fields["event"] = event.into();
-    fields["time"] = jiff::Timestamp::now().to_string().into();
-    say(&fields.to_string());
-}
-
-/// Runs the person's own command with these variables, and waits for it.
-fn on_finish(command: &str, variables: &[(&str, &std::ffi::OsStr)]) -> anyhow::Result<()> {
-    let mut shell = if cfg!(windows) {
-        let mut shell = Command::new("cmd");
-        shell.arg("/C");
-        shell
-    } else {
-        let mut shell = Command::new("sh");
-        shell.arg("-c");
-        shell
-    };
-    shell.arg(command).envs(variables.iter().copied()).stdin(Stdio::null());
-    let ended = shell.status().with_context(|| format!("could not start {command:?}"))?;
-    anyhow::ensure!(ended.success(), "the command of --on-finish failed ({ended}): {command}");
-    Ok(())
 }
 
 fn summary(tally: &Tally) -> String {

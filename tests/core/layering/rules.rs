@@ -133,6 +133,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("toml"), &["config", "recording", "app", "cli", "simulation/scene_file"]),
         (Reach::Path("serde_saphyr"), &["calibration/files/import"]),
         (Reach::Path("rusqlite"), &["app/history"]),
+        (Reach::Path("parquet"), &["app/batch/parquet_table.rs"]),
         (Reach::Path("clap"), &["cli"]),
         (Reach::Path("anyhow"), &["app", "cli"]),
         (Reach::Path("egui"), &["ui"]),

@@ -1,0 +1,175 @@
+//! What a machine that runs sessions or batches unattended needs: logs for programs, metrics, and a command at the end.
+
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    sync::{Arc, Mutex, PoisonError},
+    thread::{Builder, JoinHandle},
+};
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::terminal::{announcer, log, log_as_json, say};
+use crate::{
+    app::{RESULT_FILE, SessionMetrics, run::Concluded, verdict_name},
+    calibration::files::CalibrationFile,
+    files::{Overwrite, may_save},
+    pipeline::{Onlooker, Onlookers},
+    session::{Outcome, Snapshot},
+};
+
+/// How events are written on stderr.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum LogForm {
+    /// Sentences for people.
+    #[default]
+    Text,
+    /// A JSON object a line.
+    Json,
+}
+
+impl LogForm {
+    /// From now on, stderr has this form.
+    pub(super) fn begin(self) {
+        if self == Self::Json {
+            log_as_json();
+        }
+    }
+}
+
+/// Unattended sessions.
+#[derive(Debug, Args)]
+pub(super) struct OperationArguments {
+    /// How sentences and events are written on stderr: for people, or a JSON object a line.
+    #[arg(long, value_enum, default_value_t, value_name = "FORM", hide_default_value = true)]
+    log: LogForm,
+    /// Run this command with the shell when a session has its result. BORESIGHT_RESULT is the file, BORESIGHT_SESSION its
+    /// folder, BORESIGHT_VERDICT is good, care, unfinished, untrustworthy, or none without a calibration. If it fails,
+    /// it's reported; the session's verdict and exit code stay.
+    #[arg(long, value_name = "COMMAND")]
+    on_finish: Option<String>,
+    /// Write how the session goes to this file for Prometheus' node exporter, every few seconds.
+    #[arg(long, value_name = "FILE.prom")]
+    metrics: Option<PathBuf>,
+}
+
+impl OperationArguments {
+    /// Starts what was asked for.
+    pub(super) fn start(&self) -> anyhow::Result<Operation> {
+        self.log.begin();
+        let metrics = match &self.metrics {
+            None => None,
+            Some(path) => {
+                may_save(path, Overwrite::Allowed)?;
+                Some(SessionMetrics::start(path, announcer())?)
+            }
+        };
+        let on_finish = self.on_finish.clone().map(OnFinish::new);
+        Ok(Operation { is_json: self.log == LogForm::Json, metrics, on_finish })
+    }
+}
+
+/// Looks on at sessions for the machine that runs them. When dropped, it waits for the commands of `--on-finish`.
+#[derive(Default)]
+pub(super) struct Operation {
+    is_json: bool,
+    metrics: Option<SessionMetrics>,
+    on_finish: Option<OnFinish>,
+}
+
+impl Operation {
+    /// Who looks on at each session.
+    pub(super) fn onlookers(&self) -> Onlookers {
+        let events = self.is_json.then(|| Arc::new(Events) as Arc<dyn Onlooker>);
+        self.metrics.iter().map(SessionMetrics::onlooker).chain(events).collect()
+    }
+
+    /// A session has ended.
+    pub(super) fn concluded(&self, concluded: &Concluded) {
+        self.ended(&concluded.path, &concluded.result);
+    }
+
+    /// The session in `folder` has ended with this result.
+    pub(super) fn ended(&self, folder: &Path, result: &CalibrationFile) {
+        let (verdict, file) = (verdict_name(result), folder.join(RESULT_FILE));
+        log("end", || json!({ "verdict": verdict, "session": folder, "result": file }));
+        if let Some(metrics) = &self.metrics {
+            metrics.concluded(result);
+        }
+        if let Some(on_finish) = &self.on_finish {
+            on_finish.start(vec![
+                ("BORESIGHT_RESULT", file.into()),
+                ("BORESIGHT_SESSION", folder.into()),
+                ("BORESIGHT_VERDICT", verdict.into()),
+            ]);
+        }
+    }
+}
+
+/// Logs what happens to the views.
+struct Events;
+
+impl Onlooker for Events {
+    fn decided(&self, snapshot: &Snapshot) {
+        let (event, view) = match snapshot.decision.outcome {
+            Outcome::Accepted { view, .. } => ("view-taken", view),
+            Outcome::Removed { view } => ("view-removed", view),
+            Outcome::Restored { view } => ("view-restored", view),
+            Outcome::Refused { .. } | Outcome::Noted => return,
+        };
+        log(event, || json!({ "view": view.0, "views": snapshot.views.len() }));
+    }
+}
+
+/// The person's own command for the end. When dropped, it's waited for.
+pub(super) struct OnFinish {
+    command: String,
+    running: Mutex<Vec<JoinHandle<()>>>,
+}
+
+impl OnFinish {
+    pub(super) fn new(command: String) -> Self {
+        Self { command, running: Mutex::default() }
+    }
+
+    /// Starts the command with these variables. That it fails is reported and changes nothing else.
+    pub(super) fn start(&self, variables: Vec<(&'static str, OsString)>) {
+        let mut shell = if cfg!(windows) {
+            let mut shell = Command::new("cmd");
+            shell.arg("/C");
+            shell
+        } else {
+            let mut shell = Command::new("sh");
+            shell.arg("-c");
+            shell
+        };
+        // stdout is for results.
+        shell.arg(&self.command).envs(variables).stdin(Stdio::null()).stdout(std::io::stderr());
+        let command = self.command.clone();
+        let waiting = Builder::new().name("on finish".into()).spawn(move || {
+            let said = match shell.status() {
+                Ok(status) if status.success() => return,
+                Ok(status) => status.to_string(),
+                Err(err) => err.to_string(),
+            };
+            say(&format!("The command of --on-finish failed ({said}): {command}"));
+        });
+        match waiting {
+            Ok(waiting) => {
+                self.running.lock().unwrap_or_else(PoisonError::into_inner).push(waiting);
+            }
+            Err(err) => say(&format!("The command of --on-finish could not be started ({err})")),
+        }
+    }
+}
+
+impl Drop for OnFinish {
+    fn drop(&mut self) {
+        let running = self.running.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for waiting in running.drain(..) {
+            let _ = waiting.join();
+        }
+    }
+}

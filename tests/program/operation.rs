@@ -1,0 +1,64 @@
+//! Sessions that a machine watches: metrics, logs for programs, a command at the end.
+
+use std::fs;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::person::{boresight, says};
+
+/// A scene whose pictures are quick to make.
+const SCENE: &str = "image_size_px = [200, 150]\nfps = 4.0\nclutter = 0.0\n";
+
+fn value(page: &str, name: &str) -> Option<f64> {
+    let start = format!("boresight_session_{name}{{file=\"cell\"}} ");
+    page.lines().find_map(|line| line.strip_prefix(start.as_str()))?.parse().ok()
+}
+
+#[test]
+fn a_session_is_watched_from_its_first_picture_to_its_verdict() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    fs::write(place.join("scene.toml"), SCENE).expect("written");
+    let guide =
+        ["guide", "--headless", "--source", "sim:scene.toml", "--out", "s", "--max-frames", "60"];
+    let note = "echo $BORESIGHT_VERDICT $BORESIGHT_RESULT $BORESIGHT_SESSION > note; echo aside";
+    let watched = ["--json", "--log", "json", "--metrics", "cell.prom", "--on-finish", note];
+    let ended = boresight(place, &[&guide[..], &watched[..]].concat());
+    // Machines read the result on stdout, whatever the command says.
+    let result: Value = serde_json::from_str(ended.stdout.trim()).expect("JSON");
+    assert!(result["schema"].is_string());
+    let lines = ended.stderr.lines().filter(|line| *line != "aside");
+    let events: Vec<Value> =
+        lines.map(|line| serde_json::from_str(line).expect("a line of JSON")).collect();
+    assert!(events.iter().all(|event| event["time"].is_string()), "{}", ended.stderr);
+    let of = |name: &'static str| events.iter().filter(move |event| event["event"] == name);
+    assert!(of("message").any(|event| {
+        event["text"].as_str().is_some_and(|text| text.starts_with("Session: s"))
+    }));
+    let end = of("end").next().expect("an end");
+    assert_eq!((&end["session"], &end["result"]), (&"s".into(), &"s/calibration.json".into()));
+    let verdict = end["verdict"].as_str().expect("a verdict");
+    let told = fs::read_to_string(place.join("note")).expect("written");
+    assert_eq!(told, format!("{verdict} s/calibration.json s\n"));
+    let page = fs::read_to_string(place.join("cell.prom")).expect("written");
+    assert!(value(&page, "pictures_total").is_some_and(|pictures| pictures > 0.0), "{page}");
+    let views = value(&page, "views").expect("views");
+    assert_eq!(of("view-taken").count() as f64, views + of("view-removed").count() as f64);
+    assert!(page.contains(&format!("{{file=\"cell\",verdict=\"{verdict}\"}} 1\n")), "{page}");
+}
+
+#[test]
+fn a_command_that_fails_changes_no_verdict() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    fs::write(place.join("scene.toml"), SCENE).expect("written");
+    let guide = ["guide", "--headless", "--source", "sim:scene.toml", "--max-frames", "10"];
+    let plain = boresight(place, &[&guide[..], &["--out", "a"]].concat());
+    let failing = ["--out", "b", "--on-finish", "exit 7"];
+    let ended = boresight(place, &[&guide[..], &failing[..]].concat());
+    says(&ended, plain.code, &["--on-finish failed", "exit 7"]);
+    let nowhere = ["--out", "c", "--metrics", "nowhere/cell.prom"];
+    says(&boresight(place, &[&guide[..], &nowhere[..]].concat()), 1, &["nowhere"]);
+    assert!(!place.join("c").exists());
+}
