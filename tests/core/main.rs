@@ -19,7 +19,6 @@ mod charuco;
 mod detection;
 mod detector_baseline;
 mod drift;
-mod empty_pictures;
 mod far_boards;
 mod geometry_monte_carlo;
 mod geometry_properties;
