@@ -27,6 +27,8 @@ limit 185 "headless with everything and a phone" --no-default-features --feature
 # SQLite: its binding, and the build of its one C file.
 limit 191 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,study,serve,history
 limit 338 "everything"
+# Not in the default features: Thrift, its schema language, and Snappy.
+limit 124 "a table of a batch in Parquet" --no-default-features --features parquet
 
 for features in "" live window window,accessibility nokhwa study report manual serve history parquet live,report; do
     echo "compiling: ${features:-no features}"

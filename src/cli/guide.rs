@@ -14,10 +14,9 @@ use super::{
     terminal::{announcer, print, say, stop_flag},
 };
 #[cfg(feature = "serve")]
-use crate::app::phone::Phone;
+use crate::{app::phone::Phone, pipeline::Onlookers};
 use crate::{
     app::{BoardFromCode, Exit, FinishedRun, Opening, Voice},
-    pipeline::Onlookers,
     text::window as words,
 };
 #[cfg(feature = "window")]

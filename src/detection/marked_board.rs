@@ -32,7 +32,7 @@ const MOST_PLACEMENTS: usize = 8;
 const AGREEING_PER_CONFLICT: usize = 2;
 /// Fewer markers, or corners without markers, are no sign of another board.
 const LEAST_OTHER: usize = 3;
-const LEAST_PLAIN: usize = 20;
+const LEAST_PLAIN: usize = 12;
 /// Rounds in which corners beside known ones are added.
 const ROUNDS: usize = 30;
 /// How far a corner that is added may be from its prediction, in squares.
