@@ -33,6 +33,8 @@ const AGREEING_PER_CONFLICT: usize = 2;
 /// Fewer markers, or corners without markers, are no sign of another board.
 const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 12;
+/// How far a corner may be from where its neighbours put it, in squares.
+const OFF_SQUARES: f32 = 0.4;
 /// Rounds in which corners beside known ones are added.
 const ROUNDS: usize = 30;
 /// How far a corner that is added may be from its prediction, in squares.
@@ -96,7 +98,9 @@ pub(super) fn name_corners(
     let Some(typical) = keep_coloured(image, lattice, &best, board, far) else {
         return Err(partial(lattice));
     };
+    keep_in_line(lattice);
     add_beside(image, lattice, &best, board, (far, typical));
+    keep_in_line(lattice);
     if lattice.len() < LEAST_CORNERS {
         return Err(partial(lattice));
     }
@@ -283,6 +287,22 @@ fn keep_agreeing(
             && !touching().any(agrees);
         (0..2).all(|k| (0..size[k]).contains(&place[k])) && !is_other
     });
+}
+
+/// Drops corners that aren't where the others put them, the farthest off first: without a marker beside it, a corner of
+/// something else can be in a corner's place.
+fn keep_in_line(lattice: &mut Lattice) {
+    for _ in 0..lattice.len() {
+        let off_squares = |node: &Node| {
+            let at = lattice.get(*node)?;
+            let (expected, side) = lattice.predict(*node)?;
+            Some((at[0] - expected[0]).hypot(at[1] - expected[1]) / side)
+        };
+        let off = lattice.nodes().iter().filter_map(|node| Some((off_squares(node)?, *node)));
+        let worst = off.max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, worst)) = worst.filter(|(off, _)| *off > OFF_SQUARES) else { return };
+        lattice.retain(|_, node| node != worst);
+    }
 }
 
 /// +1 if the square towards higher steps along both axes is light, −1 if it's dark.
