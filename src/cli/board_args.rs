@@ -191,8 +191,7 @@ impl FromStr for BoardSize {
         let board =
             Checkerboard::new(size.columns, size.rows, 0.025).map_err(|err| err.to_string())?;
         if let Some(dictionary) = size.dictionary {
-            let side_squares = Markers::USUAL_SIDE_SQUARES;
-            let markers = Markers { dictionary, side_squares };
+            let markers = Markers::sized(dictionary, None);
             board.with_markers(markers).map_err(|err| err.to_string())?;
         }
         Ok(size)

@@ -16,7 +16,7 @@ use super::{
 #[cfg(feature = "serve")]
 use crate::{app::phone::Phone, pipeline::Onlookers};
 use crate::{
-    app::{BoardFromCode, Exit, FinishedRun, Opening, Voice},
+    app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded},
     text::window as words,
 };
 #[cfg(feature = "window")]
@@ -167,11 +167,16 @@ pub(super) fn conclude(finished: FinishedRun, json: bool) -> anyhow::Result<Exit
 
 fn conclude_seen(finished: FinishedRun, operation: &Operation, json: bool) -> anyhow::Result<Exit> {
     let concluded = finished.conclude(&announcer())?;
-    operation.concluded(&concluded);
+    report(&concluded, operation, json)?;
+    Ok(concluded.exit)
+}
+
+fn report(concluded: &Concluded, operation: &Operation, json: bool) -> anyhow::Result<()> {
+    operation.concluded(concluded);
     if json {
         print(&concluded.result.to_json()?.to_string())?;
     }
-    Ok(concluded.exit)
+    Ok(())
 }
 
 /// Runs a session in the terminal and on the phone's page.
@@ -185,10 +190,7 @@ fn with_phone(
 ) -> anyhow::Result<Exit> {
     let (announcer, stop) = (announcer(), stop_flag()?);
     let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
-    operation.concluded(&concluded);
-    if json {
-        print(&concluded.result.to_json()?.to_string())?;
-    }
+    report(&concluded, operation, json)?;
     phone.linger(&stop, &announcer);
     Ok(concluded.exit)
 }

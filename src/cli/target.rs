@@ -142,11 +142,8 @@ impl Arguments {
         let mut plan = plan(config.columns, config.rows, square, &pages)
             .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
         if let Some(dictionary) = config.dictionary {
-            let side_squares = match config.marker_mm {
-                Some(mm) => mm / plan.square_mm,
-                None => Markers::USUAL_SIDE_SQUARES,
-            };
-            let markers = Markers { dictionary, side_squares };
+            let markers =
+                Markers::sized(dictionary, config.marker_mm.map(|mm| mm / plan.square_mm));
             let square_m = 1e-3 * plan.square_mm;
             Checkerboard::new(plan.columns, plan.rows, square_m)?.with_markers(markers)?;
             plan.markers = Some(markers);

@@ -392,8 +392,8 @@ impl Config {
         let BoardConfig { columns, rows, square_mm, dictionary, marker_mm, .. } = self.board;
         let board = Checkerboard::new(columns, rows, square_mm * 1e-3)?;
         let Some(dictionary) = dictionary else { return Ok(board) };
-        let side_squares = marker_mm.map_or(Markers::USUAL_SIDE_SQUARES, |mm| mm / square_mm);
-        Ok(board.with_markers(Markers { dictionary, side_squares })?)
+        let side_squares = marker_mm.map(|mm| mm / square_mm);
+        Ok(board.with_markers(Markers::sized(dictionary, side_squares))?)
     }
 
     /// The limits of the planner, with lengths for pictures 1280 pixels wide: see

@@ -3,35 +3,20 @@
 use image::GrayImage;
 
 use super::{
-    board_match::{count_board, match_board},
-    grow::Grower,
-    junction::{self, Junction},
-    lattice::Lattice,
-    marked_board::name_corners,
+    grid_search::GridSearch,
     outcome::{Detection, Miss},
     params::DetectorParams,
     picture_quality,
     reduce::{Grow, Halved, double, grow, halve},
     refine::Refiner,
-    response::{Peak, peaks as find_peaks, respond},
     track::{Prediction, Tracker},
 };
 use crate::{board::Checkerboard, geometry::seen_count};
 
 /// Wider pictures are halved before the search.
 const SEARCH_WIDTH_PX: u32 = 1000;
-/// Smaller grids tried at one level once no grid with most of the board matched, and their least size.
-const GRIDS_KEPT: usize = 4;
-const LEAST_GRID: usize = 6;
-/// Smallest grid whose markers are read.
-const LEAST_MARKED_GRID: usize = 4;
-/// Grids with most of the board that are tried at one level; a tiled wall has no end of them.
-const LARGE_GRIDS: usize = 4;
 /// Larger pictures aren't doubled.
 const MOST_DOUBLED_PX: usize = 2_200_000;
-/// Longest side of a board that is counted, and most corners.
-const LONGEST_COUNTED: usize = 40;
-const MOST_COUNTED: usize = 1000;
 
 /// Where [`Detector::search`] starts, and when it gives up.
 #[derive(Clone, Copy)]
@@ -49,11 +34,24 @@ impl Search<'_> {
     pub const FULL: Self = Self { near: None, keep_on: &|| true };
 }
 
-/// What is done to a level before it's searched.
+/// What is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Change {
-    Grown(Grow),
+enum Pass {
+    /// The picture, halved so many times.
+    Level(usize),
+    /// The same, with dark or light squares grown.
+    Grown(usize, Grow),
+    /// The picture at twice its size.
     Doubled,
+}
+
+impl Pass {
+    fn level(self) -> Option<usize> {
+        match self {
+            Self::Level(level) | Self::Grown(level, _) => Some(level),
+            Self::Doubled => None,
+        }
+    }
 }
 
 /// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
@@ -65,17 +63,8 @@ pub struct Detector {
     /// A level in which dark or light squares were grown, or that was doubled, and a buffer for that.
     grown: GrayImage,
     grown_rows: Vec<u8>,
-    response: Vec<i16>,
-    peaks: Vec<Peak>,
-    junctions: Vec<Junction>,
-    grower: Grower,
-    lattice: Lattice,
-    /// Grids with less than most of the board, largest first.
-    kept: Vec<Lattice>,
-    /// Corners at search size, and in the full picture.
-    corners: Vec<Option<[f32; 2]>>,
-    /// The largest part of the board at one level.
-    part: Vec<Option<[f32; 2]>>,
+    grids: GridSearch,
+    /// Corners in the full picture, as the search found them.
     rough: Vec<Option<[f64; 2]>>,
     /// Corners at search size where they were predicted; none without a prediction.
     expected: Vec<[f32; 2]>,
@@ -159,47 +148,41 @@ impl Detector {
                 return Ok(detection);
             }
         }
+        let is_marked = board.markers().is_some();
         let mut best_miss = Miss::NoBoard;
-        let [primary, coarser, finer] = match board.markers() {
-            None => self.search_levels(image),
-            Some(_) => self.fine_levels(image),
-        };
-        let plain = [primary, coarser, finer].map(|level| (level, None));
+        let [primary, coarser, finer] =
+            if is_marked { self.fine_levels(image) } else { self.search_levels(image) };
+        let levels = [primary, coarser, finer].into_iter().flatten().map(Pass::Level);
         // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
+        // Markers don't survive growth.
         let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
-        let grown = grown.map(|(level, what)| (level, Some(Change::Grown(what))));
-        // Markers don't survive growth, but the gaps around them may be narrower than the ring.
-        let is_small = image.len() <= MOST_DOUBLED_PX;
-        let doubled = [(is_small.then_some(0), Some(Change::Doubled)), (None, None), (None, None)];
-        let more = if board.markers().is_some() { doubled } else { grown };
-        let passes = plain.into_iter().chain(more);
+        let grown = grown.into_iter().filter(|_| !is_marked);
+        let grown = grown.filter_map(|(level, what)| Some(Pass::Grown(level?, what)));
+        // The gaps around markers may be narrower than the ring.
+        let doubled = (is_marked && image.len() <= MOST_DOUBLED_PX).then_some(Pass::Doubled);
         let mut best_part: Option<Detection> = None;
-        for (level, what) in passes.filter_map(|(level, what)| Some((level?, what))) {
-            if best_part.is_some() && Some(level) != coarser {
+        for pass in levels.chain(grown).chain(doubled) {
+            if best_part.is_some() && pass.level() != coarser {
                 break;
             }
-            if matches!(what, Some(Change::Grown(_))) && !may_be_grown(&best_miss) {
+            if matches!(pass, Pass::Grown(..)) && !may_be_grown(&best_miss) {
                 break;
             }
-            let halved = match what {
-                Some(Change::Doubled) => Halved::doubled(),
-                _ => Halved::whole(level),
-            };
+            let halved = pass.level().map_or(Halved::doubled(), Halved::whole);
             self.expected.clear();
             if let Some(near) = search.near.filter(|near| near.names_corners) {
                 self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
             }
-            let found =
-                self.search_level(image, (level, what), board, search.keep_on).and_then(|()| {
-                    self.rough.clear();
-                    let full_px = |corner: &Option<[f32; 2]>| corner.map(|at| halved.full_px(at));
-                    self.rough.extend(self.corners.iter().map(full_px));
-                    self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
-                });
+            let found = self.search_pass(image, pass, board, search.keep_on).and_then(|()| {
+                self.rough.clear();
+                let full_px = |corner: &Option<[f32; 2]>| corner.map(|at| halved.full_px(at));
+                self.rough.extend(self.grids.corners().iter().map(full_px));
+                self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
+            });
             match found {
                 Ok(detection) => {
                     let seen = seen_count(&detection.corners);
-                    if seen == detection.corners.len() || board.markers().is_some() {
+                    if seen == detection.corners.len() || is_marked {
                         return Ok(detection);
                     }
                     if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {
@@ -207,8 +190,7 @@ impl Detector {
                     }
                 }
                 Err(Miss::OutOfTime) => return best_part.ok_or(Miss::OutOfTime),
-                Err(miss) if closeness(&miss) > closeness(&best_miss) => best_miss = miss,
-                Err(_) => {}
+                Err(miss) => best_miss = best_miss.or_closer(miss),
             }
         }
         if let Some(part) = best_part.filter(|_| !matches!(best_miss, Miss::OtherBoard { .. })) {
@@ -247,22 +229,7 @@ impl Detector {
     pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
             let picture = if level == 0 { image } else { &self.levels[level - 1] };
-            read_junctions(
-                picture,
-                &self.params,
-                (&mut self.response, &mut self.peaks, &mut self.junctions),
-            );
-            let (width, height) = picture.dimensions();
-            self.grower.start(&self.junctions, width, height);
-            let (seeds, limits) = (self.params.max_seeds, (LONGEST_COUNTED, MOST_COUNTED));
-            let lattice = &mut self.lattice;
-            while self.grower.next_grid(&self.junctions, seeds, limits, lattice).is_some() {
-                let counted = count_board(picture, lattice, LONGEST_COUNTED as i32);
-                if counted.is_some() {
-                    return counted;
-                }
-            }
-            None
+            self.grids.count(picture, &self.params)
         })
     }
 
@@ -291,129 +258,28 @@ impl Detector {
         if finer.is_some() { [finer, primary, coarser] } else { [primary, coarser, None] }
     }
 
-    /// Searches one level, perhaps changed: response, junctions, grids, match. On success the
-    /// corners are in `self.corners`: those of the whole board, or of the largest part.
-    fn search_level(
+    fn search_pass(
         &mut self,
         image: &GrayImage,
-        (level, what): (usize, Option<Change>),
+        pass: Pass,
         board: &Checkerboard,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
-        let Self {
-            params,
-            levels,
-            grown,
-            grown_rows,
-            response,
-            peaks,
-            junctions,
-            grower,
-            lattice,
-            kept,
-            corners,
-            part,
-            expected,
-            ..
-        } = self;
-        let mut picture = if level == 0 { image } else { &levels[level - 1] };
-        if let Some(what) = what {
-            match what {
-                Change::Grown(what) => grow(picture, what, grown_rows, grown),
-                Change::Doubled => double(picture, grown),
+        let Self { params, levels, grown, grown_rows, grids, expected, .. } = self;
+        let at = |level: usize| if level == 0 { image } else { &levels[level - 1] };
+        let picture = match pass {
+            Pass::Level(level) => at(level),
+            Pass::Grown(level, what) => {
+                grow(at(level), what, grown_rows, grown);
+                grown
             }
-            picture = grown;
-        }
-        read_junctions(picture, params, (response, peaks, junctions));
-        if !keep_on() {
-            return Err(Miss::OutOfTime);
-        }
-        let (width, height) = picture.dimensions();
-        grower.start(junctions, width, height);
-        let wanted = board.corner_count();
-        let limits = (board.columns().max(board.rows()), 3 * wanted + 100);
-        kept.resize_with(GRIDS_KEPT, Lattice::default);
-        kept.iter_mut().for_each(|lattice| lattice.clear(limits.0));
-        let mut large = 0;
-        let mut best_miss = Miss::NoBoard;
-        part.clear();
-        if let Some(markers) = board.markers() {
-            while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
-                if !keep_on() {
-                    return Err(Miss::OutOfTime);
-                }
-                if lattice.len() < LEAST_MARKED_GRID {
-                    continue;
-                }
-                match name_corners(picture, lattice, board, markers, corners) {
-                    Ok(()) => return Ok(()),
-                    Err(miss) if closeness(&miss) > closeness(&best_miss) => best_miss = miss,
-                    Err(_) => {}
-                }
-            }
-            return Err(best_miss);
-        }
-        let mut judge = |lattice: &mut Lattice| {
-            let matched = match_board(picture, lattice, board, expected, corners);
-            match matched {
-                Ok(()) => {
-                    let seen = |corners: &[Option<[f32; 2]>]| corners.iter().flatten().count();
-                    if seen(corners) > seen(part) {
-                        part.clone_from(corners);
-                    }
-                    seen(corners) == wanted
-                }
-                Err(miss) => {
-                    if closeness(&miss) > closeness(&best_miss) {
-                        best_miss = miss;
-                    }
-                    false
-                }
+            Pass::Doubled => {
+                double(image, grown);
+                grown
             }
         };
-        while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
-            if !keep_on() {
-                return Err(Miss::OutOfTime);
-            }
-            // A grid with most of the board is judged at once; smaller ones wait for a better one.
-            if 4 * lattice.len() >= 3 * wanted && large < LARGE_GRIDS {
-                large += 1;
-                if judge(lattice) {
-                    return Ok(());
-                }
-            } else if let Some(place) = kept.iter().position(|kept| kept.len() < lattice.len()) {
-                kept[place..].rotate_right(1);
-                std::mem::swap(&mut kept[place], lattice);
-            }
-        }
-        for lattice in kept.iter_mut().filter(|lattice| lattice.len() >= LEAST_GRID) {
-            if !keep_on() {
-                return Err(Miss::OutOfTime);
-            }
-            if judge(lattice) {
-                return Ok(());
-            }
-        }
-        // Beside another board, a part of this one is probably something else.
-        if part.is_empty() || matches!(best_miss, Miss::OtherBoard { .. }) {
-            return Err(best_miss);
-        }
-        corners.clone_from(part);
-        Ok(())
+        grids.find(picture, board, params, expected, keep_on)
     }
-}
-
-/// Finds the junctions of `picture`.
-fn read_junctions(
-    picture: &GrayImage,
-    params: &DetectorParams,
-    (response, peaks, junctions): (&mut Vec<i16>, &mut Vec<Peak>, &mut Vec<Junction>),
-) {
-    respond(picture, response);
-    let width = picture.width() as usize;
-    find_peaks(response, width, params.min_response, params.max_candidates, peaks);
-    junctions.clear();
-    junctions.extend(peaks.iter().filter_map(|peak| junction::read(picture, peak)));
 }
 
 /// Whether squares that don't touch may be the reason.
@@ -423,18 +289,5 @@ fn may_be_grown(miss: &Miss) -> bool {
         Miss::PartialBoard { cut_off_by, .. } => cut_off_by.is_none(),
         Miss::Glare { .. } => true,
         _ => false,
-    }
-}
-
-/// Rank of a miss by how much it tells; the highest one is reported.
-fn closeness(miss: &Miss) -> usize {
-    match *miss {
-        Miss::NoBoard | Miss::OutOfTime => 0,
-        // Many pictures without a board contain a few corners.
-        Miss::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
-        Miss::PartialBoard { found, .. } | Miss::Glare { found, .. } => found,
-        Miss::OtherBoard { columns, rows } => columns * rows,
-        Miss::OtherMarkers { markers } => 10 + markers,
-        Miss::TooSmall { .. } | Miss::Blurred { .. } | Miss::LowContrast { .. } => 100_000,
     }
 }

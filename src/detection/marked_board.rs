@@ -28,9 +28,9 @@ const LEAST_BITS: f64 = 22.0;
 const BITS_AHEAD: f64 = 12.0;
 /// Placements with most votes that are looked at.
 const MOST_PLACEMENTS: usize = 8;
-/// Markers read where others should be: at most one for so many that agree.
+/// Least number of markers that agree for each one that doesn't.
 const AGREEING_PER_CONFLICT: usize = 2;
-/// Fewer markers, or corners without markers, are no sign of another board.
+/// So many markers that don't match, or so many corners without any marker, mean another board.
 const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 12;
 /// How far a corner may be from where its neighbours put it, in squares.
@@ -94,7 +94,7 @@ pub(super) fn name_corners(
         return Err(if is_other { Miss::OtherMarkers { markers } } else { partial(lattice) });
     };
     keep_agreeing(lattice, &readings, &best, board, markers);
-    let far = GAP_SHARE * (1.0 - markers.side_squares as f32) / 2.0;
+    let far = GAP_SHARE * markers.gap_squares() as f32;
     let Some(typical) = keep_coloured(image, lattice, &best, board, far) else {
         return Err(partial(lattice));
     };
@@ -125,8 +125,7 @@ fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Markers) -> Vec<R
             }
             let corner = |node: Node| lattice.get(node).or_else(|| Some(lattice.predict(node)?.0));
             let [Some(p), Some(q), Some(r), Some(s)] = nodes.map(corner) else { continue };
-            let cells = read_cells(image, [p, q, r, s], side, markers.side_squares as f32);
-            if let Some(code) = cells {
+            if let Some(code) = read_cells(image, [p, q, r, s], markers) {
                 let codes = TURNS.map(|turn| turned(code, side, turn));
                 readings.push(Reading { node: (i, j), codes, is_sure: known >= 3 });
             }
@@ -307,10 +306,8 @@ fn keep_in_line(lattice: &mut Lattice) {
 
 /// +1 if the square towards higher steps along both axes is light, −1 if it's dark.
 fn sign(best: &Candidate, node: Node, board: &Checkerboard) -> f32 {
-    let [column, row] = square_at(&best.placement, node);
-    // Outside of the board, colours go on.
-    let first_is_light = best.layout == Layout::Legacy && board.squares()[1].is_multiple_of(2);
-    if (column + row + i32::from(first_is_light)).rem_euclid(2) == 1 { 1.0 } else { -1.0 }
+    let square = square_at(&best.placement, node);
+    if best.layout.is_light(square, board.squares()[1]) { 1.0 } else { -1.0 }
 }
 
 /// Drops corners around which the colours are wrong; returns the others' mean colour step. `None` if few are left.

@@ -3,6 +3,7 @@
 use image::GrayImage;
 
 use super::reduce::sample;
+use crate::markers::Markers;
 
 /// Least difference between the white around a marker and its black frame, in grey levels.
 const LEAST_CONTRAST: f32 = 10.0;
@@ -14,14 +15,13 @@ const WITHIN_CELL: [f32; 3] = [-0.22, 0.0, 0.22];
 const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];
 
 /// The white cells of the marker in a square whose corners are `quad_px`, clockwise from the first: row by row from the
-/// highest bit, rows along the first side. `side_cells` doesn't count the frame; `side_squares` does.
+/// highest bit, without the frame, rows along the first side.
 ///
 /// `None` if the square isn't white around a black frame, or isn't seen whole.
 pub(super) fn read_cells(
     image: &GrayImage,
     quad_px: [[f32; 2]; 4],
-    side_cells: usize,
-    side_squares: f32,
+    markers: Markers,
 ) -> Option<u64> {
     let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
     let is_seen = |[x, y]: &[f32; 2]| (0.0..=right).contains(x) && (0.0..=bottom).contains(y);
@@ -33,14 +33,15 @@ pub(super) fn read_cells(
         let [x, y] = map.px(u, v);
         sample(image, x, y)
     };
-    let gap = (1.0 - side_squares) / 2.0;
+    let gap = markers.gap_squares() as f32;
     let strips = ALONG_SIDE.iter().flat_map(|t| {
         let (near, far) = (gap / 2.0, 1.0 - gap / 2.0);
         [(*t, near), (*t, far), (near, *t), (far, *t)]
     });
     let white = strips.map(|(u, v)| at(u, v)).sum::<f32>() / (4 * ALONG_SIDE.len()) as f32;
+    let side_cells = markers.dictionary.side_cells();
     let all = side_cells + 2;
-    let cell_squares = side_squares / all as f32;
+    let cell_squares = markers.side_squares as f32 / all as f32;
     let cell = |column: usize, row: usize| {
         let middle = |place: usize| gap + cell_squares * (place as f32 + 0.5);
         let (u, v) = (middle(column), middle(row));

@@ -96,3 +96,24 @@ pub enum Miss {
     /// [`Search::keep_on`](super::Search::keep_on) ended the search.
     OutOfTime,
 }
+
+impl Miss {
+    /// Of two misses, that which tells more about the board; the first of equals.
+    #[must_use]
+    pub(super) fn or_closer(self, other: Self) -> Self {
+        if other.closeness() > self.closeness() { other } else { self }
+    }
+
+    /// Rank of a miss by how much it tells.
+    fn closeness(&self) -> usize {
+        match *self {
+            Self::NoBoard | Self::OutOfTime => 0,
+            // Many pictures without a board contain a few corners.
+            Self::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
+            Self::PartialBoard { found, .. } | Self::Glare { found, .. } => found,
+            Self::OtherBoard { columns, rows } => columns * rows,
+            Self::OtherMarkers { markers } => 10 + markers,
+            Self::TooSmall { .. } | Self::Blurred { .. } | Self::LowContrast { .. } => 100_000,
+        }
+    }
+}

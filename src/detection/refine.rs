@@ -7,6 +7,7 @@ use super::{
     bent_edges::BentEdges,
     edge_model::{self, EdgeFit, Known},
     motion::motion_px,
+    neighbours::{between_neighbours_px, expected_px, smooth},
     outcome::{Detection, Miss, Quality},
     params::DetectorParams,
 };
@@ -49,6 +50,14 @@ pub(super) struct Refiner {
     sorted: Vec<f64>,
     scratch: edge_model::Scratch,
     bent_edges: BentEdges,
+}
+
+/// Where the corners roughly are.
+#[derive(Clone, Copy)]
+struct Rough<'a> {
+    /// Pixels of the full-size picture, row by row; `None` where a corner isn't seen.
+    corners_px: &'a [Option<[f64; 2]>],
+    columns: usize,
     /// Distance of markers from the edges of their squares; infinite without markers.
     gap_squares: f64,
 }
@@ -69,20 +78,18 @@ impl Refiner {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
         let columns = board.columns();
-        let gap = board.markers().map_or(f64::INFINITY, |it| (1.0 - it.side_squares) / 2.0);
-        self.gap_squares = gap;
+        let gap_squares = board.markers().map_or(f64::INFINITY, |it| it.gap_squares());
+        let rough = Rough { corners_px: rough, columns, gap_squares };
         let mut shortest_px = f64::MAX;
         self.fits.clear();
-        for index in 0..rough.len() {
+        for (index, start) in rough.corners_px.iter().enumerate() {
             if index % columns == 0 && !keep_on() {
                 return Err(Miss::OutOfTime);
             }
-            let fit = rough[index].zip(Window::around(rough, columns, index)).and_then(
-                |(start, window)| {
-                    shortest_px = shortest_px.min(window.side_px);
-                    window.fit(image, start, (Known::Nothing, gap), &mut self.scratch)
-                },
-            );
+            let fit = start.zip(Window::around(rough, index)).and_then(|(start, window)| {
+                shortest_px = shortest_px.min(window.side_px);
+                window.fit(image, start, Known::Nothing, &mut self.scratch)
+            });
             self.fits.push(fit);
         }
         let needed_px = params.min_square_px;
@@ -99,14 +106,14 @@ impl Refiner {
             *fit = fit.take().filter(|fit| fit.residual <= limit && agrees(fit, step));
         }
         let median_blur_px = self.median(|_, fit| fit.blur_px());
-        self.retry(image, rough, columns, (limit, median_step), median_blur_px);
-        self.drop_doubtful(image, rough, columns, median_blur_px);
-        let tried = rough.iter().flatten().count();
+        self.retry(image, rough, (limit, median_step), median_blur_px);
+        self.drop_doubtful(image, rough, median_blur_px);
+        let tried = rough.corners_px.iter().flatten().count();
         if self.fits.iter().any(Option::is_none) {
             self.drop_touched(image, columns, median_residual, board.markers().is_some());
-            self.drop_strays(rough, columns);
+            self.drop_strays(rough);
         }
-        let (found, wanted) = (self.fits.iter().flatten().count(), rough.len());
+        let (found, wanted) = (self.fits.iter().flatten().count(), rough.corners_px.len());
         let blur_px = self.median(|_, fit| fit.blur_px()).unwrap_or(params.max_blur_px);
         let limit_px = params.max_blur_px.min(BLUR_LIMIT_SQUARES * shortest_px);
         if blur_px > params.max_blur_px || (found < tried && blur_px > limit_px) {
@@ -151,15 +158,14 @@ impl Refiner {
     fn retry(
         &mut self,
         image: &GrayImage,
-        rough: &[Option<[f64; 2]>],
-        columns: usize,
+        rough: Rough<'_>,
         (limit, median_step): (f64, f64),
         median_blur_px: Option<f64>,
     ) {
-        for index in 0..rough.len() {
+        let columns = rough.columns;
+        for (index, corner) in rough.corners_px.iter().enumerate() {
             let Some(expected) = expected_px(&self.fits, columns, index) else { continue };
-            let window = rough[index].and_then(|_| Window::around(rough, columns, index));
-            let Some(window) = window else { continue };
+            let Some(window) = corner.and_then(|_| Window::around(rough, index)) else { continue };
             let allowed_px = 0.08 * window.side_px + 0.3;
             let off_px = |fit: &EdgeFit| {
                 (fit.corner.px.x - expected[0]).hypot(fit.corner.px.y - expected[1])
@@ -172,7 +178,7 @@ impl Refiner {
             let all = [Known::Nothing].into_iter().chain(helped.into_iter().flatten());
             let again = all.into_iter().find_map(|known| {
                 window
-                    .fit(image, expected, (known, self.gap_squares), &mut self.scratch)
+                    .fit(image, expected, known, &mut self.scratch)
                     .filter(|fit| fit.residual <= limit && off_px(fit) <= allowed_px)
                     .filter(|fit| agrees(fit, median_step * sign(index, columns)))
             });
@@ -185,13 +191,8 @@ impl Refiner {
     /// Fits corners again, from where their neighbours predict them, that are far less certain than the others or that
     /// contradict their neighbours; drops them if that doesn't help. An edge beside a corner, or a line that crosses it
     /// at a small angle, can make such a fit.
-    fn drop_doubtful(
-        &mut self,
-        image: &GrayImage,
-        rough: &[Option<[f64; 2]>],
-        columns: usize,
-        median_blur_px: Option<f64>,
-    ) {
+    fn drop_doubtful(&mut self, image: &GrayImage, rough: Rough<'_>, median_blur_px: Option<f64>) {
+        let columns = rough.columns;
         let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
         let is_vague = |fit: &EdgeFit| {
             let sigma_px = fit.corner.sigma_px();
@@ -205,7 +206,7 @@ impl Refiner {
                     if is_vague(fit) {
                         return Some((f64::INFINITY, index));
                     }
-                    let side_px = Window::around(rough, columns, index)?.side_px;
+                    let side_px = Window::around(rough, index)?.side_px;
                     let expected = between_neighbours_px(&self.fits, columns, index)?;
                     let off_px = (fit.corner.px - Point2::from(expected)).norm();
                     let allowed_px =
@@ -216,16 +217,11 @@ impl Refiner {
             let Some((_, index)) = worst.filter(|(ratio, _)| *ratio > 1.0) else { return };
             let before = self.fits[index].take();
             let again = expected_px(&self.fits, columns, index)
-                .zip(Window::around(rough, columns, index))
+                .zip(Window::around(rough, index))
                 .zip(median_blur_px)
                 .and_then(|((expected, window), blur_px)| {
                     let known = Known::BlurAndEdges(blur_px);
-                    let fit = window.fit(
-                        image,
-                        expected,
-                        (known, self.gap_squares),
-                        &mut self.scratch,
-                    )?;
+                    let fit = window.fit(image, expected, known, &mut self.scratch)?;
                     let off_px = (fit.corner.px - Point2::from(expected)).norm();
                     let is_sound = !is_vague(&fit)
                         && off_px <= OFF_SQUARES * window.side_px + 0.3
@@ -278,14 +274,14 @@ impl Refiner {
 
     /// Drops corners of a part that stray from where the corners in their row and column put them; also those at its rim,
     /// which only extrapolation checks.
-    fn drop_strays(&mut self, rough: &[Option<[f64; 2]>], columns: usize) {
+    fn drop_strays(&mut self, rough: Rough<'_>) {
         let strays = |index: &usize| {
             let (Some(fit), Some(expected)) =
-                (&self.fits[*index], expected_px(&self.fits, columns, *index))
+                (&self.fits[*index], expected_px(&self.fits, rough.columns, *index))
             else {
                 return false;
             };
-            let side_px = Window::around(rough, columns, *index).map_or(0.0, |it| it.side_px);
+            let side_px = Window::around(rough, *index).map_or(0.0, |it| it.side_px);
             let allowed_px = (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
             (fit.corner.px - Point2::from(expected)).norm() > allowed_px
         };
@@ -319,15 +315,17 @@ fn agrees(fit: &EdgeFit, step: f64) -> bool {
 struct Window {
     axes_px: [[f64; 2]; 2],
     side_px: f64,
+    gap_squares: f64,
 }
 
 impl Window {
     /// Local axes, in pixels per square, and the side of the squares around a corner of the rough grid. `None` if no
     /// neighbour is seen along an axis.
-    fn around(rough: &[Option<[f64; 2]>], columns: usize, index: usize) -> Option<Self> {
-        let rows = rough.len() / columns;
+    fn around(rough: Rough<'_>, index: usize) -> Option<Self> {
+        let Rough { corners_px, columns, gap_squares } = rough;
+        let rows = corners_px.len() / columns;
         let (column, row) = (index % columns, index / columns);
-        let at = |column: usize, row: usize| rough[row * columns + column];
+        let at = |column: usize, row: usize| corners_px[row * columns + column];
         let here = at(column, row);
         // From the neighbour before to the one after, or from or to the corner itself.
         let per_square = |before: Option<[f64; 2]>, after: Option<[f64; 2]>| {
@@ -345,107 +343,16 @@ impl Window {
         let (u, v) = (per_square(left, right)?, per_square(above, below)?);
         let (long, wide) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
         let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
-        Some(Self { axes_px: [u, v], side_px: long.min(wide).min(height) })
+        Some(Self { axes_px: [u, v], side_px: long.min(wide).min(height), gap_squares })
     }
 
     fn fit(
         &self,
         image: &GrayImage,
         start: [f64; 2],
-        (known, gap_squares): (Known, f64),
+        known: Known,
         scratch: &mut edge_model::Scratch,
     ) -> Option<EdgeFit> {
-        edge_model::fit(image, start, self.axes_px, gap_squares, known, scratch)
+        edge_model::fit(image, start, self.axes_px, self.gap_squares, known, scratch)
     }
-}
-
-/// Position of a corner between four fitted neighbours in its row, or in its column, or the mean of both; `None` if they
-/// aren't there.
-fn between_neighbours_px(
-    fits: &[Option<EdgeFit>],
-    columns: usize,
-    index: usize,
-) -> Option<[f64; 2]> {
-    let rows = fits.len() / columns;
-    let (column, row) = (index % columns, index / columns);
-    let between = |place: usize, count: usize, stride: usize| -> Option<[f64; 2]> {
-        let two = 2 * stride;
-        let is_inner = place >= 2 && place + 2 < count;
-        let near = |index: usize| fits.get(index)?.as_ref().map(|fit| fit.corner.px);
-        if !is_inner {
-            return None;
-        }
-        let (first, before) = (near(index - two)?, near(index - stride)?);
-        let (after, last) = (near(index + stride)?, near(index + two)?);
-        let cubic = ((before.coords + after.coords) * 4.0 - first.coords - last.coords) / 6.0;
-        Some([cubic.x, cubic.y])
-    };
-    match (between(column, columns, 1), between(row, rows, columns)) {
-        (Some(a), Some(b)) => Some([(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0]),
-        (one, other) => one.or(other),
-    }
-}
-
-/// Position of a corner predicted by the fitted neighbours in its row and column; `None` if there are too few.
-fn expected_px(fits: &[Option<EdgeFit>], columns: usize, index: usize) -> Option<[f64; 2]> {
-    let rows = fits.len() / columns;
-    let (column, row) = ((index % columns) as isize, (index / columns) as isize);
-    let at = |dc: isize, dr: isize| {
-        let (column, row) = (column + dc, row + dr);
-        let inside = (0..columns as isize).contains(&column) && (0..rows as isize).contains(&row);
-        let fit = inside.then(|| fits[row as usize * columns + column as usize].as_ref())??;
-        Some([fit.corner.px.x, fit.corner.px.y])
-    };
-    // Cubic interpolation between neighbours, parabolic extrapolation beyond them; linear where there are too few.
-    let along = |dc: isize, dr: isize| -> Option<([f64; 2], f64)> {
-        let near = |step: isize| at(step * dc, step * dr);
-        let mix = |terms: &[(f64, [f64; 2])]| {
-            terms.iter().fold([0.0, 0.0], |sum, (w, p)| [sum[0] + w * p[0], sum[1] + w * p[1]])
-        };
-        if let (Some(before), Some(after)) = (near(-1), near(1)) {
-            return Some(match (near(-2), near(2)) {
-                (Some(first), Some(last)) => (
-                    mix(&[
-                        (-1.0 / 6.0, first),
-                        (4.0 / 6.0, before),
-                        (4.0 / 6.0, after),
-                        (-1.0 / 6.0, last),
-                    ]),
-                    4.0,
-                ),
-                _ => (mix(&[(0.5, before), (0.5, after)]), 2.0),
-            });
-        }
-        [1, -1].into_iter().find_map(|way| {
-            let (one, two) = (near(way)?, near(2 * way)?);
-            Some(match near(3 * way) {
-                Some(three) => (mix(&[(3.0, one), (-3.0, two), (1.0, three)]), 1.0),
-                None => (mix(&[(2.0, one), (-1.0, two)]), 0.5),
-            })
-        })
-    };
-    let guesses = [along(1, 0), along(0, 1)];
-    let weight: f64 = guesses.iter().flatten().map(|(_, weight)| weight).sum();
-    (weight > 0.0).then(|| {
-        guesses.iter().flatten().fold([0.0, 0.0], |sum, (guess, w)| {
-            [sum[0] + guess[0] * w / weight, sum[1] + guess[1] * w / weight]
-        })
-    })
-}
-
-/// Whether all rows and columns are smooth: the third difference of any four corners in line that are seen stays below
-/// 0.45 of a square plus half a pixel.
-fn smooth(fits: &[Option<EdgeFit>], columns: usize) -> bool {
-    let at = |index: usize| fits[index].as_ref().map(|fit| fit.corner.px);
-    // Third difference of four in line: zero for any parabola.
-    let bends = |first: usize, stride: usize| -> Option<bool> {
-        let [a, b, c, d]: [Point2<f64>; 4] =
-            [at(first)?, at(first + stride)?, at(first + 2 * stride)?, at(first + 3 * stride)?];
-        let off = (d - a) - (c - b) * 3.0;
-        Some(off.norm() < 0.45 * (c - b).norm() + 0.5)
-    };
-    let along = |index: usize| index % columns + 3 >= columns || bends(index, 1) != Some(false);
-    let down =
-        |index: usize| index + 3 * columns >= fits.len() || bends(index, columns) != Some(false);
-    (0..fits.len()).all(|index| along(index) && down(index))
 }

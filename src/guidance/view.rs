@@ -150,9 +150,6 @@ pub fn measure(
 }
 
 fn board_px(corners: &[Corner]) -> Point2<f64> {
-    if corners.iter().all(Corner::is_seen) {
-        return mean_px(corners);
-    }
     let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
     Point2::from(sum / corners.len().max(1) as f64)
 }

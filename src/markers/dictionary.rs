@@ -21,7 +21,7 @@ struct Entry {
     start: usize,
 }
 
-/// The cells of every marker, row by row, 1 for white, the first in the highest of so many bytes as are needed.
+/// The cells of every marker, row by row, 1 for white: right-aligned in the fewest whole bytes, the highest byte first.
 /// The small dictionaries of a family are the beginning of the large one. Made by OpenCV's authors (Apache-2.0), the
 /// `APRILTAG` ones by the April Robotics Laboratory (BSD-2-Clause).
 static CODES: &[u8] = include_bytes!("dictionaries.bin");
@@ -74,7 +74,6 @@ impl Dictionary {
     }
 
     fn entry(self) -> &'static Entry {
-        const { assert!(TABLE.len() == 22) };
         &TABLE[usize::from(self.index)]
     }
 
@@ -103,11 +102,16 @@ impl Dictionary {
         Some(bytes.iter().fold(0, |code, byte| code << 8 | u64::from(*byte)))
     }
 
-    /// Whether the cell of a marker is white.
-    pub fn is_white(self, number: usize, [column, row]: [usize; 2]) -> Option<bool> {
-        let side = self.side_cells();
-        let code = self.code(number)?;
-        Some(code >> (side * side - 1 - (row * side + column)) & 1 == 1)
+    /// Whether a cell of a marker is black, as all cells of its frame are. Rows and columns count the frame. `None`
+    /// without such a marker.
+    pub fn is_black(self, number: usize, [column, row]: [usize; 2]) -> Option<bool> {
+        let (side, code) = (self.side_cells(), self.code(number)?);
+        let inside = 1..=side;
+        if !inside.contains(&column) || !inside.contains(&row) {
+            return Some(true);
+        }
+        let place = (row - 1) * side + column - 1;
+        Some(code >> (side * side - 1 - place) & 1 == 0)
     }
 }
 
@@ -185,7 +189,12 @@ mod tests {
         let rows = ["1011", "0101", "0011", "0010"];
         for (row, cells) in rows.iter().enumerate() {
             for (column, cell) in cells.chars().enumerate() {
-                assert_eq!(dictionary.is_white(0, [column, row]), Some(cell == '1'));
+                assert_eq!(dictionary.is_black(0, [column + 1, row + 1]), Some(cell == '0'));
+            }
+        }
+        for place in 0..6 {
+            for cell in [[place, 0], [place, 5], [0, place], [5, place]] {
+                assert_eq!(dictionary.is_black(0, cell), Some(true));
             }
         }
     }

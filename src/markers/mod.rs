@@ -22,8 +22,19 @@ pub struct Markers {
 }
 
 impl Markers {
-    /// Side of a marker, in squares, where nobody says otherwise. Markers from 0.68 to 0.82 are read with it.
-    pub const USUAL_SIDE_SQUARES: f64 = 0.75;
+    /// Side of a marker, in squares, if none is given.
+    const USUAL_SIDE_SQUARES: f64 = 0.75;
+
+    /// Markers with this side, or the usual one.
+    pub fn sized(dictionary: Dictionary, side_squares: Option<f64>) -> Self {
+        let side_squares = side_squares.unwrap_or(Self::USUAL_SIDE_SQUARES);
+        Self { dictionary, side_squares }
+    }
+
+    /// Distance of a marker from the edges of its square, in squares.
+    pub fn gap_squares(&self) -> f64 {
+        (1.0 - self.side_squares) / 2.0
+    }
 }
 
 /// Where the light squares are.
@@ -46,15 +57,20 @@ impl Layout {
         [column, row]: [usize; 2],
         [columns, rows]: [usize; 2],
     ) -> Option<usize> {
-        let first_is_light = usize::from(self == Self::Legacy && rows.is_multiple_of(2));
-        let is_light = |row: usize| (column + row + first_is_light) % 2 == 1;
-        if column >= columns || row >= rows || !is_light(row) {
+        if column >= columns || row >= rows || !self.is_light([column as i32, row as i32], rows) {
             return None;
         }
         // Light squares in the first columns of a row: one more if the row begins with a light one.
+        let first_is_light = usize::from(self.is_light([0, 0], rows));
         let before = |row: usize, columns: usize| (columns + (row + first_is_light) % 2) / 2;
         let above = row / 2 * columns + if row % 2 == 1 { before(0, columns) } else { 0 };
         Some(above + before(row, column))
+    }
+
+    /// Whether a square is light on a board with `rows` rows of squares. The pattern continues outside of the board.
+    pub fn is_light(self, [column, row]: [i32; 2], rows: usize) -> bool {
+        let first_is_light = self == Self::Legacy && rows.is_multiple_of(2);
+        (column + row).rem_euclid(2) == i32::from(!first_is_light)
     }
 }
 

@@ -240,32 +240,28 @@ impl Print {
     #[inline]
     fn may_show_marker(&self, u: f32, v: f32, du: f32, dv: f32) -> bool {
         let Some(markers) = self.markers else { return false };
-        let gap = (1.0 - markers.side_squares as f32) / 2.0;
+        let gap = markers.gap_squares() as f32;
         let from_line = |at: f32| (at - nearest_integer(at)).abs();
         from_line(u) > gap - du && from_line(v) > gap - dv
     }
 
     /// Whether a point in a light square is on a black cell of its marker.
     fn is_on_marker(&self, u: f32, v: f32) -> bool {
-        let Some(Markers { dictionary, side_squares }) = self.markers else { return false };
-        let side = dictionary.side_cells();
-        let cell = side_squares as f32 / (side + 2) as f32;
-        let gap = (1.0 - side_squares as f32) / 2.0;
-        let [column, row] = [u, v].map(|at| ((at.fract() - gap) / cell).floor() as i32);
-        let last = side as i32 + 1;
-        if column < 0 || row < 0 || column > last || row > last {
+        let Some(markers) = self.markers else { return false };
+        let side = markers.dictionary.side_cells() + 2;
+        let cell = markers.side_squares as f32 / side as f32;
+        let gap = markers.gap_squares() as f32;
+        let [column, row] = [u, v].map(|at| ((at.fract() - gap) / cell).floor());
+        let on_marker = 0.0..side as f32;
+        if !on_marker.contains(&column) || !on_marker.contains(&row) {
             return false;
         }
-        if column == 0 || row == 0 || column == last || row == last {
-            return true;
-        }
-        let square = [u as usize, v as usize];
         let size = [self.across as usize, self.down as usize];
-        let number = Layout::Present.marker_at(square, size);
-        let white = number.and_then(|number| {
-            dictionary.is_white(number, [column as usize - 1, row as usize - 1])
-        });
-        white == Some(false)
+        let number = Layout::Present.marker_at([u as usize, v as usize], size);
+        let is_black = |number| {
+            markers.dictionary.is_black(number, [column as usize, row as usize]) == Some(true)
+        };
+        number.is_some_and(is_black)
     }
 }
 

@@ -125,19 +125,15 @@ fn marker_cells(plan: &Plan, markers: Markers) -> Vec<Rectangle> {
     let size = [usize::from(plan.columns) + 1, usize::from(plan.rows) + 1];
     let side = markers.dictionary.side_cells() + 2;
     let cell_mm = plan.square_mm * markers.side_squares / side as f64;
-    let gap = (1.0 - markers.side_squares) / 2.0;
+    let gap = markers.gap_squares();
     let squares = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
     let mut cells = Vec::new();
     for square in squares {
         let Some(number) = Layout::Present.marker_at(square, size) else { continue };
-        if number >= markers.dictionary.count() {
-            continue;
-        }
         let [left_mm, top_mm] = square.map(|place| (place as f64 + gap) * plan.square_mm);
         let (left_mm, top_mm) = (plan.left_mm + left_mm, plan.top_mm + top_mm);
         let is_black = |column: usize, row: usize| {
-            let inside = (1..side - 1).contains(&column) && (1..side - 1).contains(&row);
-            !inside || markers.dictionary.is_white(number, [column - 1, row - 1]) != Some(true)
+            markers.dictionary.is_black(number, [column, row]) == Some(true)
         };
         let mut push = |[column, row]: [usize; 2], [across, down]: [usize; 2]| {
             cells.push(Rectangle {

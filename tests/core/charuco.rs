@@ -28,7 +28,7 @@ fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Check
 /// Boards drawn by OpenCV 5.0, `CharucoBoard::generateImage`, with squares of 40 px and white around them.
 const DRAWN: [(&str, [u16; 2], &str, f64); 4] = [
     ("8x11-DICT_4X4_50-75.png", [8, 11], "DICT_4X4_50", 0.75),
-    ("8x11-DICT_4X4_50-75-legacy.png", [8, 11], "DICT_4X4_50", 0.75),
+    ("11x8-DICT_4X4_50-75-legacy.png", [11, 8], "DICT_4X4_50", 0.75),
     ("7x5-DICT_6X6_250-70.png", [7, 5], "DICT_6X6_250", 0.7),
     ("5x6-DICT_5X5_100-80-legacy.png", [5, 6], "DICT_5X5_100", 0.8),
 ];

@@ -239,8 +239,8 @@ impl Plain<'_> {
     fn add(&self, gram: &Reduced, view: usize, cause: &Cause, sums: &mut Sums) -> bool {
         let times = times(cause, view, self.observations.view_count());
         let (extras, local) = columns(cause);
-        let is_torn = !matches!(cause, Cause::Torn(rows) if rows[view].is_none());
-        let local = if is_torn { local } else { &[] };
+        let is_whole = matches!(cause, Cause::Torn(rows) if rows[view].is_none());
+        let local = if is_whole { &[] } else { local };
         // Columns with their factors.
         let mut used = [(0, 0.0); SHARED + 1];
         (0..LENS_PARAMETERS).for_each(|i| used[i] = (i, 1.0));

@@ -6,6 +6,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
+/// First damping of the steps from a guess.
+const GUESS_DAMPING: f64 = 1e-4;
+
 /// Normal equations `H δ = g` of `S` shared parameters and `L` parameters per view.
 ///
 /// ```text
@@ -216,7 +219,7 @@ pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     how: Start,
 ) -> Option<Minimum<P::State, S, L>> {
     let first_damping = match how {
-        Start::Guess => 1e-4,
+        Start::Guess => GUESS_DAMPING,
         Start::Near => 1e-8,
     };
     minimise_from(problem, start, first_damping, 1e-18)
@@ -229,7 +232,7 @@ pub(in crate::calibration) fn minimise_to<P: Problem<S, L>, const S: usize, cons
     start: P::State,
     negligible_step: f64,
 ) -> Option<Minimum<P::State, S, L>> {
-    minimise_from(problem, start, 1e-4, negligible_step)
+    minimise_from(problem, start, GUESS_DAMPING, negligible_step)
 }
 
 fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
