@@ -6,9 +6,12 @@ use super::{
     misfit_diagnosis::{CLEAR_GAIN, Causes, Hypothesis},
 };
 
-/// Gain in BIC from which `fy ≠ fx` is believed as a coefficient of the lens is: with square pixels and independent noise
-/// it gains that once in a thousand calibrations.
+/// Gain in BIC from which `fy ≠ fx` is believed as a coefficient of the lens is: with square pixels it gains that once in
+/// a thousand calibrations.
 const WORTH_A_PARAMETER: f64 = 4.0;
+/// Twice the gain in log likelihood from which `fy ≠ fx` is allowed for, though it's not believed: with square pixels it
+/// gains that once in a hundred calibrations (χ²₁), which then know `fy` a little worse.
+const WORTH_ALLOWING: f64 = 6.63;
 
 /// The likeliest cause, if there is a misfit; or that it isn't clear.
 pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
@@ -78,34 +81,50 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// What a calibration can and should allow for: the likeliest cause, if it's clear. Else pixels or squares that aren't
-    /// square, if that gains what a coefficient of the lens must gain: what else is wrong shows better then. Corners that
-    /// err alike gain too much, by `overcount`; `n` is the number of coordinates.
-    pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<&Hypothesis> {
+    /// What a calibration can and should allow for, and how serious that is: the likeliest cause, if it's clear. Else
+    /// pixels or squares that aren't square, if that gains what a coefficient of the lens must gain: what else is wrong
+    /// shows better then. Corners that err alike gain too much, by `overcount`; `n` is the number of coordinates.
+    pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<(&Hypothesis, Severity)> {
         let best = self.best_hypothesis();
         let clear = best.filter(|_| self.rivals().is_empty());
+        let care = |hypothesis| Some((hypothesis, Severity::Care));
         match clear.map(|clear| &clear.explanation.cause) {
-            Some(Cause::BoardBent | Cause::PixelAspect) => return clear,
-            Some(Cause::BoardStretched) => return Some(self.aspect_rather_than(clear?)),
+            Some(Cause::BoardBent | Cause::PixelAspect) => return care(clear?),
+            Some(Cause::BoardStretched) => {
+                return care(self.aspect_rather_than(clear?, 1.0));
+            }
             _ => {}
         }
         let family = best.map(|best| best.explanation.cause.family());
         if matches!(family, Some(Family::Focus | Family::Mixed | Family::Torn)) {
             return None;
         }
-        let aspect = self.hypotheses.iter().find(|hypothesis| {
-            let gain = (hypothesis.gain + n.ln()) / overcount - n.ln();
-            hypothesis.explanation.cause.family() == Family::Aspect && gain > WORTH_A_PARAMETER
-        })?;
-        Some(self.aspect_rather_than(aspect))
+        let likeliest = self
+            .hypotheses
+            .iter()
+            .find(|hypothesis| hypothesis.explanation.cause.family() == Family::Aspect)?;
+        // If no cause beats correlated noise, it's noise that tells the two apart.
+        let overcounted = if best.is_none() { overcount } else { 1.0 };
+        let aspect = self.aspect_rather_than(likeliest, overcounted);
+        let gain = (likeliest.gain + n.ln()) / overcount;
+        if gain > WORTH_A_PARAMETER + n.ln() {
+            return care(aspect);
+        }
+        // Beside a misfit, it would only take up some of it.
+        let may_be = best.is_none() && aspect.explanation.cause == Cause::PixelAspect;
+        (may_be && gain > WORTH_ALLOWING).then_some((aspect, Severity::Info))
     }
 
     /// Pixels that aren't square instead of a stretched board, unless the views tell the two apart: the board then stays as
     /// it was stated, for whoever uses the lens with it.
-    fn aspect_rather_than<'a>(&'a self, stretched: &'a Hypothesis) -> &'a Hypothesis {
+    fn aspect_rather_than<'a>(
+        &'a self,
+        stretched: &'a Hypothesis,
+        overcount: f64,
+    ) -> &'a Hypothesis {
         let is_as_good = |hypothesis: &&Hypothesis| {
             hypothesis.explanation.cause == Cause::PixelAspect
-                && hypothesis.gain > stretched.gain - CLEAR_GAIN
+                && hypothesis.gain > stretched.gain - CLEAR_GAIN * overcount
         };
         self.hypotheses.iter().find(is_as_good).unwrap_or(stretched)
     }

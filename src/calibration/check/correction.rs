@@ -10,7 +10,7 @@ use nalgebra::{Point2, SMatrix, Vector2};
 use super::{
     cause::Cause,
     cause_findings::finding_code,
-    finding::{Finding, Severity},
+    finding::Finding,
     misfit_diagnosis::{Causes, positive_part},
 };
 use crate::{
@@ -49,7 +49,7 @@ impl Correction {
         n: f64,
         overcount: f64,
     ) -> Option<Self> {
-        let best = causes.correctable(n, overcount)?;
+        let (best, severity) = causes.correctable(n, overcount)?;
         let explanation = &best.explanation;
         let camera = &explanation.state.bundle.camera;
         let kind = match explanation.cause {
@@ -69,7 +69,7 @@ impl Correction {
         Some(Self {
             kind,
             doubt: positive_part(&of_parameters) + causes.doubt_beside(best),
-            finding: Finding { code, severity: Severity::Care },
+            finding: Finding { code, severity },
         })
     }
 
