@@ -29,8 +29,8 @@ const INTERPOLATED_SHARE: usize = 18;
 ///
 /// # Errors
 ///
-/// [`Miss::OtherBoard`] if the grid is larger than the board, or a whole smaller one that ends in white on all sides,
-/// [`Miss::PartialBoard`] if corners are missing,
+/// [`Miss::OtherBoard`] if the grid is larger than the board, a whole smaller one that ends in white on all sides, or as
+/// large as one whose squares were counted; [`Miss::PartialBoard`] if corners are missing,
 /// [`Miss::Glare`] if they are missing where the picture is saturated, [`Miss::NoBoard`] if the colours don't match.
 pub(super) fn match_board(
     image: &GrayImage,
@@ -73,7 +73,10 @@ pub(super) fn match_board(
         let is_glaring = cut_off_by.is_none() && glaring(image, lattice);
         // Cut off, a larger board would be given a wrong number of corners.
         let larger = !fits && whole && width.min(height) >= 3 && width * height > columns * rows;
-        if larger && cut_off_by.is_none() {
+        // One row and one column fewer, and neither cut off: whoever named the board has counted its squares.
+        let smaller = [(columns - 1, rows - 1), (rows - 1, columns - 1)].contains(&(width, height));
+        let miscounted = smaller && whole && expected.is_empty() && !is_glaring;
+        if (larger || miscounted) && cut_off_by.is_none() {
             return Err(other_board((width, height)));
         }
         if place_part(image, lattice, board, expected, into) {

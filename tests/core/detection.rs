@@ -187,6 +187,28 @@ fn another_board_is_named_whatever_its_size() {
     }
 }
 
+/// A board cut out within its outer squares has no white around it; counting squares is the usual slip.
+#[test]
+fn a_board_whose_squares_were_counted_is_named() {
+    let scene = Scene { clutter: 0.0, ..Scene::default_720p(7) };
+    let facing = pose(0.0, 0.0, 0.0, [0.0, 0.0, 0.4]);
+    let mut picture = render_view(&scene, &facing);
+    let px = |column: f64, row: f64| {
+        let at_m = Point2::new((column - 4.0) * 0.025, (row - 2.5) * 0.025);
+        scene.camera.px_from_board(&facing, &at_m).expect("in front")
+    };
+    let (low, high) = (px(-0.6, -0.7), px(8.6, 5.7));
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let inside = |at: u32, low: f64, high: f64| (low..high).contains(&f64::from(at));
+        if !inside(x, low.x, high.x) || !inside(y, low.y, high.y) {
+            pixel.0 = [90];
+        }
+    }
+    let squares = Checkerboard::new(10, 7, 0.025).expect("valid");
+    assert_eq!(find(&picture, &squares), Err(Miss::OtherBoard { columns: 9, rows: 6 }));
+    assert!(find(&picture, &scene.board).is_ok());
+}
+
 #[test]
 fn a_board_of_unknown_size_is_counted() {
     for (columns, rows, seed) in [(9, 6, 7), (7, 5, 8), (11, 8, 9), (4, 4, 10)] {
