@@ -29,7 +29,7 @@ TARGET = $(or $(CARGO_TARGET_DIR),target)
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python run test test-vm setup lint features windows doc msrv bench dist dist-check
+.PHONY: wheel test-python test-cloud run test test-vm setup lint features windows doc msrv bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -69,6 +69,13 @@ test-python: wheel
 	rm -rf $(TARGET)/python-test && $(PYTHON) -m venv $(TARGET)/python-test
 	$(TARGET)/python-test/bin/pip install --quiet pytest opencv-python-headless python/dist/boresight-*.whl
 	BORESIGHT_PROGRAM=$(abspath $(TARGET))/release/boresight $(TARGET)/python-test/bin/pytest -q python
+
+# Batches in object stores, on an S3 server that fails and stalls. Not part of `make test`: the server comes from PyPI.
+test-cloud:
+	cargo build --release --no-default-features --features cloud,report
+	$(PYTHON) -m venv $(TARGET)/cloud-test
+	$(TARGET)/cloud-test/bin/pip install --quiet "moto[server]>=5.2" boto3
+	$(TARGET)/cloud-test/bin/python tests/fleet/object_store.py --boresight $(TARGET)/release/boresight
 
 # Compiles for Windows; nothing of it is tested there. Needs: rustup target add x86_64-pc-windows-gnu
 windows:

@@ -29,8 +29,11 @@ limit 191 "headless with everything, a phone and history" --no-default-features 
 limit 338 "everything"
 # Not in the default features: Thrift, its schema language, and Snappy.
 limit 124 "a table of a batch in Parquet" --no-default-features --features parquet
+# Not in the default features: requests to an object store, their signatures, TLS with the system's certificates, and
+# XML. The most of all features, for names in other scripts (ICU) come with addresses.
+limit 219 "a batch in object stores" --no-default-features --features cloud
 
-for features in "" live window window,accessibility nokhwa study report manual serve history parquet live,report; do
+for features in "" live window window,accessibility nokhwa study report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

@@ -21,6 +21,10 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
         if let Some(err) = cause.downcast_ref::<CaptureError>() {
             return Some(capture(err));
         }
+        #[cfg(feature = "cloud")]
+        if let Some(err) = cause.downcast_ref::<super::batch::CloudError>() {
+            return Some(err.next_action().into());
+        }
         if let Some(err) = cause.downcast_ref::<NotImported>() {
             return imported(err).map(Into::into);
         }

@@ -30,6 +30,8 @@ impl MissingFeature {
     pub const HISTORY: Self = Self { part: "history of cameras", feature: "history" };
     /// Tables in Parquet.
     pub const PARQUET: Self = Self { part: "tables in Parquet", feature: "parquet" };
+    /// Sessions and results of a batch in object stores.
+    pub const CLOUD: Self = Self { part: "object stores (s3://…)", feature: "cloud" };
     /// The page for a phone.
     pub const SERVE: Self = Self { part: "page for a phone", feature: "serve" };
 }

@@ -31,6 +31,7 @@ mod plain;
 mod private;
 mod read;
 mod save;
+mod scratch;
 
 pub use append::Appending;
 #[cfg(feature = "disk-log")]
@@ -41,3 +42,4 @@ pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_fo
 pub use private::read_or_make_private;
 pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
 pub use save::{FileStream, Overwrite, copy, may_save, save, save_streamed};
+pub use scratch::Scratch;

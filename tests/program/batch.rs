@@ -555,6 +555,44 @@ fn a_build_without_parquet_says_so() {
     says(&boresight(place.path(), &parquet), 2, &["no tables in Parquet", "--features parquet"]);
 }
 
+#[cfg(not(feature = "cloud"))]
+#[test]
+fn a_build_without_object_stores_says_so() {
+    let place = sessions(1);
+    let place = place.path();
+    let said = ["no object stores", "--features cloud"];
+    says(&boresight(place, &["batch", "plan", "s3://fleet"]), 2, &said);
+    says(&boresight(place, &["batch", "gather", "s3://fleet/out"]), 2, &said);
+    says(&run(place, "s3://fleet/out", &[]), 2, &said);
+    let item = r#"{"session":"s3://fleet/a","content":"00","bytes":1}"#;
+    fs::write(place.join("manifest.jsonl"), format!("{item}\n")).expect("written");
+    says(&run(place, "out", &[]), 2, &said);
+}
+
+#[cfg(feature = "cloud")]
+#[test]
+fn an_object_store_that_cannot_be_used_is_told_apart() {
+    let place = sessions(1);
+    let plan = |address: &str, variables: &[(&str, &str)]| {
+        let mut command = program(place.path(), &["batch", "plan", address]);
+        for (name, _) in std::env::vars().filter(|(name, _)| name.starts_with("AWS_")) {
+            command.env_remove(name);
+        }
+        let output = command.envs(variables.iter().copied()).output().expect("started");
+        let text = |bytes| String::from_utf8(bytes).expect("text");
+        let code = output.status.code().expect("not killed");
+        Ended { code, stdout: text(output.stdout), stderr: text(output.stderr) }
+    };
+    for wrong in ["s3://", "s3://fleet//a", "s3://fleet/../a"] {
+        says(&plan(wrong, &[]), 1, &["s3://BUCKET/PREFIX"]);
+    }
+    let nobody = ("AWS_ENDPOINT_URL", "http://127.0.0.1:9");
+    says(&plan("s3://fleet", &[nobody]), 1, &["no TLS", "AWS_ALLOW_HTTP"]);
+    let roles = ("AWS_METADATA_ENDPOINT", "http://127.0.0.1:9");
+    let said = ["no credentials", "AWS_ACCESS_KEY_ID"];
+    says(&plan("s3://fleet", &[nobody, roles, ("AWS_ALLOW_HTTP", "true")]), 1, &said);
+}
+
 #[test]
 fn nonsense_is_refused_with_what_to_do() {
     let place = TempDir::new().expect("folder");

@@ -12,7 +12,7 @@ use std::{
 use anyhow::Context;
 use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
 
-use super::{job::Job, manifest::Item};
+use super::{item::Item, job::Job};
 
 /// How long a wait goes on before it's looked whether to stop.
 const LOOK: Duration = Duration::from_millis(100);
@@ -38,9 +38,19 @@ pub(super) enum Answer {
 }
 
 impl Worker {
-    /// Starts `program` as a worker on `job`, whose files go into `out`.
-    pub(super) fn start(program: &Path, job: &Job, out: &Path) -> anyhow::Result<Self> {
-        let mut process = Command::new(program)
+    /// Starts `program` as a worker on `job`, whose files go into `out`; in the folder `at`, if there is one, otherwise
+    /// in that of this process.
+    pub(super) fn start(
+        program: &Path,
+        job: &Job,
+        out: &Path,
+        at: Option<&Path>,
+    ) -> anyhow::Result<Self> {
+        let mut command = Command::new(program);
+        if let Some(at) = at {
+            command.current_dir(at);
+        }
+        let mut process = command
             .args(["batch", "worker", "--out"])
             .arg(out)
             .stdin(Stdio::piped())

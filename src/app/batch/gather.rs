@@ -1,9 +1,12 @@
 //! The rows of a batch, in order.
 
-use super::{job::Id, manifest::Manifest, row::Row, store::Store};
+use super::{job::Id, row::Row, store::Store};
 
 /// Missing items that are named.
 const NAMED: usize = 5;
+
+/// Rows that are read at a time.
+const CHUNK: usize = 1024;
 
 /// What was gathered.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -24,39 +27,45 @@ pub struct Gathered {
 ///
 /// # Errors
 ///
-/// If there is no batch, its manifest can't be read, or `each` fails.
+/// If there is no batch, its manifest can't be read, an object store can't be used, or `each` fails.
 pub fn gather(
     store: &Store,
     each: &mut dyn FnMut(&str) -> anyhow::Result<()>,
 ) -> anyhow::Result<Gathered> {
     let job = store.job()?;
     let mut ids: Vec<Id> = Vec::new();
-    for item in Manifest::open(&store.manifest())? {
+    let manifest = store.manifest()?;
+    for item in manifest.items()? {
         ids.push(job.id_of(&item?));
     }
     ids.sort_unstable();
     ids.dedup();
     let mut gathered = Gathered::default();
     let mut missing = Vec::new();
-    for id in ids {
-        match store.row(&id.to_string()) {
-            Ok(Some(row)) => {
-                each(row.line())?;
-                gathered.rows += 1;
-                gathered.failed += u64::from(!row.is_ok());
-                continue;
+    for ids in ids.chunks(CHUNK) {
+        let names: Vec<String> = ids.iter().map(Id::to_string).collect();
+        for (&id, row) in ids.iter().zip(store.rows(&names)?) {
+            match row {
+                Ok(Some(row)) => {
+                    each(row.line())?;
+                    gathered.rows += 1;
+                    gathered.failed += u64::from(!row.is_ok());
+                    continue;
+                }
+                Ok(None) => {}
+                Err(err) if gathered.damaged.len() < NAMED => {
+                    gathered.damaged.push(format!("{err:#}"));
+                }
+                Err(_) => {}
             }
-            Ok(None) => {}
-            Err(err) if gathered.damaged.len() < NAMED => gathered.damaged.push(format!("{err:#}")),
-            Err(_) => {}
-        }
-        gathered.missing += 1;
-        if missing.len() < NAMED {
-            missing.push(id);
+            gathered.missing += 1;
+            if missing.len() < NAMED {
+                missing.push(id);
+            }
         }
     }
     if !missing.is_empty() {
-        for item in Manifest::open(&store.manifest())? {
+        for item in manifest.items()? {
             let item = item?;
             if missing.contains(&job.id_of(&item)) && !gathered.named.contains(&item.session) {
                 gathered.named.push(item.session);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::manifest::{Item, hex};
+use super::item::{Item, hex};
 use crate::{
     files::{Links, TEXT_LIMIT, read},
     guidance::RULES,

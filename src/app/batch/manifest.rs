@@ -1,38 +1,19 @@
 //! The sessions of a batch, one a line.
 
-use std::{
-    io::{Read, Seek, SeekFrom},
-    path::{Path, PathBuf},
+use std::path::{Path, PathBuf};
+
+use super::{
+    address::{FETCHED, is_cloud, missing},
+    buckets::Prefix,
+    item::Item,
 };
-
-use serde::{Deserialize, Serialize};
-
 use crate::{
-    app::{RESULT_FILE, session_folders::session_folders},
-    files::{FileError, LineReader, Links, open, read},
+    app::session_folders::session_folders,
+    files::{FileError, LineReader, Links, Scratch},
 };
 
-const HEADER: &str = "session.toml";
-const JOURNAL: &str = "journal.jsonl";
-/// The largest header that counts.
-const HEADER_LIMIT: u64 = 1 << 20;
-/// Bytes at the end of a journal that count. They hold the numbers of the last decision.
-const END_BYTES: u64 = 2048;
 /// The longest line of a manifest.
 const LINE_LIMIT: u64 = 1 << 16;
-
-/// A line of a manifest: one session.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Item {
-    /// The session's folder, an absolute path.
-    pub session: String,
-    /// Hash of what the session holds: all of `session.toml`; length and end of the journal, whose lines are numbered
-    /// and only appended; length of the result.
-    pub content: String,
-    /// Length of the journal.
-    pub bytes: u64,
-}
 
 /// Why a manifest can't be read.
 #[derive(Debug, thiserror::Error)]
@@ -54,62 +35,23 @@ pub enum ManifestError {
     },
 }
 
-impl Item {
-    /// The session in the folder `session`, as it is now; `None` if the name isn't UTF-8. What can't be read counts
-    /// by its error, so that every session becomes a row.
-    pub fn of(session: &Path) -> Option<Self> {
-        let name = session.to_str()?.to_owned();
-        let mut hash = hmac_sha256::Hash::new();
-        match read(&session.join(HEADER), HEADER_LIMIT, Links::Refused) {
-            Ok(header) => {
-                hash.update((header.len() as u64).to_le_bytes());
-                hash.update(header);
-            }
-            Err(err) => hash.update(err.code()),
-        }
-        let mut bytes = 0;
-        match end_of(&session.join(JOURNAL)) {
-            Ok((length, end)) => {
-                bytes = length;
-                hash.update(length.to_le_bytes());
-                hash.update(end);
-            }
-            Err(err) => hash.update(err.code()),
-        }
-        let result = session.join(RESULT_FILE).symlink_metadata();
-        hash.update(result.map_or(0, |there| there.len() + 1).to_le_bytes());
-        Some(Self { session: name, content: hex(&hash.finalize()[..16]), bytes })
-    }
-}
-
-/// Length and last bytes of the file at `path`.
-fn end_of(path: &Path) -> Result<(u64, Vec<u8>), FileError> {
-    let reading = FileError::reading(path);
-    let mut file = open(path, Links::Refused)?;
-    let length = file.metadata().map_err(&reading)?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(END_BYTES))).map_err(&reading)?;
-    let mut end = Vec::with_capacity(END_BYTES as usize);
-    file.take(END_BYTES).read_to_end(&mut end).map_err(&reading)?;
-    Ok((length, end))
-}
-
-/// Digits of `bytes`.
-pub(super) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// Finds the sessions in and below each of `roots`, in the order of their paths, and hands each to `found`. Links below
-/// a root aren't followed. Returns the folders that were left out because their names aren't UTF-8.
+/// a root aren't followed; a root may be `s3://BUCKET/PREFIX`. Returns the folders that were left out because their
+/// names aren't UTF-8.
 ///
 /// # Errors
 ///
-/// If a root is no folder, or `found` fails.
+/// If a root is no folder, a store doesn't answer, or `found` fails.
 pub fn plan(
     roots: &[PathBuf],
     found: &mut dyn FnMut(&Item) -> anyhow::Result<()>,
 ) -> anyhow::Result<Vec<PathBuf>> {
     let mut left_out = Vec::new();
     for root in roots {
+        if is_cloud(root) {
+            Prefix::open(root)?.sessions(found)?;
+            continue;
+        }
         session_folders(root, &mut |folder| match Item::of(folder) {
             Some(item) => found(&item),
             None => {
@@ -119,6 +61,43 @@ pub fn plan(
         })?;
     }
     Ok(left_out)
+}
+
+/// A manifest that may come from an object store, as a file.
+#[derive(Debug)]
+pub(super) struct ManifestFile {
+    /// Where it can be read.
+    pub(super) path: PathBuf,
+    /// By what name it's known.
+    shown: PathBuf,
+    /// Holds the copy, if it is one.
+    _copy: Option<Scratch>,
+}
+
+impl ManifestFile {
+    /// The manifest at `path`; from an object store, it's fetched.
+    ///
+    /// # Errors
+    ///
+    /// If the store doesn't answer, has no such object, or the copy can't be written.
+    pub(super) fn at(path: &Path) -> anyhow::Result<Self> {
+        let own = path.to_path_buf();
+        if !is_cloud(path) {
+            return Ok(Self { path: own.clone(), shown: own, _copy: None });
+        }
+        let copy = Prefix::open(path)?.fetched("")?;
+        let copy = copy.ok_or_else(|| missing(path))?;
+        Ok(Self { path: copy.path().join(FETCHED), shown: own, _copy: Some(copy) })
+    }
+
+    /// Reads its items.
+    ///
+    /// # Errors
+    ///
+    /// [`ManifestError::File`].
+    pub(super) fn items(&self) -> Result<Manifest, ManifestError> {
+        Ok(Manifest { path: self.shown.clone(), ..Manifest::open(&self.path)? })
+    }
 }
 
 /// The items of a manifest, read one after the other.

@@ -6,37 +6,58 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | `address` | the address of something in an object store |
+//! | `item` | a session as a line of a manifest, and what counts of it |
+//! | `cloud` | object stores, with the feature of that name; `no_cloud` without; both are called `buckets` |
+//! | `place` | a folder, or a prefix in an object store |
 //! | `manifest` | the sessions below some folders, one a line |
 //! | `job` | what is done with each item, and the name of its result |
 //! | `row` | one result |
 //! | `work` | one item, from its session to its row |
 //! | `shard` | a worker's part of the manifest, from an argument or a scheduler's variables |
-//! | `store` | the folder of results |
+//! | `store` | the results of a batch |
 //! | `child` | the process that works, and that may crash or hang |
+//! | `desk` | where a thread has items worked on: a worker, and copies of what is in an object store |
 //! | `run` | a shard, from its first item to its last |
 //! | `gather` | the rows in order, and which are missing |
 //! | `parquet_table` | the rows as a Parquet file, with the feature of that name |
 //! | `changes` | decisions and verdicts that differ from the recorded ones |
 //! | `metrics` | how a run goes, for Prometheus |
 
+mod address;
 mod changes;
 mod child;
+#[cfg(feature = "cloud")]
+mod cloud;
+mod desk;
 mod gather;
+mod item;
 mod job;
 mod manifest;
 mod metrics;
+#[cfg(not(feature = "cloud"))]
+mod no_cloud;
 #[cfg(feature = "parquet")]
 mod parquet_table;
+mod place;
 mod row;
 mod run;
 mod shard;
 mod store;
 mod work;
 
+#[cfg(feature = "cloud")]
+use cloud as buckets;
+#[cfg(not(feature = "cloud"))]
+use no_cloud as buckets;
+
 pub use changes::{Change, Changes, changes};
+#[cfg(feature = "cloud")]
+pub use cloud::{CloudError, Why};
 pub use gather::{Gathered, gather};
+pub use item::Item;
 pub use job::{Action, Id, JOB_SCHEMA, Job};
-pub use manifest::{Item, Manifest, ManifestError, plan};
+pub use manifest::{Manifest, ManifestError, plan};
 pub use metrics::write as write_metrics;
 #[cfg(feature = "parquet")]
 pub use parquet_table::gather_parquet;

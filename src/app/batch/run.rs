@@ -14,27 +14,27 @@ use std::{
 use serde::Deserialize;
 
 use super::{
-    child::{Answer, Worker},
+    address::is_cloud,
+    buckets::Sessions,
+    desk::{Desk, Outcome, Tools},
+    item::Item,
     job::Job,
-    manifest::{Item, Manifest, ManifestError},
+    manifest::{Manifest, ManifestError, ManifestFile},
     row::{OK, Row},
     shard::Shard,
     store::Store,
 };
-
-/// How often an item is tried whose worker ended: a worker may have been killed for no fault of the item.
-const TRIES: usize = 3;
 
 /// A batch, as one worker of a scheduler sees it.
 #[derive(Debug)]
 pub struct Batch<'a> {
     /// What is done.
     pub job: Job,
-    /// The items.
+    /// The items: a file, or an address in an object store.
     pub manifest: &'a Path,
     /// Which of them.
     pub shard: Shard,
-    /// Where results go.
+    /// Where results go: a folder, or a prefix in an object store.
     pub out: &'a Path,
     /// The longest that an item may take.
     pub budget: Duration,
@@ -93,6 +93,9 @@ pub enum Event<'a> {
 struct Shared<'a> {
     batch: &'a Batch<'a>,
     store: Store,
+    sessions: Sessions,
+    /// Whether some sessions must be fetched.
+    fetches: bool,
     items: Mutex<(Manifest, u64)>,
     tally: Mutex<Tally>,
     stop: &'a AtomicBool,
@@ -113,17 +116,24 @@ pub fn run(
     stop: &AtomicBool,
     report: &(dyn Fn(&Event<'_>) + Sync),
 ) -> anyhow::Result<Tally> {
-    let mut items = 0;
-    for (number, item) in (0..).zip(Manifest::open(batch.manifest)?) {
-        item?;
-        items += u64::from(batch.shard.has(number));
+    let manifest = ManifestFile::at(batch.manifest)?;
+    let (mut items, mut fetches) = (0, false);
+    for (number, item) in (0..).zip(manifest.items()?) {
+        let item = item?;
+        if batch.shard.has(number) {
+            items += 1;
+            fetches |= is_cloud(Path::new(&item.session));
+        }
     }
-    let store = Store::at(batch.out);
-    store.prepare(&batch.job, batch.manifest)?;
+    let mut store = Store::at(batch.out)?;
+    store.prepare(&batch.job, &manifest.path)?;
+    store.look()?;
     let shared = Shared {
         batch,
         store,
-        items: Mutex::new((Manifest::open(batch.manifest)?, 0)),
+        sessions: Sessions::default(),
+        fetches,
+        items: Mutex::new((manifest.items()?, 0)),
         tally: Mutex::new(Tally { items, ..Tally::default() }),
         stop,
         failed: AtomicBool::new(false),
@@ -178,17 +188,24 @@ impl Shared<'_> {
     /// Works on items until there are no more.
     fn work(&self) -> anyhow::Result<()> {
         let batch = self.batch;
-        let mut worker = None;
+        let tools = Tools {
+            program: batch.program,
+            job: &batch.job,
+            out: batch.out,
+            store: &self.store,
+            budget: batch.budget,
+        };
+        let mut desk = Desk::new(tools, self.fetches)?;
         while !self.is_over() {
             let Some(item) = self.next() else { break };
             let item = item?;
             let id = batch.job.id_of(&item).to_string();
-            if self.store.is_done(&id, batch.again) {
+            if self.store.is_done(&id, batch.again)? {
                 self.count(|tally| tally.there += 1);
                 continue;
             }
             let began = Instant::now();
-            let Some((code, line)) = self.row(&mut worker, &item, &id)? else { break };
+            let Some((code, line)) = self.row(&mut desk, &item, &id)? else { break };
             let took = began.elapsed();
             self.store.save_row(&id, &line, batch.again)?;
             (self.report)(&Event::Row { item: &item, code: &code, took });
@@ -203,39 +220,26 @@ impl Shared<'_> {
     /// Code and row of `item`; `None` if it was asked to stop.
     fn row(
         &self,
-        worker: &mut Option<Worker>,
+        desk: &mut Desk<'_>,
         item: &Item,
         id: &str,
     ) -> anyhow::Result<Option<(String, Vec<u8>)>> {
-        let batch = self.batch;
-        let failed = |code: &str, message: String, next: &str| {
-            let row = Row::new(id.to_owned(), &item.session, batch.job.action);
-            let mut line = serde_json::to_vec(&row.failed(code, message, Some(next.into())))?;
-            line.push(b'\n');
-            anyhow::Ok(Some((code.to_owned(), line)))
-        };
-        for _ in 0..TRIES {
-            let working = match worker.take() {
-                Some(working) => worker.insert(working),
-                None => worker.insert(Worker::start(batch.program, &batch.job, batch.out)?),
-            };
-            match working.work(item, batch.budget, self.stop) {
-                Answer::Row(line) => {
-                    let head: Head = serde_json::from_slice(&line)?;
-                    anyhow::ensure!(head.id == id, "a worker answered another item");
-                    return Ok(Some((head.code, line)));
+        let (code, message, next) = match desk.work(&self.sessions, item, self.stop)? {
+            Outcome::Row(line) => {
+                let head: Head = serde_json::from_slice(&line)?;
+                anyhow::ensure!(head.id == id, "a worker answered another item");
+                if let Some(file) = &head.file {
+                    desk.hand_over(id, file)?;
                 }
-                Answer::Stopped => return Ok(None),
-                Answer::TooLong => {
-                    *worker = None;
-                    let message = format!("longer than {} s", batch.budget.as_secs_f64());
-                    return failed("TIME-BUDGET", message, "Allow more: --budget, with --again");
-                }
-                Answer::Crashed => *worker = None,
+                return Ok(Some((head.code, line)));
             }
-        }
-        let message = format!("the worker ended {TRIES} times, perhaps because memory ran out");
-        failed("CRASHED", message, "Allow more memory, and run it with --again.")
+            Outcome::Stopped => return Ok(None),
+            Outcome::NotDone { code, message, next } => (code, message, next),
+        };
+        let row = Row::new(id.to_owned(), &item.session, self.batch.job.action);
+        let mut line = serde_json::to_vec(&row.failed(code, message, Some(next.into())))?;
+        line.push(b'\n');
+        Ok(Some((code.to_owned(), line)))
     }
 }
 
@@ -243,4 +247,5 @@ impl Shared<'_> {
 struct Head {
     id: String,
     code: String,
+    file: Option<String>,
 }

@@ -10,8 +10,8 @@ use anyhow::Context;
 use serde::Deserialize;
 
 use super::{
+    item::Item,
     job::{Action, Job},
-    manifest::Item,
     row::{DecisionsEntry, Row},
     store::Store,
 };

@@ -26,7 +26,7 @@ use crate::{
 /// ran. DuckDB, Polars and pandas read it as it is. If a session has no result yet, the exit code is 1.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// The folder of results.
+    /// The folder of results, or s3://BUCKET/PREFIX.
     #[arg(value_name = "OUT")]
     out: PathBuf,
     /// Print which decisions and verdicts differ from the recorded ones instead, and how often.
@@ -45,7 +45,7 @@ pub(in crate::cli) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let store = Store::at(&self.out);
+        let store = Store::at(&self.out)?;
         let gathered = if self.changes {
             let (changes, gathered) = changes(&store)?;
             if self.json {

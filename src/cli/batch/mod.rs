@@ -36,6 +36,11 @@ Examples:
   In a job array of Slurm or AWS Batch, the shard needs no option. In an indexed job of Kubernetes, set
   BORESIGHT_SHARDS to the number of completions.
 
+  Sessions and results in an S3-compatible object store, in a build with the feature `cloud`. The environment has the
+  endpoint and the keys: AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY.
+    boresight batch plan s3://fleet/sessions > manifest.jsonl
+    boresight batch run manifest.jsonl --action replay --out s3://fleet/replayed
+
 Exit codes of run: 0 if every item has a result, 1 if it was stopped or results can't be written.
 Exit codes of gather: 0 if every item has a result, 1 if one is missing.";
 

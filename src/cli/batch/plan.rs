@@ -19,7 +19,7 @@ use crate::{
 /// all workers must see the sessions under the same names.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// Folders of sessions, or sessions.
+    /// Folders of sessions, or sessions; in an object store: s3://BUCKET/PREFIX.
     #[arg(required = true, value_name = "ROOT")]
     roots: Vec<PathBuf>,
 }

@@ -43,12 +43,12 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub(in crate::cli) struct Arguments {
-    /// The list that `batch plan` printed.
+    /// The list that `batch plan` printed; may be in an object store, too.
     manifest: PathBuf,
     /// What to do with each session.
     #[arg(long, value_enum)]
     action: ActionName,
-    /// Folder for the results.
+    /// Folder for the results, or s3://BUCKET/PREFIX.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Work on part I of N, from 1/N to N/N [default: from the variables of Slurm, Kubernetes or AWS Batch, else all].

@@ -45,7 +45,7 @@ impl Arguments {
         })?;
         let first = lines.recv().context("there is no job on stdin")?;
         let job: Job = serde_json::from_str(&first).context("no job")?;
-        let store = Store::at(&self.out);
+        let store = Store::at(&self.out)?;
         for line in lines {
             let item: Item = serde_json::from_str(&line).context("no item")?;
             print(&serde_json::to_string(&work(&job, &store, &item))?)?;

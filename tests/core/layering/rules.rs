@@ -36,7 +36,7 @@ pub(crate) const RULES: Rules = Rules {
         ("report", "board frame geometry calibration text chart"),
         (
             "app",
-            "markers board board_code frame device panic_message files geometry detection calibration \
+            "markers board board_code frame device panic_message parallel files geometry detection calibration \
              guidance session capture config simulation recording pipeline target text speech serve report",
         ),
         (
@@ -101,7 +101,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("std::env"), &["app", "cli", "ui/run", "ui/sound"]),
         (Reach::Path("std::process"), &["capture", "app", "cli", "main", "ui/sound"]),
         (Reach::Path("std::net"), &["serve"]),
-        (Reach::Path("tokio"), &["serve"]),
+        (Reach::Path("tokio"), &["serve", "app/batch/cloud"]),
         (Reach::Path("tokio_rustls"), &["serve"]),
         (Reach::Path("axum"), &["serve"]),
         (Reach::Path("hyper"), &["serve"]),
@@ -134,6 +134,9 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("serde_saphyr"), &["calibration/files/import"]),
         (Reach::Path("rusqlite"), &["app/history"]),
         (Reach::Path("parquet"), &["app/batch/parquet_table.rs"]),
+        (Reach::Path("object_store"), &["app/batch/cloud"]),
+        (Reach::Path("rustls"), &["app/batch/cloud/client.rs"]),
+        (Reach::Path("futures_util"), &["app/batch/cloud"]),
         (Reach::Path("clap"), &["cli"]),
         (Reach::Path("anyhow"), &["app", "cli"]),
         (Reach::Path("egui"), &["ui"]),
