@@ -21,6 +21,8 @@ const LEAST_OF_NEXT: f32 = 0.35;
 const LEAST_STEP: f32 = 3.0;
 /// Corners beyond the named board that are looked for along a side, to name the larger one.
 const MOST_BEYOND: i32 = 4;
+/// Corners beyond the named board that aren't there by chance.
+const LEAST_BEYOND: i32 = 5;
 /// At most one in this many corners may be interpolated and confirmed by the edge fit.
 const INTERPOLATED_SHARE: usize = 18;
 
@@ -58,11 +60,12 @@ pub(super) fn match_board(
         interpolate_last(image, lattice, (low, high), wanted / INTERPOLATED_SHARE);
     }
     let whole = lattice.len() as i32 == width * height;
-    if fits
-        && whole
-        && let Some(size) = goes_on(image, lattice, (low, high))
-    {
-        return Err(other_board(size));
+    if fits && whole {
+        let larger = goes_on(image, lattice, (low, high))
+            .or_else(|| shows_more(image, lattice, (low, high)));
+        if let Some(size) = larger {
+            return Err(other_board(size));
+        }
     }
     if !(fits && whole) {
         if !fits && let Some(size) = whole_board(image, lattice) {
@@ -108,6 +111,24 @@ fn goes_on(
     prune(lattice);
     let (low, high) = lattice.extent()?;
     Some((seen.0.max(high.0 - low.0 + 1), seen.1.max(high.1 - low.1 + 1)))
+}
+
+/// Width and height of the grid of which the rectangle from `low` to `high` is a part, if more corners are seen beyond it
+/// than chance corners beside a board; as [`goes_on`] in a picture too small or too noisy to tell squares from white.
+fn shows_more(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    (low, high): (Node, Node),
+) -> Option<(i32, i32)> {
+    let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
+    complete(image, lattice, width.max(height) + 2);
+    let beyond = lattice.len() as i32 - width * height;
+    if beyond >= LEAST_BEYOND {
+        let (low, high) = lattice.extent()?;
+        return Some((high.0 - low.0 + 1, high.1 - low.1 + 1));
+    }
+    lattice.retain(|_, (i, j)| (low.0..=high.0).contains(&i) && (low.1..=high.1).contains(&j));
+    None
 }
 
 fn other_board((width, height): (i32, i32)) -> Miss {

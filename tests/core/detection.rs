@@ -187,6 +187,24 @@ fn another_board_is_named_whatever_its_size() {
     }
 }
 
+/// A tablecloth has no end of fields: no part of it is a board, whatever the size that is named.
+#[test]
+fn a_part_of_a_larger_pattern_is_no_board() {
+    let cloth = Checkerboard::new(25, 18, 0.01).expect("valid");
+    for seed in 0..16 {
+        let scene = Scene { board: cloth, clutter: 0.0, ..Scene::default_720p(seed) };
+        let (tilt_deg, towards_deg) = (8.0 + 3.0 * seed as f64, 23.0 * seed as f64);
+        let depth_m = 0.5 + 0.05 * seed as f64;
+        let at_m = [0.02, 0.01, depth_m];
+        let picture = render_view(&scene, &pose(tilt_deg, towards_deg, 17.0, at_m));
+        for (columns, rows) in [(6, 4), (7, 5), (8, 6), (9, 6)] {
+            let named = Checkerboard::new(columns, rows, 0.025).expect("valid");
+            let seen = find(&picture, &named);
+            assert!(seen.is_err(), "#{seed}: {columns}x{rows}");
+        }
+    }
+}
+
 /// A board cut out within its outer squares has no white around it; counting squares is the usual slip.
 #[test]
 fn a_board_whose_squares_were_counted_is_named() {
