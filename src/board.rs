@@ -63,6 +63,11 @@ pub enum InvalidMarkers {
     },
 }
 
+impl InvalidMarkers {
+    /// Least and largest side of a marker, as a share of a square's.
+    pub const SIDES_SQUARES: [f64; 2] = [0.3, 0.95];
+}
+
 impl Checkerboard {
     /// Creates a board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
     ///
@@ -86,7 +91,8 @@ impl Checkerboard {
     /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
     pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
         let Markers { dictionary, side_squares } = markers;
-        if !(0.3..=0.95).contains(&side_squares) {
+        let [least, most] = InvalidMarkers::SIDES_SQUARES;
+        if !(least..=most).contains(&side_squares) {
             return Err(InvalidMarkers::Side { side_squares });
         }
         let (needed, count) = (marker_count(self.squares()), dictionary.count());

@@ -2,7 +2,8 @@
 
 Pixel (0, 0) is the centre of the top-left pixel, x points right, y down. Lengths are in pixels unless a name says
 otherwise; the lens is OpenCV's. A board is named by its inner corners, columns x rows: "9x6" is a
-board of 10 by 7 squares.
+board of 10 by 7 squares. A ChArUco board is named by its squares, as other programs do, with the dictionary and the
+side of a marker: "charuco:8x11:DICT_4X4_50:15mm".
 
 Pictures are arrays of uint8: rows x columns, or rows x columns x 3 in OpenCV's order, blue, green, red.
 
@@ -19,8 +20,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Iterable, Mapping, Sequence, Union
 
@@ -40,6 +42,7 @@ __all__ = [
     "calibrate",
     "check",
     "detect",
+    "detect_charuco_corners",
     "export",
     "find_chessboard_corners",
     "read",
@@ -61,9 +64,10 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 @dataclass(frozen=True)
 class Board:
-    """A checkerboard by its inner corners.
+    """A checkerboard by its inner corners: a plain one, or a ChArUco board with a marker in each light square.
 
-    The size of the squares only scales distances: the lens doesn't depend on it.
+    The size of the squares only scales distances: the lens doesn't depend on it. On a ChArUco board, the markers are
+    found by their size as a share of a square's, so give both in the same unit.
     """
 
     #: Inner corners in a row.
@@ -72,19 +76,32 @@ class Board:
     rows: int
     #: Side of a square in millimetres.
     square_mm: float = 25.0
+    #: Dictionary of a ChArUco board's markers, by OpenCV's name, such as "DICT_4X4_50"; None on a plain board.
+    dictionary: str | None = None
+    #: Side of a marker with its black frame in millimetres; None for 0.75 of a square.
+    marker_mm: float | None = None
 
     @classmethod
     def of(cls, board: BoardLike, square_mm: float | None = None) -> Board:
-        """The board that ``board`` names: a Board, "9x6", or (9, 6)."""
+        """The board that ``board`` names: a Board, "9x6", (9, 6), or "charuco:8x11:DICT_4X4_50:15mm".
+
+        The last is a ChArUco board of 8 by 11 *squares*, so 7 by 10 inner corners, with markers of 15 mm. The size of
+        the markers can be left out if it's 0.75 of a square.
+        """
         if isinstance(board, str):
-            columns, cross, rows = board.lower().partition("x")
-            if not (cross and columns.strip().isdigit() and rows.strip().isdigit()):
-                raise ValueError(f'a board is named by its inner corners, for example "9x6", not {board!r}')
-            board = (int(columns), int(rows))
+            board = _charuco(board) if ":" in board else _counts(board)
         if not isinstance(board, Board):
             columns, rows = board
             board = Board(int(columns), int(rows))
-        return board if square_mm is None else Board(board.columns, board.rows, float(square_mm))
+        return board if square_mm is None else replace(board, square_mm=float(square_mm))
+
+    @classmethod
+    def charuco(
+        cls, squares: tuple[int, int], dictionary: str, square_mm: float = 25.0, marker_mm: float | None = None
+    ) -> Board:
+        """A ChArUco board of so many *squares* in a row and in a column, as ``cv2.aruco.CharucoBoard`` counts them."""
+        across, down = squares
+        return cls(int(across) - 1, int(down) - 1, square_mm, dictionary, marker_mm)
 
     @property
     def points_mm(self) -> np.ndarray:
@@ -96,8 +113,30 @@ class Board:
         points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
         return (points - points.mean(axis=0)) * self.square_mm
 
-    def _tuple(self) -> tuple[int, int, float]:
-        return (self.columns, self.rows, float(self.square_mm))
+    def _named(self) -> tuple[int, int, float, str | None, float | None]:
+        return (self.columns, self.rows, float(self.square_mm), self.dictionary, self.marker_mm)
+
+
+def _counts(text: str) -> tuple[int, int]:
+    columns, cross, rows = text.lower().partition("x")
+    if not (cross and columns.strip().isdigit() and rows.strip().isdigit()):
+        raise ValueError(f'a board is named by its inner corners, for example "9x6", not {text!r}')
+    return int(columns), int(rows)
+
+
+_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+
+
+def _charuco(text: str) -> Board:
+    named = re.fullmatch(r"charuco:(\d+)[x×](\d+):(\w+)(?::([\d.]+) ?(mm|cm|m|in))?", text.strip(), re.IGNORECASE)
+    if not named:
+        raise ValueError(
+            "a ChArUco board is named by its squares, dictionary and marker size, for example "
+            f'"charuco:8x11:DICT_4X4_50:15mm", not {text!r}'
+        )
+    across, down, dictionary, side, unit = named.groups()
+    marker_mm = None if side is None else float(side) * _MILLIMETRES[unit.lower()]
+    return Board.charuco((int(across), int(down)), dictionary, marker_mm=marker_mm)
 
 
 BoardLike = Union[Board, str, "tuple[int, int]"]
@@ -122,15 +161,17 @@ def _grey(image: Any) -> np.ndarray:
 class Detection:
     """What was found in one picture."""
 
-    #: Whether the whole board was found.
+    #: Whether the board was found, whole or in part.
     found: bool
     #: Why not, in words; None if it was.
     reason: str | None
     #: The board that was searched.
     board: Board
-    #: Positions of the inner corners, N x 2 float64, row by row; None without a board.
+    #: Positions of all inner corners of the board, N x 2 float64, row by row; NaN where one isn't seen. None without a
+    #: board.
     corners_px: np.ndarray | None
-    #: Covariance of the error of each corner, N x 2 x 2, in px squared; None without a board.
+    #: Covariance of the error of each corner, N x 2 x 2, in px squared, infinite where it isn't seen; None without a
+    #: board.
     covariances_px2: np.ndarray | None
     #: Blur in px, contrast, glare and motion in px; None without a board.
     quality: Mapping[str, Any] | None
@@ -139,6 +180,16 @@ class Detection:
 
     def __bool__(self) -> bool:
         return self.found
+
+    @property
+    def seen(self) -> np.ndarray | None:
+        """Whether each corner is seen, N: those that are covered, or outside of the picture, aren't."""
+        return None if self.corners_px is None else np.isfinite(self.corners_px[:, 0])
+
+    @property
+    def ids(self) -> np.ndarray | None:
+        """Numbers of the corners that are seen, int32, counted row by row from 0: OpenCV's on ChArUco boards."""
+        return None if self.seen is None else np.flatnonzero(self.seen).astype(np.int32)
 
     @property
     def sigma_px(self) -> np.ndarray | None:
@@ -159,14 +210,17 @@ def _detector() -> _boresight.Detector:
 
 
 def detect(image: Any, board: BoardLike) -> Detection:
-    """Searches ``image`` for the whole ``board``.
+    """Searches ``image`` for ``board``.
 
-    Corners come in rows of ``board.columns``, with the covariance of their error. A board that is cut off, covered or
-    too blurred isn't found, and ``reason`` says which. Other threads run meanwhile.
+    Corners come in rows of ``board.columns``, with the covariance of their error. Of a board that is cut off or covered,
+    those that are seen are found if it's certain which they are: on a ChArUco board the markers tell. Otherwise
+    ``reason`` says why there are none. Other threads run meanwhile.
     """
     board = Board.of(board)
     grey = _grey(image)
-    text, corners, covariances = _detector().detect(grey, board.columns, board.rows)
+    text, corners, covariances = _detector().detect(grey, board._named())
+    if corners is not None:
+        corners[np.isinf(covariances[:, 0, 0])] = np.nan
     said = json.loads(text)
     size = (grey.shape[1], grey.shape[0])
     return Detection(said["found"], said["reason"], board, corners, covariances, said["quality"], size)
@@ -175,15 +229,33 @@ def detect(image: Any, board: BoardLike) -> Detection:
 def find_chessboard_corners(
     image: Any, pattern_size: tuple[int, int], corners: Any = None, flags: int = 0
 ) -> tuple[bool, np.ndarray | None]:
-    """Like ``cv2.findChessboardCorners``: (found, N x 1 x 2 float32), or (False, None).
+    """Like ``cv2.findChessboardCorners``: (found, N x 1 x 2 float32) if all corners are seen, or (False, None).
 
     ``corners`` and ``flags`` are there for the sake of old calls and change nothing. The corners need no
     ``cv2.cornerSubPix``: that would make them worse.
     """
     found = detect(image, tuple(pattern_size))
-    if found.corners_px is None:
+    if found.corners_px is None or not found.seen.all():
         return False, None
     return True, found.corners_px.astype(np.float32).reshape(-1, 1, 2)
+
+
+def detect_charuco_corners(image: Any, board: BoardLike) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """The first two results of ``cv2.aruco.CharucoDetector.detectBoard``: corners and their numbers.
+
+    Corners are N x 1 x 2 float32 and ids N x 1 int32, of the N corners that are seen; (None, None) without a board.
+    ``board`` is a ChArUco board; whether it has OpenCV's present or "legacy" layout shows in the picture. For object
+    points: ``cv2.aruco.CharucoBoard.matchImagePoints(corners, ids)``. The corners need no ``cv2.cornerSubPix``: that
+    would make them worse.
+    """
+    board = Board.of(board)
+    if board.dictionary is None:
+        raise ValueError('a ChArUco board has a dictionary, for example "charuco:8x11:DICT_4X4_50:15mm"')
+    found = detect(image, board)
+    if found.corners_px is None:
+        return None, None
+    corners = found.corners_px[found.seen].astype(np.float32)
+    return corners.reshape(-1, 1, 2), found.ids.reshape(-1, 1)
 
 
 @dataclass(frozen=True)
@@ -319,7 +391,7 @@ def calibrate(
     """Calibrates a camera from views of ``board``.
 
     ``views`` are names of picture files, pictures, :class:`Detection` s, or arrays of N x 2 corners row by row over the
-    board; the last need ``image_size``, width and height in pixels. Pictures without the board are left out.
+    board, NaN where a corner is missing; the last need ``image_size``, width and height in pixels. Pictures without the board are left out.
     ``settings`` are those of ``config/default.toml``, such as ``{"calibration.varying_focal": True}``.
 
     With names of files the result is what ``boresight calibrate --json`` prints, bit for bit.
@@ -328,7 +400,7 @@ def calibrate(
     views = list(views)
     if views and all(map(_is_path, views)):
         files = [os.fspath(view) for view in views]
-        text = _boresight.calibrate_files(files, board._tuple(), _settings(settings))
+        text = _boresight.calibrate_files(files, board._named(), _settings(settings))
         return Calibration(json.loads(text))
     if any(map(_is_path, views)):
         raise TypeError("views are all names of files, or none is")
@@ -336,7 +408,7 @@ def calibrate(
     size = size or image_size
     if size is None:
         raise ValueError("corners don't tell the size of their pictures: image_size=(width, height)")
-    text = _boresight.calibrate_corners(corners, names, board._tuple(), size, _settings(settings))
+    text = _boresight.calibrate_corners(corners, names, board._named(), size, _settings(settings))
     return Calibration(json.loads(text))
 
 
@@ -363,7 +435,7 @@ def check(
     size = size or image_size
     if size is None:
         raise ValueError("corners don't tell the size of their pictures: image_size=(width, height)")
-    return json.loads(_boresight.check_corners(corners, os.fspath(against), board._tuple(), size))
+    return json.loads(_boresight.check_corners(corners, os.fspath(against), board._named(), size))
 
 
 def read(session: PathLike) -> dict[str, Any]:
@@ -476,7 +548,7 @@ class Session:
         as ``{"guidance.plan": "quick"}``."""
         self.board = Board.of(board, square_mm)
         width, height = image_size
-        self._session = _boresight.Session(self.board._tuple(), (width, height), _settings(settings))
+        self._session = _boresight.Session(self.board._named(), (width, height), _settings(settings))
 
     def feed(self, image: Any, time_s: float) -> Advice:
         """Decides about one frame of a stream, captured at ``time_s`` seconds of any clock that doesn't jump."""

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 __version__: str
 
 View = tuple[NDArray[np.float64], NDArray[np.float64]]
+# Inner corners in a row and in a column, side of a square in mm, dictionary, side of a marker in mm.
+Named = tuple[int, int, float, str | None, float | None]
 
 class BoresightError(Exception):
     message: str
@@ -18,27 +20,27 @@ class BoresightError(Exception):
 class Detector:
     def __init__(self) -> None: ...
     def detect(
-        self, image: NDArray[np.uint8], columns: int, rows: int
+        self, image: NDArray[np.uint8], board: Named
     ) -> tuple[str, NDArray[np.float64] | None, NDArray[np.float64] | None]: ...
 
 class Session:
     def __init__(
-        self, board: tuple[int, int, float], image_size: tuple[int, int], settings: list[str]
+        self, board: Named, image_size: tuple[int, int], settings: list[str]
     ) -> None: ...
     def feed(self, image: NDArray[np.uint8], nanos: int, still: bool, name: str) -> str: ...
     def command(self, name: str) -> str: ...
     def calibration(self) -> str: ...
 
-def calibrate_files(files: list[str], board: tuple[int, int, float], settings: list[str]) -> str: ...
+def calibrate_files(files: list[str], board: Named, settings: list[str]) -> str: ...
 def calibrate_corners(
     views: list[View],
     names: list[str],
-    board: tuple[int, int, float],
+    board: Named,
     image_size: tuple[int, int],
     settings: list[str],
 ) -> str: ...
 def check_corners(
-    views: list[View], against: str, square: tuple[int, int, float], image_size: tuple[int, int]
+    views: list[View], against: str, board: Named, image_size: tuple[int, int]
 ) -> str: ...
 def read_calibration(file: str) -> str: ...
 def export(input: str, format: str, name: str | None) -> str: ...

@@ -18,6 +18,7 @@ use boresight::{
     config::Config,
     frame::ImageSize,
     geometry::{Corner, LensKind},
+    markers::MarkerChoice,
     text,
 };
 use pyo3::prelude::*;
@@ -25,20 +26,23 @@ use serde_json::json;
 
 use crate::{
     error::{raised, wrong},
-    picture::{View, board, corners},
+    picture::{Named, View, board, corners, markers},
 };
 
 /// Board and settings of a calibration.
-pub(crate) fn config(
-    columns: u16,
-    rows: u16,
-    square_mm: f64,
+pub(crate) fn config(named: &Named, settings: &[String]) -> PyResult<Config> {
+    let markers = markers(named)?;
+    checked(named, markers, settings).map_err(|err| raised(&err))
+}
+
+fn checked(
+    (columns, rows, square_mm, ..): &Named,
+    markers: Option<MarkerChoice>,
     settings: &[String],
 ) -> anyhow::Result<Config> {
     let mut config = Config::load(None, settings)?;
-    config.board.columns = columns;
-    config.board.rows = rows;
-    config.board.square_mm = square_mm;
+    config.board = config.board.chosen([*columns, *rows], markers);
+    config.board.square_mm = *square_mm;
     config.check()?;
     Ok(config)
 }
@@ -52,12 +56,11 @@ fn file_text(file: &CalibrationFile) -> anyhow::Result<String> {
 pub(crate) fn calibrate_files(
     py: Python<'_>,
     files: Vec<PathBuf>,
-    board: (u16, u16, f64),
+    board: Named,
     settings: Vec<String>,
 ) -> PyResult<String> {
-    let (columns, rows, square_mm) = board;
+    let config = config(&board, &settings)?;
     let work = || {
-        let config = config(columns, rows, square_mm, &settings)?;
         let board = config.board()?;
         let views = from_pictures(&files, &board, false, &Announcer::silent(), || ())?;
         let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
@@ -85,15 +88,14 @@ pub(crate) fn calibrate_corners(
     py: Python<'_>,
     views: Vec<View<'_>>,
     names: Vec<String>,
-    board: (u16, u16, f64),
+    board: Named,
     image_size: (u32, u32),
     settings: Vec<String>,
 ) -> PyResult<String> {
-    let (columns, rows, square_mm) = board;
+    let config = config(&board, &settings)?;
     let image_size = size(image_size)?;
     let corners = views_of(&views)?;
     let work = || {
-        let config = config(columns, rows, square_mm, &settings)?;
         let board = config.board()?;
         anyhow::ensure!(
             corners.iter().all(|view| view.len() == board.corner_count()),
@@ -115,11 +117,11 @@ pub(crate) fn check_corners(
     py: Python<'_>,
     views: Vec<View<'_>>,
     against: PathBuf,
-    square: (u16, u16, f64),
+    named: Named,
     image_size: (u32, u32),
 ) -> PyResult<String> {
     let image_size = size(image_size)?;
-    let board = board(square.0, square.1, square.2)?;
+    let board = board(&named)?;
     let corners = views_of(&views)?;
     let work = || {
         let old = comparison::read(&against)?;

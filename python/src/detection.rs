@@ -10,7 +10,7 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-use crate::picture::{board, picture};
+use crate::picture::{Named, board, picture};
 
 /// What was found: JSON as of `detect --json`, positions, covariances.
 type Found<'py> = (String, Option<Bound<'py, PyArray2<f64>>>, Option<Bound<'py, PyArray3<f64>>>);
@@ -33,10 +33,9 @@ impl Detector {
         &self,
         py: Python<'py>,
         image: PyReadonlyArray2<'py, u8>,
-        columns: u16,
-        rows: u16,
+        named: Named,
     ) -> PyResult<Found<'py>> {
-        let board = board(columns, rows, 25.0)?;
+        let board = board(&named)?;
         let image = picture(&image)?;
         let seen = py.detach(|| {
             let mut finder = self.finder.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -1,6 +1,6 @@
 //! Arrays as pictures.
 
-use boresight::{board::Checkerboard, geometry::Corner};
+use boresight::{board::Checkerboard, geometry::Corner, markers::MarkerChoice};
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2};
 use numpy::{PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -17,12 +17,31 @@ pub(crate) fn picture(array: &PyReadonlyArray2<'_, u8>) -> PyResult<GrayImage> {
     GrayImage::from_raw(width, height, bytes).ok_or_else(|| wrong("the picture is too large"))
 }
 
-/// A board by its inner corners.
-pub(crate) fn board(columns: u16, rows: u16, square_mm: f64) -> PyResult<Checkerboard> {
-    Checkerboard::new(columns, rows, square_mm * 1e-3).map_err(|err| wrong(err.to_string()))
+/// A board as Python names it: inner corners in a row and in a column, side of a square in mm; of a ChArUco board the
+/// dictionary, and the side of a marker in mm, if it's given.
+pub(crate) type Named = (u16, u16, f64, Option<String>, Option<f64>);
+
+/// The markers of a ChArUco board.
+pub(crate) fn markers((.., dictionary, marker_mm): &Named) -> PyResult<Option<MarkerChoice>> {
+    let Some(name) = dictionary else { return Ok(None) };
+    let dictionary = name.parse().map_err(|err| wrong(format!("{err}")))?;
+    Ok(Some(MarkerChoice { dictionary, side_m: marker_mm.map(|mm| mm * 1e-3) }))
 }
 
-/// The corners of one view: N×2 positions, N×2×2 covariances.
+/// The board of that name.
+pub(crate) fn board(named: &Named) -> PyResult<Checkerboard> {
+    let (columns, rows, square_mm, ..) = *named;
+    let square_m = square_mm * 1e-3;
+    let plain = Checkerboard::new(columns, rows, square_m).map_err(|err| wrong(err.to_string()))?;
+    match markers(named)? {
+        None => Ok(plain),
+        Some(chosen) => {
+            plain.with_markers(chosen.in_squares_of(square_m)).map_err(|err| wrong(err.to_string()))
+        }
+    }
+}
+
+/// The corners of one view: N×2 positions, N×2×2 covariances, infinite for a corner that isn't seen.
 pub(crate) type View<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray3<'py, f64>);
 
 /// The corners in `view`.
@@ -33,6 +52,9 @@ pub(crate) fn corners(view: &View<'_>) -> PyResult<Vec<Corner>> {
     }
     let corner =
         |(px, c): (numpy::ndarray::ArrayView1<'_, f64>, numpy::ndarray::ArrayView2<'_, f64>)| {
+            if c[[0, 0]] == f64::INFINITY || px.iter().all(|at| at.is_nan()) {
+                return Ok(Corner::unseen(Point2::new(px[0], px[1])));
+            }
             let covariance_px2 = Matrix2::new(c[[0, 0]], c[[0, 1]], c[[1, 0]], c[[1, 1]]);
             let is_right = covariance_px2.iter().chain(px.iter()).all(|value| value.is_finite())
                 && covariance_px2.cholesky().is_some();

@@ -19,7 +19,7 @@ use serde_json::json;
 use crate::{
     calibration::config,
     error::{raised, wrong},
-    picture::picture,
+    picture::{Named, picture},
 };
 
 struct State {
@@ -39,15 +39,10 @@ pub(crate) struct Session {
 #[pymethods]
 impl Session {
     #[new]
-    fn new(
-        board: (u16, u16, f64),
-        image_size: (u32, u32),
-        settings: Vec<String>,
-    ) -> PyResult<Self> {
+    fn new(board: Named, image_size: (u32, u32), settings: Vec<String>) -> PyResult<Self> {
         let image_size = ImageSize { width_px: image_size.0, height_px: image_size.1 };
-        let setup = config(board.0, board.1, board.2, &settings)
-            .and_then(|config| Ok(config.session(image_size)?))
-            .map_err(|err| raised(&err))?;
+        let setup =
+            config(&board, &settings)?.session(image_size).map_err(|err| raised(&err.into()))?;
         let state = State {
             session: Fold::new(setup),
             detector: Detector::new(DetectorParams::default()),

@@ -163,7 +163,13 @@ def test_what_is_no_picture_is_refused(image):
         boresight.detect(image, "7x5")
 
 
-@pytest.mark.parametrize("board", ["7", "7x", "axb", (1, 1), (7, 5, 3), "0x5"])
+@pytest.mark.parametrize(
+    "board",
+    [
+        "7", "7x", "axb", (1, 1), (7, 5, 3), "0x5", "charuco:8x11", "charuco:8x11:9X9_50", "aruco:8x11:4X4_50",
+        "charuco:8x11:4X4_50:15", "charuco:20x20:4X4_50", "charuco:8x11:4X4_50:26mm",
+    ],
+)  # fmt: skip
 def test_what_is_no_board_is_refused(board):
     with pytest.raises((ValueError, TypeError, OverflowError)):
         boresight.detect(np.zeros((30, 40), np.uint8), board)

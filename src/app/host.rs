@@ -13,6 +13,7 @@ use crate::{
     calibration::Drift,
     device::Adjustable,
     guidance::Plan,
+    markers::{MarkerChoice, Markers},
     pipeline::{Background, Finished, LiveFeed, Pipeline, PipelineError},
     session::{Command, ViewNumber},
 };
@@ -62,12 +63,18 @@ pub trait AppHost {
     /// Names of the papers that a board can be printed on.
     fn papers(&self) -> Vec<&'static str>;
 
-    /// Writes a board of that many inner corners as large as fits on the paper of that number, and shows it.
+    /// Writes a board of that many inner corners, with `markers` or plain, as large as fits on the paper of that number,
+    /// and shows it.
     ///
     /// # Errors
     ///
     /// [`UserError`] if it doesn't fit, or can't be written.
-    fn print_board(&mut self, board: [u16; 2], paper: usize) -> Result<PrintedBoard, UserError>;
+    fn print_board(
+        &mut self,
+        board: [u16; 2],
+        markers: Option<Markers>,
+        paper: usize,
+    ) -> Result<PrintedBoard, UserError>;
 
     /// Starts or resumes a session.
     ///
@@ -178,6 +185,8 @@ pub struct SessionRequest {
     pub mode: String,
     /// Inner corners of the board: columns, rows.
     pub board: [u16; 2],
+    /// Markers of a ChArUco board; none on a plain one.
+    pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: f64,
     /// How many views.
@@ -243,6 +252,8 @@ pub struct Memory {
     pub mode: Option<String>,
     /// Inner corners of the board.
     pub board: Option<[u16; 2]>,
+    /// Its markers, if it's a ChArUco board.
+    pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: Option<f64>,
     /// How many views.
@@ -283,7 +294,9 @@ impl Memory {
     pub(super) fn sensible(mut self) -> Self {
         let sides = |board: &[u16; 2]| board.iter().all(|side| (3..=99).contains(side));
         self.board = self.board.filter(sides);
-        self.square_m = self.square_m.filter(|side_m| (0.0001..=9.9).contains(side_m));
+        let length = |length_m: &f64| (0.0001..=9.9).contains(length_m);
+        self.square_m = self.square_m.filter(length);
+        self.markers = self.markers.filter(|it| it.side_m.as_ref().is_none_or(length));
         self.zoom = self.zoom.filter(|zoom| (0.5..=3.0).contains(zoom));
         self.streams.truncate(MOST_STREAMS);
         self

@@ -42,7 +42,7 @@ pub(super) fn write(path: &Path, memory: &Memory) -> Result<(), FileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guidance::Plan;
+    use crate::{guidance::Plan, markers::MarkerChoice};
 
     #[test]
     fn what_is_written_is_read_back() -> Result<(), Box<dyn std::error::Error>> {
@@ -52,6 +52,7 @@ mod tests {
         let mut memory = Memory {
             source: Some("usb:046d:0825:1F3A".into()),
             board: Some([7, 5]),
+            markers: Some(MarkerChoice { dictionary: "5x5_100".parse()?, side_m: Some(0.021) }),
             square_m: Some(0.0305),
             plan: Some(Plan::Quick),
             mirrored: Some(true),
@@ -69,7 +70,13 @@ mod tests {
     fn nonsense_is_forgotten() -> Result<(), Box<dyn std::error::Error>> {
         let home = tempfile::tempdir()?;
         let path = home.path().join(FILE);
-        for text in ["board = [", "board = [0, 70000]", "\0", "zoom = \"large\""] {
+        for text in [
+            "board = [",
+            "board = [0, 70000]",
+            "\0",
+            "zoom = \"large\"",
+            "[markers]\ndictionary = \"9X9\"",
+        ] {
             save(&path, text.as_bytes(), Overwrite::Allowed)?;
             assert_eq!(read(&path), Memory::default(), "{text}");
         }

@@ -9,6 +9,7 @@ use crate::{
     board::Checkerboard,
     board_code::{BoardCode, BoardId},
     files::{Links, Overwrite, read, save},
+    markers::Markers,
     target::{Paper, Plan, Square, pdf, plan, sheet},
     text,
 };
@@ -36,22 +37,28 @@ pub(super) fn papers() -> Vec<&'static str> {
     Paper::ALL.map(Paper::name).into()
 }
 
-/// Writes a sheet with a board of `columns` × `rows` inner corners and the code for `id` into `folder`. A file that holds the same sheet is
-/// kept; any other one is left alone.
+/// Writes a sheet with a board of `columns` × `rows` inner corners into `folder`: with `markers`, or plain with the code
+/// for `id`. A file that holds the same sheet is kept; any other one is left alone.
 ///
 /// # Errors
 ///
-/// If the board doesn't fit on the paper of that number, or the file can't be written.
+/// If the board doesn't fit on the paper of that number or can't have these markers, or the file can't be written.
 pub(super) fn print(
     folder: &Path,
-    [columns, rows]: [u16; 2],
+    ([columns, rows], markers): ([u16; 2], Option<Markers>),
     paper: usize,
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    let plan = plan(columns, rows, Square::Largest, &paper.pages())
+    let mut plan = plan(columns, rows, Square::Largest, &paper.pages())
         .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
-    let sheet = match margin_code(&plan, id) {
+    if let Some(markers) = markers {
+        Checkerboard::new(columns, rows, plan.square_mm * 1e-3)?.with_markers(markers)?;
+    }
+    plan.markers = markers;
+    // Markers name their board.
+    let code = margin_code(&plan, id).filter(|_| markers.is_none());
+    let sheet = match code {
         Some(code) => {
             let lines = text::target_lines(&plan, Some(&id.to_string()));
             sheet(&plan, &lines).with_code(&plan, &code)
@@ -59,7 +66,13 @@ pub(super) fn print(
         None => sheet(&plan, &text::target_lines(&plan, None)),
     };
     let bytes = pdf(&sheet);
-    let name = format!("checkerboard-{columns}x{rows}-{}mm-{}", plan.square_mm, paper.name());
+    let (square_mm, paper) = (plan.square_mm, paper.name());
+    let name = match markers {
+        None => format!("checkerboard-{columns}x{rows}-{square_mm}mm-{paper}"),
+        Some(Markers { dictionary, .. }) => {
+            format!("charuco-{}x{}-{square_mm}mm-{dictionary}-{paper}", columns + 1, rows + 1)
+        }
+    };
     let file = free_or_same(folder, &name, &bytes)?;
     Ok(PrintedBoard {
         file,
@@ -91,7 +104,7 @@ mod tests {
     fn a_sheet_is_written_once_and_nothing_is_overwritten() -> anyhow::Result<()> {
         let folder = tempfile::tempdir()?;
         let id = new_id();
-        let print = |size| print(folder.path(), size, 0, id);
+        let print = |size| print(folder.path(), (size, None), 0, id);
         let first = print([9, 6])?;
         assert!((first.square_m - 0.02).abs() < 0.01, "{first:?}");
         assert_eq!(print([9, 6])?.file, first.file);
@@ -100,6 +113,22 @@ mod tests {
         assert_ne!(second.file, first.file);
         assert_eq!(read(&first.file, LIMIT, Links::Refused)?, b"mine");
         assert!(print([300, 300]).is_err(), "squares too small to print");
+        Ok(())
+    }
+
+    #[test]
+    fn a_sheet_has_the_markers_that_were_chosen() -> anyhow::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let markers = Markers::sized("4x4_50".parse()?, Some(0.6));
+        let print = |size| print(folder.path(), (size, Some(markers)), 0, new_id());
+        let printed = print([7, 10])?;
+        let name = printed.file.file_name().map(|name| name.to_string_lossy().into_owned());
+        assert_eq!(name.as_deref(), Some("charuco-8x11-21mm-DICT_4X4_50-A4.pdf"));
+        assert!(printed.steps.len() == 3 && print([7, 10])?.file == printed.file);
+        let plain = super::print(folder.path(), ([7, 10], None), 0, new_id())?;
+        let size = |file: &Path| anyhow::Ok(read(file, LIMIT, Links::Refused)?.len());
+        assert_ne!(size(&plain.file)?, size(&printed.file)?);
+        assert!(print([12, 9]).is_err(), "65 markers of 50");
         Ok(())
     }
 }

@@ -31,6 +31,7 @@ use crate::{
     board_code::BoardId,
     calibration::files::CalibrationFile,
     capture::{is_address, without_secrets},
+    markers::Markers,
     pipeline::{Background, Onlookers, Paced, Pipeline},
     text,
 };
@@ -77,6 +78,7 @@ impl AppHost for WindowHost {
             source: self.opening.source.clone(),
             mode: config.camera.mode.clone(),
             board: [config.board.columns, config.board.rows],
+            markers: config.board.markers(),
             square_m: config.board.square_mm * 1e-3,
             plan: config.guidance.plan.into(),
             go_on_with: self.opening.session.clone(),
@@ -85,11 +87,13 @@ impl AppHost for WindowHost {
         if self.at_once {
             return wish;
         }
-        let Memory { source, mode, board, square_m, plan, .. } = self.remembered();
+        let Memory { source, mode, board, markers, square_m, plan, .. } = self.remembered();
+        let is_remembered = board.is_some();
         SessionRequest {
             source: source.unwrap_or(wish.source),
             mode: mode.unwrap_or(wish.mode),
             board: board.unwrap_or(wish.board),
+            markers: if is_remembered { markers } else { wish.markers },
             square_m: square_m.unwrap_or(wish.square_m),
             plan: plan.unwrap_or(wish.plan),
             ..wish
@@ -146,8 +150,14 @@ impl AppHost for WindowHost {
         printed_board::papers()
     }
 
-    fn print_board(&mut self, board: [u16; 2], paper: usize) -> Result<PrintedBoard, UserError> {
-        let printed = printed_board::print(Path::new("."), board, paper, self.board_id);
+    fn print_board(
+        &mut self,
+        board: [u16; 2],
+        markers: Option<Markers>,
+        paper: usize,
+    ) -> Result<PrintedBoard, UserError> {
+        let here = Path::new(".");
+        let printed = printed_board::print(here, (board, markers), paper, self.board_id);
         let printed = printed.map_err(|err| user_error(&err))?;
         // Where nothing can show it, the person still reads the name of the file.
         self.show(&printed.file).ok();
@@ -351,7 +361,7 @@ impl WindowHost {
         // Cameras that show small pictures must be free.
         self.stop_looking();
         let mut config = self.opening.config.clone();
-        config.board = config.board.with_counts(wish.board);
+        config.board = config.board.chosen(wish.board, wish.markers);
         config.board.square_mm = wish.square_m * 1e3;
         config.camera.mode.clone_from(&wish.mode);
         // What was typed is checked as a settings file is.

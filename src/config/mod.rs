@@ -18,7 +18,7 @@ use crate::{
     files::{FileError, Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     guidance::{BoardRoll, GuidanceParams, Plan},
-    markers::{Dictionary, Markers},
+    markers::{Dictionary, MarkerChoice, Markers},
     session::SessionSetup,
 };
 
@@ -74,13 +74,18 @@ pub struct BoardConfig {
 }
 
 impl BoardConfig {
-    /// A board of `columns` and `rows` inner corners: this one if it has as many, or a plain one.
+    /// A board of `columns` and `rows` inner corners with these markers, or with none.
     #[must_use]
-    pub fn with_counts(self, [columns, rows]: [u16; 2]) -> Self {
-        if [columns, rows] == [self.columns, self.rows] {
-            return self;
-        }
-        Self { columns, rows, dictionary: None, marker_mm: None, ..self }
+    pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
+        let dictionary = markers.map(|markers| markers.dictionary);
+        let marker_mm = markers.and_then(|markers| markers.side_m).map(|side_m| side_m * 1e3);
+        Self { columns, rows, dictionary, marker_mm, ..self }
+    }
+
+    /// The markers of a ChArUco board.
+    pub fn markers(&self) -> Option<MarkerChoice> {
+        let side_m = self.marker_mm.map(|mm| mm * 1e-3);
+        self.dictionary.map(|dictionary| MarkerChoice { dictionary, side_m })
     }
 
     /// The board as `--board` reads it: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`.

@@ -8,8 +8,10 @@
 //! Source: Garrido-Jurado et al., "Automatic generation and detection of highly reliable fiducial markers under
 //! occlusion", 2014.
 
+mod choice;
 mod dictionary;
 
+pub use choice::MarkerChoice;
 pub use dictionary::{Dictionary, NoDictionary};
 
 /// The markers of a board.

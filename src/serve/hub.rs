@@ -15,6 +15,7 @@ use tokio::sync::watch;
 use crate::{
     frame::Frame,
     guidance::Refusal,
+    markers::MarkerChoice,
     pipeline::{CommandLink, NotSent, Onlooker},
     session::{Command, Outcome, Snapshot},
     speech::{Narrator, Word},
@@ -77,6 +78,8 @@ pub enum Stage {
 pub struct Offer {
     /// The cameras.
     pub cameras: Vec<OfferedCamera>,
+    /// Dictionaries of ChArUco boards, with the number of their markers.
+    pub dictionaries: Vec<(&'static str, usize)>,
     /// What was chosen last.
     pub last: Option<Request>,
     /// Why the last session didn't start: what happened, and what to do.
@@ -100,6 +103,9 @@ pub struct Request {
     pub source: String,
     /// Inner corners: columns, rows.
     pub board: [u16; 2],
+    /// Markers of a ChArUco board; none on a plain one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: f64,
     /// Name of the plan.

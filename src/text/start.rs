@@ -1,7 +1,7 @@
 //! The words of the start page.
 
 use super::window::written;
-use crate::guidance::Plan;
+use crate::{board::InvalidMarkers, guidance::Plan, markers::Dictionary};
 
 /// Headings of the cards.
 pub const CAMERA: &str = "Camera";
@@ -56,12 +56,56 @@ pub fn camera(name: &str, mode: &str) -> String {
     if mode.is_empty() { name.into() } else { format!("{name}, {mode}") }
 }
 
-/// The kind of board.
-pub const KIND: &str = "Checkerboard";
+/// The kinds of board, plain and with markers, each with its explanation.
+pub const KINDS: [(&str, &str); 2] = [
+    ("Checkerboard", "Dark and light squares, nothing else."),
+    (
+        "ChArUco",
+        "A checkerboard with a marker in each light square. A part of it is enough: best for the corners of the picture and for wide lenses.",
+    ),
+];
 
-/// The chosen board.
-pub fn board([columns, rows]: [u16; 2]) -> String {
-    format!("{} × {} squares, {columns} × {rows} inner corners", columns + 1, rows + 1)
+/// The chosen board, with the dictionary of its markers.
+pub fn board([columns, rows]: [u16; 2], dictionary: Option<Dictionary>) -> String {
+    let squares = format!("{} × {} squares", columns + 1, rows + 1);
+    match dictionary {
+        None => format!("{squares}, {columns} × {rows} inner corners"),
+        Some(dictionary) => format!("{squares}, {dictionary}"),
+    }
+}
+
+/// Before the counts of a ChArUco board.
+pub const SQUARES: &str = "Squares";
+/// See [`SQUARES`].
+pub const SQUARES_TIP: &str = "Dark and light ones, in each direction.";
+/// Before the dictionary.
+pub const DICTIONARY: &str = "Dictionary";
+/// See [`DICTIONARY`].
+pub const DICTIONARY_TIP: &str = "The set that the markers are from. It's usually printed on the board, and in the program that made it.";
+/// Before the side of a marker.
+pub const MARKER: &str = "Marker";
+/// See [`MARKER`].
+pub const MARKER_TIP: &str =
+    "Side of a marker with its black frame. Measure it: corners are found between the markers.";
+
+/// A dictionary, as short as OpenCV's users know it.
+pub fn dictionary(dictionary: Dictionary) -> String {
+    dictionary.name().trim_start_matches("DICT_").to_owned()
+}
+
+/// Why a board can't have its markers in squares of `square_m` metres, and what to do.
+pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str) {
+    match why {
+        InvalidMarkers::Count { needed, dictionary, count, .. } => (
+            format!("This board has {needed} markers, and {dictionary} has {count}"),
+            "Choose a larger dictionary, or fewer squares.",
+        ),
+        InvalidMarkers::Side { .. } => {
+            let [least_m, most_m] = InvalidMarkers::SIDES_SQUARES.map(|share| share * square_m);
+            let sides = format!("{} to {}", square(least_m), square(most_m));
+            (format!("Markers in these squares have sides of {sides}"), "Measure both again.")
+        }
+    }
 }
 
 /// Before the counts.
@@ -155,6 +199,8 @@ pub const STEPS: [&str; 3] = [
     "Hold still: photos are taken automatically.",
     "When it's complete, you get a report.",
 ];
+/// With a board that can't be.
+pub const NO_BOARD: &str = "Correct the board first";
 /// Without a source.
 pub const NO_SOURCE: &str = "Choose a camera first";
 /// The choice of full screen.

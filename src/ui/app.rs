@@ -261,10 +261,12 @@ impl App {
     /// Starts a new session with another board.
     fn use_board(&mut self, ctx: &Context, board: [u16; 2]) {
         let before = self.wish.board;
-        let wish = SessionRequest { board, go_on_with: None, first: None, ..self.wish.clone() };
-        self.start.draft.board = board;
+        // What is in view is named by its corners alone.
+        let (go_on_with, first, markers) = (None, None, None);
+        let wish = SessionRequest { board, markers, go_on_with, first, ..self.wish.clone() };
+        (self.start.draft.board, self.start.draft.markers) = (board, markers);
         if self.memory.board.is_some() {
-            self.memorise(Memory { board: Some(board), ..self.memory.clone() });
+            self.memorise(Memory { board: Some(board), markers, ..self.memory.clone() });
         }
         self.open(ctx, wish);
         self.note = Some(text::start::switched(board, before));
@@ -321,6 +323,7 @@ impl App {
     fn keep_wish(&mut self, wish: &SessionRequest) {
         let mut memory = Memory {
             board: Some(wish.board),
+            markers: wish.markers,
             square_m: Some(wish.square_m),
             plan: Some(wish.plan),
             ..self.memory.clone()
@@ -467,7 +470,8 @@ impl App {
         self.help(ui);
         self.phone.show(ui.ctx(), self.host.phones());
         if self.start.shows_board {
-            self.start.shows_board = start::show_board(ui.ctx(), self.start.draft.board);
+            let StartPage { draft, .. } = &self.start;
+            self.start.shows_board = start::show_board(ui.ctx(), draft.board, self.start.markers());
         }
         let asked = !asks.is_empty();
         for ask in asks {
@@ -618,10 +622,10 @@ impl App {
                 self.open(ctx, *wish);
             }
             UiAction::UseBoard(board) => self.use_board(ctx, board),
-            UiAction::Print { board, paper } => {
-                let printed = self.host.print_board(board, paper);
+            UiAction::Print { board, markers, paper } => {
+                let printed = self.host.print_board(board, markers, paper);
                 if let Ok(printed) = &printed {
-                    self.start.draft.square_m = printed.square_m;
+                    self.start.note_printed(printed.square_m);
                 }
                 self.start.printed = Some(printed);
             }

@@ -2,7 +2,7 @@
 
 use egui::{Button, Context, Key, Response, Ui};
 
-use crate::{device::Control, session::ViewNumber, text::Act};
+use crate::{device::Control, markers::Markers, session::ViewNumber, text::Act};
 
 /// What a panel asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,10 +17,12 @@ pub enum UiAction {
     TakeMore,
     /// Restart with a board of that many inner corners.
     UseBoard([u16; 2]),
-    /// Print a board of that many inner corners on the paper of that number.
+    /// Print a board of that many inner corners, with markers or plain, on the paper of that number.
     Print {
         /// Columns and rows.
         board: [u16; 2],
+        /// Markers of a ChArUco board.
+        markers: Option<Markers>,
         /// Number of the paper.
         paper: usize,
     },

@@ -24,6 +24,7 @@ use boresight::{
     frame::{CaptureTime, Frame, FrameId, ImageSize},
     geometry::Camera,
     guidance::Plan,
+    markers::Markers,
     pipeline::{FrameReport, Pipeline, Setup},
     session::Session,
     simulation::{NoCues, Scene, SyntheticSource},
@@ -107,6 +108,7 @@ impl AppHost for Bench {
             source: String::new(),
             mode: "auto".into(),
             board: [9, 6],
+            markers: None,
             square_m: 0.025,
             plan: Plan::Adaptive,
             go_on_with: None,
@@ -156,7 +158,12 @@ impl AppHost for Bench {
         Vec::new()
     }
 
-    fn print_board(&mut self, _: [u16; 2], _: usize) -> Result<PrintedBoard, UserError> {
+    fn print_board(
+        &mut self,
+        _: [u16; 2],
+        _: Option<Markers>,
+        _: usize,
+    ) -> Result<PrintedBoard, UserError> {
         unreachable!("there is no paper")
     }
 

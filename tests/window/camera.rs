@@ -15,6 +15,7 @@ use boresight::{
     device::{Adjustable, CameraEvent, Control},
     frame::ImageSize,
     guidance::Plan,
+    markers::Markers,
     pipeline::{Pipeline, Setup},
     recording::{Header, SessionFolder},
     session::{Input, Session},
@@ -87,6 +88,7 @@ impl AppHost for OneCamera {
             source: "/dev/video0".into(),
             mode: "auto".into(),
             board: [9, 6],
+            markers: None,
             square_m: 0.025,
             plan: Plan::Quick,
             go_on_with: None,
@@ -132,7 +134,12 @@ impl AppHost for OneCamera {
         Vec::new()
     }
 
-    fn print_board(&mut self, _board: [u16; 2], _paper: usize) -> Result<PrintedBoard, UserError> {
+    fn print_board(
+        &mut self,
+        _board: [u16; 2],
+        _markers: Option<Markers>,
+        _paper: usize,
+    ) -> Result<PrintedBoard, UserError> {
         Err(UserError { what: "no printer".into(), action: None })
     }
 

@@ -16,14 +16,15 @@ use boresight::{
     },
     cli::app_host,
     guidance::Plan,
+    markers::{Dictionary, MarkerChoice, Markers},
     text::{NO_VOICE, settings, start as words},
     ui::{
         App, Page, SMALLEST, UiAction, apply_theme,
         start::{self, Choices, StartPage},
     },
 };
-use egui::accesskit::Role;
-use egui_kittest::{Harness, kittest::Queryable};
+use egui::{Theme, accesskit::Role};
+use egui_kittest::{Harness, SnapshotResults, kittest::Queryable};
 use image::{GrayImage, Luma};
 
 use crate::{
@@ -168,14 +169,99 @@ fn a_board_in_view_is_counted_and_used() {
     assert_eq!(page.state().0.draft.board, [7, 5]);
     page.get_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners");
     press(&mut page, Role::Button, words::PRINT);
-    assert_eq!(page.state().2, [UiAction::Print { board: [7, 5], paper: 0 }]);
+    assert_eq!(page.state().2, [UiAction::Print { board: [7, 5], markers: None, paper: 0 }]);
+}
+
+#[test]
+fn a_board_with_markers_is_chosen_by_its_squares() {
+    let mut page = page(chosen(), choices());
+    press(&mut page, Role::RadioButton, "ChArUco");
+    page.get_by_role_and_label(Role::Image, "10 × 7 squares, DICT_4X4_50");
+    assert!(page.query_by_label(words::DETECT).is_none(), "plain boards are counted");
+    press(&mut page, Role::ComboBox, words::DICTIONARY);
+    press(&mut page, Role::Button, "5X5_100");
+    press(&mut page, Role::Button, words::PRINT);
+    let dictionary = "DICT_5X5_100".parse().expect("known");
+    let usual = Markers::sized(dictionary, None);
+    let print = UiAction::Print { board: [9, 6], markers: Some(usual), paper: 0 };
+    assert_eq!(page.state().2, [print]);
+    press(&mut page, Role::Button, words::GO);
+    let wish = |page: &Harness<'_, Table>| match page.state().2.last() {
+        Some(UiAction::Start(wish)) => wish.markers,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(wish(&page), Some(MarkerChoice { dictionary, side_m: None }));
+    press(&mut page, Role::RadioButton, "Checkerboard");
+    press(&mut page, Role::Button, words::GO);
+    assert_eq!(wish(&page), None);
+    press(&mut page, Role::RadioButton, "ChArUco");
+    press(&mut page, Role::Button, words::GO);
+    assert_eq!(wish(&page), Some(MarkerChoice { dictionary, side_m: None }), "as it was");
+}
+
+#[test]
+fn a_board_that_cant_be_is_told_before_it_starts() {
+    let dictionary = "APRILTAG_16h5".parse().expect("known");
+    let markers = Some(MarkerChoice { dictionary, side_m: None });
+    let mut page = page(SessionRequest { markers, ..chosen() }, choices());
+    page.get_by_label("This board has 35 markers, and DICT_APRILTAG_16h5 has 30");
+    page.get_by_label("Choose a larger dictionary, or fewer squares.");
+    page.get_by_label(words::NO_BOARD);
+    press(&mut page, Role::Button, words::GO);
+    press(&mut page, Role::Button, words::PRINT);
+    assert_eq!(page.state().2, [], "neither started nor printed");
+    let large = MarkerChoice { dictionary: Dictionary::default(), side_m: Some(0.025) };
+    page.state_mut().0.draft.markers = Some(large);
+    page.run();
+    page.get_by_label("Markers in these squares have sides of 7.5 mm to 23.75 mm");
+    press(&mut page, Role::RadioButton, "Checkerboard");
+    press(&mut page, Role::Button, words::GO);
+    assert!(matches!(page.state().2[..], [UiAction::Start(_)]));
+}
+
+#[test]
+fn a_board_with_markers_looks_as_it_did() {
+    let dictionary = Dictionary::default();
+    let markers = Some(MarkerChoice { dictionary, side_m: Some(0.015) });
+    let fits = SessionRequest { board: [7, 10], markers, square_m: 0.02, ..chosen() };
+    let small = "APRILTAG_16h5".parse().expect("known");
+    let too_small = Some(MarkerChoice { dictionary: small, side_m: None });
+    let cannot_be = SessionRequest { markers: too_small, ..fits.clone() };
+    let mut results = SnapshotResults::new();
+    for (file, draft, size, scale, theme) in [
+        ("start_charuco", fits.clone(), SMALLEST, 1.0, Theme::Dark),
+        ("start_charuco_large", fits, SMALLEST, 1.5, Theme::Light),
+        ("start_charuco_wrong", cannot_be, egui::vec2(1280.0, 800.0), 1.0, Theme::Dark),
+    ] {
+        let mut page = Harness::builder()
+            .with_size(size)
+            .with_pixels_per_point(scale)
+            .with_theme(theme)
+            .with_context_setup(apply_theme)
+            .renderer(Painter::default())
+            .build_ui_state(
+                |ui, (page, choices, asks): &mut Table| start::show(ui, page, choices, asks),
+                (StartPage::new(draft), choices(), Vec::new()),
+            );
+        page.run();
+        // What doesn't fit comes into view by scrolling.
+        assert_eq!(beyond_the_sides(&page, size), Vec::<String>::new(), "{file}");
+        page.snapshot(file);
+        results.extend_harness(&mut page);
+    }
+}
+
+/// What reaches beyond the sides of the window, where nothing scrolls.
+fn beyond_the_sides(page: &Harness<'_, Table>, size: egui::Vec2) -> Vec<String> {
+    let high = egui::vec2(size.x, f32::INFINITY);
+    crate::fits::outside(page, high)
 }
 
 #[test]
 fn the_board_is_shown_in_a_window_of_its_own() {
     let mut page =
         Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui(|ui| {
-            start::show_board(ui.ctx(), [7, 5]);
+            start::show_board(ui.ctx(), [7, 5], None);
         });
     page.run();
     let picture = page.render().expect("painted");
@@ -222,8 +308,13 @@ impl AppHost for WithCamera {
         self.inner.papers()
     }
 
-    fn print_board(&mut self, board: [u16; 2], paper: usize) -> Result<PrintedBoard, UserError> {
-        self.inner.print_board(board, paper)
+    fn print_board(
+        &mut self,
+        board: [u16; 2],
+        markers: Option<Markers>,
+        paper: usize,
+    ) -> Result<PrintedBoard, UserError> {
+        self.inner.print_board(board, markers, paper)
     }
 
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {

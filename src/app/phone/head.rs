@@ -13,6 +13,7 @@ use crate::{
     app::{Announcer, Exit, Opening, camera, explain::user_error, opening::new_session_path},
     capture::without_secrets,
     config::{Config, PlanName},
+    markers::Dictionary,
     pipeline::{Onlooker, Onlookers},
     serve::{Offer, OfferedCamera, Request, Stage},
     text::phone as words,
@@ -41,6 +42,7 @@ impl Head {
         let last = Request {
             source: without_secrets(&opening.source),
             board: [board.columns, board.rows],
+            markers: board.markers(),
             square_m: board.square_mm * 1e-3,
             plan: plan_name(opening.config.guidance.plan).into(),
         };
@@ -120,7 +122,8 @@ impl Head {
             let (source, name) = (SIMULATION.to_owned(), words::SIMULATION.to_owned());
             cameras.push(OfferedCamera { source, name });
         }
-        Offer { cameras, last: Some(self.last.clone()), trouble }
+        let dictionaries = Dictionary::all().map(|it| (it.name(), it.count())).collect();
+        Offer { cameras, dictionaries, last: Some(self.last.clone()), trouble }
     }
 
     /// The source that the command line names, as phones may see it: a camera's password isn't theirs to know.
@@ -131,7 +134,7 @@ impl Head {
     /// What `request` asks for, checked as a settings file is.
     fn opening_of(&self, request: &Request) -> anyhow::Result<Opening> {
         let mut config: Config = self.opening.config.clone();
-        config.board = config.board.with_counts(request.board);
+        config.board = config.board.chosen(request.board, request.markers);
         config.board.square_mm = request.square_m * 1e3;
         let mut config = config.with(&[])?;
         let plans = [PlanName::Quick, PlanName::Full, PlanName::Adaptive];

@@ -7,9 +7,13 @@ use egui::{
 
 use super::{
     super::{keys::UiAction, theme},
+    markers::{self, choice, kind},
     start_page::{Choices, StartPage},
 };
-use crate::text::{explore, start as words};
+use crate::{
+    markers::Markers,
+    text::{explore, start as words},
+};
 
 /// Height of the drawing.
 const HIGH: f32 = 208.0;
@@ -18,19 +22,12 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     let board = page.draft.board;
     let (rect, response) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), HIGH), Sense::hover());
-    draw(ui.painter(), rect, board, true);
-    let what = words::board(board);
+    draw(ui.painter(), rect, (board, page.markers()), true);
+    let what = words::board(board, page.draft.markers.map(|markers| markers.dictionary));
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &what));
-    ui.label(RichText::new(words::KIND).strong());
+    kind(ui, page);
     ui.label(&what);
-    ui.horizontal(|ui| {
-        ui.label(words::CORNERS).on_hover_text(words::CORNERS_TIP);
-        for (corners, side) in page.draft.board.iter_mut().zip(words::SIDES) {
-            let value = ui.add(DragValue::new(corners).range(3..=99));
-            value.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, side));
-            value.on_hover_text(format!("{side}. {}", words::CORNERS_TIP));
-        }
-    });
+    size(ui, page);
     ui.horizontal(|ui| {
         let name = ui.label(words::SQUARE).on_hover_text(words::SQUARE_TIP);
         let square = DragValue::new(&mut page.draft.square_m)
@@ -40,11 +37,16 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
             .custom_parser(explore::parsed_millimetres);
         ui.add(square).labelled_by(name.id).on_hover_text(words::SQUARE_TIP);
     });
+    choice(ui, page);
     ui.separator();
-    detect(ui, page, choices);
+    // What is counted are plain boards.
+    if page.draft.markers.is_none() {
+        detect(ui, page, choices);
+    }
     ui.horizontal_wrapped(|ui| {
-        if ui.button(words::PRINT).on_hover_text(words::PRINT_TIP).clicked() {
-            asks.push(UiAction::Print { board: page.draft.board, paper: page.paper });
+        let print = ui.add_enabled(page.board_trouble().is_none(), Button::new(words::PRINT));
+        if print.on_hover_text(words::PRINT_TIP).clicked() {
+            asks.push(markers::print(page));
         }
         let name = choices.papers.get(page.paper).copied().unwrap_or_default();
         let list = ComboBox::from_id_salt("paper").selected_text(name).width(56.0);
@@ -74,6 +76,26 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     }
 }
 
+/// How many corners a plain board has, or squares a ChArUco board: as other programs name them.
+fn size(ui: &mut Ui, page: &mut StartPage) {
+    let more = u16::from(page.draft.markers.is_some());
+    let (name, tip) = if more == 0 {
+        (words::CORNERS, words::CORNERS_TIP)
+    } else {
+        (words::SQUARES, words::SQUARES_TIP)
+    };
+    ui.horizontal(|ui| {
+        ui.label(name).on_hover_text(tip);
+        for (corners, side) in page.draft.board.iter_mut().zip(words::SIDES) {
+            let mut count = *corners + more;
+            let value = ui.add(DragValue::new(&mut count).range(3 + more..=99 + more));
+            value.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, side));
+            value.on_hover_text(format!("{side}. {tip}"));
+            *corners = count - more;
+        }
+    });
+}
+
 fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
     let camera = page.camera(choices).filter(|camera| camera.picture.is_some());
     let button = Button::new(words::DETECT).selected(page.counts && camera.is_some());
@@ -95,7 +117,12 @@ fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
 }
 
 /// Draws the board as large as fits, with a white margin of a square. With `corners`, each inner corner has a dot.
-pub(super) fn draw(painter: &Painter, area: Rect, [columns, rows]: [u16; 2], corners: bool) {
+pub(super) fn draw(
+    painter: &Painter,
+    area: Rect,
+    ([columns, rows], markers): ([u16; 2], Option<Markers>),
+    corners: bool,
+) {
     let (across, down) = (f32::from(columns) + 1.0, f32::from(rows) + 1.0);
     let side = (area.width() / (across + 2.0)).min(area.height() / (down + 2.0));
     // Whole pixels, so that all squares are alike.
@@ -112,6 +139,9 @@ pub(super) fn draw(painter: &Painter, area: Rect, [columns, rows]: [u16; 2], cor
             let at = first + side * Vec2::new(f32::from(column), f32::from(row));
             painter.rect_filled(Rect::from_min_size(at, Vec2::splat(side)), 0.0, Color32::BLACK);
         }
+    }
+    if let Some(markers) = markers {
+        markers::draw(painter, (first, side), [columns, rows], markers);
     }
     if !corners {
         return;

@@ -2,6 +2,7 @@
 
 mod board;
 mod camera;
+mod markers;
 mod shown_board;
 mod start_page;
 
@@ -101,7 +102,9 @@ fn start(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<Ui
     for (number, step) in words::STEPS.iter().enumerate() {
         ui.label(format!("{}. {step}", number + 1));
     }
-    let can = page.has_source(choices);
+    let has_source = page.has_source(choices);
+    let can = has_source && page.board_trouble().is_none();
+    let missing = if has_source { words::NO_BOARD } else { words::NO_SOURCE };
     let label = RichText::new(words::GO).size(theme::VERDICT).strong().color(theme::ON_ACCENT);
     let size = Vec2::new(ui.available_width(), GO);
     // At the bottom, where it is on every visit.
@@ -110,10 +113,10 @@ fn start(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<Ui
     let centred = Layout::centered_and_justified(Direction::LeftToRight);
     let response = ui.allocate_ui_with_layout(size, centred, |ui| ui.add_enabled(can, big));
     let response = response.inner.on_hover_text(words::GO_TIP);
-    if response.on_disabled_hover_text(words::NO_SOURCE).clicked() {
+    if response.on_disabled_hover_text(missing).clicked() {
         asks.push(UiAction::Start(Box::new(page.wish())));
     }
     if !can {
-        ui.label(RichText::new(words::NO_SOURCE).strong());
+        ui.label(RichText::new(missing).strong());
     }
 }

@@ -6,19 +6,19 @@ use egui::{
 };
 
 use super::{super::theme, board::draw};
-use crate::text::start as words;
+use crate::{markers::Markers, text::start as words};
 
 /// Height of the line below the board.
 const LINE: f32 = 24.0;
 
 /// Shows the window. Returns whether it stays open.
-pub fn show(ctx: &Context, board: [u16; 2]) -> bool {
+pub fn show(ctx: &Context, board: [u16; 2], markers: Option<Markers>) -> bool {
     let id = ViewportId::from_hash_of(words::SHOWN_TITLE);
     let window =
         ViewportBuilder::default().with_title(words::SHOWN_TITLE).with_inner_size([960.0, 720.0]);
     ctx.show_viewport_immediate(id, window, |ui, _| {
         CentralPanel::default().frame(Frame::new().fill(Color32::WHITE)).show(ui, |ui| {
-            paint(ui, board);
+            paint(ui, board, markers);
         });
         let (closed, full) = ui.input(|input| {
             let viewport = input.viewport();
@@ -33,10 +33,11 @@ pub fn show(ctx: &Context, board: [u16; 2]) -> bool {
     })
 }
 
-fn paint(ui: &Ui, board: [u16; 2]) {
+fn paint(ui: &Ui, board: [u16; 2], markers: Option<Markers>) {
     let area = ui.available_rect_before_wrap();
     let line = area.bottom() - LINE;
-    draw(ui.painter(), Rect::from_min_max(area.min, pos2(area.right(), line)), board, false);
+    let above = Rect::from_min_max(area.min, pos2(area.right(), line));
+    draw(ui.painter(), above, (board, markers), false);
     let font = FontId::proportional(theme::BODY);
     let at = pos2(area.center().x, line);
     ui.painter().text(at, Align2::CENTER_TOP, words::shown(board), font, Color32::DARK_GRAY);

@@ -4,6 +4,8 @@ use egui::{Context, TextureHandle, TextureOptions};
 
 use crate::{
     app::host::{CameraView, PrintedBoard, SessionRequest, UserError},
+    board::{Checkerboard, InvalidMarkers},
+    markers::{Dictionary, MarkerChoice, Markers, marker_count},
     ui::picture::grey,
 };
 
@@ -15,6 +17,8 @@ const ANY: &str = "auto";
 pub struct StartPage {
     /// What the session will be about.
     pub draft: SessionRequest,
+    /// Markers to return to from a plain board.
+    marked: MarkerChoice,
     /// What stands in the field for streams and files.
     pub(super) typed: String,
     /// Whether the board in front of the camera is counted.
@@ -48,8 +52,10 @@ pub struct Choices {
 impl StartPage {
     /// A page that begins with `draft`.
     pub fn new(draft: SessionRequest) -> Self {
+        let marked = draft.markers.unwrap_or_else(|| smallest_that_suffices(draft.board));
         Self {
             draft,
+            marked,
             typed: String::new(),
             counts: false,
             paper: 0,
@@ -68,6 +74,7 @@ impl StartPage {
             self.choose(&camera.source.clone());
         }
         if self.counts
+            && self.draft.markers.is_none()
             && let Some(board) = self.camera(choices).and_then(|camera| camera.board)
         {
             self.draft.board = board;
@@ -102,6 +109,37 @@ impl StartPage {
             self.draft.mode = ANY.into();
         }
         self.typed.clear();
+    }
+
+    /// Chooses a ChArUco board or a plain one.
+    pub(super) fn choose_kind(&mut self, is_marked: bool) {
+        if let Some(chosen) = self.draft.markers {
+            self.marked = chosen;
+        }
+        self.draft.markers = is_marked.then_some(self.marked);
+        self.counts = false;
+        self.printed = None;
+    }
+
+    /// The markers of the chosen board.
+    pub(in crate::ui) fn markers(&self) -> Option<Markers> {
+        self.draft.markers.map(|chosen| chosen.in_squares_of(self.draft.square_m))
+    }
+
+    /// Why the chosen board can't have its markers.
+    pub(super) fn board_trouble(&self) -> Option<InvalidMarkers> {
+        let [columns, rows] = self.draft.board;
+        let board = Checkerboard::new(columns, rows, self.draft.square_m).ok()?;
+        board.with_markers(self.markers()?).err()
+    }
+
+    /// The chosen board was printed with squares of this size.
+    pub(in crate::ui) fn note_printed(&mut self, square_m: f64) {
+        let markers = self.markers();
+        self.draft.square_m = square_m;
+        if let (Some(markers), Some(chosen)) = (markers, &mut self.draft.markers) {
+            chosen.side_m = chosen.side_m.map(|_| markers.side_squares * square_m);
+        }
     }
 
     /// A new session as it's chosen.
@@ -142,6 +180,16 @@ impl StartPage {
 
     /// The camera whose board is to be counted.
     pub(in crate::ui) fn counted(&self, choices: &Choices) -> Option<String> {
-        self.camera(choices).filter(|_| self.counts).map(|camera| camera.source.clone())
+        let counts = self.counts && self.draft.markers.is_none();
+        self.camera(choices).filter(|_| counts).map(|camera| camera.source.clone())
     }
+}
+
+/// Markers of a dictionary with enough of them for a board of that many inner corners: the first and smallest has the
+/// largest cells.
+fn smallest_that_suffices([columns, rows]: [u16; 2]) -> MarkerChoice {
+    let needed = marker_count([usize::from(columns) + 1, usize::from(rows) + 1]);
+    let suffices = |dictionary: &Dictionary| dictionary.count() >= needed;
+    let dictionary = Dictionary::all().find(suffices).or_else(|| Dictionary::all().last());
+    MarkerChoice { dictionary: dictionary.unwrap_or_default(), side_m: None }
 }

@@ -24,10 +24,13 @@ pub(crate) const RULES: Rules = Rules {
         ("recording", "board frame device files geometry detection guidance session config"),
         ("pipeline", "board frame device panic_message detection session capture recording"),
         ("target", "markers board_code"),
-        ("text", "board frame device geometry detection calibration guidance session target"),
+        (
+            "text",
+            "markers board frame device geometry detection calibration guidance session target",
+        ),
         ("ghost", "board geometry"),
         ("speech", "session text"),
-        ("serve", "board frame device ghost guidance session pipeline text speech"),
+        ("serve", "markers board frame device ghost guidance session pipeline text speech"),
         ("chart", ""),
         (
             "study",
@@ -41,7 +44,7 @@ pub(crate) const RULES: Rules = Rules {
         ),
         (
             "ui",
-            "board frame device panic_message geometry ghost calibration guidance session pipeline text \
+            "markers board frame device panic_message geometry ghost calibration guidance session pipeline text \
              study app",
         ),
         (
@@ -63,6 +66,7 @@ pub(crate) const RULES: Rules = Rules {
         "ui/theme",
     ],
     panels_may_use: &[
+        "markers",
         "board",
         "frame",
         "device",

@@ -40,9 +40,11 @@ fn every_state_is_drawn() {
             last: Some(boresight::serve::Request {
                 source: "sim".into(),
                 board: [9, 6],
+                markers: None,
                 square_m: 0.025,
                 plan: "adaptive".into(),
             }),
+            dictionaries: vec![("DICT_4X4_50", 50)],
             trouble: None,
         })));
         let watcher = site.server.links()[0].watcher.clone();
