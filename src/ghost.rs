@@ -15,6 +15,9 @@ const ARROW: [f64; 2] = [0.8, 0.35];
 const WAITING: f64 = 0.12;
 /// Length of a bracket's arms, in squares.
 const ARM: f64 = 1.0;
+/// Points on each side of the card, and of a dark square, if the lens bends them.
+const BENT_RIM_STEPS: usize = 12;
+const BENT_SQUARE_STEPS: usize = 3;
 
 /// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
 /// `None` without a board in the picture.
@@ -106,18 +109,8 @@ impl Card {
     /// Points along the rim, closed, `steps` on each side.
     fn rim_m(&self, steps: usize) -> Vec<[f64; 2]> {
         let [x, y] = self.half_m;
-        let around = [[-x, -y], [x, -y], [x, y], [-x, y], [-x, -y]];
-        let mut rim: Vec<[f64; 2]> = around
-            .windows(2)
-            .flat_map(|side| {
-                let ([from_x, from_y], [to_x, to_y]) = (side[0], side[1]);
-                (0..steps).map(move |i| {
-                    let share = i as f64 / steps as f64;
-                    [from_x + share * (to_x - from_x), from_y + share * (to_y - from_y)]
-                })
-            })
-            .collect();
-        rim.push(around[0]);
+        let mut rim: Vec<[f64; 2]> = around([-x, -y], [x, y], steps).collect();
+        rim.push([-x, -y]);
         rim
     }
 
@@ -148,9 +141,10 @@ impl Card {
         self.rim_m(steps).into_iter().map(near).collect()
     }
 
-    /// The card, then its dark squares: corners as they are seen, each with how near it is. Squares that aren't in
-    /// front of the camera are left out.
-    pub fn squares(&self) -> impl Iterator<Item = (Shade, [(Point2<f64>, f32); 4])> {
+    /// The card, then its dark squares: points around each as they are seen, with how near they are. Four points each;
+    /// more through a fisheye lens, which bends the sides. Squares that aren't in front of the camera are left out.
+    pub fn squares(&self) -> impl Iterator<Item = (Shade, Vec<(Point2<f64>, f32)>)> {
+        let is_bent = self.lens.distortion.kind == LensKind::Fisheye;
         let Card { square_m, columns, rows, half_m: [half_x, half_y], .. } = *self;
         let left = -0.5 * (columns + 1) as f64 * square_m;
         let top = -0.5 * (rows + 1) as f64 * square_m;
@@ -161,15 +155,15 @@ impl Card {
             })
         });
         let card = (Shade::White, [-half_x, -half_y], [half_x, half_y]);
-        std::iter::once(card).chain(dark).filter_map(|(shade, at, to)| {
-            let corner = |x, y| Some((self.seen_px(x, y)?, self.nearness(x, y)));
-            let corners = [
-                corner(at[0], at[1])?,
-                corner(to[0], at[1])?,
-                corner(to[0], to[1])?,
-                corner(at[0], to[1])?,
-            ];
-            Some((shade, corners))
+        std::iter::once(card).chain(dark).filter_map(move |(shade, at, to)| {
+            let steps = match shade {
+                _ if !is_bent => 1,
+                Shade::White => BENT_RIM_STEPS,
+                Shade::Dark => BENT_SQUARE_STEPS,
+            };
+            let seen = |[x, y]: [f64; 2]| Some((self.seen_px(x, y)?, self.nearness(x, y)));
+            let around: Option<Vec<_>> = around(at, to, steps).map(seen).collect();
+            Some((shade, around?))
         })
     }
 
@@ -208,6 +202,18 @@ impl Card {
             Some((ends, self.nearness(corner_x, corner_y)))
         })
     }
+}
+
+/// Points around a rectangle from the corner `at`, `steps` on each side.
+fn around(at: [f64; 2], to: [f64; 2], steps: usize) -> impl Iterator<Item = [f64; 2]> {
+    let corners = [at, [to[0], at[1]], to, [at[0], to[1]]];
+    (0..4).flat_map(move |side| {
+        let (from, next) = (corners[side], corners[(side + 1) % 4]);
+        (0..steps).map(move |i| {
+            let share = i as f64 / steps as f64;
+            [from[0] + share * (next[0] - from[0]), from[1] + share * (next[1] - from[1])]
+        })
+    })
 }
 
 /// A part of the card.

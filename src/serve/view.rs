@@ -80,8 +80,8 @@ pub(super) struct Plan {
 /// The card, in the picture's pixels.
 #[derive(Serialize)]
 struct Ghost {
-    /// Card and dark squares: whether it's dark, mean nearness, four corners.
-    squares: Vec<(bool, f64, [[f64; 2]; 4])>,
+    /// Card and dark squares: whether it's dark, mean nearness, points around it.
+    squares: Vec<(bool, f64, Vec<[f64; 2]>)>,
     /// Points and their nearness, closed.
     rim: Vec<Option<[f64; 3]>>,
     arrow: Vec<[f64; 2]>,
@@ -247,8 +247,10 @@ fn ghost(snapshot: &Snapshot) -> Option<Ghost> {
     let target = snapshot.target.as_ref()?;
     let card = Card::new(&target.ghost_px, &snapshot.setup.board, &snapshot.lens)?;
     let squares = card.squares().map(|(shade, corners)| {
-        let near = corners.iter().map(|(_, near)| f64::from(*near)).sum::<f64>() / 4.0;
-        (shade == Shade::Dark, round(near, 100.0), corners.map(|(px, _)| xy(&px)))
+        let sum: f64 = corners.iter().map(|(_, near)| f64::from(*near)).sum();
+        let near = sum / corners.len().max(1) as f64;
+        let around = corners.iter().map(|(px, _)| xy(px)).collect();
+        (shade == Shade::Dark, round(near, 100.0), around)
     });
     let brackets = |waiting| {
         card.brackets(waiting).map(|(ends, _)| ends.map(|px| xy(&px))).collect::<Vec<_>>()

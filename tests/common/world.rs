@@ -120,9 +120,17 @@ pub(crate) fn guided(seed: u64, seen: impl FnMut(&Input, &Decision)) -> (World, 
 pub(crate) fn guided_with(
     seed: u64,
     calibration: CalibrationParams,
+    seen: impl FnMut(&Input, &Decision),
+) -> (World, Session, usize) {
+    guided_in(World::new(seed), calibration, seen)
+}
+
+/// The same in that world.
+pub(crate) fn guided_in(
+    mut world: World,
+    calibration: CalibrationParams,
     mut seen: impl FnMut(&Input, &Decision),
 ) -> (World, Session, usize) {
-    let mut world = World::new(seed);
     let mut session = Session::new(SessionSetup { calibration, ..setup(world.board) });
     let mut attempts = 0;
     while session.progress() == Progress::Collecting && attempts < 120 {

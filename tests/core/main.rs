@@ -24,6 +24,7 @@ mod geometry_monte_carlo;
 mod geometry_properties;
 mod geometry_reference;
 mod guided_session;
+mod guided_wide;
 mod imports;
 mod layering;
 mod natural_views;

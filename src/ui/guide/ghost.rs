@@ -1,6 +1,7 @@
 //! The board as it should be held: a card in perspective, drawn where the lens would show it.
 
 use egui::{Color32, Mesh, Painter, Pos2, Shape};
+use nalgebra::{Point2, Vector2};
 
 use super::{
     super::{picture::Placed, theme},
@@ -57,13 +58,28 @@ impl Sheet<'_> {
         for (shade, corners) in self.card.squares() {
             let grey = if shade == Shade::White { 225.0 } else { 30.0 };
             let first = mesh.vertices.len() as u32;
-            for (px, near) in corners {
+            let count = corners.len() as u32;
+            let mut vertex = |px: &Point2<f64>, near: f32| {
                 let light = 0.55 + 0.45 * near;
                 let color = Color32::from_gray((light * grey) as u8).gamma_multiply(opacity);
-                mesh.colored_vertex(self.placed.pos(&px), color);
+                mesh.colored_vertex(self.placed.pos(px), color);
+            };
+            for (px, near) in &corners {
+                vertex(px, *near);
             }
-            mesh.add_triangle(first, first + 1, first + 2);
-            mesh.add_triangle(first, first + 2, first + 3);
+            if count == 4 {
+                mesh.add_triangle(first, first + 1, first + 2);
+                mesh.add_triangle(first, first + 2, first + 3);
+                continue;
+            }
+            // A side that bends inwards leaves no corner from which all others are seen; the middle sees them.
+            let share = 1.0 / corners.len().max(1) as f64;
+            let middle = corners.iter().map(|(px, _)| px.coords * share).sum::<Vector2<f64>>();
+            let near = corners.iter().map(|(_, near)| near * share as f32).sum();
+            vertex(&Point2::from(middle), near);
+            for i in 0..count {
+                mesh.add_triangle(first + i, first + (i + 1) % count, first + count);
+            }
         }
         self.painter.add(Shape::mesh(mesh));
     }

@@ -1,0 +1,117 @@
+//! Guided sessions with a fisheye camera: they end, and what they state is true; the ghost bends as the lens does.
+
+use boresight::{
+    board::Checkerboard,
+    calibration::{CalibrationParams, LensFamily, Verdict},
+    geometry::{Camera, Distortion, LensKind, cell_centres_px},
+    ghost::{Card, Shade},
+    guidance::Progress,
+};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+
+use crate::world::{SIZE, World, guided_in};
+
+/// A fisheye lens that sees `field_deg` across the picture, its axis off the picture's middle.
+fn fisheye(field_deg: f64, seed: u64) -> Camera {
+    let half_rad = (field_deg / 2.0).to_radians();
+    let (kind, k1, k2) = (LensKind::Fisheye, -0.02, 0.004);
+    let height = half_rad * (1.0 + k1 * half_rad.powi(2) + k2 * half_rad.powi(4));
+    let direction_rad = 0.7 * seed as f64;
+    let off_px = Vector2::new(direction_rad.cos(), direction_rad.sin()) * 20.0;
+    Camera {
+        distortion: Distortion { kind, k1, k2, ..Distortion::default() },
+        ..Camera::pinhole(0.5 * f64::from(SIZE.width_px) / height, SIZE.centre_px() + off_px)
+    }
+}
+
+/// Root mean square distance of projection per coordinate over the picture, after the best turn, in pixels.
+fn error_px(found: &Camera, truth: &Camera) -> f64 {
+    let rays: Vec<_> = cell_centres_px(SIZE)
+        .filter_map(|px| Some((px, truth.ray_from_px(&px)?.normalize())))
+        .collect();
+    let mut turn = UnitQuaternion::identity();
+    for _ in 0..20 {
+        let (mut normal, mut pull) = (Matrix3::zeros(), Vector3::zeros());
+        for (px, ray) in &rays {
+            let Some(seen) = found.project_ray(&(turn * ray)) else { continue };
+            normal += seen.jac_rotation.transpose() * seen.jac_rotation;
+            pull += seen.jac_rotation.transpose() * (px - seen.px);
+        }
+        turn =
+            UnitQuaternion::from_scaled_axis(normal.try_inverse().expect("a turn") * pull) * turn;
+    }
+    let off = |px: &Point2<f64>, ray: &Vector3<f64>| {
+        let seen = found.project(&Point3::from(turn * ray)).expect("inside the field");
+        (seen - px).norm_squared()
+    };
+    let squares: f64 = rays.iter().map(|(px, ray)| off(px, ray)).sum();
+    (squares / (2 * rays.len()) as f64).sqrt()
+}
+
+/// Runs sessions, a `few` unless told, and checks that all end, and that their bound holds in as many as it says, but
+/// for chance.
+fn sessions_end_with_the_truth_inside_their_bound(field_deg: f64, few: u32) {
+    let sessions: u32 =
+        std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(few);
+    let mut inside = 0;
+    for seed in 1..=u64::from(sessions) {
+        let mut world = World::new(seed);
+        world.camera = fisheye(field_deg, seed);
+        let (world, session, attempts) = guided_in(world, CalibrationParams::default(), |_, _| ());
+        let calibration = session.calibration().expect("calibrated");
+        let off_px = error_px(&calibration.camera, &world.camera);
+        let bound_px = calibration.picture_bound_px().expect("every pixel has a ray");
+        println!(
+            "{field_deg}° {seed}: {:?} {} {} after {} views, {attempts} attempts: off {off_px:.3} px, bound {bound_px:.3} px",
+            session.progress(),
+            calibration.verdict.code(),
+            calibration.model.code(),
+            session.accepted().len(),
+        );
+        assert_eq!(session.progress(), Progress::Complete, "seed {seed}");
+        assert_ne!(calibration.verdict, Verdict::Untrustworthy, "seed {seed}");
+        assert_eq!(calibration.model.family(), LensFamily::Fisheye, "seed {seed}");
+        inside += u32::from(off_px <= bound_px);
+    }
+    println!("{field_deg}°: bound holds in {inside} of {sessions}");
+    assert!(inside + 1 >= sessions, "{inside} of {sessions}");
+}
+
+#[test]
+fn sessions_at_120_degrees_end_with_the_truth_inside_their_bound() {
+    sessions_end_with_the_truth_inside_their_bound(120.0, 4);
+}
+
+/// Largest distance of the points in `side` from the straight line between its ends.
+fn bend_px(side: &[Point2<f64>]) -> f64 {
+    let (from, to) = (side[0], side[side.len() - 1]);
+    let along = (to - from).normalize();
+    side.iter().map(|px| along.perp(&(px - from)).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_ghost_bends_as_a_fisheye_lens_shows_it() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let pose = Isometry3::new(Vector3::new(0.02, 0.0, 0.16), Vector3::new(0.5, 0.2, 0.0));
+    let bends = [fisheye(170.0, 1), Camera::pinhole(430.0, SIZE.centre_px())].map(|lens| {
+        let ghost_px: Vec<_> = board
+            .corners_in_board_m()
+            .iter()
+            .map(|point| lens.px_from_board(&pose, point).expect("in front"))
+            .collect();
+        let card = Card::new(&ghost_px, &board, &lens).expect("a board");
+        let rim: Vec<_> = card.rim(12).iter().map(|seen| seen.expect("in front").0).collect();
+        let (shade, surface) = card.squares().next().expect("the card");
+        assert_eq!(shade, Shade::White);
+        // The surface ends where the rim is drawn.
+        for (px, _) in &surface {
+            let off_px = rim.iter().map(|on| (on - px).norm()).fold(f64::INFINITY, f64::min);
+            assert!(off_px < 1e-6, "{off_px} px");
+        }
+        let steps = surface.len() / 4;
+        let side: Vec<_> = surface.iter().take(steps + 1).map(|(px, _)| *px).collect();
+        bend_px(&side)
+    });
+    println!("the far side bends by {:.1} px, through a pinhole by {:.1e} px", bends[0], bends[1]);
+    assert!(bends[0] > 10.0 && bends[1] < 1e-6, "{bends:?}");
+}
