@@ -43,14 +43,14 @@ impl Address {
         if !is_named || !bucket.chars().all(is_bucket) {
             return Err(wrong());
         }
-        let key = key.strip_suffix('/').unwrap_or(key);
         let is_part = |part: &str| {
             !matches!(part, "" | "." | "..") && !part.contains(|letter: char| letter.is_control())
         };
-        if !key.is_empty() && !key.split('/').all(is_part) {
+        let parts = key.strip_suffix('/').unwrap_or(key);
+        if !key.is_empty() && !parts.split('/').all(is_part) {
             return Err(wrong());
         }
-        Ok(Self { bucket: bucket.to_owned(), key: key.to_owned() })
+        Ok(Self { bucket: bucket.to_owned(), key: parts.to_owned() })
     }
 
     /// The key of what is called `below`.

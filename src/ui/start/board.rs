@@ -70,7 +70,8 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
         }
         None => {}
     }
-    let show = ui.add(Button::new(words::SHOW).selected(page.shows_board));
+    let show = Button::new(words::SHOW).selected(page.shows_board);
+    let show = ui.add_enabled(page.board_trouble().is_none(), show);
     if show.on_hover_text(words::SHOW_TIP).clicked() {
         page.shows_board ^= true;
     }
