@@ -37,9 +37,9 @@ impl Search<'_> {
 /// What is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pass {
-    /// The picture, halved so many times.
+    /// The picture, halved this many times.
     Level(usize),
-    /// The same, with dark or light squares grown.
+    /// The same, with its dark or light squares grown.
     Grown(usize, Grow),
     /// The picture at twice its size.
     Doubled,

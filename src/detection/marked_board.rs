@@ -30,7 +30,7 @@ const BITS_AHEAD: f64 = 12.0;
 const MOST_PLACEMENTS: usize = 8;
 /// Least number of markers that agree for each one that doesn't.
 const AGREEING_PER_CONFLICT: usize = 2;
-/// So many markers that don't match, or so many corners without any marker, mean another board.
+/// It's another board if at least this many markers don't match, or if this many corners have no marker beside them.
 const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 12;
 /// How far a corner may be from where its neighbours put it, in squares.

@@ -3,13 +3,16 @@
 use boresight::{
     board::Checkerboard,
     calibration::{CalibrationParams, LensFamily, Verdict},
-    geometry::{Camera, Distortion, LensKind, cell_centres_px},
+    geometry::{Camera, Distortion, LensKind},
     ghost::{Card, Shade},
     guidance::Progress,
 };
-use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 
-use crate::world::{SIZE, World, guided_in};
+use crate::{
+    wide_lenses::error_px,
+    world::{SIZE, World, guided_in},
+};
 
 /// A fisheye lens that sees `field_deg` across the picture, its axis off the picture's middle.
 fn fisheye(field_deg: f64, seed: u64) -> Camera {
@@ -24,30 +27,6 @@ fn fisheye(field_deg: f64, seed: u64) -> Camera {
     }
 }
 
-/// Root mean square distance of projection per coordinate over the picture, after the best turn, in pixels.
-fn error_px(found: &Camera, truth: &Camera) -> f64 {
-    let rays: Vec<_> = cell_centres_px(SIZE)
-        .filter_map(|px| Some((px, truth.ray_from_px(&px)?.normalize())))
-        .collect();
-    let mut turn = UnitQuaternion::identity();
-    for _ in 0..20 {
-        let (mut normal, mut pull) = (Matrix3::zeros(), Vector3::zeros());
-        for (px, ray) in &rays {
-            let Some(seen) = found.project_ray(&(turn * ray)) else { continue };
-            normal += seen.jac_rotation.transpose() * seen.jac_rotation;
-            pull += seen.jac_rotation.transpose() * (px - seen.px);
-        }
-        turn =
-            UnitQuaternion::from_scaled_axis(normal.try_inverse().expect("a turn") * pull) * turn;
-    }
-    let off = |px: &Point2<f64>, ray: &Vector3<f64>| {
-        let seen = found.project(&Point3::from(turn * ray)).expect("inside the field");
-        (seen - px).norm_squared()
-    };
-    let squares: f64 = rays.iter().map(|(px, ray)| off(px, ray)).sum();
-    (squares / (2 * rays.len()) as f64).sqrt()
-}
-
 /// Runs sessions, a `few` unless told, and checks that all end, and that their bound holds in as many as it says, but
 /// for chance.
 fn sessions_end_with_the_truth_inside_their_bound(field_deg: f64, few: u32) {
@@ -59,7 +38,7 @@ fn sessions_end_with_the_truth_inside_their_bound(field_deg: f64, few: u32) {
         world.camera = fisheye(field_deg, seed);
         let (world, session, attempts) = guided_in(world, CalibrationParams::default(), |_, _| ());
         let calibration = session.calibration().expect("calibrated");
-        let off_px = error_px(&calibration.camera, &world.camera);
+        let off_px = error_px(&calibration.camera, &world.camera, SIZE);
         let bound_px = calibration.picture_bound_px().expect("every pixel has a ray");
         println!(
             "{field_deg}° {seed}: {:?} {} {} after {} views, {attempts} attempts: off {off_px:.3} px, bound {bound_px:.3} px",

@@ -28,9 +28,9 @@ pub(super) struct Tools<'a> {
     pub(super) program: &'a Path,
     /// What is done.
     pub(super) job: &'a Job,
-    /// Where results go, as it was named.
+    /// Where results go, as the person wrote it.
     pub(super) out: &'a Path,
-    /// The same.
+    /// The results in `out`.
     pub(super) store: &'a Store,
     /// The longest that an item may take.
     pub(super) budget: Duration,

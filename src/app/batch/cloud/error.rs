@@ -79,7 +79,7 @@ impl CloudError {
             E::NotFound { .. } => Why::Failed(named("404")),
             _ if is_cut(err) => Why::NoAnswer,
             _ => match code {
-                // Wrong keys and regions are told with 400, too.
+                // Wrong keys and regions also come back as 400.
                 Some(code) if is_refusal(&code) => Why::Refused(code),
                 Some(code) => Why::Failed(code),
                 None => Why::Failed("not an answer of S3".into()),
