@@ -89,6 +89,7 @@ impl CueSender {
 fn instruction(advice: &Advice, target: Option<&Target>) -> Option<Instruction> {
     Some(match *advice {
         Advice::ShowBoard => Instruction::ShowBoard,
+        Advice::ShowWholeFirst => Instruction::ShowWholeFirst,
         Advice::TipTowards { wanted_rad: azimuth_rad, .. } => {
             Instruction::Tip { azimuth_rad, tilt_rad: target?.tilt_rad }
         }

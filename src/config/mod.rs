@@ -17,7 +17,7 @@ use crate::{
     },
     files::{FileError, Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
-    guidance::{BoardRoll, GuidanceParams, Plan},
+    guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
     markers::{Dictionary, MarkerChoice, Markers},
     session::SessionSetup,
 };
@@ -134,6 +134,9 @@ pub struct GuidanceConfig {
     pub still_widths_per_sec: f64,
     pub stop_pp_sigma_px: f64,
     pub stop_projection_sigma_px: f64,
+    /// `None` in recordings that don't know boards beyond the picture's edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_corner_sigma_px: Option<f64>,
     pub min_views: usize,
     pub max_views: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -340,6 +343,7 @@ impl Config {
             g.still_widths_per_sec,
             g.stop_pp_sigma_px,
             g.stop_projection_sigma_px,
+            g.stop_corner_sigma_px.unwrap_or(f64::MAX),
         ]
         .iter()
         .all(|value| value.is_finite() && *value > 0.0);
@@ -430,6 +434,8 @@ impl Config {
             still_widths_per_sec: g.still_widths_per_sec,
             stop_pp_sigma_px: g.stop_pp_sigma_px,
             stop_projection_sigma_px: g.stop_projection_sigma_px,
+            stop_corner_sigma_px: g.stop_corner_sigma_px,
+            pairs_beyond_edge: PAIRS_BEYOND_EDGE,
             min_views: g.min_views,
             max_views: g.max_views,
         }

@@ -43,14 +43,14 @@ pub struct Prediction {
 /// Recent detections, from which [`Prediction`]s are made. Depends on nothing else.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
-    /// The last two detections; a miss clears both.
+    /// The last two detections. They outlast a miss: what a prediction from them is worth depends on how old they are.
     newest: Option<(CaptureTime, Vec<[f64; 2]>)>,
     before: Option<(CaptureTime, Vec<[f64; 2]>)>,
     followed: u32,
 }
 
 impl Track {
-    /// Adds the result for the next frame. A miss or a photograph clears the track: photographs aren't a sequence.
+    /// Adds the result for the next frame; a miss adds nothing. A photograph clears the track: photographs aren't a sequence.
     pub fn add(&mut self, kind: FrameKind, at: CaptureTime, seen: &Result<Detection, Miss>) {
         match seen {
             Ok(detection) if kind == FrameKind::Video => {
@@ -61,11 +61,12 @@ impl Track {
                 corners.extend(detection.corners.iter().map(|corner| [corner.px.x, corner.px.y]));
                 self.newest = Some((at, corners));
             }
+            Err(_) if kind == FrameKind::Video => {}
             _ => *self = Self::default(),
         }
     }
 
-    /// Predicts the board at time `now`; `None` after a miss or a gap. On every tenth frame, the whole picture should be
+    /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole picture should be
     /// searched.
     pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
         let (then, newest) = self.newest.as_ref().filter(|_| kind == FrameKind::Video)?;

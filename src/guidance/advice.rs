@@ -14,6 +14,9 @@ use crate::geometry::Corner;
 pub enum Advice {
     /// Bring the whole board into the picture.
     ShowBoard,
+    /// Bring the whole board into the picture first. The pose asked for leaves the picture, and a part of a board can be told
+    /// only by following the board there.
+    ShowWholeFirst,
     /// Make the board recede towards another direction.
     TipTowards {
         /// Direction in which it recedes now; `None` if it faces the camera.
@@ -82,12 +85,14 @@ pub fn advise(
 ) -> Advice {
     let Some(target) = target else { return Advice::Finished };
     match *refusal {
+        Refusal::NotFound if target.leaves_picture => return Advice::ShowWholeFirst,
         Refusal::NotFound => return Advice::ShowBoard,
         Refusal::Holding { progress } => return Advice::Holding { progress },
         Refusal::Moving { .. } if needs_support => return Advice::SteadyTheBoard,
         Refusal::Moving { speed_px_per_s, wanted_px_per_s, .. } => {
             return Advice::HoldStill { speed_px_per_s, wanted_px_per_s };
         }
+        Refusal::AtTheEdge { .. } if target.leaves_picture => {}
         refusal @ (Refusal::Blurred { .. }
         | Refusal::AtTheEdge { .. }
         | Refusal::OutsideLens { .. }
@@ -117,7 +122,9 @@ pub fn advise(
     } else if !(0.8..1.3).contains(&size_ratio) {
         let span_fraction = view.span_fraction;
         Advice::Distance { span_fraction, wanted: (span_fraction * size_ratio).min(1.0) }
-    } else if shift_px.norm() > params.partner_offset_px {
+    } else if shift_px.norm() > params.partner_offset_px
+        || matches!(refusal, Refusal::AtTheEdge { .. })
+    {
         Advice::Shift { right_px: shift_px.x, down_px: shift_px.y }
     } else {
         Advice::Mend { refusal: *refusal }

@@ -14,6 +14,9 @@ use super::{
 };
 use crate::board::Checkerboard;
 
+/// A reflected pair, by one of its poses.
+pub(super) type Pair = (WantedPose, Isometry3<f64>);
+
 /// Directions searched over the full turn.
 const DIRECTIONS: u32 = 32;
 
@@ -25,7 +28,7 @@ pub(super) fn most_informative_pair(
     board: &Checkerboard,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
-) -> Option<(WantedPose, Isometry3<f64>)> {
+) -> Option<Pair> {
     let knowledge = Knowledge::new(accepted, board, lens_estimate, params);
     let mut best: Option<(f64, WantedPose, Isometry3<f64>)> = None;
     for wanted in candidates(accepted, lens_estimate, params) {

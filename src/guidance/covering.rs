@@ -1,14 +1,19 @@
-//! Which reflected pair of poses covers most of what no board has covered: there the lens is extrapolated.
+//! Which reflected pair of poses covers most of what no board has covered, or makes projection best known there? There the
+//! lens is extrapolated.
 //! Source: `docs/method.md`, section 3.4.
 
 use nalgebra::{Isometry3, Vector2};
 
 use super::{
-    candidates::{candidates, free_directions_rad},
-    information::reflected,
+    beyond_edge::pairs_beyond_edge,
+    candidates::{Pair, candidates, free_directions_rad},
+    information::{
+        CORNER_SIGMA_PX, corner_weight, information_in_picture, known_information, reflected,
+    },
     params::GuidanceParams,
     view::{LensEstimate, View},
     wanted_pose::{WantedPose, place_board, seen_px},
+    worth::pose_of,
 };
 use crate::{
     board::Checkerboard,
@@ -24,18 +29,21 @@ const DIRECTIONS: u32 = 24;
 const FLAT_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// … and how far its middle stands from the picture's, in shares of width and height: the farther, the smaller the board.
 const SHARES: [f64; 5] = [0.0, 0.1, 0.17, 0.23, 0.28];
+/// Pairs whose variance is at most this multiple of the least are told apart by what they cover.
+const ALMOST_LEAST: f64 = 1.15;
 
-/// The feasible pose that, with its reflected partner, covers most of the picture's cells that no view has
-/// covered. `None` if no pose covers more.
+/// The pose that, with its reflected partner, covers most of the picture's cells that no view has covered; a part of the board
+/// may lie beyond the picture's edge. `None` if no pose covers more.
 pub(super) fn most_covering_pair(
     accepted: &[View],
     board: &Checkerboard,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
-) -> Option<(WantedPose, Isometry3<f64>)> {
-    let size = lens_estimate.image_size;
+) -> Option<Pair> {
     let wanted = candidates(accepted, lens_estimate, params);
-    best_pair(accepted, board, (lens_estimate, params), wanted, |all| coverage(all, size))
+    let whole = whole_boards(wanted, board, lens_estimate, params);
+    let pairs = whole.chain(pairs_beyond_edge(accepted, board, lens_estimate, params));
+    Covering::new(accepted, board, lens_estimate).most(pairs, coverage)
 }
 
 /// As [`most_covering_pair`], but the corners of the picture come first, and a board may be as small as it must to reach
@@ -45,7 +53,7 @@ pub(super) fn corner_covering_pair(
     board: &Checkerboard,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
-) -> Option<(WantedPose, Isometry3<f64>)> {
+) -> Option<Pair> {
     let size = lens_estimate.image_size;
     let size_px = Vector2::new(f64::from(size.width_px), f64::from(size.height_px));
     let usual_rad = params.wanted_tilt_rad(lens_estimate.f_to_width());
@@ -65,7 +73,47 @@ pub(super) fn corner_covering_pair(
             }));
         }
     }
-    best_pair(accepted, board, (lens_estimate, params), wanted, |all| reached(all, size))
+    let whole = whole_boards(wanted, board, lens_estimate, params);
+    let pairs = whole.chain(pairs_beyond_edge(accepted, board, lens_estimate, params));
+    Covering::new(accepted, board, lens_estimate).most(pairs, reached)
+}
+
+/// Of the pairs that leave the picture, the one that makes projection best known in the picture's corners; of those that
+/// make it about as well known, the one that covers most. `None` if none fits.
+pub(super) fn best_pair_beyond_edge(
+    accepted: &[View],
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Option<Pair> {
+    let poses = accepted.iter().filter_map(|view| pose_of(&view.corners, board, lens_estimate));
+    let known = known_information(poses, board, lens_estimate, CORNER_SIGMA_PX);
+    let weight = corner_weight(lens_estimate)?;
+    let information =
+        |pose: &Isometry3<f64>| information_in_picture(pose, board, lens_estimate, CORNER_SIGMA_PX);
+    let judged: Vec<(f64, Pair)> = pairs_beyond_edge(accepted, board, lens_estimate, params)
+        .into_iter()
+        .filter_map(|(wanted, pose)| {
+            let pair = information(&pose)? + information(&reflected(&pose))?;
+            let covariance = (known + pair).cholesky()?.inverse();
+            Some(((weight * covariance).trace(), (wanted, pose)))
+        })
+        .collect();
+    let (least, best) = judged.iter().min_by(|one, other| one.0.total_cmp(&other.0)).copied()?;
+    let almost = judged.into_iter().filter(|(variance, _)| *variance <= ALMOST_LEAST * least);
+    let pairs = almost.map(|(_, pair)| pair);
+    Covering::new(accepted, board, lens_estimate).most(pairs, reached).or(Some(best))
+}
+
+fn whole_boards(
+    wanted: Vec<WantedPose>,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> impl Iterator<Item = Pair> {
+    wanted
+        .into_iter()
+        .filter_map(|wanted| Some((wanted, place_board(&wanted, board, lens_estimate, params)?)))
 }
 
 /// What boards have reached: the corners of the picture, each up to 1, and the share of the whole.
@@ -106,31 +154,40 @@ fn outline(view: &View, columns: usize) -> Option<BoardOutline> {
     BoardOutline::of(&corners, columns)
 }
 
-/// The feasible pose whose view, with its reflection, gives the highest `score` of all outlines; `None` if none gives
-/// more than there is.
-fn best_pair(
-    accepted: &[View],
-    board: &Checkerboard,
-    (lens_estimate, params): (&LensEstimate, &GuidanceParams),
-    wanted: Vec<WantedPose>,
-    score: impl Fn(&[BoardOutline]) -> f64,
-) -> Option<(WantedPose, Isometry3<f64>)> {
-    let mut outlines = outlines(accepted, board.columns());
-    let taken = outlines.len();
-    let mut most = score(&outlines);
-    let mut best = None;
-    for wanted in wanted {
-        let Some(pose) = place_board(&wanted, board, lens_estimate, params) else { continue };
-        let pair = [pose, reflected(&pose)];
-        outlines.truncate(taken);
-        outlines.extend(pair.iter().filter_map(|pose| {
-            BoardOutline::of(&seen_px(pose, board, lens_estimate), board.columns())
-        }));
-        let now = score(&outlines);
-        if now > most {
-            most = now;
-            best = Some((wanted, pose));
-        }
+/// What the accepted views cover, and what pairs would cover beside them.
+struct Covering<'a> {
+    outlines: Vec<BoardOutline>,
+    board: &'a Checkerboard,
+    lens_estimate: &'a LensEstimate,
+}
+
+impl<'a> Covering<'a> {
+    fn new(accepted: &[View], board: &'a Checkerboard, lens_estimate: &'a LensEstimate) -> Self {
+        Self { outlines: outlines(accepted, board.columns()), board, lens_estimate }
     }
-    best
+
+    /// The pair of poses that gives the highest `score` of all outlines; `None` if none gives more than there is.
+    fn most(
+        mut self,
+        pairs: impl Iterator<Item = Pair>,
+        score: impl Fn(&[BoardOutline], ImageSize) -> f64,
+    ) -> Option<Pair> {
+        let image_size = self.lens_estimate.image_size;
+        let taken = self.outlines.len();
+        let mut most = score(&self.outlines, image_size);
+        let mut best = None;
+        for (wanted, pose) in pairs {
+            self.outlines.truncate(taken);
+            self.outlines.extend([pose, reflected(&pose)].iter().filter_map(|pose| {
+                let corners_px = seen_px(pose, self.board, self.lens_estimate);
+                BoardOutline::of(&corners_px, self.board.columns())
+            }));
+            let now = score(&self.outlines, image_size);
+            if now > most {
+                most = now;
+                best = Some((wanted, pose));
+            }
+        }
+        best
+    }
 }

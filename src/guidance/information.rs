@@ -1,6 +1,6 @@
 //! Fisher information about the lens from views of the board.
 
-use nalgebra::{Isometry3, Point2, SMatrix};
+use nalgebra::{Isometry3, Point2, SMatrix, Vector2};
 
 use super::{params::width_scale, view::LensEstimate};
 use crate::{
@@ -22,6 +22,9 @@ pub(super) const CORNER_SIGMA_PX: f64 = 0.1;
 /// Standard deviations of the weak priors, in the order of the parameters: `f, cx, cy` in pixels of a picture
 /// 1280 pixels wide, then the distortion coefficients.
 const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.01, 0.6];
+
+/// Pixels farther from the middle than this share of the picture, across and down, lie in its corners.
+const IN_CORNER: f64 = 0.3;
 
 /// Standard deviation, as a share of the weak prior's, of a coefficient that an earlier calibration held fixed.
 const FIXED_SHARE: f64 = 1e-3;
@@ -151,25 +154,58 @@ pub fn square_pixels(jac_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64
 /// `MᵀM`, where `M` is the Jacobian of the projection over a grid of pixels by the lens parameters, after the
 /// camera rotation that compensates best, and the number of pixels.
 pub(super) fn projection_weight(lens_estimate: &LensEstimate) -> (LensMatrix, usize) {
-    let mut a = LensMatrix::zeros();
-    let mut b = SMatrix::<f64, PARAMETERS, 3>::zeros();
-    let mut d = SMatrix::<f64, 3, 3>::zeros();
-    let mut count = 0;
-    for px in cell_centres_px(lens_estimate.image_size) {
-        let camera = &lens_estimate.camera;
-        let Some(seen) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
-            continue;
-        };
-        let RayProjection { jac_lens, jac_rotation, .. } = seen;
-        let jac_lens = square_pixels(&jac_lens);
-        count += 1;
-        a += jac_lens.transpose() * jac_lens;
-        b += jac_lens.transpose() * jac_rotation;
-        d += jac_rotation.transpose() * jac_rotation;
-    }
-    let weight = match d.try_inverse() {
-        Some(inverse) => a - b * inverse * b.transpose(),
-        None => a,
+    let grid = ProjectionGrid::new(lens_estimate);
+    let a = grid.pixels.iter().fold(LensMatrix::zeros(), |sum, (_, seen)| {
+        let jac_lens = square_pixels(&seen.jac_lens);
+        sum + jac_lens.transpose() * jac_lens
+    });
+    let weight = grid.turn_from_lens.map_or(a, |turn| a + grid.lens_by_turn * turn);
+    (weight, grid.pixels.len())
+}
+
+/// [`projection_weight`] of the grid's pixels in the picture's corners, per pixel; the camera still turns as is best for the
+/// whole picture. `None` if the lens has no ray for any of them.
+pub(super) fn corner_weight(lens_estimate: &LensEstimate) -> Option<LensMatrix> {
+    let grid = ProjectionGrid::new(lens_estimate);
+    let size = lens_estimate.image_size;
+    let size_px = Vector2::new(f64::from(size.width_px), f64::from(size.height_px));
+    let is_in_corner = |px: &Point2<f64>| {
+        let off = (px - size.centre_px()).component_div(&size_px);
+        off.x.abs() > IN_CORNER && off.y.abs() > IN_CORNER
     };
-    (weight, count)
+    let turn = grid.turn_from_lens?;
+    let (mut weight, mut count) = (LensMatrix::zeros(), 0.0);
+    for (_, seen) in grid.pixels.iter().filter(|(px, _)| is_in_corner(px)) {
+        let jac = square_pixels(&seen.jac_lens) + seen.jac_rotation * turn;
+        weight += jac.transpose() * jac;
+        count += 1.0;
+    }
+    (count > 0.0).then(|| weight / count)
+}
+
+/// Projection at a grid of pixels.
+struct ProjectionGrid {
+    pixels: Vec<(Point2<f64>, RayProjection)>,
+    /// `Σ JₗᵀJᵣ`, of the Jacobians by the lens and by the camera's rotation.
+    lens_by_turn: SMatrix<f64, PARAMETERS, 3>,
+    /// The camera rotation that compensates best, by the lens parameters; `None` if the pixels don't fix it.
+    turn_from_lens: Option<SMatrix<f64, 3, PARAMETERS>>,
+}
+
+impl ProjectionGrid {
+    fn new(lens_estimate: &LensEstimate) -> Self {
+        let camera = &lens_estimate.camera;
+        let pixels: Vec<_> = cell_centres_px(lens_estimate.image_size)
+            .filter_map(|px| Some((px, camera.project_ray(&camera.ray_from_px(&px)?)?)))
+            .collect();
+        let mut lens_by_turn = SMatrix::<f64, PARAMETERS, 3>::zeros();
+        let mut by_turn = SMatrix::<f64, 3, 3>::zeros();
+        for (_, seen) in &pixels {
+            lens_by_turn += square_pixels(&seen.jac_lens).transpose() * seen.jac_rotation;
+            by_turn += seen.jac_rotation.transpose() * seen.jac_rotation;
+        }
+        let turn_from_lens =
+            by_turn.try_inverse().map(|inverse| -inverse * lens_by_turn.transpose());
+        Self { pixels, lens_by_turn, turn_from_lens }
+    }
 }

@@ -16,11 +16,13 @@
 //! | [`wanted_pose`] | where must the board stand to show a wanted direction and tilt? | it doesn't fit into the picture: no pose |
 //! | [`mod@reach`] | how precise can a calibration become if the board stays small? | it fits nowhere: not known |
 //! | [`candidates`] | which reflected pair is most informative? | directions used up: no pair |
-//! | [`covering`] | which covers most of what no board has covered? | none covers more: no pair |
+//! | [`beyond_edge`] | at which poses does a part of the board leave the picture? | no view yet, or boards stay small: none |
+//! | [`covering`] | which pair covers most of what no board has covered, or tells most of the picture's corners? | none: no pair |
 //! | [`target`] | which pose next, and where on the screen? | no calibration yet: the picture's centre and a usual focal length |
 //! | [`advice`] | which one thing should the person do now? | |
 
 pub mod advice;
+pub mod beyond_edge;
 pub mod candidates;
 pub mod covering;
 pub mod exposure;

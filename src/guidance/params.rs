@@ -5,6 +5,9 @@ use crate::frame::ImageSize;
 /// Boards that span less than this share of the picture count as far.
 pub const FAR_SPAN_FRACTION: f64 = 0.45;
 
+/// Most reflected pairs of boards that leave the picture.
+pub const PAIRS_BEYOND_EDGE: usize = 3;
+
 /// How many views to ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plan {
@@ -92,6 +95,11 @@ pub struct GuidanceParams {
     pub stop_pp_sigma_px: f64,
     /// Largest mean standard deviation of projection over the picture at which to stop.
     pub stop_projection_sigma_px: f64,
+    /// Largest standard deviation of projection anywhere in the picture at which to stop without boards that leave it.
+    /// `None` keeps boards in the picture.
+    pub stop_corner_sigma_px: Option<f64>,
+    /// Most reflected pairs of boards that leave the picture.
+    pub pairs_beyond_edge: usize,
     /// Fewest views.
     pub min_views: usize,
     /// Most views.
@@ -123,6 +131,8 @@ impl Default for GuidanceParams {
             still_widths_per_sec: 0.1,
             stop_pp_sigma_px: 1.0,
             stop_projection_sigma_px: 0.3,
+            stop_corner_sigma_px: Some(0.05),
+            pairs_beyond_edge: PAIRS_BEYOND_EDGE,
             min_views: 4,
             max_views: 24,
         }

@@ -16,6 +16,8 @@ pub struct Precision {
     pub pp_sigma_px: f64,
     /// Mean standard deviation of projection over the picture.
     pub projection_sigma_px: f64,
+    /// Largest standard deviation of projection in the picture: in one of its corners, as a rule.
+    pub corner_sigma_px: f64,
     /// Focal length in picture widths.
     pub f_to_width: f64,
     /// With a goal in the person's own unit: the error over what the goal leaves to the lens; met at 1. It replaces the
@@ -44,6 +46,15 @@ impl Precision {
             let pp = self.pp_sigma_px / params.pp_goal_px(self.f_to_width);
             if params.is_far() { projection } else { projection.max(pp) }
         })
+    }
+
+    /// Whether projection is known too badly in the picture's corners, and boards that leave the picture may help. Never with
+    /// a goal of the person's own, which says what matters.
+    pub fn lacks_corners(&self, params: &GuidanceParams) -> bool {
+        self.goal_excess.is_none()
+            && params.pairs_beyond_edge > 0
+            && !params.is_far()
+            && params.stop_corner_sigma_px.is_some_and(|limit_px| self.corner_sigma_px > limit_px)
     }
 }
 
@@ -84,7 +95,7 @@ pub fn progress(
         Plan::Quick | Plan::Full => true,
         Plan::Adaptive => precision.is_some_and(|p| {
             let trusted = if params.is_far() { p.trusted_far } else { p.trusted && p.covered };
-            trusted && p.is_reached(params)
+            trusted && p.is_reached(params) && !p.lacks_corners(params)
         }),
     };
     // More views of a board that stays small help so little that a person would wait in vain.
@@ -134,8 +145,10 @@ pub fn forecast(
         // While partners are missing, noise doesn't fall with the square root of the number of views.
         (Plan::Adaptive, Some(precision)) if views >= planned => {
             let by_noise = views_by_noise(views, precision, params).min(params.max_views);
-            // At least one more pair while a trust check fails or coverage is low.
-            let doubts = usize::from(!(precision.trusted && precision.covered)) * 2;
+            // At least one more pair while a trust check fails, or the picture's edge needs boards.
+            let is_settled =
+                precision.trusted && precision.covered && !precision.lacks_corners(params);
+            let doubts = usize::from(!is_settled) * 2;
             complete.max(by_noise).max(views + unpaired + doubts)
         }
         _ => complete,
@@ -155,6 +168,7 @@ mod tests {
             trusted_far: true,
             pp_sigma_px: 0.1,
             projection_sigma_px: 0.01,
+            corner_sigma_px: 0.02,
             goal_excess: None,
             trusted: true,
             covered: true,

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point2, Vector2};
 
 use super::{
     candidates::most_informative_pair,
-    covering::{corner_covering_pair, most_covering_pair},
+    covering::{best_pair_beyond_edge, corner_covering_pair, most_covering_pair},
     independence::partner_of,
     information::reflected,
     params::{GuidanceParams, Plan},
@@ -42,6 +42,8 @@ pub enum Purpose {
     MostInformative,
     /// One view of the reflected pair that covers most of the picture not yet covered.
     Coverage,
+    /// One view of the reflected pair of boards that leave the picture, after which projection is known best in its corners.
+    BeyondEdge,
 }
 
 /// A pose to show.
@@ -55,13 +57,21 @@ pub struct Target {
     pub tilt_rad: f64,
     /// Where every inner corner should appear, in numbering order, distorted as the lens shows it.
     pub ghost_px: Vec<Point2<f64>>,
+    /// Whether a part of the board is wanted beyond the picture's edge.
+    pub leaves_picture: bool,
 }
 
 impl Target {
-    /// Larger of the shares of the picture's width and height that the ghost's corners span.
+    /// Larger of the shares of the picture's width and height that the ghost's corners span, as far as they're in the
+    /// picture.
     pub fn span_fraction(&self, image_size: ImageSize) -> f64 {
-        let (low, high) = bounds_px(self.ghost_px.iter().copied());
         let ImageSize { width_px, height_px } = image_size;
+        let last = Point2::new(f64::from(width_px) - 1.0, f64::from(height_px) - 1.0);
+        let (low, high) = bounds_px(
+            self.ghost_px
+                .iter()
+                .map(|px| Point2::new(px.x.clamp(0.0, last.x), px.y.clamp(0.0, last.y))),
+        );
         ((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px))
     }
 }
@@ -81,6 +91,22 @@ pub fn next_target(
     let unpaired = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
     if let Some(of) = unpaired {
         return Some(partner_target(of, &accepted[of], board, lens_estimate, params));
+    }
+    // What only boards at the picture's edge can tell comes before further directions.
+    let wants_edge = params.plan == Plan::Adaptive
+        && accepted.len() >= params.min_views
+        && precision.is_some_and(|precision| {
+            precision.trusted && precision.is_reached(params) && precision.lacks_corners(params)
+        });
+    if wants_edge {
+        let params = params.for_coverage();
+        let pair = best_pair_beyond_edge(accepted, board, lens_estimate, &params);
+        if let Some((wanted, pose)) = pair {
+            return Some(target(Purpose::BeyondEdge, &wanted, &pose, board, lens_estimate));
+        }
+        if precision.is_some_and(|precision| precision.covered) {
+            return None;
+        }
     }
     let slots = params.plan.slots();
     if accepted.len() < slots
@@ -118,7 +144,9 @@ pub fn covering_target(
     let unpaired = (0..accepted.len()).rev().find(|&index| partner_of(index, accepted).is_none());
     if let Some(of) = unpaired {
         let partner = partner_target(of, &accepted[of], board, lens_estimate, params);
-        return Some(within_picture(partner, lens_estimate.image_size, params));
+        let may_leave = partner.leaves_picture;
+        let size = lens_estimate.image_size;
+        return Some(if may_leave { partner } else { within_picture(partner, size, params) });
     }
     let (wanted, pose) = corner_covering_pair(accepted, board, lens_estimate, params)
         .or_else(|| most_informative_pair(accepted, board, lens_estimate, params))?;
@@ -168,7 +196,12 @@ fn partner_target(
     params: &GuidanceParams,
 ) -> Target {
     if let Some(partner) = partner_of_part(of, view, board, lens_estimate) {
-        return partner;
+        let size = lens_estimate.image_size;
+        return if params.stop_corner_sigma_px.is_some() {
+            Target { leaves_picture: leaves(&partner.ghost_px, size), ..partner }
+        } else {
+            within_picture(partner, size, params)
+        };
     }
     let pp_px = lens_estimate.camera.pp_px;
     let purpose = Purpose::Partner { of };
@@ -200,6 +233,7 @@ fn partner_target(
         tilt_azimuth_rad: wanted.tilt_azimuth_rad,
         tilt_rad: view.tilt_rad.unwrap_or(0.0),
         ghost_px: view.corners.iter().rev().map(reflected).collect(),
+        leaves_picture: false,
     }
 }
 
@@ -221,6 +255,7 @@ fn partner_of_part(
         tilt_azimuth_rad: (view.tilt_azimuth_rad() + PI).rem_euclid(2.0 * PI),
         tilt_rad: view.tilt_rad.unwrap_or(0.0),
         ghost_px,
+        leaves_picture: false,
     })
 }
 
@@ -246,6 +281,15 @@ fn within_picture(mut target: Target, image_size: ImageSize, params: &GuidancePa
     target
 }
 
+/// Whether a part of the ghost lies outside of the picture.
+fn leaves(ghost_px: &[Point2<f64>], image_size: ImageSize) -> bool {
+    let ImageSize { width_px, height_px } = image_size;
+    let (right, bottom) = (f64::from(width_px) - 1.0, f64::from(height_px) - 1.0);
+    let is_inside =
+        |px: &Point2<f64>| (0.0..=right).contains(&px.x) && (0.0..=bottom).contains(&px.y);
+    !ghost_px.iter().all(is_inside)
+}
+
 fn target(
     purpose: Purpose,
     wanted: &WantedPose,
@@ -255,5 +299,6 @@ fn target(
 ) -> Target {
     let ghost_px = seen_px(cam_from_board, board, lens_estimate);
     let WantedPose { tilt_azimuth_rad, tilt_rad, .. } = *wanted;
-    Target { purpose, tilt_azimuth_rad, tilt_rad, ghost_px }
+    let leaves_picture = leaves(&ghost_px, lens_estimate.image_size);
+    Target { purpose, tilt_azimuth_rad, tilt_rad, ghost_px, leaves_picture }
 }

@@ -12,6 +12,9 @@ use crate::{
 /// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras' lies within
 /// 100 pixels of the centre.
 const GUESSED_PP_SD_PX: f64 = 100.0;
+/// One in this many corners may lie where the lens estimate has no ray: beyond 90° no plane does them justice, and a first
+/// estimate may end too early. The others measure the view.
+const ONE_OUTSIDE_IN: usize = 4;
 
 /// The lens as estimated from the accepted views, or a guess before there are any.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,7 +105,7 @@ impl View {
 ///
 /// # Errors
 ///
-/// [`Refusal::OutsideLens`] if the lens model has no ray for a corner, [`Refusal::NoLine`] if the board faces
+/// [`Refusal::OutsideLens`] if the lens model has no ray for more than a quarter of the corners, [`Refusal::NoLine`] if the board faces
 /// the camera or its corners fit no plane.
 pub fn measure(
     (frame_id, captured_at): (FrameId, CaptureTime),
@@ -112,14 +115,15 @@ pub fn measure(
     lens_estimate: &LensEstimate,
 ) -> Result<View, Refusal> {
     let camera = &lens_estimate.camera;
-    // An unseen corner may be expected where the lens has no ray.
-    let undistort = |corner: &Corner| {
-        if corner.is_seen() { camera.undistort_corner(corner) } else { Some(*corner) }
-    };
-    let undistorted: Vec<Corner> = corners.iter().filter_map(undistort).collect();
-    if undistorted.len() < corners.len() {
-        let outside = corners.len() - undistorted.len();
-        return Err(Refusal::OutsideLens { outside, of: corners.len() });
+    let undistorted: Vec<Corner> = corners
+        .iter()
+        .map(|corner| camera.undistort_corner(corner).unwrap_or(Corner::unseen(corner.px)))
+        .collect();
+    let count = |corners: &[Corner]| corners.iter().filter(|corner| corner.is_seen()).count();
+    let of = count(corners);
+    let outside = of - count(&undistorted);
+    if outside > of / ONE_OUTSIDE_IN {
+        return Err(Refusal::OutsideLens { outside, of });
     }
     let homography =
         Homography::fit(&board.corners_in_board_m(), &undistorted).map_err(|_| Refusal::NoLine)?;

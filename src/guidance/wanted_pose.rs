@@ -83,7 +83,7 @@ pub fn tilted(tilt_azimuth_rad: f64, tilt_rad: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&axis, tilt_rad)
 }
 
-fn rotation(wanted: &WantedPose, roll: BoardRoll) -> UnitQuaternion<f64> {
+pub(super) fn rotation(wanted: &WantedPose, roll: BoardRoll) -> UnitQuaternion<f64> {
     let tilted = tilted(wanted.tilt_azimuth_rad, wanted.tilt_rad);
     match roll {
         BoardRoll::Upright => tilted,
@@ -95,7 +95,7 @@ fn rotation(wanted: &WantedPose, roll: BoardRoll) -> UnitQuaternion<f64> {
 
 /// Shifts the board at `depth_m` until its mean corner appears at `centre_px`. `None` if a corner gets behind
 /// the camera.
-fn placed(
+pub(super) fn placed(
     rotation: &UnitQuaternion<f64>,
     depth_m: f64,
     centre_px: &Point2<f64>,

@@ -39,16 +39,23 @@ const UNFOLLOWED_MOTION: f64 = 1.3;
 
 /// The limits after a pose has been asked for during `waited_secs`: a partner may be farther off its place, and
 /// lines that differ significantly count as independent at a smaller angle, from a less tilted board. `unfollowed` counts
-/// the views that weren't shown by someone who follows the ghost.
-fn eased(guidance: &GuidanceParams, waited_secs: f64, unfollowed: u32) -> GuidanceParams {
+/// the views that weren't shown by someone who follows the ghost. Through a lens that is only guessed, and may be much
+/// wider, a tilt is a guess, too: in the end any counts.
+fn eased(
+    guidance: &GuidanceParams,
+    waited_secs: f64,
+    unfollowed: u32,
+    is_guessed: bool,
+) -> GuidanceParams {
     let late_secs = if unfollowed > 0 { 0.0 } else { UNFOLLOWED_SECS };
     let share = ((waited_secs - late_secs) / EASED_WITHIN_SECS).clamp(0.0, 1.0);
     let least_rad = EASED_INDEPENDENT_RAD.min(guidance.independent_rad);
+    let less_tilt = if is_guessed { 1.0 } else { 0.5 };
     GuidanceParams {
         partner_offset_px: guidance.partner_offset_px
             * (1.0 + waited_secs / EASE_SECS).clamp(1.0, MOST_EASE),
         independent_rad: guidance.independent_rad + share * (least_rad - guidance.independent_rad),
-        min_tilt_rad: guidance.min_tilt_rad * (1.0 - 0.5 * share),
+        min_tilt_rad: guidance.min_tilt_rad * (1.0 - less_tilt * share),
         ..*guidance
     }
 }
@@ -69,6 +76,10 @@ fn least_covered(waited_secs: f64) -> f64 {
 const RECEDE_AFTER_SECS: f64 = 0.7;
 /// A board that stays small and has shown no further view for this long won't: its lines are too uncertain to differ.
 const GIVEN_UP_SECS: f64 = 30.0;
+/// A board that hasn't been shown beyond the picture's edge within this time won't be, nor one that was cut off so that it
+/// couldn't be told apart for this long.
+const BEYOND_EDGE_WITHIN_SECS: f64 = 12.0;
+const LOST_BEYOND_EDGE_SECS: f64 = 6.0;
 /// A board that hasn't come nearer within this time won't.
 const NEARER_WITHIN_SECS: f64 = 8.0;
 
@@ -178,6 +189,14 @@ impl Session {
         let step_secs = judged_at.map_or(0.0, |then| now.secs_since(then)).clamp(0.0, 0.5);
         *judged_at = Some(now);
         *cut_off_secs += if cut_off { step_secs } else { 0.0 };
+        if self.derived.target.as_ref().is_some_and(|target| target.leaves_picture) {
+            if waited_secs >= BEYOND_EDGE_WITHIN_SECS || *cut_off_secs >= LOST_BEYOND_EDGE_SECS {
+                seen.stays_inside = true;
+                self.replan();
+                self.tracking.forget_motion();
+            }
+            return;
+        }
         if *cut_off_secs >= RECEDE_AFTER_SECS {
             *cut_off_secs = 0.0;
             self.recede();
@@ -273,7 +292,7 @@ impl Session {
     /// one asked for. The longer nothing better comes, the less it must tell, and the farther a partner may be off.
     fn offered_role(&self, view: &View, kind: FrameKind) -> Result<Role, Refusal> {
         let derived = &self.derived;
-        let guidance = &if derived.wants_more {
+        let guidance = &if derived.covers_more() {
             self.setup.guidance.for_coverage()
         } else {
             self.setup.guidance.after(self.ground.accepted.len())
@@ -284,7 +303,8 @@ impl Session {
             FrameKind::Photograph => 0.0,
             FrameKind::Video => least_share(waited_secs, self.ground.unfollowed),
         };
-        let eased = eased(guidance, waited_secs, self.ground.unfollowed);
+        let is_guessed = derived.lens_estimate.covariance.is_none();
+        let eased = eased(guidance, waited_secs, self.ground.unfollowed, is_guessed);
         let gated = gate(view, &eased);
         if gated.is_err() && gate(view, &eased.for_partner()).is_err() {
             gated?;
@@ -304,7 +324,7 @@ impl Session {
     /// What a view covers, as a share of what the pose asked for would; `None` unless that is what it's for.
     fn covers(&self, view: &View) -> Option<f64> {
         let derived = &self.derived;
-        let target = derived.target.as_ref().filter(|_| derived.wants_more)?;
+        let target = derived.target.as_ref().filter(|_| derived.covers_more())?;
         let columns = self.setup.board.columns();
         let ghost = BoardOutline::of(&target.ghost_px, columns)?;
         Some(covering_share(view, &ghost, &derived.measured, columns, self.setup.image_size))
@@ -370,9 +390,8 @@ impl Session {
                 self.ground.accepted.get(of).map(|partner| partner.view.frame_id);
         }
         self.ground.next_number = self.ground.next_number.max(accepted.number.next());
-        let asked = self.derived.target.as_ref();
-        let asked = asked.map(|target| target.span_fraction(self.setup.image_size));
-        self.ground.seen.note_accepted(&accepted.view, asked);
+        let (target, image_size) = (self.derived.target.as_ref(), self.setup.image_size);
+        self.ground.seen.note_accepted(&accepted.view, target, image_size);
         self.ground.accepted.push(accepted);
         self.replan();
         self.tracking.forget_motion();

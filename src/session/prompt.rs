@@ -119,6 +119,8 @@ pub enum Prompt {
     Taken,
     /// Bring the whole board into the picture.
     ShowBoard,
+    /// Bring the whole board into the picture, and from there onto the outline, which leaves it.
+    ShowWholeFirst,
     /// Bring the board back into the picture; the picture's edge cuts it off on this side.
     CutOff(Side),
     /// Uncover the board.
@@ -259,6 +261,10 @@ impl Prompt {
     pub fn of_advice(advice: &Advice, no_board: Option<&Miss>) -> Self {
         match *advice {
             Advice::ShowBoard => no_board.map_or(Self::ShowBoard, Self::of_miss),
+            Advice::ShowWholeFirst => match no_board {
+                None | Some(Miss::NoBoard | Miss::PartialBoard { .. }) => Self::ShowWholeFirst,
+                Some(miss) => Self::of_miss(miss),
+            },
             Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad } => {
                 Self::Tip(Edge::towards(wanted_rad))
             }

@@ -2,7 +2,9 @@
 
 use crate::{
     frame::ImageSize,
-    guidance::{GuidanceParams, LensEstimate, Scatter, Target, View, params::FAR_SPAN_FRACTION},
+    guidance::{
+        GuidanceParams, LensEstimate, Purpose, Scatter, Target, View, params::FAR_SPAN_FRACTION,
+    },
 };
 
 /// Degrees of freedom from which the measured noise is known to 3 %.
@@ -35,6 +37,9 @@ pub(super) struct Seen {
     pub(super) span_cap: Option<f64>,
     /// Whether a board that stays small has shown no further view for so long that none will come.
     pub(super) given_up: bool,
+    /// Views taken at poses beyond the picture's edge, without their partners, and whether no more can be shown.
+    beyond_edge: usize,
+    pub(super) stays_inside: bool,
     /// How many views in a row were much smaller than their ghosts, and the largest share that they spanned.
     small_in_a_row: Option<(u32, f64)>,
     /// How often the ghost of the pose asked for has receded.
@@ -50,7 +55,12 @@ impl Seen {
     /// The limits for a board that comes no nearer than it has.
     pub(super) fn limits(&self, guidance: &GuidanceParams) -> GuidanceParams {
         let cap = self.span_cap.unwrap_or(1.0);
-        GuidanceParams { target_span_fraction: guidance.target_span_fraction.min(cap), ..*guidance }
+        GuidanceParams {
+            target_span_fraction: guidance.target_span_fraction.min(cap),
+            pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(self.beyond_edge),
+            stop_corner_sigma_px: guidance.stop_corner_sigma_px.filter(|_| !self.stays_inside),
+            ..*guidance
+        }
     }
 
     /// The limits for a ghost that is one step smaller than that of `target`.
@@ -117,13 +127,22 @@ impl Seen {
         true
     }
 
-    /// Notes the size of an accepted view, and of the ghost shown for it. A board that is much smaller twice in a row
+    /// Notes the size of an accepted view, and the pose that was asked for. A board that is much smaller twice in a row
     /// comes no nearer; one that has come nearer may be asked to do so again.
-    pub(super) fn note_accepted(&mut self, view: &View, asked_span_fraction: Option<f64>) {
+    pub(super) fn note_accepted(
+        &mut self,
+        view: &View,
+        target: Option<&Target>,
+        image_size: ImageSize,
+    ) {
         self.receded = 0;
         self.given_up = false;
-        let is_small =
-            asked_span_fraction.is_some_and(|asked| view.span_fraction < TOO_SMALL * asked);
+        let is_beyond_edge = target.is_some_and(|target| target.purpose == Purpose::BeyondEdge);
+        self.beyond_edge += usize::from(is_beyond_edge);
+        let is_small = target.is_some_and(|target| {
+            !target.leaves_picture
+                && view.span_fraction < TOO_SMALL * target.span_fraction(image_size)
+        });
         self.small_in_a_row = is_small.then(|| {
             let (count, largest) = self.small_in_a_row.unwrap_or_default();
             (count + 1, largest.max(view.span_fraction))

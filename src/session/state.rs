@@ -22,8 +22,8 @@ use crate::{
     geometry::{Camera, Corner},
     guidance::{
         ExposureEstimate, Hold, Knowledge, LensEstimate, MotionWindow, Patience, Precision,
-        Progress, Target, View, covering_target, final_progress, forecast, measure, next_target,
-        progress, worth::pose_of,
+        Progress, Purpose, Target, View, covering_target, final_progress, forecast, measure,
+        next_target, progress, worth::pose_of,
     },
 };
 
@@ -210,6 +210,12 @@ impl Derived {
             self.variance_after_target =
                 variance_after(self.target.as_ref(), &self.knowledge, board, &self.lens_estimate);
         }
+    }
+
+    /// Whether the pose asked for is to cover what no board has covered.
+    pub(super) fn covers_more(&self) -> bool {
+        self.wants_more
+            || self.target.as_ref().is_some_and(|target| target.purpose == Purpose::BeyondEdge)
     }
 
     pub(super) fn calibration(&self) -> Option<&Arc<Calibration>> {

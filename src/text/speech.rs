@@ -16,6 +16,7 @@ pub fn spoken(asked: Prompt) -> String {
             format!("{} changed", camera::capital(camera::control(control)))
         }
         Prompt::Taken => "Taken".into(),
+        Prompt::ShowWholeFirst => "The whole board first".into(),
         Prompt::CutOff(Side::Left) => "Move right".into(),
         Prompt::CutOff(Side::Right) => "Move left".into(),
         Prompt::CutOff(Side::Top) => "Move down".into(),

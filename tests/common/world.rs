@@ -1,15 +1,16 @@
 //! A simulated person and camera without pictures: corners are projected, truth is known.
 //!
 //! The person brings the board to the ghost with errors of 4° and 20 px, holds it, and tries again if the
-//! view is not taken.
+//! view is not taken. Corners beyond the picture's edge aren't seen; of a part, the others are, as long as the board is
+//! followed from frame to frame.
 
 use boresight::{
     board::Checkerboard,
     calibration::CalibrationParams,
-    detection::{Detection, Miss, Quality},
+    detection::{Detection, Miss, Quality, Side},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::{Camera, Corner, Distortion, fit_pose},
-    guidance::{GuidanceParams, Progress},
+    guidance::{GuidanceParams, Progress, Target},
     session::{Decision, Input, Observation, Outcome, Session, SessionSetup},
 };
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
@@ -28,7 +29,11 @@ pub(crate) struct World {
     rng: ChaCha8Rng,
     time_nanos: u64,
     frame: u64,
+    is_followed: bool,
 }
+
+/// Least share of the board's corners that tell a part of it.
+const LEAST_SEEN: f64 = 0.4;
 
 impl World {
     pub(crate) fn new(seed: u64) -> Self {
@@ -44,7 +49,7 @@ impl World {
             distortion: Distortion { k1, k2, ..Distortion::default() },
         };
         let board = Checkerboard::new(9, 6, 0.025).expect("valid");
-        Self { camera, board, noise_px: NOISE_PX, rng, time_nanos: 0, frame: 0 }
+        Self { camera, board, noise_px: NOISE_PX, rng, time_nanos: 0, frame: 0, is_followed: false }
     }
 
     fn normal(&mut self, sigma: f64) -> f64 {
@@ -75,21 +80,34 @@ impl World {
         ))
     }
 
+    /// The whole board, if a part of it is wanted next and it isn't followed: that's where a person starts.
+    pub(crate) fn whole_first(&mut self, target: &Target) -> Option<Observation> {
+        let depth_m = 16.0 * self.board.square_m() * self.camera.f_px.x / f64::from(SIZE.width_px);
+        let whole = Isometry3::translation(0.0, 0.0, depth_m);
+        (target.leaves_picture && !self.is_followed).then(|| self.observe(&whole))
+    }
+
     pub(crate) fn observe(&mut self, pose: &Isometry3<f64>) -> Observation {
         self.frame += 1;
         self.time_nanos += 33_000_000;
-        let corners: Option<Vec<Corner>> = self
+        let corners: Vec<Corner> = self
             .board
             .corners_in_board_m()
             .iter()
             .map(|point| {
-                let px = self.camera.px_from_board(pose, point)?;
+                let Some(px) = self.camera.px_from_board(pose, point) else {
+                    return Corner::unseen(Point2::new(f64::NAN, f64::NAN));
+                };
                 let noise = Vector2::new(self.normal(self.noise_px), self.normal(self.noise_px));
                 let px = px + noise;
                 let inside = px.x > 4.0 && px.y > 4.0 && px.x < 1275.0 && px.y < 715.0;
-                inside.then(|| Corner::isotropic(px, self.noise_px))
+                if inside { Corner::isotropic(px, self.noise_px) } else { Corner::unseen(px) }
             })
             .collect();
+        let (wanted, found) = (corners.len(), corners.iter().filter(|c| c.is_seen()).count());
+        let is_told =
+            found == wanted || (self.is_followed && found as f64 >= LEAST_SEEN * wanted as f64);
+        self.is_followed = is_told;
         let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
         Observation {
             frame_id: FrameId(self.frame),
@@ -97,7 +115,13 @@ impl World {
             kind: FrameKind::Video,
             name: String::new(),
             image_size: SIZE,
-            seen: corners.map(|corners| Detection { corners, quality }).ok_or(Miss::NoBoard),
+            seen: if is_told {
+                Ok(Detection { corners, quality })
+            } else if found > 0 {
+                Err(Miss::PartialBoard { found, wanted, cut_off_by: Some(Side::Left) })
+            } else {
+                Err(Miss::NoBoard)
+            },
         }
     }
 }
@@ -142,6 +166,11 @@ pub(crate) fn guided_in(
             let Some(pose) = world.pose_for(&target.ghost_px, 0.7_f64.powi(try_number)) else {
                 continue;
             };
+            if let Some(whole) = world.whole_first(&target) {
+                let input = Input::Observed(whole);
+                let decision = session.handle(&input);
+                seen(&input, &decision);
+            }
             for _ in 0..24 {
                 let input = Input::Observed(world.observe(&pose));
                 let decision = session.handle(&input);

@@ -404,11 +404,31 @@ fn a_wrong_prediction_costs_nothing_but_time() {
         assert!((after.px - expected).norm() < 0.01, "{} for {expected}", after.px);
     }
     assert_eq!(detector.search(&turned, &scene.board, search), anywhere);
-    // Photographs, long gaps and misses predict nothing.
+    // Photographs and long gaps predict nothing.
     assert!(track.predict(FrameKind::Photograph, pictures[1].0).is_none());
     assert!(track.predict(FrameKind::Video, CaptureTime { nanos: 900_000_000 }).is_none());
-    track.add(FrameKind::Video, pictures[1].0, &Err(Miss::NoBoard));
-    assert!(track.predict(FrameKind::Video, CaptureTime { nanos: 66_000_000 }).is_none());
+    track.add(FrameKind::Photograph, pictures[1].0, &first);
+    assert!(track.predict(FrameKind::Video, pictures[1].0).is_none());
+}
+
+#[test]
+fn a_prediction_outlasts_misses_but_names_corners_only_for_a_moment() {
+    let scene = Scene::default_720p(11);
+    let mut detector = Detector::new(DetectorParams::default());
+    let mut track = Track::default();
+    for (at, picture) in carried(&scene, 2) {
+        track.add(FrameKind::Video, at, &detector.detect(&picture, &scene.board));
+    }
+    let since = |nanos: u64| CaptureTime { nanos: 33_333_333 + nanos };
+    let names = |track: &Track, nanos: u64| {
+        track.predict(FrameKind::Video, since(nanos)).map(|near| near.names_corners)
+    };
+    for missed in [33_000_000, 66_000_000, 99_000_000] {
+        assert_eq!(names(&track, missed), Some(true), "after {missed} ns");
+        track.add(FrameKind::Video, since(missed), &Err(Miss::NoBoard));
+    }
+    assert_eq!(names(&track, 130_000_000), Some(false));
+    assert_eq!(names(&track, 260_000_000), None);
 }
 
 #[test]

@@ -31,6 +31,9 @@ fn take_one(world: &mut World, session: &mut Session) -> Decision {
         // A ghost may be drawn again on the way.
         let target = session.target().expect("collecting").clone();
         let Some(pose) = world.pose_for(&target.ghost_px, care) else { continue };
+        if let Some(whole) = world.whole_first(&target) {
+            session.handle(&Input::Observed(whole));
+        }
         for _ in 0..30 {
             let decision = session.handle(&Input::Observed(world.observe(&pose)));
             if matches!(decision.outcome, Outcome::Accepted { .. }) {
@@ -370,8 +373,12 @@ fn a_frame_costs_no_more_with_many_views_than_with_few() {
         let target = session.target().expect("collecting").clone();
         // Exactly on the ghost but moving: judged against every view, never taken.
         let ghost = |shift_px: f64| {
-            let corner =
-                |px: &Point2<f64>| Corner::isotropic(px + Vector2::new(shift_px, 0.0), 0.05);
+            let (right, bottom) = (f64::from(SIZE.width_px), f64::from(SIZE.height_px));
+            let corner = |px: &Point2<f64>| {
+                let px = px + Vector2::new(shift_px, 0.0);
+                let is_seen = (0.0..right).contains(&px.x) && (0.0..bottom).contains(&px.y);
+                if is_seen { Corner::isotropic(px, 0.05) } else { Corner::unseen(px) }
+            };
             target.ghost_px.iter().map(corner).collect::<Vec<_>>()
         };
         let frame = |number: u64| {

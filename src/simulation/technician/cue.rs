@@ -43,6 +43,8 @@ pub enum Instruction {
     HoldStill,
     /// Bring the whole board into the picture.
     ShowBoard,
+    /// Bring the whole board into the picture before the ghost is followed again.
+    ShowWholeFirst,
     /// Bring the board onto the ghost more exactly.
     MatchGhost,
     /// Move along the line of sight.

@@ -279,7 +279,7 @@ impl Technician {
             }
             Instruction::MatchGhost => return self.correct(),
             Instruction::ShowBoard if self.wanted.is_some() => return self.correct(),
-            Instruction::ShowBoard => self.start,
+            Instruction::ShowBoard | Instruction::ShowWholeFirst => self.start,
             Instruction::Distance { ratio } => {
                 let (least, largest) = DISTANCE_RATIOS;
                 let ratio = if ratio > 0.0 { ratio.clamp(least, largest) } else { 1.0 };

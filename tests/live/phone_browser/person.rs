@@ -73,6 +73,7 @@ pub(super) fn prompts() -> BTreeMap<String, Prompt> {
     let turns = [true, false].map(|clockwise| Prompt::TurnTilt { clockwise });
     let others = [
         Prompt::ShowBoard,
+        Prompt::ShowWholeFirst,
         Prompt::Closer,
         Prompt::Farther,
         Prompt::HoldStill,
@@ -120,6 +121,7 @@ fn instruction(prompt: Prompt, shown: &Value) -> Instruction {
     match prompt {
         Prompt::HoldStill | Prompt::SteadyTheBoard | Prompt::Blurred => Instruction::HoldStill,
         Prompt::ShowBoard => Instruction::ShowBoard,
+        Prompt::ShowWholeFirst => Instruction::ShowWholeFirst,
         Prompt::Closer | Prompt::Farther => {
             let usual = if prompt == Prompt::Closer { 0.8 } else { 1.2 };
             let ratio = board.zip(ghost).map(|(board, ghost)| span(&board) / span(&ghost));
