@@ -131,7 +131,7 @@ impl Default for GuidanceParams {
             still_widths_per_sec: 0.1,
             stop_pp_sigma_px: 1.0,
             stop_projection_sigma_px: 0.3,
-            stop_corner_sigma_px: Some(0.05),
+            stop_corner_sigma_px: Some(0.04),
             pairs_beyond_edge: PAIRS_BEYOND_EDGE,
             min_views: 4,
             max_views: 24,

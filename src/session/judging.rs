@@ -14,7 +14,7 @@ use super::{
 use crate::{
     detection::Miss,
     frame::{CaptureTime, FrameKind, ImageSize},
-    geometry::BoardOutline,
+    geometry::{BoardOutline, Corner},
     guidance::{
         Advice, GuidanceParams, HeldFrame, Hold, Motion, Progress, Refusal, Role, Smear,
         StillLimits, View, advise, covering_share, gate,
@@ -318,6 +318,12 @@ impl Session {
             Some(share) if kind == FrameKind::Video => (share, least_covered(waited_secs)),
             _ => (self.worth(view), least_share),
         };
+        // A whole board on its way to where it should leave the picture isn't what was asked for, however long that takes.
+        let leaves_picture = derived.target.as_ref().is_some_and(|target| target.leaves_picture);
+        let is_whole = view.corners.iter().all(Corner::is_seen);
+        if leaves_picture && is_whole && role == Role::NewDirection && kind == FrameKind::Video {
+            return Err(Refusal::TellsLittle { worth: worth.min(1.0), wanted: 1.0 });
+        }
         if worth < wanted { Err(Refusal::TellsLittle { worth, wanted }) } else { Ok(role) }
     }
 

@@ -151,11 +151,20 @@ pub(crate) fn guided_with(
 
 /// The same in that world.
 pub(crate) fn guided_in(
-    mut world: World,
+    world: World,
     calibration: CalibrationParams,
+    seen: impl FnMut(&Input, &Decision),
+) -> (World, Session, usize) {
+    let session = Session::new(SessionSetup { calibration, ..setup(world.board) });
+    guided_from(world, session, seen)
+}
+
+/// Goes on with that session.
+pub(crate) fn guided_from(
+    mut world: World,
+    mut session: Session,
     mut seen: impl FnMut(&Input, &Decision),
 ) -> (World, Session, usize) {
-    let mut session = Session::new(SessionSetup { calibration, ..setup(world.board) });
     let mut attempts = 0;
     while session.progress() == Progress::Collecting && attempts < 120 {
         let accepted = session.accepted().len();

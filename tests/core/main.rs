@@ -9,6 +9,7 @@ mod world;
 
 mod acceptance;
 mod bad_calibrations;
+mod beyond_edge;
 mod calibration_anywhere;
 mod calibration_cost;
 mod calibration_monte_carlo;

@@ -1,0 +1,147 @@
+//! Boards that leave the picture tell what whole ones can't: the lens out to the picture's edge.
+
+use boresight::{
+    calibration::CalibrationParams,
+    geometry::Corner,
+    guidance::{Progress, Purpose},
+    session::{Input, Outcome, Session},
+    text,
+};
+use nalgebra::{Isometry3, Point2};
+
+use crate::world::{SIZE, World, guided_from, setup};
+
+/// Cells along each side of the picture; the outer tenth is two cells deep.
+const CELLS: usize = 20;
+
+/// Share of the cells in the picture's outer tenth that hold a corner of an accepted view.
+fn outer_tenth(session: &Session) -> f64 {
+    let mut hit = [[false; CELLS]; CELLS];
+    for accepted in session.accepted() {
+        for corner in accepted.view.corners.iter().filter(|corner| corner.is_seen()) {
+            let cell = |at: f64, size: u32| (at / f64::from(size) * CELLS as f64) as usize;
+            let (x, y) = (cell(corner.px.x, SIZE.width_px), cell(corner.px.y, SIZE.height_px));
+            hit[y.min(CELLS - 1)][x.min(CELLS - 1)] = true;
+        }
+    }
+    let is_outer = |at: usize| !(2..CELLS - 2).contains(&at);
+    let outer = (0..CELLS * CELLS)
+        .map(|cell| (cell / CELLS, cell % CELLS))
+        .filter(|(y, x)| is_outer(*y) || is_outer(*x));
+    let (mut held, mut all) = (0, 0);
+    for (y, x) in outer {
+        held += usize::from(hit[y][x]);
+        all += 1;
+    }
+    held as f64 / f64::from(all)
+}
+
+/// A guided session with boards beyond the picture's edge, or without.
+fn session(seed: u64, limit_px: Option<f64>) -> (World, Session) {
+    let world = World::new(seed);
+    let mut setup = setup(world.board);
+    setup.calibration = CalibrationParams::default();
+    setup.guidance.stop_corner_sigma_px = limit_px;
+    let (world, session, _) = guided_from(world, Session::new(setup), |_, _| ());
+    (world, session)
+}
+
+#[test]
+fn boards_that_leave_the_picture_reach_its_outer_tenth() {
+    let sessions: u64 =
+        std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(4);
+    let (mut whole, mut beyond) = ([0.0; 2], [0.0; 2]);
+    for seed in 1..=sessions {
+        for (limit_px, sums) in [(None, &mut whole), (Some(0.04), &mut beyond)] {
+            let (_, session) = session(seed, limit_px);
+            assert_eq!(session.progress(), Progress::Complete, "seed {seed}, {limit_px:?}");
+            let calibration = session.calibration().expect("calibrated");
+            let more = [outer_tenth(&session), calibration.projection_sd.max_px];
+            for (sum, more) in sums.iter_mut().zip(more) {
+                *sum += more / sessions as f64;
+            }
+        }
+    }
+    println!(
+        "outer tenth {:.3}, {:.3}; sd in the corners {:.3}, {:.3} px",
+        whole[0], beyond[0], whole[1], beyond[1]
+    );
+    assert!(beyond[0] > 1.6 * whole[0], "{beyond:?} {whole:?}");
+    assert!(beyond[1] < 0.65 * whole[1], "{beyond:?} {whole:?}");
+}
+
+/// Runs a session until a pose is asked for that leaves the picture.
+fn asked_beyond_edge(seed: u64) -> (World, Session) {
+    let world = World::new(seed);
+    let mut setup = setup(world.board);
+    setup.guidance.stop_corner_sigma_px = Some(1e-4);
+    let (mut world, mut session) = (world, Session::new(setup));
+    for _ in 0..60 {
+        let target = session.target().expect("collecting").clone();
+        if target.purpose == Purpose::BeyondEdge {
+            assert!(target.leaves_picture);
+            return (world, session);
+        }
+        let Some(pose) = world.pose_for(&target.ghost_px, 0.5) else { continue };
+        for _ in 0..24 {
+            let outcome = session.handle(&Input::Observed(world.observe(&pose))).outcome;
+            if matches!(outcome, Outcome::Accepted { .. }) {
+                break;
+            }
+        }
+    }
+    unreachable!("no pose beyond the edge");
+}
+
+/// A whole board that faces the camera.
+fn whole_pose(world: &World) -> Isometry3<f64> {
+    let depth_m = 16.0 * world.board.square_m() * world.camera.f_px.x / f64::from(SIZE.width_px);
+    Isometry3::new(nalgebra::Vector3::new(0.0, 0.0, depth_m), nalgebra::Vector3::new(0.4, 0.3, 0.0))
+}
+
+#[test]
+fn a_part_that_cannot_be_told_is_asked_to_be_shown_whole_first() {
+    let (mut world, mut session) = asked_beyond_edge(3);
+    let ghost = session.target().expect("a pose").ghost_px.clone();
+    let pose = world.pose_for(&ghost, 0.0).expect("a pose");
+    // Nothing was seen just before: the part can't be told.
+    let away = Isometry3::translation(40.0, 0.0, 1.0);
+    session.handle(&Input::Observed(world.observe(&away)));
+    let mut decision = None;
+    for _ in 0..90 {
+        decision = Some(session.handle(&Input::Observed(world.observe(&pose))));
+    }
+    let shown = session.snapshot(decision.expect("a frame")).shown;
+    assert_eq!(text::prompt(shown.prompt), "Show the whole board first");
+}
+
+#[test]
+fn a_whole_board_does_not_take_the_place_of_one_beyond_the_edge() {
+    let (mut world, mut session) = asked_beyond_edge(3);
+    let (views, whole) = (session.accepted().len(), whole_pose(&world));
+    // Ten seconds: as long as the pose is asked for, whatever else eases.
+    for _ in 0..300 {
+        session.handle(&Input::Observed(world.observe(&whole)));
+    }
+    assert_eq!(session.accepted().len(), views);
+    // After that the person can't or doesn't want to; the session ends with what it has.
+    for _ in 0..120 {
+        session.handle(&Input::Observed(world.observe(&whole)));
+    }
+    assert_eq!(session.progress(), Progress::Complete);
+}
+
+#[test]
+fn the_ghost_beyond_the_edge_shows_most_of_the_board() {
+    let (_, session) = asked_beyond_edge(5);
+    let ghost: &[Point2<f64>] = &session.target().expect("a pose").ghost_px;
+    let seen: Vec<Corner> = ghost
+        .iter()
+        .map(|px| Corner::isotropic(*px, 1.0))
+        .filter(|corner| {
+            (0.0..f64::from(SIZE.width_px)).contains(&corner.px.x)
+                && (0.0..f64::from(SIZE.height_px)).contains(&corner.px.y)
+        })
+        .collect();
+    assert!(seen.len() < ghost.len() && seen.len() * 10 >= ghost.len() * 6, "{}", seen.len());
+}
