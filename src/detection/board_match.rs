@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 use super::{
-    colours::{colour_step, colours, dark_outside},
+    colours::{colour_step, colours, dark_outside, skips_squares},
     lattice::{BESIDE, Lattice, Node, axes, height},
     missing::{Beyond, SIDES, beyond, cut_off_by, ends_in_white, glaring},
     outcome::Miss,
@@ -21,8 +21,10 @@ const LEAST_OF_NEXT: f32 = 0.35;
 const LEAST_STEP: f32 = 3.0;
 /// Corners beyond the named board that are looked for along a side, to name the larger one.
 const MOST_BEYOND: i32 = 4;
-/// Corners beyond the named board that aren't there by chance.
-const LEAST_BEYOND: i32 = 5;
+/// Corners beyond the named board that aren't there by chance: in all, and side by side in one row. Photographs of boards
+/// have up to two, which may be side by side.
+const LEAST_BEYOND: usize = 5;
+const LEAST_BEYOND_IN_ROW: i32 = MOST_CHANCE_CORNERS as i32 + 1;
 /// At most one in this many corners may be interpolated and confirmed by the edge fit.
 const INTERPOLATED_SHARE: usize = 18;
 
@@ -61,11 +63,10 @@ pub(super) fn match_board(
     }
     let whole = lattice.len() as i32 == width * height;
     if fits && whole {
-        let larger = goes_on(image, lattice, (low, high))
-            .or_else(|| shows_more(image, lattice, (low, high)));
-        if let Some(size) = larger {
+        if let Some(size) = goes_on(image, lattice, (low, high)) {
             return Err(other_board(size));
         }
+        is_no_part(image, lattice)?;
     }
     if !(fits && whole) {
         if !fits && let Some(size) = whole_board(image, lattice) {
@@ -113,6 +114,22 @@ fn goes_on(
     Some((seen.0.max(high.0 - low.0 + 1), seen.1.max(high.1 - low.1 + 1)))
 }
 
+/// Looks for signs that the corners of a whole board are some of those of a larger pattern. Takes corners beyond the board
+/// that are there by chance out of `lattice` again.
+///
+/// # Errors
+///
+/// [`Miss::OtherBoard`] if there are more corners beyond; [`Miss::NoBoard`] if there are more squares between the corners.
+pub(super) fn is_no_part(image: &GrayImage, lattice: &mut Lattice) -> Result<(), Miss> {
+    if skips_squares(image, lattice) {
+        return Err(Miss::NoBoard);
+    }
+    match lattice.extent().and_then(|extent| shows_more(image, lattice, extent)) {
+        Some(size) => Err(other_board(size)),
+        None => Ok(()),
+    }
+}
+
 /// Width and height of the grid of which the rectangle from `low` to `high` is a part, if more corners are seen beyond it
 /// than chance corners beside a board; as [`goes_on`] in a picture too small or too noisy to tell squares from white.
 fn shows_more(
@@ -122,12 +139,20 @@ fn shows_more(
 ) -> Option<(i32, i32)> {
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
     complete(image, lattice, width.max(height) + 2);
-    let beyond = lattice.len() as i32 - width * height;
-    if beyond >= LEAST_BEYOND {
+    let (columns, rows) = (low.0..=high.0, low.1..=high.1);
+    let beyond = |(i, j): Node| !(columns.contains(&i) && rows.contains(&j));
+    // Where the picture or something in front of it ends the pattern, little of the next row is left.
+    let begins_row = |(i, j): Node| {
+        let along = if columns.contains(&i) { (1, 0) } else { (0, 1) };
+        (1..LEAST_BEYOND_IN_ROW).all(|k| lattice.contains((i + k * along.0, j + k * along.1)))
+    };
+    let count = lattice.nodes().iter().filter(|node| beyond(**node)).count();
+    let is_row = lattice.nodes().iter().any(|node| beyond(*node) && begins_row(*node));
+    if count >= LEAST_BEYOND || is_row {
         let (low, high) = lattice.extent()?;
         return Some((high.0 - low.0 + 1, high.1 - low.1 + 1));
     }
-    lattice.retain(|_, (i, j)| (low.0..=high.0).contains(&i) && (low.1..=high.1).contains(&j));
+    lattice.retain(|_, node| !beyond(node));
     None
 }
 

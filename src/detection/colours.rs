@@ -81,3 +81,70 @@ pub(super) fn dark_outside(
     // `value` compares the diagonal through (+u, +v) of the grid; a quarter turn exchanges it.
     Some(if upright { step.value < 0.0 } else { step.value > 0.0 })
 }
+
+/// How far from an edge its sides are looked at, in squares.
+const BESIDE_EDGE: f32 = 0.2;
+
+/// Whether the edges between the corners of a whole grid change sides on the way, along the first or the second axis: the
+/// grid has every third corner of smaller squares.
+pub(super) fn skips_squares(image: &GrayImage, lattice: &Lattice) -> bool {
+    let Some(typical) = colours(image, lattice) else { return false };
+    [(1, 0), (0, 1)].into_iter().any(|along| {
+        let (mut agree, mut all) = (0, 0);
+        for &(i, j) in lattice.nodes() {
+            let Some(step) = step_across(image, lattice, (i, j), along) else { continue };
+            let expected = if (i + j) % 2 == 0 { typical } else { -typical };
+            all += 1;
+            agree += usize::from(step * expected > 0.0);
+        }
+        2 * agree < all
+    })
+}
+
+/// Brightness difference across the middle of the edge from a member to the next one `along` an axis, towards the other
+/// axis; positive where [`colour_step`] is. `None` at the end of a row.
+fn step_across(image: &GrayImage, lattice: &Lattice, node: Node, along: Node) -> Option<f32> {
+    let here = lattice.get(node)?;
+    let next = lattice.get((node.0 + along.0, node.1 + along.1))?;
+    let (u, v) = axes(lattice, node, here)?;
+    let across = if along.0 == 0 { u } else { v };
+    let level = |squares: f32| {
+        let at: [f32; 2] = std::array::from_fn(|k| 0.5 * (here[k] + next[k]) + squares * across[k]);
+        sample(image, at[0], at[1])
+    };
+    Some(level(BESIDE_EDGE) - level(-BESIDE_EDGE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fields of 12 by 7 pixels.
+    fn cloth() -> GrayImage {
+        GrayImage::from_fn(120, 120, |x, y| {
+            image::Luma([if (x / 12 + y / 7) % 2 == 0 { 90 } else { 130 }])
+        })
+    }
+
+    /// Every corner along one axis and every `step`-th along the other.
+    fn grid(step: i32, turned: bool) -> Lattice {
+        let mut lattice = Lattice::default();
+        lattice.clear(6);
+        for i in 0..5 {
+            for j in 0..4 {
+                let at = [23.5 + 12.0 * i as f32, 20.5 + 7.0 * (step * j) as f32];
+                let node = if turned { (j, -i) } else { (i, j) };
+                lattice.insert(node, at);
+            }
+        }
+        lattice
+    }
+
+    #[test]
+    fn every_third_corner_is_no_grid() {
+        for turned in [false, true] {
+            assert!(skips_squares(&cloth(), &grid(3, turned)), "turned: {turned}");
+            assert!(!skips_squares(&cloth(), &grid(1, turned)), "turned: {turned}");
+        }
+    }
+}

@@ -179,6 +179,13 @@ impl Detector {
                 self.rough.extend(self.grids.corners().iter().map(full_px));
                 self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
             });
+            let is_coarse = matches!(pass, Pass::Grown(..)) || pass.level() > primary;
+            let found = found.and_then(|detection| {
+                if is_coarse && !is_marked && self.rough.iter().all(Option::is_some) {
+                    self.check_whole(image, primary, board, &detection)?;
+                }
+                Ok(detection)
+            });
             match found {
                 Ok(detection) => {
                     let seen = seen_count(&detection.corners);
@@ -201,6 +208,22 @@ impl Detector {
         let clearer =
             says_little.then(|| self.clearer_reason(image, primary, search.near)).flatten();
         Err(clearer.unwrap_or(best_miss))
+    }
+
+    /// Looks for more of the pattern in a sharper picture than the one in which the board was found: what is too small for
+    /// a coarse one, or grown together, isn't seen there.
+    fn check_whole(
+        &mut self,
+        image: &GrayImage,
+        level: Option<usize>,
+        board: &Checkerboard,
+        detection: &Detection,
+    ) -> Result<(), Miss> {
+        let Some(level) = level else { return Ok(()) };
+        let picture = if level == 0 { image } else { &self.levels[level - 1] };
+        let halved = Halved::whole(level);
+        let corners = detection.corners.iter().map(|corner| halved.at([corner.px.x, corner.px.y]));
+        self.grids.check_whole(picture, board, corners)
     }
 
     /// What the picture says, where no grid says why there is no board.

@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 use super::{
-    board_match::{count_board, match_board},
+    board_match::{count_board, is_no_part, match_board},
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
@@ -88,6 +88,26 @@ impl GridSearch {
             }
         }
         None
+    }
+
+    /// Whether the `corners` of a whole board without markers, row by row in pixels of `picture`, are all of the pattern
+    /// there. Corners without a position are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`] if they are a part of a larger one.
+    pub(super) fn check_whole(
+        &mut self,
+        picture: &GrayImage,
+        board: &Checkerboard,
+        corners: impl Iterator<Item = [f32; 2]>,
+    ) -> Result<(), Miss> {
+        let columns = board.columns();
+        self.lattice.clear(grid_limits(board).0);
+        for (index, at) in corners.enumerate().filter(|(_, at)| at[0].is_finite()) {
+            self.lattice.insert(((index % columns) as i32, (index / columns) as i32), at);
+        }
+        is_no_part(picture, &mut self.lattice)
     }
 
     /// Finds the junctions of `picture`.

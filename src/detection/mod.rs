@@ -8,7 +8,7 @@
 //! | `response` | computes a corner response on a ring and its local maxima | edges cross below ~35°, contrast is below ~8 levels | `min_response`, `max_candidates` |
 //! | `junction` | reads the two edge directions and the colours between them | an edge of a neighbouring corner enters the ring | edges in line within 27°, crossing above 30° |
 //! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners are missing | `max_seeds` |
-//! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
+//! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), refuses a part of a larger pattern, numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
 //! | `placement` | says where on the board a part of it lies, if that is certain | fewer than twelve corners are seen, or several places remain | – |
 //! | `marked_board` | instead of `board_match`: says where a grid lies on a board with markers (`marker_cells`) | fewer than two markers of 4x4 cells are seen, or one of 6x6 | a seventh of a marker's cells |
 //! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops corners that contradict their neighbours | a corner is covered, or blurred by more than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |

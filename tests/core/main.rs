@@ -27,6 +27,7 @@ mod geometry_reference;
 mod guided_session;
 mod guided_wide;
 mod imports;
+mod larger_patterns;
 mod layering;
 mod natural_views;
 mod partial_boards;

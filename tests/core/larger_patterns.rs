@@ -1,0 +1,91 @@
+//! Strips of chequered cloth of which a part has as many corners as the board: the rest of them shows that they are none.
+
+use boresight::{
+    board::Checkerboard,
+    detection::{Detector, DetectorParams, Miss},
+};
+use image::{GrayImage, Luma};
+use nalgebra::{Matrix3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A strip of cloth on a plain wall.
+struct Strip {
+    /// Fields along and across the strip, from homogeneous pixels.
+    fields_from_px: Matrix3<f64>,
+    fields: [f64; 2],
+    /// Grey levels of dark and light fields, and of the wall.
+    levels: [f64; 3],
+}
+
+impl Strip {
+    /// 640 × 360 pixels, each the mean of nine places, with noise of up to five grey levels.
+    fn picture(&self, seed: u64) -> GrayImage {
+        const PLACES: [f64; 3] = [-1.0 / 3.0, 0.0, 1.0 / 3.0];
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let level = |x: f64, y: f64| {
+            let at = self.fields_from_px * Vector3::new(x, y, 1.0);
+            let [u, v] = [at.x / at.z, at.y / at.z];
+            let is_cloth = (0.0..self.fields[0]).contains(&u) && (0.0..self.fields[1]).contains(&v);
+            let is_dark = (u.floor() + v.floor()) % 2.0 == 0.0;
+            self.levels[if !is_cloth { 2 } else { usize::from(!is_dark) }]
+        };
+        GrayImage::from_fn(640, 360, |x, y| {
+            let (x, y) = (f64::from(x), f64::from(y));
+            let sum: f64 =
+                PLACES.iter().flat_map(|dx| PLACES.map(|dy| level(x + dx, y + dy))).sum();
+            Luma([(sum / 9.0 + rng.random_range(-5.0..5.0)) as u8])
+        })
+    }
+
+    /// Names the board in four pictures, which differ in their noise.
+    fn is_refused(&self, (columns, rows): (u16, u16)) {
+        let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        for seed in 0..4 {
+            let seen = Detector::new(DetectorParams::default()).detect(&self.picture(seed), &board);
+            assert!(matches!(seen, Err(Miss::OtherBoard { .. })), "#{seed}: {seen:?}");
+        }
+    }
+}
+
+/// Three corners of the next row are in the picture.
+#[test]
+fn a_strip_that_leaves_the_picture_slantwise_is_no_board() {
+    let strip = Strip {
+        fields_from_px: Matrix3::new(
+            0.124261,
+            0.0477976,
+            -54.6916,
+            -0.00372091,
+            0.0619971,
+            -4.54041,
+            0.00478605,
+            -0.00182957,
+            1.0,
+        ),
+        fields: [6.0, 14.0],
+        levels: [28.0, 88.0, 170.0],
+    };
+    strip.is_refused((7, 5));
+}
+
+/// Too narrow for the coarse picture, in which the rest of it looks like a board.
+#[test]
+fn a_strip_whose_far_end_is_too_small_is_no_board() {
+    let strip = Strip {
+        fields_from_px: Matrix3::new(
+            -0.0320193,
+            -0.0283107,
+            19.7327,
+            0.010914,
+            -0.0435638,
+            16.1622,
+            -9.81663e-5,
+            -0.00167481,
+            1.0,
+        ),
+        fields: [5.0, 17.0],
+        levels: [72.0, 133.0, 175.0],
+    };
+    strip.is_refused((6, 4));
+}
