@@ -42,6 +42,8 @@ const BAND_SHARE: f64 = 0.9;
 const LEAST_VISIBLE: f64 = 0.5;
 /// A corner closer to the edge of the picture isn't visible from all sides.
 const MARGIN_PX: f64 = 2.0;
+/// Least number of pixels for a rough fit where there are bands.
+const ROUGH_PIXELS: f64 = 60.0;
 /// Fewer pixels don't determine nine parameters well.
 const LEAST_PIXELS: usize = 24;
 /// Floor of the stated error: pixels integrate over their area and printed squares are imperfect.
@@ -157,14 +159,8 @@ pub(super) fn fit(
     let patch = Patch::around(start, axes_px, limits, BAND_SHARE * gap_squares)?;
     let centre = [f64::from(patch.centre_px.0), f64::from(patch.centre_px.1)];
     let Scratch { coarse, fine } = scratch;
-    let thin = match patch.half_px {
-        half if half > 13.0 => 3,
-        half if half > 6.5 => 2,
-        _ => 1,
-    };
-    // Bands are narrow: all of their pixels are needed.
-    let thin = if patch.has_bands() { 1 } else { thin };
-    coarse.gather(image, &patch, |dx, dy| dx % thin == 0 && dy % thin == 0);
+    let thin = thinning(&patch);
+    coarse.gather(image, &patch, thin, |_, _| true);
     let whole = patch.area_px() / f64::from(thin * thin);
     if coarse.count < LEAST_PIXELS || (coarse.count as f64) < LEAST_VISIBLE * whole {
         return None;
@@ -229,6 +225,21 @@ pub(super) fn fit(
 fn correlation_excess(correlation: f64) -> f64 {
     let rho = correlation.clamp(0.0, 0.9);
     ((1.0 + rho) / (1.0 - rho)).powf(CORRELATION_POWER)
+}
+
+/// Every how many rows and columns the rough fit looks at a pixel. Of bands, at least two pixels across are left.
+fn thinning(patch: &Patch) -> i32 {
+    let most = match patch.half_px {
+        half if half > 13.0 => 3,
+        half if half > 6.5 => 2,
+        _ => 1,
+    };
+    let is_enough = |thin: &i32| {
+        let thin = f64::from(*thin);
+        !patch.has_bands()
+            || (patch.band_px() >= thin && patch.area_px() >= ROUGH_PIXELS * thin * thin)
+    };
+    (2..=most).rev().find(is_enough).unwrap_or(1)
 }
 
 fn first_guess(pixels: &Pixels, corner: [f64; 2], first_rad: f64, second_rad: f64) -> Vector {
@@ -320,7 +331,7 @@ mod tests {
         let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
         let patch = Patch::around([20.0, 20.0], axes_px, limits, f64::INFINITY).expect("axes");
         let mut pixels = Pixels::default();
-        pixels.gather(&image, &patch, |_, _| true);
+        pixels.gather(&image, &patch, 1, |_, _| true);
         let start = first_guess(&pixels, [0.0, 0.0], 0.1, 1.8);
         for limits in [ROUGH, FINE] {
             let problem = EdgeProblem { pixels: &pixels, held: &[] };

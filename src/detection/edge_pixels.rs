@@ -31,10 +31,12 @@ const CHUNK: usize = 16 * LANES;
 const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
 
 impl Pixels {
+    /// The `wanted` pixels of the patch in every row and column whose offset is a multiple of `step_px`.
     pub(super) fn gather(
         &mut self,
         image: &GrayImage,
         patch: &Patch,
+        step_px: i32,
         wanted: impl Fn(i32, i32) -> bool,
     ) {
         for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
@@ -45,11 +47,12 @@ impl Pixels {
         let (width, height) = image.dimensions();
         let top = (-patch.radius_px).max(-cy);
         let bottom = patch.radius_px.min(height as i32 - 1 - cy);
-        for dy in top..=bottom {
+        let from = |first: i32| first + (-first).rem_euclid(step_px);
+        for dy in (from(top)..=bottom).step_by(step_px as usize) {
             let (first, last) = patch.row(image, dy);
             let row = (cy + dy) as usize * width as usize;
             let raw = &image.as_raw()[row..row + width as usize];
-            for dx in first..=last {
+            for dx in (from(first)..=last).step_by(step_px as usize) {
                 if wanted(dx, dy) && (!has_bands || patch.in_bands(dx, dy)) {
                     self.x.push(dx as f32);
                     self.y.push(dy as f32);
@@ -71,7 +74,7 @@ impl Pixels {
         let (s2, c2) = (rough[3].sin() as f32, rough[3].cos() as f32);
         let (x, y) = (rough[0] as f32, rough[1] as f32);
         let band_px = 2.2 * rough[4].exp() as f32 + 0.6;
-        self.gather(image, patch, |dx, dy| {
+        self.gather(image, patch, 1, |dx, dy| {
             let (fx, fy) = (dx as f32 - x, dy as f32 - y);
             (fy * c1 - fx * s1).abs() < band_px
                 || (fy * c2 - fx * s2).abs() < band_px
@@ -275,7 +278,7 @@ mod tests {
         let axes = [[40.0, 3.0], [-2.0, 40.0]];
         let patch =
             Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20), f64::INFINITY).expect("axes");
-        pixels.gather(&image, &patch, |_, _| true);
+        pixels.gather(&image, &patch, 1, |_, _| true);
         let at = Vector::from([0.2, -0.5, 0.1, 1.4, 0.4, 75.0, 121.0, 1e-3, -2e-3]);
         (pixels, at)
     }

@@ -61,6 +61,11 @@ impl Patch {
         self.band_squares < self.reach_squares
     }
 
+    /// Half the width of the bands across the narrower axis, in pixels; infinite without bands.
+    pub(super) fn band_px(&self) -> f64 {
+        self.half_px * f64::from(self.band_squares / self.reach_squares)
+    }
+
     /// Whether a pixel of the parallelogram lies in one of the bands.
     pub(super) fn in_bands(&self, dx: i32, dy: i32) -> bool {
         let [[a, b], [c, d]] = self.board_from_px;
