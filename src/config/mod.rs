@@ -343,9 +343,9 @@ impl Config {
             g.still_widths_per_sec,
             g.stop_pp_sigma_px,
             g.stop_projection_sigma_px,
-            g.stop_corner_sigma_px.unwrap_or(f64::MAX),
         ]
         .iter()
+        .chain(&g.stop_corner_sigma_px)
         .all(|value| value.is_finite() && *value > 0.0);
         let rest = (0.0..1e4).contains(&g.margin_px)
             && (0.0..0.4).contains(&g.target_margin)

@@ -28,6 +28,9 @@ const LEAST_BITS: f64 = 22.0;
 const BITS_AHEAD: f64 = 12.0;
 /// Placements with most votes that are looked at.
 const MOST_PLACEMENTS: usize = 8;
+/// A placement is out if it puts this many corners more than another beyond the board's ends: a whole row or column, as a
+/// rule.
+const MORE_OUTSIDE: usize = 4;
 /// Least number of markers that agree for each one that doesn't.
 const AGREEING_PER_CONFLICT: usize = 2;
 /// It's another board if at least this many markers don't match, or if this many corners have no marker beside them.
@@ -66,6 +69,17 @@ struct Candidate {
     bits: f64,
     agreeing: usize,
     conflicts: usize,
+    /// Corners of the grid that would lie beyond the board's ends.
+    outside: usize,
+}
+
+/// Whether one placement explains what was read.
+enum Verdict {
+    Clear(Candidate),
+    /// Several explain it as well: with an even number of rows, both layouts have the same markers but for the first and
+    /// last columns.
+    Ambiguous,
+    Unexplained,
 }
 
 /// Writes the grid's corners to `into`, row by row in the board's numbering, with those beside them that the picture
@@ -88,10 +102,14 @@ pub(super) fn name_corners(
         wanted: board.corner_count(),
         cut_off_by: cut_off_by(image, lattice),
     };
-    let Some(best) = place(&readings, board, markers) else {
-        let markers = readings.iter().filter(|reading| reading.is_sure).count();
-        let is_other = markers >= LEAST_OTHER || (markers == 0 && lattice.len() >= LEAST_PLAIN);
-        return Err(if is_other { Miss::OtherMarkers { markers } } else { partial(lattice) });
+    let best = match place(&readings, lattice, board, markers) {
+        Verdict::Clear(best) => best,
+        Verdict::Ambiguous => return Err(partial(lattice)),
+        Verdict::Unexplained => {
+            let markers = readings.iter().filter(|reading| reading.is_sure).count();
+            let is_other = markers >= LEAST_OTHER || (markers == 0 && lattice.len() >= LEAST_PLAIN);
+            return Err(if is_other { Miss::OtherMarkers { markers } } else { partial(lattice) });
+        }
     };
     keep_agreeing(lattice, &readings, &best, board, markers);
     let far = GAP_SHARE * markers.gap_squares() as f32;
@@ -162,22 +180,43 @@ fn marker_number(layout: Layout, square: [i32; 2], board: &Checkerboard) -> Opti
     layout.marker_at([column?, row?], board.squares())
 }
 
-/// The one placement that explains the readings; `None` if none does, or several.
-fn place(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Option<Candidate> {
+/// The placement that explains the readings and has the grid's corners on the board.
+fn place(
+    readings: &[Reading],
+    lattice: &Lattice,
+    board: &Checkerboard,
+    markers: Markers,
+) -> Verdict {
     let mut candidates = vote(readings, board, markers);
     candidates.sort_by_key(|candidate| std::cmp::Reverse(candidate.votes));
     let searched = candidates.len() as f64;
     candidates.truncate(MOST_PLACEMENTS);
     for candidate in &mut candidates {
         judge(candidate, readings, board, markers);
+        candidate.outside = outside(candidate, lattice, board);
     }
-    candidates.sort_by(|a, b| b.bits.total_cmp(&a.bits));
-    let best = *candidates.first()?;
-    let next = candidates.get(1).map_or(0.0, |next| next.bits);
-    let is_clear = best.bits - searched.max(1.0).log2() >= LEAST_BITS
-        && best.bits - next >= BITS_AHEAD
-        && best.agreeing >= AGREEING_PER_CONFLICT * best.conflicts;
-    is_clear.then_some(best)
+    let most_bits = candidates.iter().map(|it| it.bits).fold(0.0, f64::max);
+    let explains = |it: &&Candidate| {
+        it.bits - searched.max(1.0).log2() >= LEAST_BITS
+            && it.agreeing >= AGREEING_PER_CONFLICT * it.conflicts
+            && most_bits - it.bits < BITS_AHEAD
+    };
+    candidates.sort_by_key(|candidate| candidate.outside);
+    let mut best = candidates.iter().filter(explains);
+    let Some(first) = best.next() else { return Verdict::Unexplained };
+    let rivals = candidates.iter().filter(|it| most_bits - it.bits < BITS_AHEAD);
+    let near = rivals.filter(|it| it.outside < first.outside + MORE_OUTSIDE).count();
+    if near == 1 { Verdict::Clear(*first) } else { Verdict::Ambiguous }
+}
+
+/// How many corners of the grid a placement puts beyond the board's ends.
+fn outside(candidate: &Candidate, lattice: &Lattice, board: &Checkerboard) -> usize {
+    let size = [board.columns() as i32, board.rows() as i32];
+    let is_outside = |node: &&Node| {
+        let place = candidate.placement.place(**node);
+        (0..2).any(|k| !(0..size[k]).contains(&place[k]))
+    };
+    lattice.nodes().iter().filter(is_outside).count()
 }
 
 /// Every placement for which a reading speaks.
@@ -216,6 +255,7 @@ fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Can
                             bits: 0.0,
                             agreeing: 0,
                             conflicts: 0,
+                            outside: 0,
                         }),
                     }
                 }

@@ -67,6 +67,39 @@ fn boards_that_opencv_draws_are_found_in_both_layouts() {
     }
 }
 
+/// With an even number of rows, both layouts have the same markers but for the first and last columns, moved by one.
+#[test]
+fn which_layout_a_board_has_shows_in_its_markers_or_its_ends() {
+    let (name, squares, dictionary, side_squares) = DRAWN
+        .into_iter()
+        .find(|(_, [_, rows], ..)| rows % 2 == 0)
+        .expect("a board with an even number of rows");
+    let board = board(squares, dictionary, side_squares);
+    let square_px = DRAWN_SQUARE_PX as u32;
+    let whole = drawn(name);
+    let find =
+        |picture: &GrayImage| Detector::new(DetectorParams::default()).detect(picture, &board);
+    // The markers at both ends are covered; all corners are there.
+    let mut covered = whole.clone();
+    let (end_px, height) = (7 * square_px / 10, whole.height());
+    for left in [square_px, whole.width() - square_px - end_px] {
+        let strip = GrayImage::from_pixel(end_px, height, image::Luma([255]));
+        image::imageops::replace(&mut covered, &strip, i64::from(left), 0);
+    }
+    let found = find(&covered).expect("every corner is seen");
+    for (index, corner) in found.corners.iter().enumerate().filter(|(_, it)| it.is_seen()) {
+        let (column, row) = (index % board.columns(), index / board.columns());
+        let at = [column, row].map(|place| (place as f64 + 2.0) * DRAWN_SQUARE_PX - 0.5);
+        let off_px = (corner.px - Point2::from(at)).norm();
+        assert!(off_px < 0.5, "{index}: {off_px} px");
+    }
+    // Without the ends, nothing tells.
+    let width = whole.width() - 5 * square_px;
+    let middle = image::imageops::crop_imm(&whole, 5 * square_px / 2, 0, width, height).to_image();
+    let miss = find(&middle).expect_err("two layouts explain it");
+    assert!(matches!(miss, Miss::PartialBoard { .. }), "{miss:?}");
+}
+
 #[test]
 fn a_printed_board_is_the_one_that_opencv_draws() {
     for (name, [across, down], dictionary, side_squares) in DRAWN {

@@ -54,6 +54,13 @@ pub(crate) fn moments() -> Vec<Moment> {
     let mut partner = partner.clone();
     partner.shown = asking(Prompt::of_advice(&partner.decision.advice, None));
     add("partner wanted", &partner, &text::prompt(partner.shown.prompt));
+    let beyond = first(&|s| {
+        let is_beyond = s.target.as_ref().is_some_and(|target| target.leaves_picture);
+        is_beyond && matches!(s.decision.outcome, Outcome::Refused { .. }) && s.live.is_some()
+    });
+    let mut beyond = beyond.clone();
+    beyond.shown = asking(Prompt::ShowWholeFirst);
+    add("beyond the edge", &beyond, "Show the whole board first");
     let done = story.last().expect("a session has an end");
     add("done good", done, "Done!");
     add("done care", &judged(done, Verdict::Care, Severity::Care), "Done!");

@@ -418,6 +418,7 @@ fn pages_look_as_they_did() {
     let mut results = SnapshotResults::new();
     for (file, page, name, theme) in [
         ("guide_partner", Page::Guide, "partner wanted", Theme::Dark),
+        ("guide_beyond_edge", Page::Guide, "beyond the edge", Theme::Dark),
         ("guide_holding", Page::Guide, "holding", Theme::Dark),
         ("guide_searching", Page::Guide, "searching", Theme::Light),
         ("guide_lost", Page::Guide, "camera lost", Theme::Dark),

@@ -64,12 +64,13 @@ impl Store {
     pub fn prepare(&self, job: &Job, manifest: &Path) -> anyhow::Result<()> {
         let text = serde_json::to_string_pretty(job)? + "\n";
         // Usually it's there: a write that is refused would cost as much as many items that are done.
-        let is_there = self.place.read(JOB, TEXT_LIMIT)?.is_some();
-        if is_there || !self.place.create(JOB, text.as_bytes())? {
-            let there = self.job()?;
-            if let Some(why) = difference(&there, job) {
-                return Err(OtherJob { why, path: self.place.path("") }.into());
-            }
+        let there = match self.place.read(JOB, TEXT_LIMIT)? {
+            Some(bytes) => Some(self.job_of(&bytes)?),
+            None if self.place.create(JOB, text.as_bytes())? => None,
+            None => Some(self.job()?),
+        };
+        if let Some(why) = there.and_then(|there| difference(&there, job)) {
+            return Err(OtherJob { why, path: self.place.path("") }.into());
         }
         match &self.place {
             Place::Folder(folder) => {
@@ -90,8 +91,12 @@ impl Store {
     /// If there are no results, or those of another version.
     pub fn job(&self) -> anyhow::Result<Job> {
         let file = self.place.path(JOB);
-        let bytes = self.place.read(JOB, TEXT_LIMIT)?.ok_or_else(|| missing(&file))?;
-        let job: Result<Job, _> = serde_json::from_slice(&bytes);
+        self.job_of(&self.place.read(JOB, TEXT_LIMIT)?.ok_or_else(|| missing(&file))?)
+    }
+
+    fn job_of(&self, job: &[u8]) -> anyhow::Result<Job> {
+        let file = self.place.path(JOB);
+        let job: Result<Job, _> = serde_json::from_slice(job);
         job.map_err(|err| anyhow::anyhow!("no batch that this version can read ({err}): {file:?}"))
     }
 
