@@ -61,14 +61,19 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
-/// Accuracy of projection over the whole picture, with what is to be reached; `None` without a calibration, and where
-/// a goal takes its place.
+/// Accuracy of projection over the whole picture, with what is to be reached; that in its corners while boards are asked for
+/// beyond its edge. `None` without a calibration, and where a goal takes its place.
 pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
     if calibration.acceptance.is_some() {
         return None;
     }
     let guidance = &snapshot.setup.guidance;
+    let is_beyond_edge = snapshot.target.as_ref().is_some_and(|target| target.leaves_picture);
+    if let Some(goal_px) = guidance.stop_corner_sigma_px.filter(|_| is_beyond_edge) {
+        let reached = small(calibration.projection_sd.max_px);
+        return Some(format!("corners {reached} px (goal {goal_px})"));
+    }
     let reached = small(calibration.projection_sd.mean_px);
     Some(match guidance.plan {
         Plan::Adaptive => {
@@ -121,7 +126,10 @@ pub const NUMBERS: [(&str, &str); 10] = [
         "Accuracy",
         "Standard deviation of the principal point on its worse axis. With --accept: the 95 % error bound.",
     ),
-    ("Over picture", "Standard deviation of projection over the whole picture."),
+    (
+        "Over picture",
+        "Standard deviation of projection over the whole picture, or in its corners if they need more.",
+    ),
     ("Views", "Views taken so far, and how many more are likely needed."),
     (
         "Pair balance",
