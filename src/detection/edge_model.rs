@@ -184,7 +184,7 @@ pub(super) fn fit(
         let gaps_px = [u, v].map(|axis| gap_squares * area_px2 / axis[0].hypot(axis[1]));
         // What the frames bring depends on where the corner is, and the other way round.
         fine.remove_frames(&rough, gaps_px);
-        start = minimise(&EdgeProblem { pixels: fine, held }, rough, FINE)?.state;
+        start = minimise(&EdgeProblem { pixels: fine, held }, rough, ROUGH)?.state;
         fine.gather_informative(image, &patch, &start);
         fine.remove_frames(&start, gaps_px);
     }
