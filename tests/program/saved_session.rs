@@ -23,7 +23,10 @@ fn recorded(path: &Path) -> Session {
     let (_, mut session, _) = guided(3, |input, decision| {
         folder.journal_mut().append(input, decision, None, false).expect("appended");
     });
-    for command in [Command::UndoLast, Command::UndoLast, Command::Restore] {
+    // Three views are left.
+    let undone = session.accepted().len() - 2;
+    let commands = std::iter::repeat_n(Command::UndoLast, undone).chain([Command::Restore]);
+    for command in commands {
         let input = Input::Command(command);
         let decision = session.handle(&input);
         folder.journal_mut().append(&input, &decision, None, false).expect("appended");
