@@ -78,7 +78,7 @@ const RECEDE_AFTER_SECS: f64 = 0.7;
 const GIVEN_UP_SECS: f64 = 30.0;
 /// A board that hasn't been shown beyond the picture's edge within this time won't be, nor one that was cut off so that it
 /// couldn't be told apart for this long.
-const BEYOND_EDGE_WITHIN_SECS: f64 = 12.0;
+const BEYOND_EDGE_WITHIN_SECS: f64 = 20.0;
 const LOST_BEYOND_EDGE_SECS: f64 = 6.0;
 /// A board that hasn't come nearer within this time won't.
 const NEARER_WITHIN_SECS: f64 = 8.0;

@@ -125,7 +125,7 @@ fn a_whole_board_does_not_take_the_place_of_one_beyond_the_edge() {
     }
     assert_eq!(session.accepted().len(), views);
     // After that the person can't or doesn't want to; the session ends with what it has.
-    for _ in 0..120 {
+    for _ in 0..420 {
         session.handle(&Input::Observed(world.observe(&whole)));
     }
     assert_eq!(session.progress(), Progress::Complete);
