@@ -14,6 +14,8 @@ const TOO_MANY: f64 = 0.15;
 /// Ratio to the median distance above which a corner is wrong. Of a thousand sound corners, the furthest lies at 3.2
 /// (Rayleigh distribution).
 const ODD: f64 = 8.0;
+/// A corner that is off by less isn't a wrong one, however small the other corners' errors are.
+const HARMLESS_PX: f64 = 0.2;
 
 /// True if nearly all corners that are seen follow the row-major order of the board.
 pub(in crate::calibration) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
@@ -51,7 +53,7 @@ pub(in crate::calibration) struct OddCorner {
     pub(in crate::calibration) times: f64,
 }
 
-/// Corners more than eight times as far off as the median, furthest first.
+/// Corners more than eight times as far off as the median, and by more than a fifth of a pixel, furthest first.
 ///
 /// Medians, so that a wrong corner can't hide by raising the scale.
 pub(in crate::calibration) fn odd_corners(
@@ -80,7 +82,7 @@ pub(in crate::calibration) fn odd_corners(
         let measure_px = median(off_px.clone()).max(typical_px);
         for (index, off_px) in off_px.iter().enumerate() {
             let times = off_px / measure_px;
-            if times > ODD {
+            if times > ODD && *off_px > HARMLESS_PX {
                 let corner = observations.view(view)[index].place;
                 odd.push(OddCorner { view, corner, off_px: *off_px, times });
             }
