@@ -185,7 +185,6 @@ pub(super) fn fit(
         // What the frames bring depends on where the corner is, and the other way round.
         fine.remove_frames(&rough, gaps_px);
         start = minimise(&EdgeProblem { pixels: fine, held }, rough, ROUGH)?.state;
-        fine.gather_informative(image, &patch, &start);
         fine.remove_frames(&start, gaps_px);
     }
     let Minimum { state: at, at: linear, .. } =

@@ -21,6 +21,8 @@ pub(super) struct Pixels {
     pub(super) y: Vec<f32>,
     pub(super) value: Vec<f32>,
     weight: Vec<f32>,
+    /// Light that was added to the brightness in place of markers' frames.
+    frames: Vec<f32>,
     pub(super) count: usize,
 }
 
@@ -42,21 +44,22 @@ impl Pixels {
         for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
             row.clear();
         }
-        let has_bands = patch.has_bands();
+        self.frames.clear();
         let (cx, cy) = patch.centre_px;
         let (width, height) = image.dimensions();
         let top = (-patch.radius_px).max(-cy);
         let bottom = patch.radius_px.min(height as i32 - 1 - cy);
         let from = |first: i32| first + (-first).rem_euclid(step_px);
         for dy in (from(top)..=bottom).step_by(step_px as usize) {
-            let (first, last) = patch.row(image, dy);
             let row = (cy + dy) as usize * width as usize;
             let raw = &image.as_raw()[row..row + width as usize];
-            for dx in (from(first)..=last).step_by(step_px as usize) {
-                if wanted(dx, dy) && (!has_bands || patch.in_bands(dx, dy)) {
-                    self.x.push(dx as f32);
-                    self.y.push(dy as f32);
-                    self.value.push(f32::from(raw[(cx + dx) as usize]));
+            for (first, last) in patch.runs(image, dy) {
+                for dx in (from(first)..=last).step_by(step_px as usize) {
+                    if wanted(dx, dy) {
+                        self.x.push(dx as f32);
+                        self.y.push(dy as f32);
+                        self.value.push(f32::from(raw[(cx + dx) as usize]));
+                    }
                 }
             }
         }
@@ -83,22 +86,41 @@ impl Pixels {
     }
 
     /// Adds the light that the black frames of markers in the two light squares take away, for the edge model at `at`:
-    /// dark beyond `gaps_px` from both edges, with the blur of the edges.
+    /// dark beyond `gaps_px` from both edges, with the blur of the edges. Replaces what was added before.
     pub(super) fn remove_frames(&mut self, at: &Vector, gaps_px: [f64; 2]) {
+        self.frames.resize(self.x.len(), 0.0);
+        simd::widest(RemovingFrames { pixels: self, at, gaps_px });
+    }
+
+    #[inline(always)]
+    fn remove_frames_here(&mut self, at: &Vector, gaps_px: [f64; 2]) {
         let [x0, y0, _, _, _, a, _, gx, gy] = std::array::from_fn(|i| at[i] as f32);
         let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
         let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let (s2, c2) = (s2 * a.signum(), c2 * a.signum());
         let inverse_s = (-at[4]).exp() as f32;
-        let [gap1, gap2] = gaps_px.map(|gap| gap as f32);
-        let beyond = |from_edge: f32, gap: f32| 0.5 * (1.0 + erf((from_edge - gap) * inverse_s).0);
-        let places = self.x.iter().zip(&self.y).zip(&mut self.value);
-        for ((x, y), value) in places.take(self.count) {
-            let (dx, dy) = (x - x0, y - y0);
-            let d1 = dy * c1 - dx * s1;
-            let d2 = (dy * c2 - dx * s2) * a.signum();
-            let frames =
-                beyond(d1, gap1) * beyond(d2, gap2) + beyond(-d1, gap1) * beyond(-d2, gap2);
-            *value += 2.0 * a.abs() * frames * (1.0 + gx * dx + gy * dy);
+        let [gap1, gap2] = gaps_px.map(|gap| gap as f32 * inverse_s);
+        let mut row = [0.0_f32; CHUNK];
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(self.x.len());
+            let places = self.x[start..end].iter().zip(&self.y[start..end]);
+            for ((x, y), frames) in places.zip(&mut row) {
+                let (dx, dy) = (x - x0, y - y0);
+                let d1 = (dy * c1 - dx * s1) * inverse_s;
+                let d2 = (dy * c2 - dx * s2) * inverse_s;
+                // Twice the share of a frame's darkness, across each edge to both sides.
+                let one1 = 1.0 + erf(d1 - gap1).0;
+                let two1 = 1.0 + erf(-d1 - gap1).0;
+                let one2 = 1.0 + erf(d2 - gap2).0;
+                let two2 = 1.0 + erf(-d2 - gap2).0;
+                let light = 0.5 * a.abs() * (1.0 + gx * dx + gy * dy);
+                *frames = light * (one1 * one2 + two1 * two2);
+            }
+            let added = self.frames[start..end].iter_mut().zip(&row);
+            for (value, (added, frames)) in self.value[start..end].iter_mut().zip(added) {
+                *value += frames - *added;
+                *added = *frames;
+            }
         }
     }
 
@@ -232,6 +254,21 @@ impl simd::Loop for Linearising<'_> {
     #[inline(always)]
     fn run(self) -> Linear {
         self.pixels.linearise_here(self.at)
+    }
+}
+
+struct RemovingFrames<'a> {
+    pixels: &'a mut Pixels,
+    at: &'a Vector,
+    gaps_px: [f64; 2],
+}
+
+impl simd::Loop for RemovingFrames<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.pixels.remove_frames_here(self.at, self.gaps_px);
     }
 }
 

@@ -9,8 +9,10 @@ use crate::markers::Markers;
 const LEAST_CONTRAST: f32 = 10.0;
 /// At most one in this many cells of the frame may look white.
 const FRAME_SHARE: usize = 8;
-/// Places in a cell, along each side, that are sampled; in cells from its middle.
-const WITHIN_CELL: [f32; 3] = [-0.22, 0.0, 0.22];
+/// Most cells along a side of a marker, without its frame.
+const MOST_CELLS: usize = 7;
+/// Places in a cell that are sampled, in cells from its middle.
+const WITHIN_CELL: [[f32; 2]; 5] = [[0.0, 0.0], [-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
 /// Places along a side of the square, between it and the marker.
 const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];
 
@@ -45,26 +47,20 @@ pub(super) fn read_cells(
     let cell = |column: usize, row: usize| {
         let middle = |place: usize| gap + cell_squares * (place as f32 + 0.5);
         let (u, v) = (middle(column), middle(row));
-        let mut sum = 0.0;
-        for du in WITHIN_CELL {
-            for dv in WITHIN_CELL {
-                sum += at(u + du * cell_squares, v + dv * cell_squares);
-            }
-        }
-        sum / (WITHIN_CELL.len() * WITHIN_CELL.len()) as f32
+        let values = WITHIN_CELL.map(|[du, dv]| at(u + du * cell_squares, v + dv * cell_squares));
+        values.iter().sum::<f32>() / values.len() as f32
     };
-    let in_frame =
-        |column: usize, row: usize| column == 0 || row == 0 || column + 1 == all || row + 1 == all;
-    let frame = || {
-        let places = (0..all).flat_map(|row| (0..all).map(move |column| (column, row)));
-        places.filter(|(column, row)| in_frame(*column, *row)).map(|(c, r)| cell(c, r))
-    };
-    let count = 4 * (side_cells + 1);
-    let dark = frame().sum::<f32>() / count as f32;
+    let last = all - 1;
+    let around = (0..last).flat_map(|k| [(k, 0), (last, k), (k + 1, last), (0, k + 1)]);
+    let mut frame = [0.0; 4 * (MOST_CELLS + 1)];
+    let frame = frame.get_mut(..4 * last)?;
+    for (value, (column, row)) in frame.iter_mut().zip(around) {
+        *value = cell(column, row);
+    }
+    let dark = frame.iter().sum::<f32>() / frame.len() as f32;
     let middle = 0.5 * (white + dark);
-    if white - dark < LEAST_CONTRAST
-        || frame().filter(|value| *value > middle).count() * FRAME_SHARE > count
-    {
+    let light = frame.iter().filter(|value| **value > middle).count();
+    if white - dark < LEAST_CONTRAST || light * FRAME_SHARE > frame.len() {
         return None;
     }
     let mut code = 0;

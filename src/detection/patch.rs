@@ -66,13 +66,6 @@ impl Patch {
         self.half_px * f64::from(self.band_squares / self.reach_squares)
     }
 
-    /// Whether a pixel of the parallelogram lies in one of the bands.
-    pub(super) fn in_bands(&self, dx: i32, dy: i32) -> bool {
-        let [[a, b], [c, d]] = self.board_from_px;
-        let (dx, dy) = (dx as f32, dy as f32);
-        (a * dx + b * dy).abs().min((c * dx + d * dy).abs()) < self.band_squares
-    }
-
     /// How far the whole patch reaches from its centre along both axes, in pixels.
     pub(super) fn reach_px(&self) -> [f64; 2] {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
@@ -82,21 +75,80 @@ impl Patch {
             .map(|side_px| (f64::from(self.reach_squares) * side_px).min(f64::from(self.radius_px)))
     }
 
-    /// First and last offset of the pixels in a row, clipped to the picture; empty if the last is smaller.
-    pub(super) fn row(&self, image: &GrayImage, dy: i32) -> (i32, i32) {
+    /// First and last offsets of the pixels in a row, clipped to the picture: one run, or two where the bands are apart.
+    /// A run whose last offset is smaller is empty.
+    pub(super) fn runs(&self, image: &GrayImage, dy: i32) -> [(i32, i32); 2] {
         let (cx, radius_px) = (self.centre_px.0, self.radius_px);
         let round = ((radius_px * radius_px - dy * dy) as f32).sqrt();
         let (mut low, mut high) = (-round, round);
-        for [p, q] in self.board_from_px {
-            let middle = -q * dy as f32 / p;
-            let half = (self.reach_squares / p).abs();
-            if half.is_finite() {
-                (low, high) = (low.max(middle - half), high.min(middle + half));
-            } else if (q * dy as f32).abs() > self.reach_squares {
-                return (0, -1);
+        for axis in self.board_from_px {
+            let within = within(axis, dy, self.reach_squares);
+            (low, high) = (low.max(within.0), high.min(within.1));
+        }
+        let clipped = |(from, to): (f32, f32)| {
+            let (from, to) = (from.max(low).ceil() as i32, to.min(high).floor() as i32);
+            (from.max(-cx), to.min(image.width() as i32 - 1 - cx))
+        };
+        const NONE: (i32, i32) = (0, -1);
+        if !self.has_bands() {
+            return [clipped((low, high)), NONE];
+        }
+        let bands = self.board_from_px.map(|axis| clipped(within(axis, dy, self.band_squares)));
+        let [one, two] = if bands[0].0 <= bands[1].0 { bands } else { [bands[1], bands[0]] };
+        let is_empty = |run: (i32, i32)| run.1 < run.0;
+        if is_empty(one) || is_empty(two) || two.0 > one.1 + 1 {
+            return [one, two];
+        }
+        [(one.0, one.1.max(two.1)), NONE]
+    }
+}
+
+/// From where to where `|a dx + b dy|` is at most `squares` in the row `dy`; the lower end is above the upper if nowhere.
+fn within([a, b]: [f32; 2], dy: i32, squares: f32) -> (f32, f32) {
+    let across = b * dy as f32;
+    let half = (squares / a).abs();
+    if half.is_finite() {
+        let middle = -across / a;
+        (middle - half, middle + half)
+    } else if across.abs() > squares {
+        (f32::INFINITY, f32::NEG_INFINITY)
+    } else {
+        (f32::NEG_INFINITY, f32::INFINITY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_hold_each_pixel_of_the_bands_once() {
+        let image = GrayImage::new(60, 60);
+        for (u, v) in
+            [([20.0, 3.0], [-4.0, 19.0]), ([17.0, 0.0], [0.0, 15.0]), ([9.0, 9.0], [-9.0, 9.0])]
+        {
+            for start in [[30.2, 29.7], [3.0, 55.0]] {
+                for band_squares in [0.1, 0.2, f64::INFINITY] {
+                    let limits = (0.48, 3.0, 24);
+                    let patch = Patch::around(start, [u, v], limits, band_squares).expect("axes");
+                    let [[a, b], [c, d]] = patch.board_from_px;
+                    for dy in -24..=24 {
+                        let is_in = |dx: i32| {
+                            let (x, y) = (dx as f32, dy as f32);
+                            let (p, q) = ((a * x + b * y).abs(), (c * x + d * y).abs());
+                            p.max(q) < 0.48
+                                && p.min(q) < band_squares as f32
+                                && dx * dx + dy * dy <= 24 * 24
+                                && (0..60).contains(&(patch.centre_px.0 + dx))
+                        };
+                        let runs = patch.runs(&image, dy);
+                        let found: Vec<i32> =
+                            runs.iter().flat_map(|(from, to)| *from..=*to).collect();
+                        let wanted: Vec<i32> = (-24..=24).filter(|dx| is_in(*dx)).collect();
+                        assert_eq!(found, wanted, "{u:?} {v:?} {start:?} {band_squares} row {dy}");
+                    }
+                }
             }
         }
-        let (low, high) = (low.ceil() as i32, high.floor() as i32);
-        (low.max(-cx), high.min(image.width() as i32 - 1 - cx))
     }
 }
