@@ -52,6 +52,10 @@ impl Pass {
             Self::Doubled => None,
         }
     }
+
+    fn halved(self) -> Halved {
+        self.level().map_or(Halved::doubled(), Halved::whole)
+    }
 }
 
 /// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
@@ -168,7 +172,7 @@ impl Detector {
             if matches!(pass, Pass::Grown(..)) && !may_be_grown(&best_miss) {
                 break;
             }
-            let halved = pass.level().map_or(Halved::doubled(), Halved::whole);
+            let halved = pass.halved();
             self.expected.clear();
             if let Some(near) = search.near.filter(|near| near.names_corners) {
                 self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
@@ -301,7 +305,8 @@ impl Detector {
                 grown
             }
         };
-        grids.find(picture, board, params, expected, keep_on)
+        let full_px = pass.halved().scale;
+        grids.find((picture, full_px), board, params, expected, keep_on)
     }
 }
 

@@ -21,6 +21,8 @@ const LEAST_GRID: usize = 6;
 const LEAST_MARKED_GRID: usize = 4;
 /// Grids with most of the board that are tried; a tiled wall has no end of them.
 const LARGE_GRIDS: usize = 4;
+/// Markers with smaller cells, in pixels of the full-size picture, aren't read reliably.
+const LEAST_CELL_PX: f64 = 2.5;
 /// Longest side of a board that is counted, and most corners.
 const LONGEST_COUNTED: usize = 40;
 const MOST_COUNTED: usize = 1000;
@@ -47,15 +49,15 @@ impl GridSearch {
         &self.corners
     }
 
-    /// Searches `picture` for `board`. Corners that are `expected` somewhere (none, or all of the board) say which part
-    /// of a board is seen.
+    /// Searches `picture`, each of whose pixels is `full_px` wide in the full-size picture, for `board`. Corners that are
+    /// `expected` somewhere (none, or all of the board) say which part of a board is seen.
     ///
     /// # Errors
     ///
     /// [`Miss`] of the grid that came closest to the board.
     pub(super) fn find(
         &mut self,
-        picture: &GrayImage,
+        (picture, full_px): (&GrayImage, f64),
         board: &Checkerboard,
         params: &DetectorParams,
         expected: &[[f32; 2]],
@@ -67,7 +69,9 @@ impl GridSearch {
         }
         match board.markers() {
             None => self.match_grids(picture, board, params.max_seeds, expected, keep_on),
-            Some(markers) => self.read_grids(picture, (board, markers), params.max_seeds, keep_on),
+            Some(markers) => {
+                self.read_grids((picture, full_px), (board, markers), params.max_seeds, keep_on)
+            }
         }
     }
 
@@ -124,7 +128,7 @@ impl GridSearch {
     /// The first grid whose markers say where on the board it lies.
     fn read_grids(
         &mut self,
-        picture: &GrayImage,
+        (picture, full_px): (&GrayImage, f64),
         (board, markers): (&Checkerboard, Markers),
         max_seeds: usize,
         keep_on: &dyn Fn() -> bool,
@@ -141,7 +145,10 @@ impl GridSearch {
             }
             match name_corners(picture, lattice, board, markers, corners) {
                 Ok(()) => return Ok(()),
-                Err(miss) => best_miss = best_miss.or_closer(miss),
+                Err(miss) => {
+                    let square_px = lattice.mean_height() * full_px;
+                    best_miss = best_miss.or_closer(or_too_small(miss, markers, square_px));
+                }
             }
         }
         Err(best_miss)
@@ -209,4 +216,16 @@ impl GridSearch {
 /// Longest side and most nodes of a grid that may hold `board`.
 fn grid_limits(board: &Checkerboard) -> (usize, usize) {
     (board.columns().max(board.rows()), 3 * board.corner_count() + 100)
+}
+
+/// [`Miss::TooSmall`] instead of other markers than the board's, if they are too small to read.
+fn or_too_small(miss: Miss, markers: Markers, square_px: f64) -> Miss {
+    let cells = markers.dictionary.side_cells() + 2;
+    let needed_px = LEAST_CELL_PX * cells as f64 / markers.side_squares;
+    match miss {
+        Miss::OtherMarkers { markers: 1.. } if square_px < needed_px => {
+            Miss::TooSmall { square_px, needed_px }
+        }
+        miss => miss,
+    }
 }

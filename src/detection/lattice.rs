@@ -99,6 +99,13 @@ impl Lattice {
         }))
     }
 
+    /// Mean width of the squares across their narrower side; NaN without squares.
+    pub(super) fn mean_height(&self) -> f64 {
+        let height = |node: &Node| Some(height(axes(self, *node, self.get(*node)?)?));
+        let heights = || self.nodes.iter().filter_map(height);
+        f64::from(heights().sum::<f32>()) / heights().count() as f64
+    }
+
     /// Predicts the position of the corner at `node`, and the length of the shortest step used: the mean of linear or
     /// parabolic extrapolations and completed parallelograms.
     pub(super) fn predict(&self, (i, j): Node) -> Option<([f32; 2], f32)> {

@@ -11,6 +11,8 @@ const LEAST_CONTRAST: f32 = 10.0;
 const FRAME_SHARE: usize = 8;
 /// Most cells along a side of a marker, without its frame.
 const MOST_CELLS: usize = 7;
+/// How much of a cell's difference from those beside it is added: blur as wide as half a cell hides single cells.
+const SHARPENING: f32 = 2.0;
 /// Places in a cell that are sampled, in cells from its middle.
 const WITHIN_CELL: [[f32; 2]; 5] = [[0.0, 0.0], [-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
 /// Places along a side of the square, between it and the marker.
@@ -41,33 +43,39 @@ pub(super) fn read_cells(
         [(*t, near), (*t, far), (near, *t), (far, *t)]
     });
     let white = strips.map(|(u, v)| at(u, v)).sum::<f32>() / (4 * ALONG_SIDE.len()) as f32;
-    let side_cells = markers.dictionary.side_cells();
-    let all = side_cells + 2;
+    let all = markers.dictionary.side_cells() + 2;
     let cell_squares = markers.side_squares as f32 / all as f32;
-    let cell = |column: usize, row: usize| {
-        let middle = |place: usize| gap + cell_squares * (place as f32 + 0.5);
-        let (u, v) = (middle(column), middle(row));
+    let cell = |[column, row]: [usize; 2]| {
+        let [u, v] = [column, row].map(|place| gap + cell_squares * (place as f32 + 0.5));
         let values = WITHIN_CELL.map(|[du, dv]| at(u + du * cell_squares, v + dv * cell_squares));
         values.iter().sum::<f32>() / values.len() as f32
     };
+    let mut cells = [[0.0; MOST_CELLS + 2]; MOST_CELLS + 2];
     let last = all - 1;
-    let around = (0..last).flat_map(|k| [(k, 0), (last, k), (k + 1, last), (0, k + 1)]);
-    let mut frame = [0.0; 4 * (MOST_CELLS + 1)];
-    let frame = frame.get_mut(..4 * last)?;
-    for (value, (column, row)) in frame.iter_mut().zip(around) {
-        *value = cell(column, row);
+    let frame = || (0..last).flat_map(|k| [[k, 0], [last, k], [k + 1, last], [0, k + 1]]);
+    let mut dark = 0.0;
+    for [column, row] in frame() {
+        cells[row][column] = cell([column, row]);
+        dark += cells[row][column] / (4 * last) as f32;
     }
-    let dark = frame.iter().sum::<f32>() / frame.len() as f32;
     let middle = 0.5 * (white + dark);
-    let light = frame.iter().filter(|value| **value > middle).count();
-    if white - dark < LEAST_CONTRAST || light * FRAME_SHARE > frame.len() {
+    let light = frame().filter(|[column, row]| cells[*row][*column] > middle).count();
+    if white - dark < LEAST_CONTRAST || light * FRAME_SHARE > 4 * last {
         return None;
     }
+    let inside = || (1..last).flat_map(|row| (1..last).map(move |column| [column, row]));
+    for [column, row] in inside() {
+        cells[row][column] = cell([column, row]);
+    }
     let mut code = 0;
-    for row in 1..=side_cells {
-        for column in 1..=side_cells {
-            code = code << 1 | u64::from(cell(column, row) > middle);
-        }
+    for [column, row] in inside() {
+        let beside = cells[row][column - 1]
+            + cells[row][column + 1]
+            + cells[row - 1][column]
+            + cells[row + 1][column];
+        let value = cells[row][column];
+        let sharp = value + SHARPENING * (value - 0.25 * beside);
+        code = code << 1 | u64::from(sharp > middle);
     }
     // Beside light squares, a dark one looks framed. No marker is all black.
     (code != 0).then_some(code)

@@ -85,11 +85,14 @@ impl Patch {
             let within = within(axis, dy, self.reach_squares);
             (low, high) = (low.max(within.0), high.min(within.1));
         }
-        let clipped = |(from, to): (f32, f32)| {
-            let (from, to) = (from.max(low).ceil() as i32, to.min(high).floor() as i32);
-            (from.max(-cx), to.min(image.width() as i32 - 1 - cx))
-        };
         const NONE: (i32, i32) = (0, -1);
+        let clipped = |(from, to): (f32, f32)| {
+            let (from, to) = (from.max(low).ceil(), to.min(high).floor());
+            if from > to {
+                return NONE;
+            }
+            ((from as i32).max(-cx), (to as i32).min(image.width() as i32 - 1 - cx))
+        };
         if !self.has_bands() {
             return [clipped((low, high)), NONE];
         }

@@ -11,7 +11,7 @@ use boresight::{
     simulation::{Scene, render_view},
     target::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
 };
-use image::{GrayImage, Luma};
+use image::{GrayImage, Luma, imageops::FilterType};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -64,6 +64,43 @@ fn boards_that_opencv_draws_are_found_in_both_layouts() {
                 assert!(corner.is_seen() && off_px < 0.1, "{name} {index}: {off_px} px");
             }
         }
+    }
+}
+
+/// A drawn board with squares of `square_px`, blurred by a Gaussian of `blur_px`.
+fn drawn_small(name: &str, square_px: f64, blur_px: f32) -> GrayImage {
+    let picture = drawn(name);
+    let scaled = |length: u32| (f64::from(length) * square_px / DRAWN_SQUARE_PX).round() as u32;
+    let (width, height) = (scaled(picture.width()), scaled(picture.height()));
+    let small = image::imageops::resize(&picture, width, height, FilterType::Triangle);
+    image::imageops::blur(&small, blur_px)
+}
+
+/// Half a cell of blur leaves a single white cell among black ones darker than the middle between both.
+#[test]
+fn markers_are_read_where_blur_is_half_a_cell_wide() {
+    for (name, squares, dictionary, side_squares) in DRAWN {
+        let board = board(squares, dictionary, side_squares);
+        let markers = board.markers().expect("markers");
+        let cells = (markers.dictionary.side_cells() + 2) as f64 / side_squares;
+        let cell_px = 2.6;
+        let picture = drawn_small(name, cell_px * cells, 0.5 * cell_px as f32);
+        let found = Detector::new(DetectorParams::default()).detect(&picture, &board);
+        let seen = seen_count(&found.unwrap_or_else(|miss| panic!("{name}: {miss:?}")).corners);
+        assert_eq!(seen, board.corner_count(), "{name}");
+    }
+}
+
+#[test]
+fn markers_too_small_to_read_ask_for_the_board_closer() {
+    let (name, squares, dictionary, side_squares) = DRAWN[2];
+    let board = board(squares, dictionary, side_squares);
+    for square_px in [12.0, 13.0, 15.0] {
+        let picture = drawn_small(name, square_px, 0.9);
+        let found = Detector::new(DetectorParams::default()).detect(&picture, &board);
+        let miss = found.expect_err("cells of less than one and a half pixels");
+        let Miss::TooSmall { square_px: seen_px, needed_px } = miss else { panic!("{miss:?}") };
+        assert!((seen_px - square_px).abs() < 0.5 && needed_px > seen_px, "{miss:?}");
     }
 }
 
