@@ -68,6 +68,26 @@ impl InvalidMarkers {
     pub const SIDES_SQUARES: [f64; 2] = [0.3, 0.95];
 }
 
+/// Whether a board of `columns` x `rows` inner corners can have `markers` in its light squares.
+///
+/// # Errors
+///
+/// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
+pub fn check_markers([columns, rows]: [u16; 2], markers: Markers) -> Result<(), InvalidMarkers> {
+    let Markers { dictionary, side_squares } = markers;
+    let [least, most] = InvalidMarkers::SIDES_SQUARES;
+    if !(least..=most).contains(&side_squares) {
+        return Err(InvalidMarkers::Side { side_squares });
+    }
+    let squares = [columns, rows].map(|corners| usize::from(corners) + 1);
+    let (needed, count) = (marker_count(squares), dictionary.count());
+    if needed > count {
+        let dictionary = dictionary.name();
+        return Err(InvalidMarkers::Count { columns, rows, needed, dictionary, count });
+    }
+    Ok(())
+}
+
 impl Checkerboard {
     /// Creates a board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
     ///
@@ -90,16 +110,7 @@ impl Checkerboard {
     ///
     /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
     pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
-        let Markers { dictionary, side_squares } = markers;
-        let [least, most] = InvalidMarkers::SIDES_SQUARES;
-        if !(least..=most).contains(&side_squares) {
-            return Err(InvalidMarkers::Side { side_squares });
-        }
-        let (needed, count) = (marker_count(self.squares()), dictionary.count());
-        if needed > count {
-            let (columns, rows, dictionary) = (self.columns, self.rows, dictionary.name());
-            return Err(InvalidMarkers::Count { columns, rows, needed, dictionary, count });
-        }
+        check_markers([self.columns, self.rows], markers)?;
         Ok(Self { markers: Some(markers), ..self })
     }
 

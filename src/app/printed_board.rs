@@ -50,12 +50,12 @@ pub(super) fn print(
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    let mut plan = plan(columns, rows, Square::Largest, &paper.pages())
+    let plain = plan(columns, rows, Square::Largest, &paper.pages())
         .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
-    if let Some(markers) = markers {
-        Checkerboard::new(columns, rows, plan.square_mm * 1e-3)?.with_markers(markers)?;
-    }
-    plan.markers = markers;
+    let plan = match markers {
+        Some(markers) => plain.with_markers(markers)?,
+        None => plain,
+    };
     // Markers name their board.
     let code = margin_code(&plan, id).filter(|_| markers.is_none());
     let sheet = match code {
@@ -66,13 +66,7 @@ pub(super) fn print(
         None => sheet(&plan, &text::target_lines(&plan, None)),
     };
     let bytes = pdf(&sheet);
-    let (square_mm, paper) = (plan.square_mm, paper.name());
-    let name = match markers {
-        None => format!("checkerboard-{columns}x{rows}-{square_mm}mm-{paper}"),
-        Some(Markers { dictionary, .. }) => {
-            format!("charuco-{}x{}-{square_mm}mm-{dictionary}-{paper}", columns + 1, rows + 1)
-        }
-    };
+    let name = format!("{}-{}", plan.file_stem(), paper.name());
     let file = free_or_same(folder, &name, &bytes)?;
     Ok(PrintedBoard {
         file,

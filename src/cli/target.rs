@@ -16,7 +16,6 @@ use crate::{
         Exit,
         printed_board::{margin_code, new_id},
     },
-    board::Checkerboard,
     board_code::{BoardCode, BoardId},
     files::{Overwrite, save},
     markers::Markers,
@@ -142,11 +141,8 @@ impl Arguments {
         let mut plan = plan(config.columns, config.rows, square, &pages)
             .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
         if let Some(dictionary) = config.dictionary {
-            let markers =
-                Markers::sized(dictionary, config.marker_mm.map(|mm| mm / plan.square_mm));
-            let square_m = 1e-3 * plan.square_mm;
-            Checkerboard::new(plan.columns, plan.rows, square_m)?.with_markers(markers)?;
-            plan.markers = Some(markers);
+            let side_squares = config.marker_mm.map(|mm| mm / plan.square_mm);
+            plan = plan.with_markers(Markers::sized(dictionary, side_squares))?;
         }
         if let Some(other) = asked_mm.and_then(|mm| text::other_square(&plan, mm)) {
             say(&other);
@@ -156,14 +152,7 @@ impl Arguments {
 
     fn usual_name(&self, plan: &Plan) -> PathBuf {
         let extension = if self.paper == Medium::Screen { "png" } else { "pdf" };
-        let square = (1000.0 * plan.square_mm).round() / 1000.0;
-        let (columns, rows) = (plan.columns, plan.rows);
-        match &plan.markers {
-            None => format!("checkerboard-{columns}x{rows}-{square}mm.{extension}").into(),
-            Some(_) => {
-                format!("charuco-{}x{}-{square}mm.{extension}", columns + 1, rows + 1).into()
-            }
-        }
+        format!("{}.{extension}", plan.file_stem()).into()
     }
 
     /// The code for the margin, if there is room for it.

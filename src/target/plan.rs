@@ -4,6 +4,7 @@ use super::{
 };
 
 use crate::{
+    board::{InvalidMarkers, check_markers},
     board_code::{Edge, FAR},
     markers::Markers,
 };
@@ -114,6 +115,29 @@ pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<P
 }
 
 impl Plan {
+    /// The same squares with `markers` in the light ones.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidMarkers`] if the board can't have them.
+    pub fn with_markers(mut self, markers: Markers) -> Result<Self, InvalidMarkers> {
+        check_markers([self.columns, self.rows], markers)?;
+        self.markers = Some(markers);
+        Ok(self)
+    }
+
+    /// Name of a file with the board, without its extension: the numbers by which a program finds it.
+    pub fn file_stem(&self) -> String {
+        let Self { columns, rows, .. } = self;
+        let square_mm = (1000.0 * self.square_mm).round() / 1000.0;
+        match self.markers {
+            None => format!("checkerboard-{columns}x{rows}-{square_mm}mm"),
+            Some(Markers { dictionary, .. }) => {
+                format!("charuco-{}x{}-{square_mm}mm-{dictionary}", columns + 1, rows + 1)
+            }
+        }
+    }
+
     /// Width of the whole board.
     pub fn board_width_mm(&self) -> f64 {
         f64::from(self.columns + 1) * self.square_mm
