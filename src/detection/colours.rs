@@ -85,31 +85,44 @@ pub(super) fn dark_outside(
 /// How far from an edge its sides are looked at, in squares.
 const BESIDE_EDGE: f32 = 0.2;
 
+/// Where along an edge they are looked at, in squares: in each third of it, away from its corners.
+const ALONG_EDGE: [f32; 3] = [0.25, 0.5, 0.75];
+
 /// Whether the edges between the corners of a whole grid change sides on the way, along the first or the second axis: the
-/// grid has every third corner of smaller squares.
+/// grid has every third corner of smaller squares. The colours around its corners don't tell the sides, for they are those
+/// of squares further away.
 pub(super) fn skips_squares(image: &GrayImage, lattice: &Lattice) -> bool {
-    let Some(typical) = colours(image, lattice) else { return false };
     [(1, 0), (0, 1)].into_iter().any(|along| {
         let (mut agree, mut all) = (0, 0);
-        for &(i, j) in lattice.nodes() {
-            let Some(step) = step_across(image, lattice, (i, j), along) else { continue };
-            let expected = if (i + j) % 2 == 0 { typical } else { -typical };
+        for &node in lattice.nodes() {
+            let [Some(first), Some(middle), Some(last)] =
+                ALONG_EDGE.map(|share| step_across(image, lattice, node, along, share))
+            else {
+                continue;
+            };
             all += 1;
-            agree += usize::from(step * expected > 0.0);
+            agree += usize::from((first + last) * middle > 0.0);
         }
         2 * agree < all
     })
 }
 
-/// Brightness difference across the middle of the edge from a member to the next one `along` an axis, towards the other
-/// axis; positive where [`colour_step`] is. `None` at the end of a row.
-fn step_across(image: &GrayImage, lattice: &Lattice, node: Node, along: Node) -> Option<f32> {
+/// Brightness difference across the edge from a member to the next one `along` an axis, at a `share` of its length, towards
+/// the other axis. `None` at the end of a row.
+fn step_across(
+    image: &GrayImage,
+    lattice: &Lattice,
+    node: Node,
+    along: Node,
+    share: f32,
+) -> Option<f32> {
     let here = lattice.get(node)?;
     let next = lattice.get((node.0 + along.0, node.1 + along.1))?;
     let (u, v) = axes(lattice, node, here)?;
     let across = if along.0 == 0 { u } else { v };
     let level = |squares: f32| {
-        let at: [f32; 2] = std::array::from_fn(|k| 0.5 * (here[k] + next[k]) + squares * across[k]);
+        let at: [f32; 2] =
+            std::array::from_fn(|k| here[k] + share * (next[k] - here[k]) + squares * across[k]);
         sample(image, at[0], at[1])
     };
     Some(level(BESIDE_EDGE) - level(-BESIDE_EDGE))
@@ -121,18 +134,18 @@ mod tests {
 
     /// Fields of 12 by 7 pixels.
     fn cloth() -> GrayImage {
-        GrayImage::from_fn(120, 120, |x, y| {
+        GrayImage::from_fn(150, 120, |x, y| {
             image::Luma([if (x / 12 + y / 7) % 2 == 0 { 90 } else { 130 }])
         })
     }
 
-    /// Every corner along one axis and every `step`-th along the other.
-    fn grid(step: i32, turned: bool) -> Lattice {
+    /// Every so many corners along both axes.
+    fn grid(steps: [i32; 2], turned: bool) -> Lattice {
         let mut lattice = Lattice::default();
         lattice.clear(6);
-        for i in 0..5 {
+        for i in 0..4 {
             for j in 0..4 {
-                let at = [23.5 + 12.0 * i as f32, 20.5 + 7.0 * (step * j) as f32];
+                let at = [23.5 + 12.0 * (steps[0] * i) as f32, 20.5 + 7.0 * (steps[1] * j) as f32];
                 let node = if turned { (j, -i) } else { (i, j) };
                 lattice.insert(node, at);
             }
@@ -143,8 +156,10 @@ mod tests {
     #[test]
     fn every_third_corner_is_no_grid() {
         for turned in [false, true] {
-            assert!(skips_squares(&cloth(), &grid(3, turned)), "turned: {turned}");
-            assert!(!skips_squares(&cloth(), &grid(1, turned)), "turned: {turned}");
+            for steps in [[1, 3], [3, 1], [3, 3]] {
+                assert!(skips_squares(&cloth(), &grid(steps, turned)), "{steps:?}, {turned}");
+            }
+            assert!(!skips_squares(&cloth(), &grid([1, 1], turned)), "turned: {turned}");
         }
     }
 }
