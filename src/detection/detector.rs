@@ -17,6 +17,8 @@ use crate::{board::Checkerboard, geometry::seen_count};
 const SEARCH_WIDTH_PX: u32 = 1000;
 /// Larger pictures aren't doubled.
 const MOST_DOUBLED_PX: usize = 2_200_000;
+/// Where a board has smaller squares, those of a larger pattern beyond it may be too small to be seen, in pixels.
+const SMALL_SQUARE_PX: f64 = 8.0;
 
 /// Where [`Detector::search`] starts, and when it gives up.
 #[derive(Clone, Copy)]
@@ -185,8 +187,13 @@ impl Detector {
             });
             let is_coarse = matches!(pass, Pass::Grown(..)) || pass.level() > primary;
             let found = found.and_then(|detection| {
-                if is_coarse && !is_marked && self.rough.iter().all(Option::is_some) {
-                    self.check_whole(image, primary, board, &detection)?;
+                if !is_marked && self.rough.iter().all(Option::is_some) {
+                    let is_small = || {
+                        let side_px = shortest_side_px(&self.rough, board.columns());
+                        side_px < SMALL_SQUARE_PX * halved.scale
+                    };
+                    let sharper = if is_coarse { primary } else { finer.filter(|_| is_small()) };
+                    self.check_whole(image, sharper, board, &detection)?;
                 }
                 Ok(detection)
             });
@@ -308,6 +315,18 @@ impl Detector {
         let full_px = pass.halved().scale;
         grids.find((picture, full_px), board, params, expected, keep_on)
     }
+}
+
+/// Shortest distance of neighbours in the rows and columns of a whole board.
+fn shortest_side_px(corners: &[Option<[f64; 2]>], columns: usize) -> f64 {
+    let length = |one: usize, other: usize| {
+        let ([x, y], [to_x, to_y]) = (corners[one]?, (*corners.get(other)?)?);
+        Some((to_x - x).hypot(to_y - y))
+    };
+    let along =
+        |index: usize| (!(index + 1).is_multiple_of(columns)).then(|| length(index, index + 1))?;
+    let sides = (0..corners.len()).flat_map(|index| [along(index), length(index, index + columns)]);
+    sides.flatten().fold(f64::MAX, f64::min)
 }
 
 /// Whether squares that don't touch may be the reason.

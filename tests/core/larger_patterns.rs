@@ -16,10 +16,13 @@ struct Strip {
     fields: [f64; 2],
     /// Grey levels of dark and light fields, and of the wall.
     levels: [f64; 3],
+    size_px: [u32; 2],
 }
 
+const SMALL: [u32; 2] = [640, 360];
+
 impl Strip {
-    /// 640 × 360 pixels, each the mean of nine places, with noise of up to five grey levels.
+    /// Pixels are the mean of nine places, with noise of up to five grey levels.
     fn picture(&self, seed: u64) -> GrayImage {
         const PLACES: [f64; 3] = [-1.0 / 3.0, 0.0, 1.0 / 3.0];
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -30,7 +33,8 @@ impl Strip {
             let is_dark = (u.floor() + v.floor()) % 2.0 == 0.0;
             self.levels[if !is_cloth { 2 } else { usize::from(!is_dark) }]
         };
-        GrayImage::from_fn(640, 360, |x, y| {
+        let [width, height] = self.size_px;
+        GrayImage::from_fn(width, height, |x, y| {
             let (x, y) = (f64::from(x), f64::from(y));
             let sum: f64 =
                 PLACES.iter().flat_map(|dx| PLACES.map(|dy| level(x + dx, y + dy))).sum();
@@ -65,6 +69,7 @@ fn a_strip_that_leaves_the_picture_slantwise_is_no_board() {
         ),
         fields: [6.0, 14.0],
         levels: [28.0, 88.0, 170.0],
+        size_px: SMALL,
     };
     strip.is_refused((7, 5));
 }
@@ -86,6 +91,29 @@ fn a_strip_whose_far_end_is_too_small_is_no_board() {
         ),
         fields: [5.0, 17.0],
         levels: [72.0, 133.0, 175.0],
+        size_px: SMALL,
     };
     strip.is_refused((6, 4));
+}
+
+/// The picture is wide, so that it's halved first. Then the far fields are too small to be seen.
+#[test]
+fn a_strip_whose_far_end_is_too_small_in_half_the_picture_is_no_board() {
+    let strip = Strip {
+        fields_from_px: Matrix3::new(
+            0.0294381,
+            -0.0633083,
+            22.2884,
+            0.119719,
+            0.00486659,
+            -73.2,
+            0.00145048,
+            -0.00140534,
+            1.0,
+        ),
+        fields: [16.0, 7.0],
+        levels: [122.0, 60.0, 170.0],
+        size_px: [1280, 720],
+    };
+    strip.is_refused((10, 6));
 }
