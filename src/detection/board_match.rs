@@ -25,6 +25,11 @@ const MOST_BEYOND: i32 = 4;
 /// have up to two, which may be side by side.
 const LEAST_BEYOND: usize = 5;
 const LEAST_BEYOND_IN_ROW: i32 = MOST_CHANCE_CORNERS as i32 + 1;
+/// Two side by side are enough if the four squares around both look as those of their neighbours do: least colour step, as
+/// a share of theirs (and of it, theirs), and largest difference on a diagonal, as a share of the step. What lies behind a
+/// narrow margin has edges, too, but rarely the same grey levels.
+const LEAST_OF_CLEAR: f32 = 0.8;
+const MOST_UNEVEN: f32 = 0.5;
 /// At most one in this many corners may be interpolated and confirmed by the edge fit.
 const INTERPOLATED_SHARE: usize = 18;
 
@@ -146,14 +151,29 @@ fn shows_more(
         let along = if columns.contains(&i) { (1, 0) } else { (0, 1) };
         (1..LEAST_BEYOND_IN_ROW).all(|k| lattice.contains((i + k * along.0, j + k * along.1)))
     };
-    let count = lattice.nodes().iter().filter(|node| beyond(**node)).count();
-    let is_row = lattice.nodes().iter().any(|node| beyond(*node) && begins_row(*node));
-    if count >= LEAST_BEYOND || is_row {
+    let more = || lattice.nodes().iter().copied().filter(|node| beyond(*node));
+    let is_clear = |node: Node| beyond(node) && is_clear(image, lattice, node);
+    let begins_pair = |(i, j): Node| {
+        is_clear((i, j)) && [(1, 0), (0, 1)].iter().any(|(di, dj)| is_clear((i + di, j + dj)))
+    };
+    if more().count() >= LEAST_BEYOND || more().any(begins_row) || more().any(begins_pair) {
         let (low, high) = lattice.extent()?;
         return Some((high.0 - low.0 + 1, high.1 - low.1 + 1));
     }
     lattice.retain(|_, node| !beyond(node));
     None
+}
+
+/// Whether all four squares around a corner have the colours of those around its neighbours.
+fn is_clear(image: &GrayImage, lattice: &Lattice, (i, j): Node) -> bool {
+    let step = |node: Node| colour_step(image, lattice, node);
+    let beside = BESIDE.iter().filter_map(|(di, dj)| step((i + di, j + dj)));
+    let (count, sum) =
+        beside.fold((0.0, 0.0), |(count, sum), step| (count + 1.0, sum + step.value.abs()));
+    step((i, j)).is_some_and(|step| {
+        let (here, typical) = (step.value.abs(), sum / f32::max(count, 1.0));
+        here.min(typical) > LEAST_OF_CLEAR * here.max(typical) && step.uneven < MOST_UNEVEN * here
+    })
 }
 
 fn other_board((width, height): (i32, i32)) -> Miss {

@@ -11,6 +11,8 @@ use super::{
 pub(super) struct ColourStep {
     /// Half the brightness difference between the squares on one diagonal and those on the other.
     pub(super) value: f32,
+    /// Larger brightness difference between the two squares on a diagonal.
+    pub(super) uneven: f32,
     /// Whether the squares on each diagonal agree.
     pub(super) clean: bool,
 }
@@ -46,8 +48,8 @@ pub(super) fn colour_step_within(
     let (one, two) = (mean(1.0, 1.0), mean(-1.0, -1.0));
     let (three, four) = (mean(1.0, -1.0), mean(-1.0, 1.0));
     let value = 0.25 * (one + two - three - four);
-    let clean = (one - two).abs() < 1.4 * value.abs() && (three - four).abs() < 1.4 * value.abs();
-    Some(ColourStep { value, clean })
+    let uneven = (one - two).abs().max((three - four).abs());
+    Some(ColourStep { value, uneven, clean: uneven < 1.4 * value.abs() })
 }
 
 /// Mean colour step of the members at even nodes, with its sign; `None` if the colours don't alternate.

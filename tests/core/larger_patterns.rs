@@ -17,6 +17,8 @@ struct Strip {
     /// Grey levels of dark and light fields, and of the wall.
     levels: [f64; 3],
     size_px: [u32; 2],
+    /// Something in front of the strip: its grey level, and a line with it on one side.
+    cover: Option<(f64, Vector3<f64>)>,
 }
 
 const SMALL: [u32; 2] = [640, 360];
@@ -27,7 +29,11 @@ impl Strip {
         const PLACES: [f64; 3] = [-1.0 / 3.0, 0.0, 1.0 / 3.0];
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let level = |x: f64, y: f64| {
-            let at = self.fields_from_px * Vector3::new(x, y, 1.0);
+            let px = Vector3::new(x, y, 1.0);
+            if let Some((level, _)) = self.cover.filter(|(_, line)| line.dot(&px) > 0.0) {
+                return level;
+            }
+            let at = self.fields_from_px * px;
             let [u, v] = [at.x / at.z, at.y / at.z];
             let is_cloth = (0.0..self.fields[0]).contains(&u) && (0.0..self.fields[1]).contains(&v);
             let is_dark = (u.floor() + v.floor()) % 2.0 == 0.0;
@@ -70,6 +76,7 @@ fn a_strip_that_leaves_the_picture_slantwise_is_no_board() {
         fields: [6.0, 14.0],
         levels: [28.0, 88.0, 170.0],
         size_px: SMALL,
+        cover: None,
     };
     strip.is_refused((7, 5));
 }
@@ -92,6 +99,7 @@ fn a_strip_whose_far_end_is_too_small_is_no_board() {
         fields: [5.0, 17.0],
         levels: [72.0, 133.0, 175.0],
         size_px: SMALL,
+        cover: None,
     };
     strip.is_refused((6, 4));
 }
@@ -114,6 +122,30 @@ fn a_strip_whose_far_end_is_too_small_in_half_the_picture_is_no_board() {
         fields: [16.0, 7.0],
         levels: [122.0, 60.0, 170.0],
         size_px: [1280, 720],
+        cover: None,
     };
     strip.is_refused((10, 6));
+}
+
+/// Two corners of the next row are left.
+#[test]
+fn a_strip_that_something_covers_slantwise_is_no_board() {
+    let strip = Strip {
+        fields_from_px: Matrix3::new(
+            -0.0278333,
+            -0.0500376,
+            27.8726,
+            0.0580431,
+            0.00321007,
+            -24.927,
+            -0.00139758,
+            0.00170685,
+            1.0,
+        ),
+        fields: [19.0, 6.0],
+        levels: [40.0, 100.0, 150.0],
+        size_px: SMALL,
+        cover: Some((200.0, Vector3::new(-0.5098, -0.8603, 393.7391))),
+    };
+    strip.is_refused((7, 5));
 }
