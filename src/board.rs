@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use crate::markers::{Markers, marker_count};
+use crate::markers::{InvalidMarkers, Markers};
 
 /// A checkerboard, described by its inner corners: a plain one, or one with [markers](Markers) in its light squares.
 ///
@@ -36,58 +36,6 @@ pub enum InvalidBoard {
     },
 }
 
-/// Why a board can't have these markers.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum InvalidMarkers {
-    /// The markers are too small or too large for the squares.
-    #[error("markers with a side of {side_squares} squares: 0.3 to 0.95 are possible")]
-    Side {
-        /// Side of a marker, as a share of a square's.
-        side_squares: f64,
-    },
-    /// The dictionary has too few markers.
-    #[error(
-        "a board of {columns}x{rows} inner corners has {needed} markers; {dictionary} has only {count}"
-    )]
-    Count {
-        /// Inner corners in a row.
-        columns: u16,
-        /// Inner corners in a column.
-        rows: u16,
-        /// Markers on the board.
-        needed: usize,
-        /// The dictionary's name.
-        dictionary: &'static str,
-        /// Its markers.
-        count: usize,
-    },
-}
-
-impl InvalidMarkers {
-    /// Least and largest side of a marker, as a share of a square's.
-    pub const SIDES_SQUARES: [f64; 2] = [0.3, 0.95];
-}
-
-/// Whether a board of `columns` x `rows` inner corners can have `markers` in its light squares.
-///
-/// # Errors
-///
-/// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
-pub fn check_markers([columns, rows]: [u16; 2], markers: Markers) -> Result<(), InvalidMarkers> {
-    let Markers { dictionary, side_squares } = markers;
-    let [least, most] = InvalidMarkers::SIDES_SQUARES;
-    if !(least..=most).contains(&side_squares) {
-        return Err(InvalidMarkers::Side { side_squares });
-    }
-    let squares = [columns, rows].map(|corners| usize::from(corners) + 1);
-    let (needed, count) = (marker_count(squares), dictionary.count());
-    if needed > count {
-        let dictionary = dictionary.name();
-        return Err(InvalidMarkers::Count { columns, rows, needed, dictionary, count });
-    }
-    Ok(())
-}
-
 impl Checkerboard {
     /// Creates a board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
     ///
@@ -110,7 +58,7 @@ impl Checkerboard {
     ///
     /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
     pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
-        check_markers([self.columns, self.rows], markers)?;
+        markers.check([self.columns, self.rows])?;
         Ok(Self { markers: Some(markers), ..self })
     }
 

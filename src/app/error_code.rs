@@ -2,12 +2,8 @@
 
 use super::comparison::NoKnownLens;
 use crate::{
-    board::{InvalidBoard, InvalidMarkers},
-    calibration::files::import::NotImported,
-    capture::CaptureError,
-    config::ConfigError,
-    files::FileError,
-    recording::RecordingError,
+    board::InvalidBoard, calibration::files::import::NotImported, capture::CaptureError,
+    config::ConfigError, files::FileError, markers::InvalidMarkers, recording::RecordingError,
 };
 
 /// Stable name of an error, for programs; `FAILED` if it has none.

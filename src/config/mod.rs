@@ -11,14 +11,14 @@ use std::{collections::BTreeMap, path::Path};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    board::{Checkerboard, InvalidBoard, InvalidMarkers},
+    board::{Checkerboard, InvalidBoard},
     calibration::{
         AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens, LensFamily, LensModel,
     },
     files::{FileError, Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
-    markers::{Dictionary, MarkerChoice, Markers},
+    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers},
     session::SessionSetup,
 };
 

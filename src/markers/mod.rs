@@ -10,9 +10,11 @@
 
 mod choice;
 mod dictionary;
+mod invalid;
 
 pub use choice::MarkerChoice;
 pub use dictionary::{Dictionary, NoDictionary};
+pub use invalid::InvalidMarkers;
 
 /// The markers of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,9 +4,8 @@ use super::{
 };
 
 use crate::{
-    board::{InvalidMarkers, check_markers},
     board_code::{Edge, FAR},
-    markers::Markers,
+    markers::{InvalidMarkers, Markers},
 };
 
 /// How large the squares shall be.
@@ -121,7 +120,7 @@ impl Plan {
     ///
     /// [`InvalidMarkers`] if the board can't have them.
     pub fn with_markers(mut self, markers: Markers) -> Result<Self, InvalidMarkers> {
-        check_markers([self.columns, self.rows], markers)?;
+        markers.check([self.columns, self.rows])?;
         self.markers = Some(markers);
         Ok(self)
     }

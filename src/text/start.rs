@@ -1,7 +1,10 @@
 //! The words of the start page.
 
 use super::window::written;
-use crate::{board::InvalidMarkers, guidance::Plan, markers::Dictionary};
+use crate::{
+    guidance::Plan,
+    markers::{Dictionary, InvalidMarkers},
+};
 
 /// Headings of the cards.
 pub const CAMERA: &str = "Camera";

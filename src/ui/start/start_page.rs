@@ -4,8 +4,8 @@ use egui::{Context, TextureHandle, TextureOptions};
 
 use crate::{
     app::host::{CameraView, PrintedBoard, SessionRequest, UserError},
-    board::{Checkerboard, InvalidMarkers},
-    markers::{Dictionary, MarkerChoice, Markers, marker_count},
+    board::Checkerboard,
+    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, marker_count},
     ui::picture::grey,
 };
 

@@ -18,6 +18,7 @@ use boresight::{
     capture::{Arrival, FrameSource},
     frame::{CaptureTime, ImageSize},
     geometry::Camera,
+    markers::Markers,
     simulation::{Scene, SyntheticSource, technician::CueKind},
 };
 use image::codecs::jpeg::JpegEncoder;
@@ -157,8 +158,19 @@ fn scene(columns: u16, rows: u16, seed: u64) -> Scene {
     }
 }
 
-/// Fills the form and taps Start.
-fn start(browser: &Browser, camera: &str, [columns, rows]: [u16; 2], square_mm: f64) {
+/// Chooses a ChArUco board, or a plain one.
+fn choose_kind(browser: &Browser, markers: Option<Markers>) {
+    let kind = if markers.is_some() { "charuco" } else { "" };
+    browser.run(&format!(
+        "el('kind').value = '{kind}'; el('kind').dispatchEvent(new Event('change'))"
+    ));
+    if let Some(Markers { dictionary, .. }) = markers {
+        browser.run(&format!("el('dictionary').value = '{dictionary}'"));
+    }
+}
+
+/// Fills in the numbers and taps Start.
+fn start(browser: &Browser, camera: &str, [columns, rows]: [usize; 2], square_mm: f64) {
     browser.run(&format!(
         "el('camera').value = '{camera}'; el('columns').value = {columns}; el('rows').value = {rows};
         el('square').value = {square_mm}; el('plan').value = 'quick'; el('start').click()"
@@ -176,12 +188,16 @@ fn by_the_page(
     let read = Arc::new(Mutex::new(Vec::new()));
     let over = AtomicBool::new(false);
     let board = (scene.board.columns(), scene.board.rows());
-    let size = [board.0 as u16, board.1 as u16];
+    // Checkerboards are named by their inner corners, ChArUco boards by their squares.
+    let markers = scene.board.markers();
+    let counts = if markers.is_some() { scene.board.squares() } else { [board.0, board.1] };
     std::thread::scope(|scope| {
         let cues = Arc::clone(&read);
         let paints = || paint(scene, newest, cues, &over);
         Builder::new().spawn_scoped(scope, paints).expect("a thread");
-        start(browser, camera, size, 30.0);
+        choose_kind(browser, markers);
+        browser.shoot(&words.with_extension("form.png"));
+        start(browser, camera, counts, 30.0);
         let reads = || read_page(browser, board, &read, &over);
         let reader = Builder::new().spawn_scoped(scope, reads).expect("a thread");
         let began = Instant::now();
@@ -248,11 +264,13 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     assert_eq!(shown["again"], true);
     assert!(shown["files"].as_array().is_some_and(|files| files.len() > 5), "{shown}");
 
-    // Another board in the same camera.
+    // A board with markers in the same camera.
     browser.run("el('again').click()");
     browser.until("shown === 'wait'");
     shoot("3-again");
-    let second = scene(7, 5, 4);
+    let mut second = scene(7, 5, 4);
+    let markers = Markers::sized("DICT_4X4_50".parse().expect("a dictionary"), None);
+    second.board = second.board.with_markers(markers).expect("enough markers");
     let shown = by_the_page(&browser, &newest, &named, &second, &folder.join("serve-2.txt"));
     println!("second session: {shown}");
     assert!(shown["what"].as_str().is_some_and(|what| what.starts_with("GOOD")), "{shown}");
@@ -260,6 +278,8 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     // A third one that the person ends, with two taps.
     browser.run("el('again').click()");
     browser.until("shown === 'wait'");
+    assert_eq!(browser.run("return el('kind').value"), "charuco", "as before");
+    choose_kind(&browser, None);
     start(&browser, "sim", [9, 6], 25.0);
     browser.until("shown === 'guide' && live.stage === 'guiding' && live.views >= 1");
     browser.run("el('end').click()");
@@ -276,6 +296,8 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
         println!("{}: board {}", folder.display(), result["board"]);
         assert_eq!(result["board"]["columns"], board[0]);
         assert_eq!(result["board"]["rows"], board[1]);
+        let has_markers = result["board"].to_string().contains("DICT_4X4_50");
+        assert_eq!(has_markers, board == [7, 5], "{}", result["board"]);
         assert!(!result.to_string().contains(PASSWORD));
     }
 
