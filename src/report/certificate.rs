@@ -146,9 +146,8 @@ fn identity(report: &Report, certificate: &Certificate) -> String {
     if let Some(due) = &c.check_due {
         who += &row(name::DUE, due);
     }
-    if let Some(board) = calibration.board {
-        let square = board.square_mm.to_string();
-        who += &row(name::BOARD, &words::board(board.columns, board.rows, &square));
+    if let Some(board) = &calibration.board {
+        who += &row(name::BOARD, &report_words::board(board));
     }
     who += &row(name::BOARD_ID, &c.board_id);
     who += &row(name::MEASURED, &c.square_measured);

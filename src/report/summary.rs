@@ -97,8 +97,8 @@ pub(super) fn camera(report: &Report) -> String {
         say(name, what);
     }
     say(name::PICTURE, &words::picture(calibration.image_size));
-    if let Some(board) = calibration.board {
-        say(name::BOARD, &words::board(board.columns, board.rows, &board.square_mm.to_string()));
+    if let Some(board) = &calibration.board {
+        say(name::BOARD, &words::board(board));
     }
     let changes = &report.camera.changes;
     if changes.is_empty() && !report.camera.rows.is_empty() {

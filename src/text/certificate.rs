@@ -72,11 +72,6 @@ pub fn field_of_view([across, down, diagonal]: [f64; 3]) -> String {
     format!("{across:.1}° × {down:.1}°, diagonal {diagonal:.1}°")
 }
 
-/// Size and class of the board.
-pub fn board(columns: u32, rows: u32, square: &str) -> String {
-    format!("{columns} × {rows} inner corners, squares of {square} mm")
-}
-
 /// Below the table.
 pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict GOOD. The independent check compares with the principal point from each view alone, without a common lens.";
 

@@ -1,6 +1,9 @@
 //! The calibration report in words.
 
-use crate::calibration::Verdict;
+use crate::calibration::{
+    Verdict,
+    files::{BoardEntry, MarkersEntry},
+};
 
 /// Headings of the page, in its order, with the names by which a link reaches them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -313,8 +316,17 @@ pub mod name {
 }
 
 /// The board in words.
-pub fn board(columns: u32, rows: u32, square: &str) -> String {
-    format!("{columns}×{rows} inner corners, squares of {square} mm")
+pub fn board(board: &BoardEntry) -> String {
+    let BoardEntry { columns, rows, square_mm, markers } = board;
+    match markers {
+        None => format!("{columns}×{rows} inner corners, squares of {square_mm} mm"),
+        Some(MarkersEntry { dictionary, side_mm }) => format!(
+            "ChArUco, {}×{} squares of {square_mm} mm, {dictionary}, markers of {} mm",
+            columns + 1,
+            rows + 1,
+            (1000.0 * side_mm).round() / 1000.0
+        ),
+    }
 }
 
 /// Size of the picture.

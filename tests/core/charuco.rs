@@ -4,17 +4,20 @@ use std::path::Path;
 
 use boresight::{
     board::Checkerboard,
-    calibration::{CalibrationParams, calibrate},
+    calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
     detection::{Detector, DetectorParams, Miss},
+    frame::ImageSize,
     geometry::{Corner, seen_count},
     markers::{Dictionary, Markers},
     simulation::{Scene, render_view},
     target::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
+    text,
 };
 use image::{GrayImage, Luma, imageops::FilterType};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::json;
 
 /// A board of so many *squares*.
 fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Checkerboard {
@@ -270,6 +273,20 @@ fn a_board_with_other_markers_is_said_to_have_them() {
     let plain = Detector::new(DetectorParams::default())
         .detect(&plain, &board([10, 7], "DICT_4X4_50", 0.75));
     assert!(matches!(plain, Err(Miss::OtherMarkers { markers: 0 })), "{plain:?}");
+}
+
+#[test]
+fn a_calibration_names_the_markers_of_its_board() {
+    let board = board([8, 11], "DICT_4X4_50", 0.75);
+    let size = ImageSize { width_px: 1280, height_px: 720 };
+    let file =
+        CalibrationFile::of(Err(&NotCalibrated::NoViews), size, &board, &[], text::FINDING_WORDS);
+    let json = file.to_json().expect("JSON");
+    let markers = json!({ "dictionary": "DICT_4X4_50", "side_mm": 15.0 });
+    assert_eq!(json["board"]["markers"], markers);
+    let read = CalibrationFile::read(&json).expect("whole");
+    let words = text::report::board(&read.board.expect("a board"));
+    assert_eq!(words, "ChArUco, 8×11 squares of 20 mm, DICT_4X4_50, markers of 15 mm");
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn the_command_writes_and_says_what_to_do() {
     assert!(written("checkerboard-9x6-20mm.pdf").starts_with(b"%PDF-"));
     let charuco = ["--board", "charuco:8x11:DICT_4X4_50", "--square", "20mm"];
     says(&charuco, 0, &["charuco-8x11-20mm-DICT_4X4_50.pdf"]);
-    says(&["--board", "charuco:12x12:DICT_4X4_50"], 1, &["72 markers", "only 50"]);
+    says(&["--board", "charuco:12x12:DICT_4X4_50"], 2, &["72 markers", "only 50"]);
     says(&["--out", "board.svg", "--paper", "letter"], 0, &[]);
     assert!(written("board.svg").starts_with(b"<svg"));
     says(&["--paper", "A3", "--out", "board.PNG", "--dpi", "72"], 0, &[]);

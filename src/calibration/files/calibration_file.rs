@@ -80,7 +80,7 @@ pub struct CalibrationFile {
 }
 
 /// The board in front of the camera.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BoardEntry {
     /// Inner corners in a row.
@@ -89,6 +89,19 @@ pub struct BoardEntry {
     pub rows: u32,
     /// Side of a square in millimetres.
     pub square_mm: f64,
+    /// The markers in its light squares; none on a plain board.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub markers: Option<MarkersEntry>,
+}
+
+/// Markers of a ChArUco board.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct MarkersEntry {
+    /// Name of their dictionary, such as `DICT_4X4_50`.
+    pub dictionary: String,
+    /// Side of a marker, with its black frame, in millimetres.
+    pub side_mm: f64,
 }
 
 /// One finding in words.
@@ -497,10 +510,10 @@ impl CalibrationFile {
             .find(|verdict| verdict.code() == self.verdict)
     }
 
-    /// The board; `None` if the file has none, or one that cannot be.
+    /// The board's corners, without its markers; `None` if the file has no board, or one that cannot be.
     pub fn checkerboard(&self) -> Option<Checkerboard> {
-        let BoardEntry { columns, rows, square_mm } = self.board?;
-        let count = |count: u32| u16::try_from(count).ok();
+        let BoardEntry { columns, rows, square_mm, .. } = self.board.as_ref()?;
+        let count = |count: &u32| u16::try_from(*count).ok();
         Checkerboard::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()
     }
 

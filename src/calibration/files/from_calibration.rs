@@ -6,7 +6,8 @@ use super::{
     calibration_file::{
         AcceptanceEntry, BoardEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile,
         CandidateEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry,
-        LineEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
+        LineEntry, MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
+        ViewEntry,
     },
     named_covariance::NamedCovariance,
 };
@@ -98,6 +99,10 @@ impl CalibrationFile {
                 columns: count(board.columns()),
                 rows: count(board.rows()),
                 square_mm: 1000.0 * board.square_m(),
+                markers: board.markers().map(|markers| MarkersEntry {
+                    dictionary: markers.dictionary.to_string(),
+                    side_mm: 1000.0 * board.square_m() * markers.side_squares,
+                }),
             }),
             verdict: Verdict::Untrustworthy.code().into(),
             findings: Vec::new(),

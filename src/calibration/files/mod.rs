@@ -26,7 +26,7 @@ mod schema;
 pub use calibration_file::{
     AcceptanceEntry, BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CameraEntry, CandidateEntry,
     DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry, LineEntry,
-    PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
+    MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
 };
 pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow, VisibleEntry};
 pub use from_calibration::{FindingWords, ViewName};

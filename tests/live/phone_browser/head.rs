@@ -296,8 +296,8 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
         println!("{}: board {}", folder.display(), result["board"]);
         assert_eq!(result["board"]["columns"], board[0]);
         assert_eq!(result["board"]["rows"], board[1]);
-        let has_markers = result["board"].to_string().contains("DICT_4X4_50");
-        assert_eq!(has_markers, board == [7, 5], "{}", result["board"]);
+        let dictionary = &result["board"]["markers"]["dictionary"];
+        assert_eq!(dictionary == "DICT_4X4_50", board == [7, 5], "{}", result["board"]);
         assert!(!result.to_string().contains(PASSWORD));
     }
 
