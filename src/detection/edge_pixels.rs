@@ -109,12 +109,12 @@ impl Pixels {
                 let d1 = (dy * c1 - dx * s1) * inverse_s;
                 let d2 = (dy * c2 - dx * s2) * inverse_s;
                 // Twice the share of a frame's darkness, across each edge to both sides.
-                let one1 = 1.0 + erf(d1 - gap1).0;
-                let two1 = 1.0 + erf(-d1 - gap1).0;
-                let one2 = 1.0 + erf(d2 - gap2).0;
-                let two2 = 1.0 + erf(-d2 - gap2).0;
+                let above1 = 1.0 + erf(d1 - gap1).0;
+                let below1 = 1.0 + erf(-d1 - gap1).0;
+                let above2 = 1.0 + erf(d2 - gap2).0;
+                let below2 = 1.0 + erf(-d2 - gap2).0;
                 let light = 0.5 * a.abs() * (1.0 + gx * dx + gy * dy);
-                *frames = light * (one1 * one2 + two1 * two2);
+                *frames = light * (above1 * above2 + below1 * below2);
             }
             let added = self.frames[start..end].iter_mut().zip(&row);
             for (value, (added, frames)) in self.value[start..end].iter_mut().zip(added) {

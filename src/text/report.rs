@@ -319,9 +319,9 @@ pub mod name {
 pub fn board(board: &BoardEntry) -> String {
     let BoardEntry { columns, rows, square_mm, markers } = board;
     match markers {
-        None => format!("{columns}×{rows} inner corners, squares of {square_mm} mm"),
+        None => format!("{columns} × {rows} inner corners, squares of {square_mm} mm"),
         Some(MarkersEntry { dictionary, side_mm }) => format!(
-            "ChArUco, {}×{} squares of {square_mm} mm, {dictionary}, markers of {} mm",
+            "ChArUco, {} × {} squares of {square_mm} mm, {dictionary}, markers of {} mm",
             columns + 1,
             rows + 1,
             (1000.0 * side_mm).round() / 1000.0

@@ -286,7 +286,7 @@ fn a_calibration_names_the_markers_of_its_board() {
     assert_eq!(json["board"]["markers"], markers);
     let read = CalibrationFile::read(&json).expect("whole");
     let words = text::report::board(&read.board.expect("a board"));
-    assert_eq!(words, "ChArUco, 8×11 squares of 20 mm, DICT_4X4_50, markers of 15 mm");
+    assert_eq!(words, "ChArUco, 8 × 11 squares of 20 mm, DICT_4X4_50, markers of 15 mm");
 }
 
 #[test]
