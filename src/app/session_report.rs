@@ -327,6 +327,7 @@ fn miss_code(miss: &Miss) -> &'static str {
         Miss::Glare { .. } => "glare",
         Miss::OtherBoard { .. } => "other_board",
         Miss::OtherMarkers { .. } => "other_markers",
+        Miss::OtherSquares { .. } => "other_squares",
         Miss::TooSmall { .. } => "too_small",
         Miss::Blurred { .. } => "blurred",
         Miss::LowContrast { .. } => "low_contrast",

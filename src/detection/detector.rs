@@ -4,10 +4,11 @@ use image::GrayImage;
 
 use super::{
     grid_search::GridSearch,
+    marker_cells::Polarity,
     outcome::{Detection, Miss},
     params::DetectorParams,
     picture_quality,
-    reduce::{Grow, Halved, double, grow, halve},
+    reduce::{Grow, Halved, double, grow, halve, negate},
     refine::Refiner,
     track::{Prediction, Tracker},
 };
@@ -69,6 +70,8 @@ pub struct Detector {
     /// A level in which dark or light squares were grown, or that was doubled, and a buffer for that.
     grown: GrayImage,
     grown_rows: Vec<u8>,
+    /// The picture with black and white exchanged, if the board is printed white on black.
+    negative: GrayImage,
     grids: GridSearch,
     /// Corners in the full picture, as the search found them.
     rough: Vec<Option<[f64; 2]>>,
@@ -174,15 +177,24 @@ impl Detector {
             if matches!(pass, Pass::Grown(..)) && !may_be_grown(&best_miss) {
                 break;
             }
+            // A coarser picture would hide the markers that contradict.
+            if matches!(best_miss, Miss::OtherSquares { .. }) {
+                break;
+            }
             let halved = pass.halved();
             self.expected.clear();
             if let Some(near) = search.near.filter(|near| near.names_corners) {
                 self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
             }
-            let found = self.search_pass(image, pass, board, search.keep_on).and_then(|()| {
+            let found = self.search_pass(image, pass, board, search.keep_on).and_then(|polarity| {
                 self.rough.clear();
                 let full_px = |corner: &Option<[f32; 2]>| corner.map(|at| halved.full_px(at));
                 self.rough.extend(self.grids.corners().iter().map(full_px));
+                let mut image = image;
+                if polarity == Polarity::Negative {
+                    negate(image, &mut self.negative);
+                    image = &self.negative;
+                }
                 self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
             });
             let is_coarse = matches!(pass, Pass::Grown(..)) || pass.level() > primary;
@@ -298,7 +310,7 @@ impl Detector {
         pass: Pass,
         board: &Checkerboard,
         keep_on: &dyn Fn() -> bool,
-    ) -> Result<(), Miss> {
+    ) -> Result<Polarity, Miss> {
         let Self { params, levels, grown, grown_rows, grids, expected, .. } = self;
         let at = |level: usize| if level == 0 { image } else { &levels[level - 1] };
         let picture = match pass {

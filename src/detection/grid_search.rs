@@ -8,6 +8,7 @@ use super::{
     junction::{self, Junction},
     lattice::Lattice,
     marked_board::name_corners,
+    marker_cells::Polarity,
     outcome::Miss,
     params::DetectorParams,
     response::{Peak, peaks as find_peaks, respond},
@@ -50,7 +51,8 @@ impl GridSearch {
     }
 
     /// Searches `picture`, each of whose pixels is `full_px` wide in the full-size picture, for `board`. Corners that are
-    /// `expected` somewhere (none, or all of the board) say which part of a board is seen.
+    /// `expected` somewhere (none, or all of the board) say which part of a board is seen. Returns the polarity of its
+    /// markers, if it has some.
     ///
     /// # Errors
     ///
@@ -62,13 +64,16 @@ impl GridSearch {
         params: &DetectorParams,
         expected: &[[f32; 2]],
         keep_on: &dyn Fn() -> bool,
-    ) -> Result<(), Miss> {
+    ) -> Result<Polarity, Miss> {
         self.start(picture, params);
         if !keep_on() {
             return Err(Miss::OutOfTime);
         }
         match board.markers() {
-            None => self.match_grids(picture, board, params.max_seeds, expected, keep_on),
+            None => {
+                self.match_grids(picture, board, params.max_seeds, expected, keep_on)?;
+                Ok(Polarity::Positive)
+            }
             Some(markers) => {
                 self.read_grids((picture, full_px), (board, markers), params.max_seeds, keep_on)
             }
@@ -132,7 +137,7 @@ impl GridSearch {
         (board, markers): (&Checkerboard, Markers),
         max_seeds: usize,
         keep_on: &dyn Fn() -> bool,
-    ) -> Result<(), Miss> {
+    ) -> Result<Polarity, Miss> {
         let Self { junctions, grower, lattice, corners, .. } = self;
         let limits = grid_limits(board);
         let mut best_miss = Miss::NoBoard;
@@ -144,7 +149,7 @@ impl GridSearch {
                 continue;
             }
             match name_corners(picture, lattice, board, markers, corners) {
-                Ok(()) => return Ok(()),
+                Ok(polarity) => return Ok(polarity),
                 Err(miss) => {
                     let square_px = lattice.mean_height() * full_px;
                     best_miss = best_miss.or_closer(or_too_small(miss, markers, square_px));

@@ -8,6 +8,7 @@ use super::{
     board_match::{inside, prune},
     colours::colour_step_within,
     lattice::{Lattice, Node, axes, height},
+    marker_cells::Polarity,
     marker_votes::{Candidate, Reading, Verdict, place, read_markers},
     missing::cut_off_by,
     outcome::Miss,
@@ -31,18 +32,19 @@ const GAP_SHARE: f32 = 0.9;
 const LEAST_CORNERS: usize = 4;
 
 /// Writes the grid's corners to `into`, row by row in the board's numbering, with those beside them that the picture
-/// shows; `None` for those that aren't seen.
+/// shows; `None` for those that aren't seen. Returns the polarity of the board.
 ///
 /// # Errors
 ///
-/// [`Miss::OtherMarkers`] if there are markers, but not the board's, or none; [`Miss::PartialBoard`] if too few are seen.
+/// [`Miss::OtherMarkers`] if there are markers, but not the board's, or none; [`Miss::OtherSquares`] if they are the
+/// board's, but elsewhere; [`Miss::PartialBoard`] if too few are seen.
 pub(super) fn name_corners(
     image: &GrayImage,
     lattice: &mut Lattice,
     board: &Checkerboard,
     markers: Markers,
     into: &mut Vec<Option<[f32; 2]>>,
-) -> Result<(), Miss> {
+) -> Result<Polarity, Miss> {
     prune(lattice);
     let readings = read_markers(image, lattice, markers);
     let partial = |lattice: &Lattice| Miss::PartialBoard {
@@ -53,6 +55,7 @@ pub(super) fn name_corners(
     let best = match place(&readings, lattice, board, markers) {
         Verdict::Clear(best) => best,
         Verdict::Ambiguous => return Err(partial(lattice)),
+        Verdict::OtherSquares => return Err(Miss::OtherSquares { markers: readings.len() }),
         Verdict::Unexplained => {
             let seen = readings.iter().filter(|reading| reading.is_sure).count();
             let is_other = seen >= LEAST_OTHER || (seen == 0 && lattice.len() >= LEAST_PLAIN);
@@ -78,7 +81,7 @@ pub(super) fn name_corners(
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     let places = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
     into.extend(places.map(|place| lattice.get(best.placement.node(place))));
-    Ok(())
+    Ok(best.polarity)
 }
 
 /// Drops corners outside of the board, and those that touch only squares with other markers than the board's.

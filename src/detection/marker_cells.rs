@@ -18,15 +18,22 @@ const WITHIN_CELL: [[f32; 2]; 5] = [[0.0, 0.0], [-0.2, -0.2], [0.2, -0.2], [0.2,
 /// Places along a side of the square, between it and the marker.
 const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];
 
+/// What the squares around markers are: light, or dark on a board that is printed white on black.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Polarity {
+    Positive,
+    Negative,
+}
+
 /// The white cells of the marker in a square whose corners are `quad_px`, clockwise from the first: row by row from the
-/// highest bit, without the frame, rows along the first side.
+/// highest bit, without the frame, rows along the first side. In a negative, the black cells.
 ///
-/// `None` if the square isn't white around a black frame, or isn't seen whole.
+/// `None` if the square isn't white around a black frame, nor black around a white one, or isn't seen whole.
 pub(super) fn read_cells(
     image: &GrayImage,
     quad_px: [[f32; 2]; 4],
     markers: Markers,
-) -> Option<u64> {
+) -> Option<(Polarity, u64)> {
     let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
     let is_seen = |[x, y]: &[f32; 2]| (0.0..=right).contains(x) && (0.0..=bottom).contains(y);
     if !quad_px.iter().all(is_seen) {
@@ -59,8 +66,10 @@ pub(super) fn read_cells(
         dark += cells[row][column] / (4 * last) as f32;
     }
     let middle = 0.5 * (white + dark);
-    let light = frame().filter(|[column, row]| cells[*row][*column] > middle).count();
-    if white - dark < LEAST_CONTRAST || light * FRAME_SHARE > 4 * last {
+    let polarity = if white > dark { Polarity::Positive } else { Polarity::Negative };
+    let is_white = |value: f32| (value > middle) == (polarity == Polarity::Positive);
+    let light = frame().filter(|[column, row]| is_white(cells[*row][*column])).count();
+    if (white - dark).abs() < LEAST_CONTRAST || light * FRAME_SHARE > 4 * last {
         return None;
     }
     let inside = || (1..last).flat_map(|row| (1..last).map(move |column| [column, row]));
@@ -75,10 +84,10 @@ pub(super) fn read_cells(
             + cells[row + 1][column];
         let value = cells[row][column];
         let sharp = value + SHARPENING * (value - 0.25 * beside);
-        code = code << 1 | u64::from(sharp > middle);
+        code = code << 1 | u64::from(is_white(sharp));
     }
     // Beside light squares, a dark one looks framed. No marker is all black.
-    (code != 0).then_some(code)
+    (code != 0).then_some((polarity, code))
 }
 
 /// Maps the unit square to a quadrilateral in the picture (Heckbert 1989, section 2.2.3).

@@ -8,7 +8,7 @@ use image::GrayImage;
 
 use super::{
     lattice::{Lattice, Node},
-    marker_cells::read_cells,
+    marker_cells::{Polarity, read_cells},
     placement::{Placement, TURNS},
 };
 use crate::{
@@ -30,10 +30,15 @@ const MOST_PLACEMENTS: usize = 8;
 const MORE_OUTSIDE: usize = 4;
 /// Least number of markers that agree for each one that doesn't.
 const AGREEING_PER_CONFLICT: usize = 2;
+/// It's another board, one with another number of columns or rows as a rule, if this many markers of the dictionary are
+/// where it has others or none.
+const LEAST_OTHERS: usize = 2;
+
 /// A marker that was read in a square of the grid.
 pub(super) struct Reading {
     /// The square's node with the lowest steps along both axes.
     pub(super) node: Node,
+    polarity: Polarity,
     /// White cells in the grid's axes, and in those turned by each of [`TURNS`].
     codes: [u64; 4],
     /// Whether the grid has at least three of the square's corners.
@@ -43,6 +48,7 @@ pub(super) struct Reading {
 /// A placement, and how well it explains what was read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
+    pub(super) polarity: Polarity,
     turn: usize,
     pub(super) placement: Placement,
     layout: Layout,
@@ -51,6 +57,8 @@ pub(super) struct Candidate {
     bits: f64,
     agreeing: usize,
     conflicts: usize,
+    /// Other markers of the dictionary than the board has there, cell by cell.
+    others: usize,
     /// Corners of the grid that would lie beyond the board's ends.
     outside: usize,
 }
@@ -62,9 +70,10 @@ impl Candidate {
         wrong_cells(self, reading, board, markers).is_some_and(|wrong| wrong <= cells / WRONG_SHARE)
     }
 
-    /// Whether the square towards higher steps along both axes is light.
+    /// Whether the square towards higher steps along both axes is light in the picture.
     pub(super) fn is_light(&self, node: Node, board: &Checkerboard) -> bool {
-        self.layout.is_light(square_at(&self.placement, node), board.squares()[1])
+        let has_marker = self.layout.is_light(square_at(&self.placement, node), board.squares()[1]);
+        has_marker == (self.polarity == Polarity::Positive)
     }
 }
 
@@ -74,10 +83,12 @@ pub(super) enum Verdict {
     /// Several explain it as well: with an even number of rows, both layouts have the same markers but for the first and
     /// last columns.
     Ambiguous,
+    /// Some markers are where the board has them, but others aren't.
+    OtherSquares,
     Unexplained,
 }
 
-/// Reads the squares inside the grid and those around it.
+/// Reads the squares inside the grid and those around it: those of the polarity that most of them have.
 pub(super) fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Markers) -> Vec<Reading> {
     let Some((low, high)) = lattice.extent() else { return Vec::new() };
     let side = markers.dictionary.side_cells();
@@ -91,12 +102,16 @@ pub(super) fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Marker
             }
             let corner = |node: Node| lattice.get(node).or_else(|| Some(lattice.predict(node)?.0));
             let [Some(p), Some(q), Some(r), Some(s)] = nodes.map(corner) else { continue };
-            if let Some(code) = read_cells(image, [p, q, r, s], markers) {
+            if let Some((polarity, code)) = read_cells(image, [p, q, r, s], markers) {
                 let codes = TURNS.map(|turn| turned(code, side, turn));
-                readings.push(Reading { node: (i, j), codes, is_sure: known >= 3 });
+                readings.push(Reading { node: (i, j), polarity, codes, is_sure: known >= 3 });
             }
         }
     }
+    let is_negative = |reading: &Reading| reading.polarity == Polarity::Negative;
+    let negatives = readings.iter().filter(|reading| is_negative(reading)).count();
+    let most_are_negative = 2 * negatives > readings.len();
+    readings.retain(|reading| is_negative(reading) == most_are_negative);
     readings
 }
 
@@ -144,16 +159,18 @@ pub(super) fn place(
         candidate.outside = outside(candidate, lattice, board);
     }
     let most_bits = candidates.iter().map(|it| it.bits).fold(0.0, f64::max);
-    let explains = |it: &&Candidate| {
-        it.bits - searched.max(1.0).log2() >= LEAST_BITS
-            && it.agreeing >= AGREEING_PER_CONFLICT * it.conflicts
-            && most_bits - it.bits < BITS_AHEAD
-    };
+    candidates.retain(|it| most_bits - it.bits < BITS_AHEAD);
+    let is_certain = |it: &Candidate| it.bits - searched.max(1.0).log2() >= LEAST_BITS;
+    let has_others = |it: &Candidate| it.others >= LEAST_OTHERS;
+    let is_other = candidates.iter().any(|it| is_certain(it) && has_others(it));
+    candidates.retain(|it| !has_others(it));
+    let explains =
+        |it: &&Candidate| is_certain(it) && it.agreeing >= AGREEING_PER_CONFLICT * it.conflicts;
     candidates.sort_by_key(|candidate| candidate.outside);
-    let mut best = candidates.iter().filter(explains);
-    let Some(first) = best.next() else { return Verdict::Unexplained };
-    let rivals = candidates.iter().filter(|it| most_bits - it.bits < BITS_AHEAD);
-    let near = rivals.filter(|it| it.outside < first.outside + MORE_OUTSIDE).count();
+    let Some(first) = candidates.iter().find(explains) else {
+        return if is_other { Verdict::OtherSquares } else { Verdict::Unexplained };
+    };
+    let near = candidates.iter().filter(|it| it.outside < first.outside + MORE_OUTSIDE).count();
     if near == 1 { Verdict::Clear(*first) } else { Verdict::Ambiguous }
 }
 
@@ -196,6 +213,7 @@ fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Can
                     match same {
                         Some(candidate) => candidate.votes += 1,
                         None => candidates.push(Candidate {
+                            polarity: reading.polarity,
                             turn,
                             placement,
                             layout: *layout,
@@ -203,6 +221,7 @@ fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Can
                             bits: 0.0,
                             agreeing: 0,
                             conflicts: 0,
+                            others: 0,
                             outside: 0,
                         }),
                     }
@@ -222,7 +241,11 @@ fn judge(candidate: &mut Candidate, readings: &[Reading], board: &Checkerboard, 
                 candidate.bits += bits_beyond_chance(cells, wrong);
             }
             Some(wrong) if wrong <= cells / BLURRED_SHARE => {}
-            _ => candidate.conflicts += usize::from(reading.is_sure),
+            _ => {
+                candidate.conflicts += usize::from(reading.is_sure);
+                candidate.others +=
+                    usize::from(markers.dictionary.has(reading.codes[candidate.turn]));
+            }
         }
     }
 }

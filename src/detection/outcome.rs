@@ -72,6 +72,11 @@ pub enum Miss {
         /// Markers seen, whatever they are.
         markers: usize,
     },
+    /// A board with markers of the named one, but not in the same places: it has another number of columns or rows.
+    OtherSquares {
+        /// Markers seen.
+        markers: usize,
+    },
     /// Squares too small to measure.
     TooSmall {
         /// Shortest side of a square, in pixels.
@@ -113,7 +118,10 @@ impl Miss {
             Self::PartialBoard { found, .. } | Self::Glare { found, .. } => found,
             Self::OtherBoard { columns, rows } => columns * rows,
             Self::OtherMarkers { markers } => 10 + markers,
-            Self::TooSmall { .. } | Self::Blurred { .. } | Self::LowContrast { .. } => 100_000,
+            Self::OtherSquares { .. }
+            | Self::TooSmall { .. }
+            | Self::Blurred { .. }
+            | Self::LowContrast { .. } => 100_000,
         }
     }
 }

@@ -152,6 +152,12 @@ pub(super) enum Grow {
     Light,
 }
 
+/// Exchanges black and white.
+pub(super) fn negate(source: &GrayImage, into: &mut GrayImage) {
+    into.clone_from(source);
+    into.iter_mut().for_each(|level| *level = !*level);
+}
+
 /// Replaces every pixel by the darkest or the lightest one of the 3×3 around it. Where light has spread into the dark
 /// squares, or dark into the light ones, so that squares of one colour no longer touch, they do again.
 pub(super) fn grow(source: &GrayImage, what: Grow, rows: &mut Vec<u8>, into: &mut GrayImage) {

@@ -102,6 +102,11 @@ impl Dictionary {
         Some(bytes.iter().fold(0, |code, byte| code << 8 | u64::from(*byte)))
     }
 
+    /// Whether one of the markers has this [code](Self::code).
+    pub fn has(self, code: u64) -> bool {
+        (0..self.count()).any(|number| self.code(number) == Some(code))
+    }
+
     /// Whether a cell of a marker is black, as all cells of its frame are. Rows and columns count the frame. `None`
     /// without such a marker.
     pub fn is_black(self, number: usize, [column, row]: [usize; 2]) -> Option<bool> {

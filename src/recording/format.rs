@@ -131,6 +131,9 @@ enum SeenLine {
     OtherMarkers {
         markers: usize,
     },
+    OtherSquares {
+        markers: usize,
+    },
     TooSmall {
         square_px: f64,
         needed_px: f64,
@@ -322,6 +325,7 @@ impl From<SeenLine> for Result<Detection, Miss> {
             SeenLine::Glare { found, wanted } => Miss::Glare { found, wanted },
             SeenLine::OtherBoard { columns, rows } => Miss::OtherBoard { columns, rows },
             SeenLine::OtherMarkers { markers } => Miss::OtherMarkers { markers },
+            SeenLine::OtherSquares { markers } => Miss::OtherSquares { markers },
             SeenLine::TooSmall { square_px, needed_px } => Miss::TooSmall { square_px, needed_px },
             SeenLine::Blurred { blur_px, limit_px } => Miss::Blurred { blur_px, limit_px },
             SeenLine::LowContrast { contrast, needed } => Miss::LowContrast { contrast, needed },
@@ -345,6 +349,7 @@ fn miss_to_line(miss: Miss) -> SeenLine {
         Miss::Glare { found, wanted } => SeenLine::Glare { found, wanted },
         Miss::OtherBoard { columns, rows } => SeenLine::OtherBoard { columns, rows },
         Miss::OtherMarkers { markers } => SeenLine::OtherMarkers { markers },
+        Miss::OtherSquares { markers } => SeenLine::OtherSquares { markers },
         Miss::TooSmall { square_px, needed_px } => SeenLine::TooSmall { square_px, needed_px },
         Miss::Blurred { blur_px, limit_px } => SeenLine::Blurred { blur_px, limit_px },
         Miss::LowContrast { contrast, needed } => SeenLine::LowContrast { contrast, needed },

@@ -136,6 +136,8 @@ pub enum Prompt {
     },
     /// Show the board that was chosen: this one has no markers, or different ones.
     OtherMarkers,
+    /// Show the board that was chosen: this one has its markers in other places.
+    OtherSquares,
     /// Bring the board nearer.
     Closer,
     /// Take the board farther away.
@@ -215,6 +217,7 @@ impl Prompt {
             | Self::Glare
             | Self::OtherBoard { .. }
             | Self::OtherMarkers
+            | Self::OtherSquares
             | Self::Blurred
             | Self::Dark
             | Self::Busy
@@ -315,6 +318,7 @@ impl Prompt {
             Miss::Glare { .. } => Self::Glare,
             Miss::OtherBoard { columns, rows } => Self::OtherBoard { columns, rows },
             Miss::OtherMarkers { .. } => Self::OtherMarkers,
+            Miss::OtherSquares { .. } => Self::OtherSquares,
             Miss::TooSmall { .. } => Self::Closer,
             Miss::Blurred { .. } => Self::Blurred,
             Miss::LowContrast { .. } => Self::Dark,

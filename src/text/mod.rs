@@ -77,6 +77,7 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::Glare => "Too much glare. Tilt the board".into(),
         Prompt::OtherBoard { .. } => "This is a different board".into(),
         Prompt::OtherMarkers => "This board has different markers".into(),
+        Prompt::OtherSquares => "This board has different columns and rows".into(),
         Prompt::Closer => "Come closer".into(),
         Prompt::Farther => "Step back a little".into(),
         Prompt::Blurred => "Blurry. Hold still or refocus".into(),
@@ -218,6 +219,10 @@ pub fn miss(miss: &Miss) -> String {
         }
         Miss::OtherMarkers { .. } => {
             "Different markers than the board's. Check the squares and the dictionary in --board"
+                .into()
+        }
+        Miss::OtherSquares { .. } => {
+            "Different board: it has these markers, but in other places. Check the columns and rows in --board"
                 .into()
         }
         Miss::TooSmall { square_px, needed_px } => {

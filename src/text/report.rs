@@ -353,7 +353,7 @@ pub fn refusal_kind(code: &str) -> &str {
         "no_board" | "not_found" => "No board found",
         "partial_board" => "Part of the board hidden or out of view",
         "glare" => "Too much glare",
-        "other_board" => "Different board",
+        "other_board" | "other_squares" => "Different board",
         "other_markers" => "Different markers on the board",
         "too_small" => "Squares too small to measure",
         "blurred" => "Blurred",

@@ -13,7 +13,10 @@ use boresight::{
     target::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
     text,
 };
-use image::{GrayImage, Luma, imageops::FilterType};
+use image::{
+    GrayImage, Luma,
+    imageops::{self, FilterType},
+};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -48,8 +51,8 @@ fn boards_that_opencv_draws_are_found_in_both_layouts() {
         let board = board(squares, dictionary, side_squares);
         let picture = drawn(name);
         for quarter_turns in 0..4 {
-            let turned = (0..quarter_turns)
-                .fold(picture.clone(), |picture, _| image::imageops::rotate90(&picture));
+            let turned =
+                (0..quarter_turns).fold(picture.clone(), |picture, _| imageops::rotate90(&picture));
             let found = Detector::new(DetectorParams::default()).detect(&turned, &board);
             let found = found.unwrap_or_else(|miss| panic!("{name}, {quarter_turns}: {miss:?}"));
             for (index, corner) in found.corners.iter().enumerate() {
@@ -70,13 +73,33 @@ fn boards_that_opencv_draws_are_found_in_both_layouts() {
     }
 }
 
+/// Printed white on black, on a dark sheet or shown by a dark page.
+#[test]
+fn boards_are_found_in_the_negative_with_the_same_corners() {
+    for (name, squares, dictionary, side_squares) in DRAWN {
+        let board = board(squares, dictionary, side_squares);
+        let find = |picture: &GrayImage| {
+            let found = Detector::new(DetectorParams::default()).detect(picture, &board);
+            found.unwrap_or_else(|miss| panic!("{name}: {miss:?}")).corners
+        };
+        let mut picture = drawn_small(name, 30.0, 0.8);
+        let positive = find(&picture);
+        imageops::invert(&mut picture);
+        let negative = find(&picture);
+        for (one, other) in positive.iter().zip(&negative) {
+            let apart_px = (one.px - other.px).norm();
+            assert!(one.is_seen() && apart_px < 0.01, "{name}: {apart_px} px");
+        }
+    }
+}
+
 /// A drawn board with squares of `square_px`, blurred by a Gaussian of `blur_px`.
 fn drawn_small(name: &str, square_px: f64, blur_px: f32) -> GrayImage {
     let picture = drawn(name);
     let scaled = |length: u32| (f64::from(length) * square_px / DRAWN_SQUARE_PX).round() as u32;
     let (width, height) = (scaled(picture.width()), scaled(picture.height()));
-    let small = image::imageops::resize(&picture, width, height, FilterType::Triangle);
-    image::imageops::blur(&small, blur_px)
+    let small = imageops::resize(&picture, width, height, FilterType::Triangle);
+    imageops::blur(&small, blur_px)
 }
 
 /// Half a cell of blur leaves a single white cell among black ones darker than the middle between both.
@@ -124,7 +147,7 @@ fn which_layout_a_board_has_shows_in_its_markers_or_its_ends() {
     let (end_px, height) = (7 * square_px / 10, whole.height());
     for left in [square_px, whole.width() - square_px - end_px] {
         let strip = GrayImage::from_pixel(end_px, height, image::Luma([255]));
-        image::imageops::replace(&mut covered, &strip, i64::from(left), 0);
+        imageops::replace(&mut covered, &strip, i64::from(left), 0);
     }
     let found = find(&covered).expect("every corner is seen");
     for (index, corner) in found.corners.iter().enumerate().filter(|(_, it)| it.is_seen()) {
@@ -135,7 +158,7 @@ fn which_layout_a_board_has_shows_in_its_markers_or_its_ends() {
     }
     // Without the ends, nothing tells.
     let width = whole.width() - 5 * square_px;
-    let middle = image::imageops::crop_imm(&whole, 5 * square_px / 2, 0, width, height).to_image();
+    let middle = imageops::crop_imm(&whole, 5 * square_px / 2, 0, width, height).to_image();
     let miss = find(&middle).expect_err("two layouts explain it");
     assert!(matches!(miss, Miss::PartialBoard { .. }), "{miss:?}");
 }
@@ -264,14 +287,21 @@ fn every_corner_that_is_found_has_its_number() {
 #[test]
 fn a_board_with_other_markers_is_said_to_have_them() {
     let picture = drawn(DRAWN[0].0);
-    let detect =
-        |board: &Checkerboard| Detector::new(DetectorParams::default()).detect(&picture, board);
-    let other = detect(&board([8, 11], "DICT_5X5_100", 0.75));
+    let find = |picture: &GrayImage, board: &Checkerboard| {
+        Detector::new(DetectorParams::default()).detect(picture, board)
+    };
+    let other = find(&picture, &board([8, 11], "DICT_5X5_100", 0.75));
     assert!(matches!(other, Err(Miss::OtherMarkers { markers: 3.. })), "{other:?}");
+    // One column more: the markers in the first two rows are where they would be, those in the third are not. That in the
+    // corner of the board has one corner only, and is not read.
+    let top = imageops::crop_imm(&picture, 0, 0, picture.width(), 176).to_image();
+    let found = find(&top, &board([8, 11], "DICT_4X4_50", 0.75)).expect("three rows of corners");
+    assert_eq!(seen_count(&found.corners), 21);
+    let wider = find(&top, &board([9, 11], "DICT_4X4_50", 0.75));
+    assert!(matches!(wider, Err(Miss::OtherSquares { markers: 11 })), "{wider:?}");
     let scene = Scene { clutter: 0.0, ..Scene::default_720p(3) };
     let plain = render_view(&scene, &Isometry3::translation(0.0, 0.0, 0.3));
-    let plain = Detector::new(DetectorParams::default())
-        .detect(&plain, &board([10, 7], "DICT_4X4_50", 0.75));
+    let plain = find(&plain, &board([10, 7], "DICT_4X4_50", 0.75));
     assert!(matches!(plain, Err(Miss::OtherMarkers { markers: 0 })), "{plain:?}");
 }
 

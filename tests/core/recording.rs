@@ -339,6 +339,7 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
         (3..99_usize, 3..99_usize)
             .prop_map(|(columns, rows)| Err(Miss::OtherBoard { columns, rows })),
         (0_usize..50).prop_map(|markers| Err(Miss::OtherMarkers { markers })),
+        (0_usize..50).prop_map(|markers| Err(Miss::OtherSquares { markers })),
         (0..99_usize, 1..99_usize).prop_map(|(found, wanted)| Err(Miss::Glare { found, wanted })),
     ]
 }
