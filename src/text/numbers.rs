@@ -20,7 +20,11 @@ pub fn principal_point(snapshot: &Snapshot) -> String {
 
 /// A standard deviation to two significant digits at most.
 pub(super) fn small(sd: f64) -> String {
-    if sd < 0.095 { format!("{sd:.2}") } else { format!("{sd:.1}") }
+    match sd {
+        tiny if tiny < 0.0095 => format!("{sd:.3}"),
+        small if small < 0.095 => format!("{sd:.2}"),
+        _ => format!("{sd:.1}"),
+    }
 }
 
 /// Focal length: "980.0 ± 0.2 px".
