@@ -117,6 +117,16 @@ impl BoardArguments {
         Ok(config)
     }
 
+    /// As `--board charuco:8x11:DICT_4X4_50`, which fits upright paper.
+    pub(super) fn name_charuco(&mut self) {
+        self.board = Some(BoardSize {
+            columns: 7,
+            rows: 10,
+            dictionary: Some(Dictionary::default()),
+            marker: None,
+        });
+    }
+
     /// Whether any of them is given.
     #[cfg(feature = "window")]
     pub(super) fn says_something(&self) -> bool {

@@ -34,10 +34,14 @@ use crate::{
 pub(super) struct Arguments {
     #[command(flatten)]
     board: BoardArguments,
+    /// Kind of board, with the usual number of squares. For another number, use --board.
+    #[arg(long, value_enum, ignore_case = true, conflicts_with = "board")]
+    kind: Option<Kind>,
     /// Paper or screen; landscape or portrait, whichever fits best.
     #[arg(long, value_enum, default_value = "a4", ignore_case = true)]
     paper: Medium,
-    /// File to write: *.pdf, *.svg or *.png [default: checkerboard-CxR-SQUARE.pdf, or .png for a screen].
+    /// File to write: *.pdf, *.svg or *.png [default: named after the board, such as checkerboard-9x6-25mm.pdf; .png for
+    /// a screen].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Pixels per inch of a PNG [default: 300] or of the screen (required): its width in pixels divided by its width
@@ -59,6 +63,14 @@ pub(super) struct Arguments {
     /// Print the details as JSON on stdout.
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// 9x6 inner corners, as without --kind.
+    Checkerboard,
+    /// A ChArUco board, of which any part can be seen: charuco:8x11:DICT_4X4_50.
+    Charuco,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -87,7 +99,8 @@ Examples:
   boresight target --board 9x6 --paper a4 --out board.pdf
   boresight target --board 11x8 --square 30mm --paper a3
   boresight target --board 9x6 --paper screen --dpi 92
-  boresight target --board charuco:8x11:DICT_4X4_50 --paper a4";
+  boresight target --kind charuco
+  boresight target --board charuco:5x7:DICT_5X5_100:30mm --square 40mm --paper a3";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
@@ -123,7 +136,11 @@ impl Arguments {
     }
 
     fn plan(&self) -> anyhow::Result<Plan> {
-        let config = self.board.config()?.board;
+        let mut board = self.board.clone();
+        if self.kind == Some(Kind::Charuco) {
+            board.name_charuco();
+        }
+        let config = board.config()?.board;
         let asked_mm = self.board.says_square()?.then_some(config.square_mm);
         let square = asked_mm.map_or(Square::Largest, |mm| Square::Exactly { mm });
         let pages = match self.paper {

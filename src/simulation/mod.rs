@@ -28,6 +28,7 @@ mod blur;
 #[cfg(all(target_os = "linux", feature = "live", any(test, feature = "simulated-kernel")))]
 pub mod kernel;
 mod print;
+mod printed_markers;
 mod renderer;
 mod rng_stream;
 mod scene;

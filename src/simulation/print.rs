@@ -2,10 +2,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2};
 
-use crate::{
-    board::Checkerboard,
-    markers::{Layout, Markers},
-};
+use super::printed_markers::{CellCorner, Cells, PrintedMarkers};
+use crate::board::Checkerboard;
 
 /// White paper around the squares, in squares.
 const MARGIN: f32 = 0.8;
@@ -21,7 +19,7 @@ pub(super) struct Print {
     across: f32,
     down: f32,
     square_m: f64,
-    markers: Option<Markers>,
+    markers: Option<PrintedMarkers>,
     offsets_x: Vec<f32>,
     offsets_y: Vec<f32>,
 }
@@ -42,7 +40,7 @@ struct Spot {
 }
 
 /// What is seen around a point of the sheet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Patch {
     /// Only what is behind the sheet.
     Backdrop,
@@ -52,6 +50,8 @@ pub(super) enum Patch {
     Light,
     /// Squares only, and at most one line of the grid in each direction.
     Crossing,
+    /// At most four cells of a marker, around this corner of theirs.
+    Cells(CellCorner),
     /// Anything else.
     Mixed,
 }
@@ -82,7 +82,7 @@ impl Print {
             across: (board.columns() + 1) as f32,
             down: (board.rows() + 1) as f32,
             square_m: board.square_m(),
-            markers: board.markers(),
+            markers: board.markers().map(|markers| PrintedMarkers::new(board, &markers)),
             offsets_x,
             offsets_y,
         }
@@ -139,13 +139,17 @@ impl Print {
         if inside(du, dv) {
             let (line_u, line_v) = (nearest_integer(u), nearest_integer(v));
             if (u - line_u).abs() > du && (v - line_v).abs() > dv {
-                return if self.may_show_marker(u, v, du, dv) {
-                    Patch::Mixed
-                } else {
-                    self.flat(u, v)
+                let markers = self.markers.as_ref().filter(|_| is_light(u, v));
+                return match markers.map_or(Cells::One, |markers| markers.around(u, v, du, dv)) {
+                    Cells::One => self.flat(u, v),
+                    Cells::Four(corner) => Patch::Cells(corner),
+                    Cells::More => Patch::Mixed,
                 };
             }
-            if self.may_show_marker(u, v, du, dv) {
+            let reaches = |markers: &PrintedMarkers| {
+                markers.may_reach((u - line_u).abs(), (v - line_v).abs(), du, dv)
+            };
+            if self.markers.as_ref().is_some_and(reaches) {
                 return Patch::Mixed;
             }
             return if du < 0.45 && dv < 0.45 { Patch::Crossing } else { Patch::Mixed };
@@ -200,6 +204,23 @@ impl Print {
                 let dark = if same_is_dark { same } else { 1.0 - same };
                 Share { dark, light: 1.0 - dark }
             }
+            Patch::Cells(corner) => {
+                let [from_u, from_v] = [spot.u - corner.at[0], spot.v - corner.at[1]];
+                let (mut left, mut above, mut both) = (0_u32, 0_u32, 0_u32);
+                for (x, y) in xs.iter().zip(ys) {
+                    let is_left = from_u + spot.by_x[0] * x + spot.by_y[0] * y < 0.0;
+                    let is_above = from_v + spot.by_x[1] * x + spot.by_y[1] * y < 0.0;
+                    left += u32::from(is_left);
+                    above += u32::from(is_above);
+                    both += u32::from(is_left & is_above);
+                }
+                let all = xs.len() as u32;
+                let counts = [both, above - both, left - both, all + both - left - above];
+                let dark: u32 =
+                    counts.iter().zip(corner.black).filter(|(_, b)| *b).map(|(n, _)| n).sum();
+                let dark = dark as f32 / one;
+                Share { dark, light: 1.0 - dark }
+            }
             Patch::Mixed => {
                 let (mut dark, mut light) = (0.0, 0.0);
                 for (x, y) in xs.iter().zip(ys) {
@@ -208,7 +229,7 @@ impl Print {
                     match self.at(u, v) {
                         Patch::Dark => dark += 1.0,
                         Patch::Light => light += 1.0,
-                        Patch::Backdrop | Patch::Crossing | Patch::Mixed => {}
+                        Patch::Backdrop | Patch::Crossing | Patch::Cells(_) | Patch::Mixed => {}
                     }
                 }
                 Share { dark: dark / one, light: light / one }
@@ -229,39 +250,12 @@ impl Print {
     /// The colour at a point inside the pattern.
     #[inline]
     fn flat(&self, u: f32, v: f32) -> Patch {
-        if (u as i32 + v as i32) & 1 == 0 || self.is_on_marker(u, v) {
+        let on_marker = |markers: &PrintedMarkers| markers.is_black(u, v);
+        if !is_light(u, v) || self.markers.as_ref().is_some_and(on_marker) {
             Patch::Dark
         } else {
             Patch::Light
         }
-    }
-
-    /// Whether part of a marker may lie within `du`, `dv` squares around `(u, v)`.
-    #[inline]
-    fn may_show_marker(&self, u: f32, v: f32, du: f32, dv: f32) -> bool {
-        let Some(markers) = self.markers else { return false };
-        let gap = markers.gap_squares() as f32;
-        let from_line = |at: f32| (at - nearest_integer(at)).abs();
-        from_line(u) > gap - du && from_line(v) > gap - dv
-    }
-
-    /// Whether a point in a light square is on a black cell of its marker.
-    fn is_on_marker(&self, u: f32, v: f32) -> bool {
-        let Some(markers) = self.markers else { return false };
-        let side = markers.dictionary.side_cells() + 2;
-        let cell = markers.side_squares as f32 / side as f32;
-        let gap = markers.gap_squares() as f32;
-        let [column, row] = [u, v].map(|at| ((at.fract() - gap) / cell).floor());
-        let on_marker = 0.0..side as f32;
-        if !on_marker.contains(&column) || !on_marker.contains(&row) {
-            return false;
-        }
-        let size = [self.across as usize, self.down as usize];
-        let number = Layout::Present.marker_at([u as usize, v as usize], size);
-        let is_black = |number| {
-            markers.dictionary.is_black(number, [column as usize, row as usize]) == Some(true)
-        };
-        number.is_some_and(is_black)
     }
 }
 
@@ -299,6 +293,12 @@ impl SheetView {
         };
         Some(Spot { u, v, by_x: change(pixel.by_x), by_y: change(pixel.by_y) })
     }
+}
+
+/// Whether a point inside the pattern is in a light square.
+#[inline]
+fn is_light(u: f32, v: f32) -> bool {
+    (u as i32 + v as i32) & 1 == 1
 }
 
 /// Nearest integer by adding a number whose last bit is worth one; for `|x| < 2²²`.

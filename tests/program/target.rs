@@ -38,6 +38,8 @@ fn the_command_writes_and_says_what_to_do() {
     assert!(written("checkerboard-9x6-20mm.pdf").starts_with(b"%PDF-"));
     let charuco = ["--board", "charuco:8x11:DICT_4X4_50", "--square", "20mm"];
     says(&charuco, 0, &["charuco-8x11-20mm-DICT_4X4_50.pdf"]);
+    says(&["--kind", "charuco"], 0, &["charuco-8x11-21mm-DICT_4X4_50.pdf", "--board charuco:8x11"]);
+    says(&["--kind", "charuco", "--board", "9x6"], 2, &["--kind", "--board"]);
     says(&["--board", "charuco:12x12:DICT_4X4_50"], 2, &["72 markers", "only 50"]);
     says(&["--out", "board.svg", "--paper", "letter"], 0, &[]);
     assert!(written("board.svg").starts_with(b"<svg"));
