@@ -85,11 +85,11 @@ pub(super) fn match_board(
         // One row and one column fewer, and neither cut off: whoever named the board has counted its squares.
         let smaller = [(columns - 1, rows - 1), (rows - 1, columns - 1)].contains(&(width, height));
         let miscounted = smaller && whole && expected.is_empty() && !is_glaring;
-        if (larger || miscounted) && cut_off_by.is_none() {
-            return Err(other_board((width, height)));
-        }
         if place_part(image, lattice, board, expected, into) {
             return Ok(());
+        }
+        if (larger || miscounted) && cut_off_by.is_none() {
+            return Err(other_board((width, height)));
         }
         if is_glaring {
             return Err(Miss::Glare { found, wanted });

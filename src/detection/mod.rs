@@ -9,12 +9,12 @@
 //! | `junction` | reads the two edge directions and the colours between them | an edge of a neighbouring corner enters the ring | edges in line within 27°, crossing above 30° |
 //! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners are missing | `max_seeds` |
 //! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), refuses a part of a larger pattern, numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
-//! | `placement` | says where on the board a part of it lies, if that is certain | fewer than twelve corners are seen, or several places remain | – |
+//! | `placement` | says where on the board a part of it lies, by its track or its printed code | fewer than twelve corners are seen, or neither tells | – |
 //! | `marked_board` | instead of `board_match`: says where a grid lies on a board with markers (`marker_cells`, `marker_votes`) | fewer than two markers of 4x4 cells are seen, or one of 6x6 | a seventh of a marker's cells |
 //! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops corners that contradict their neighbours | a corner is covered, or blurred by more than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
 //! | `bent_edges` | moves the corners onto edges that the lens bends | the board has fewer than three corners in a row | – |
 //! | `picture_quality` | says whether the picture is too dark or blurred, if no board is found | something else in it is light and sharp | – |
-//! | `printed_code` | reads the code in the margin of a printed board, if the caller asks | there is none | – |
+//! | `printed_code` | reads the code in the margin of a printed board, for a part or if the caller asks | there is none | – |
 //! | `motion` | estimates how far the board moved during the exposure | motion is along a diagonal of the squares | – |
 //!
 //! A missed board costs a second, a wrong corner a calibration. So every stage may drop candidates, and each

@@ -1,9 +1,10 @@
 //! Where a part of a board lies on it.
 //!
 //! Every turn and shift that puts the part inside the board is looked at. It must have white where the part ends in white,
-//! squares where they go on, the board's colours, and lie where the board was last seen. The part is used only if exactly one
-//! place is left; never in a picture by itself, where other squares may look like a part. (Boards that look the same upside down keep two; then, as for whole boards, the
-//! first corner is the one nearest to the top left.)
+//! squares where they go on, the board's colours, and lie where the board was last seen, or beside the printed code that names
+//! the board. The part is used only if exactly one place is left; never by its squares alone, for others may look like them.
+//! (Boards that look the same upside down keep two where they were last seen; then, as for whole boards, the first corner is
+//! the one nearest to the top left. Their code tells.)
 
 use image::GrayImage;
 use nalgebra::Point2;
@@ -12,9 +13,11 @@ use super::{
     colours::dark_outside,
     lattice::{Lattice, Node, axes, height},
     missing::{Beyond, SIDES, beyond},
+    printed_code::{Plane, is_named_by_code},
 };
 use crate::{
     board::Checkerboard,
+    frame::ImageSize,
     geometry::{Corner, Homography},
 };
 
@@ -51,14 +54,22 @@ impl Placement {
         (along(0), along(1))
     }
 
+    /// The node, between nodes, of a place in squares from the board's top-left corner.
+    fn node_at(&self, (x, y): (f64, f64)) -> Point2<f64> {
+        let off = [x - 1.0 - f64::from(self.shift[0]), y - 1.0 - f64::from(self.shift[1])];
+        let along =
+            |k: usize| f64::from(self.turn[0][k]) * off[0] + f64::from(self.turn[1][k]) * off[1];
+        Point2::new(along(0), along(1))
+    }
+
     fn is_upright(&self) -> bool {
         self.turn[0][0] != 0
     }
 }
 
 /// Writes the part's corners by their numbers on `board` to `into`, `None` for those that aren't seen. `false` if the part
-/// is too small, if it could lie in several places of the board, or without a prediction. `expected` has all corners where they
-/// were predicted, or none.
+/// is too small, or if neither a prediction nor the board's code says where on the board it is. `expected` has all corners
+/// where they were predicted, or none.
 pub(super) fn place_part(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -66,19 +77,71 @@ pub(super) fn place_part(
     expected: &[[f32; 2]],
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
-    // Without a prediction, something else with squares may be taken for a part.
-    if expected.is_empty() {
-        return false;
-    }
     drop_thin_ends(lattice);
     let Some((low, high)) = lattice.extent() else { return false };
     let shortest = (high.0 - low.0).min(high.1 - low.1) + 1;
     if lattice.len() < LEAST_CORNERS || shortest < LEAST_LINES {
         return false;
     }
+    let placement =
+        by_track(image, lattice, board, expected).or_else(|| by_code(image, lattice, board));
+    let Some(placement) = placement else { return false };
+    let (columns, rows) = (board.columns() as i32, board.rows() as i32);
+    let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
+    into.clear();
+    into.extend(all.map(|place| lattice.get(placement.node(place))));
+    true
+}
+
+/// The placement whose corners are `expected` where they lie. `None` without a prediction.
+fn by_track(
+    image: &GrayImage,
+    lattice: &Lattice,
+    board: &Checkerboard,
+    expected: &[[f32; 2]],
+) -> Option<Placement> {
+    if expected.is_empty() {
+        return None;
+    }
+    let columns = board.columns() as i32;
+    let predicted = |placement: &Placement| is_near(lattice, placement, columns, expected);
+    match places(image, lattice, board, predicted) {
+        [Some(only), None, None] => Some(only),
+        [Some(one), Some(other), None] if board.looks_the_same_upside_down() => {
+            let is_one = first_is_nearer(lattice, [&one, &other])?;
+            Some(if is_one { one } else { other })
+        }
+        _ => None,
+    }
+}
+
+/// The placement with the board's printed code beside it.
+fn by_code(image: &GrayImage, lattice: &Lattice, board: &Checkerboard) -> Option<Placement> {
+    let (nodes, corners) = nodes_and_corners(lattice);
+    let plane = Plane::through(&nodes, &corners, ImageSize::of(image))?;
+    let named = |placement: &Placement| {
+        let px_of = |place| plane.px(&placement.node_at(place));
+        is_named_by_code(image, board, &px_of)
+    };
+    match places(image, lattice, board, named) {
+        [Some(only), None, None] => Some(only),
+        _ => None,
+    }
+}
+
+/// The first three turns and shifts that put the part inside the board, with white, squares and colours as in the picture,
+/// and of which `is_it` holds.
+fn places(
+    image: &GrayImage,
+    lattice: &Lattice,
+    board: &Checkerboard,
+    is_it: impl Fn(&Placement) -> bool,
+) -> [Option<Placement>; 3] {
+    let mut places = [None; 3];
+    let Some((low, high)) = lattice.extent() else { return places };
     let size = [board.columns() as i32, board.rows() as i32];
     let ends = SIDES.map(|out| beyond(image, lattice, out));
-    let mut places: [Option<Placement>; 3] = [None; 3];
+    let mut free = places.iter_mut();
     for turn in TURNS {
         let unshifted = Placement { turn, shift: [0, 0] };
         let ends_at = [unshifted.place(low), unshifted.place(high)];
@@ -89,29 +152,17 @@ pub(super) fn place_part(
                 let placement = Placement { turn, shift: [column, row] };
                 if ends_fit(&placement, (low, high), size, ends)
                     && colours_fit(image, lattice, &placement, board)
-                    && is_near(lattice, &placement, size[0], expected)
+                    && is_it(&placement)
                 {
-                    match places.iter_mut().find(|place| place.is_none()) {
+                    match free.next() {
                         Some(place) => *place = Some(placement),
-                        None => return false,
+                        None => return places,
                     }
                 }
             }
         }
     }
-    let placement = match (places, board.looks_the_same_upside_down()) {
-        ([Some(only), None, None], _) => only,
-        ([Some(one), Some(other), None], true) => match first_is_nearer(lattice, [&one, &other]) {
-            Some(true) => one,
-            Some(false) => other,
-            None => return false,
-        },
-        _ => return false,
-    };
-    into.clear();
-    let all = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
-    into.extend(all.map(|place| lattice.get(placement.node(place))));
-    true
+    places
 }
 
 /// Drops rows and columns at the ends that have few corners.
@@ -198,19 +249,20 @@ fn is_near(lattice: &Lattice, placement: &Placement, columns: i32, expected: &[[
 
 /// Whether the first corner of the board is nearer to the top left in the first place than in the second.
 fn first_is_nearer(lattice: &Lattice, places: [&Placement; 2]) -> Option<bool> {
-    let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
-    let (nodes, corners): (Vec<_>, Vec<_>) = lattice
-        .nodes()
-        .iter()
-        .filter_map(|&(i, j)| {
-            let corner = Corner::isotropic(point(lattice.get((i, j))?), 1.0);
-            Some((Point2::new(f64::from(i), f64::from(j)), corner))
-        })
-        .unzip();
+    let (nodes, corners) = nodes_and_corners(lattice);
     let plane = Homography::fit(&nodes, &corners).ok()?;
     let [one, other] = places.map(|placement| {
         let (i, j) = placement.node([0, 0]);
         plane.map(&Point2::new(f64::from(i), f64::from(j))).map(|px| px.x + px.y)
     });
     Some(one? <= other?)
+}
+
+fn nodes_and_corners(lattice: &Lattice) -> (Vec<Point2<f64>>, Vec<Corner>) {
+    let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
+    let pair = |&(i, j): &Node| {
+        let corner = Corner::isotropic(point(lattice.get((i, j))?), 1.0);
+        Some((Point2::new(f64::from(i), f64::from(j)), corner))
+    };
+    lattice.nodes().iter().filter_map(pair).unzip()
 }

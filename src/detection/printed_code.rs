@@ -28,29 +28,56 @@ pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) ->
     if corners.len() != board.corner_count() {
         return None;
     }
-    let plane = Plane::through(board, corners, ImageSize::of(image))?;
+    let pairs = board.corners_in_board_m().into_iter().zip(corners.iter().copied());
+    let (points_m, seen): (Vec<_>, Vec<_>) = pairs.filter(|(_, corner)| corner.is_seen()).unzip();
+    let plane = Plane::through(&points_m, &seen, ImageSize::of(image))?;
     let size = (board.columns(), board.rows());
-    Edge::ALL.into_iter().find_map(|edge| {
-        let mut cells = strip(image, &plane, size, edge)?;
-        let code = BoardCode::read(&cells).or_else(|| {
+    let middle = (Vector2::new(size.0 as f64, size.1 as f64) + Vector2::repeat(1.0)) / 2.0;
+    let square_m = board.square_m();
+    let px_of = |(x, y): (f64, f64)| plane.px(&((Vector2::new(x, y) - middle) * square_m).into());
+    codes(image, size, &px_of).map(|(code, _)| code).next()
+}
+
+/// Whether the code of `board` is seen beside it, and the right way round if nothing else tells. `px_of` is where a place
+/// is in the picture, in squares from the board's top-left corner.
+pub(super) fn is_named_by_code(image: &GrayImage, board: &Checkerboard, px_of: &PxOf<'_>) -> bool {
+    let size = (board.columns(), board.rows());
+    let either_way = !board.looks_the_same_upside_down();
+    codes(image, size, px_of).any(|(_, forwards)| forwards || either_way)
+}
+
+/// Where in the picture a place is; `None` if the lens has no such place.
+type PxOf<'a> = dyn Fn((f64, f64)) -> Option<Point2<f64>> + 'a;
+
+/// The codes of a board of this size, and whether they run along its columns or rows, not against them.
+fn codes(
+    image: &GrayImage,
+    size: (usize, usize),
+    px_of: &PxOf<'_>,
+) -> impl Iterator<Item = (BoardCode, bool)> {
+    Edge::ALL.into_iter().filter_map(move |edge| {
+        let mut cells = strip(image, px_of, size, edge)?;
+        let forwards = BoardCode::read(&cells);
+        let code = forwards.or_else(|| {
             cells.reverse();
             BoardCode::read(&cells)
         })?;
         // A board that is turned by a quarter is numbered the other way round.
         let named = code.board()?;
         let seen = [(named.columns(), named.rows()), (named.rows(), named.columns())];
-        seen.contains(&size).then_some(code)
+        seen.contains(&size).then_some((code, forwards.is_some()))
     })
 }
 
 fn strip(
     image: &GrayImage,
-    plane: &Plane,
+    px_of: &PxOf<'_>,
     size: (usize, usize),
     edge: Edge,
 ) -> Option<[bool; CELLS]> {
-    let level =
-        |along: f64, outside: f64| grey(image, &plane.px(edge.place(size, along, outside))?);
+    let level = |along: f64, outside: f64| grey(image, &px_of(edge.place(size, along, outside))?);
+    // Cheaper than to find the end outside of the picture last.
+    level(1.0, FAR)?;
     let squares = match edge {
         Edge::Top | Edge::Bottom => size.0 + 1,
         Edge::Left | Edge::Right => size.1 + 1,
@@ -100,19 +127,20 @@ fn grey(image: &GrayImage, px: &Point2<f64>) -> Option<f64> {
 
 /// The board's plane in a picture of a lens that bends lines: a homography after Fitzgibbon's division model
 /// (2001) about the middle of the picture.
-struct Plane {
+pub(super) struct Plane {
     homography: Homography,
     bend: f64,
     centre_px: Point2<f64>,
     radius_px: f64,
-    /// Inner corners in a row and column, and the square's side.
-    size: Vector2<f64>,
-    square_m: f64,
 }
 
 impl Plane {
-    fn through(board: &Checkerboard, corners: &[Corner], image_size: ImageSize) -> Option<Self> {
-        let points_m = board.corners_in_board_m();
+    /// The plane whose `points`, in any unit, are seen as `corners`. `None` if they don't determine it.
+    pub(super) fn through(
+        points: &[Point2<f64>],
+        corners: &[Corner],
+        image_size: ImageSize,
+    ) -> Option<Self> {
         let centre_px = image_size.centre_px();
         let radius_px = centre_px.coords.norm().max(1.0);
         let fit = |bend: f64| {
@@ -124,7 +152,7 @@ impl Plane {
                     Corner { px, ..*corner }
                 })
                 .collect();
-            Homography::fit(&points_m, &straight).ok()
+            Homography::fit(points, &straight).ok()
         };
         let cost = |bend: f64| fit(bend).map_or(f64::INFINITY, |fit| fit.rms_px());
         // Golden-section search.
@@ -144,15 +172,12 @@ impl Plane {
             }
         }
         let bend = (low + high) / 2.0;
-        let size = Vector2::new(board.columns() as f64, board.rows() as f64);
-        let square_m = board.square_m();
-        Some(Self { homography: fit(bend)?, bend, centre_px, radius_px, size, square_m })
+        Some(Self { homography: fit(bend)?, bend, centre_px, radius_px })
     }
 
-    /// Pixel of a place in squares from the board's top-left corner.
-    fn px(&self, (x, y): (f64, f64)) -> Option<Point2<f64>> {
-        let from_middle = Vector2::new(x, y) - (self.size + Vector2::repeat(1.0)) / 2.0;
-        let straight = self.homography.map(&(from_middle * self.square_m).into())?;
+    /// Pixel of a point of the plane.
+    pub(super) fn px(&self, point: &Point2<f64>) -> Option<Point2<f64>> {
+        let straight = self.homography.map(point)?;
         let off = (straight - self.centre_px) / self.radius_px;
         // off = bent / (1 + bend · |bent|²), solved for the bent radius.
         let discriminant = 1.0 - 4.0 * self.bend * off.norm_squared();

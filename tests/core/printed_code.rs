@@ -86,10 +86,11 @@ fn broken(bar: Rectangle, share: f64, plan: &Plan, rng: &mut ChaCha8Rng) -> Vec<
         .collect()
 }
 
-/// A picture, and how wide a cell of the strip is in it where it is narrowest.
+/// A picture, how wide a cell of the strip is in it where it is narrowest, and where the corners are.
 struct Shot {
     picture: GrayImage,
     cell_px: f64,
+    corners_px: Vec<Point2<f64>>,
 }
 
 /// Photographs the sheet: the board fills `fill` of the picture's width or height, tipped and turned by chance.
@@ -198,7 +199,10 @@ fn photograph(
         let length = px(x0, y0).zip(px(x1, y1)).map_or(0.0, |(a, b)| (a - b).norm());
         length / boresight::board_code::CELLS as f64
     });
-    Shot { picture, cell_px: cell_px[0].max(cell_px[1]) }
+    let corners_m = printed.board.corners_in_board_m();
+    let corner = |at: &Point2<f64>| camera.project(&(pose * Point3::new(at.x, at.y, 0.0)));
+    let corners_px = corners_m.iter().map(|at| corner(at).expect("in front")).collect();
+    Shot { picture, cell_px: cell_px[0].max(cell_px[1]), corners_px }
 }
 
 /// Attempts with corners that are a little off, for each picture.
@@ -275,6 +279,99 @@ fn the_code_is_read_from_pictures_and_never_misread() {
     let read: usize = survey.by_cell.iter().map(|(_, read)| read).sum();
     assert!(found >= 20 && 4 * read >= 3 * found, "{survey:?}");
     assert!(survey.others > 30, "{survey:?}");
+}
+
+/// What a hand or the edge of the picture leaves of boards.
+#[derive(Debug, Default)]
+struct Parts {
+    /// Pictures of boards that were found whole before.
+    pictures: usize,
+    parts: usize,
+    corners: usize,
+    wrong: usize,
+    worst_px: f64,
+}
+
+fn parts(pictures: u64, seed: u64, margin: Margin) -> Parts {
+    let mut found = Parts::default();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut print = None;
+    for at in 0..pictures {
+        if at % 8 == 0 {
+            let (columns, rows) = BOARDS[(at / 8) as usize % BOARDS.len()];
+            print = Some(printed(columns, rows, margin, &mut rng));
+        }
+        let Some(printed) = &print else { continue };
+        let fill = 0.5 + 0.35 * rng.random::<f64>();
+        let Shot { picture, corners_px, .. } = photograph(printed, (1280, 720), fill, &mut rng);
+        let detect =
+            |picture: &GrayImage| detect(picture, &printed.board, DetectorParams::default());
+        if detect(&picture).is_err() {
+            continue;
+        }
+        found.pictures += 1;
+        let low = corners_px.iter().fold(Point2::new(f64::MAX, f64::MAX), |low, px| low.inf(px));
+        let high = corners_px.iter().fold(Point2::new(f64::MIN, f64::MIN), |high, px| high.sup(px));
+        let share = 0.15 + 0.45 * rng.random::<f64>();
+        let at_px = low + share * (high - low);
+        let from_end_px = high - share * (high - low);
+        // The picture ends within the board, or a hand lies on it.
+        let (width, height) = picture.dimensions();
+        let mut off_px = Vector2::zeros();
+        let mut crop = |left: u32, top: u32, right: u32, bottom: u32| {
+            off_px = Vector2::new(f64::from(left), f64::from(top));
+            image::imageops::crop_imm(&picture, left, top, right - left, bottom - top).to_image()
+        };
+        let cut = match rng.random_range(0..6) {
+            0 => crop(at_px.x as u32, 0, width, height),
+            1 => crop(0, at_px.y as u32, width, height),
+            2 => crop(0, 0, from_end_px.x as u32, height),
+            3 => crop(0, 0, width, from_end_px.y as u32),
+            _ => {
+                let mut picture = picture.clone();
+                let middle_px = corners_px[rng.random_range(0..corners_px.len())];
+                let reach_px = 0.35 * (high - low).min();
+                for (x, y, pixel) in picture.enumerate_pixels_mut() {
+                    let off = Point2::new(f64::from(x), f64::from(y)) - middle_px;
+                    if off.norm() < reach_px {
+                        pixel.0[0] = (130.0 + 15.0 * (off.x / 9.0).sin()) as u8;
+                    }
+                }
+                picture
+            }
+        };
+        let Ok(seen) = detect(&cut) else { continue };
+        if seen.corners.iter().all(Corner::is_seen) {
+            continue;
+        }
+        found.parts += 1;
+        let read = read_code(&cut, &printed.board, &seen.corners);
+        assert_eq!(read, Some(printed.code), "picture {at}");
+        for (corner, truth_px) in seen.corners.iter().zip(&corners_px) {
+            if corner.is_seen() {
+                let error_px = (corner.px + off_px - truth_px).norm();
+                found.corners += 1;
+                found.wrong += usize::from(error_px > 1.5);
+                found.worst_px = found.worst_px.max(error_px);
+            }
+        }
+    }
+    found
+}
+
+/// More pictures, to measure: `BORESIGHT_PICTURES=2000`.
+#[test]
+fn the_code_says_which_part_of_a_board_is_seen() {
+    let pictures = std::env::var("BORESIGHT_PICTURES").ok().and_then(|count| count.parse().ok());
+    let coded = parts(pictures.unwrap_or(96), 3, Margin::Code);
+    println!("{coded:?}");
+    assert_eq!(coded.wrong, 0, "{coded:?}");
+    assert!(coded.parts * 5 > coded.pictures, "{coded:?}");
+    for margin in [Margin::White, Margin::Chance, Margin::Damaged] {
+        let other = parts(pictures.unwrap_or(96) / 4, 4, margin);
+        println!("{margin:?}: {other:?}");
+        assert_eq!(other.parts, 0, "{margin:?}: {other:?}");
+    }
 }
 
 /// The table of the documentation: `cargo test --test core printed_code -- --ignored --nocapture`.
