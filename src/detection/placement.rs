@@ -117,8 +117,12 @@ fn by_track(
 
 /// The placement with the board's printed code beside it.
 fn by_code(image: &GrayImage, lattice: &Lattice, board: &Checkerboard) -> Option<Placement> {
-    let (nodes, corners) = nodes_and_corners(lattice);
-    let plane = Plane::through(&nodes, &corners, ImageSize::of(image))?;
+    let pair = |&(i, j): &Node| {
+        let [x, y] = lattice.get((i, j))?.map(f64::from);
+        Some((Point2::new(f64::from(i), f64::from(j)), Point2::new(x, y)))
+    };
+    let pairs = lattice.nodes().iter().filter_map(pair);
+    let plane = Plane::through(pairs, ImageSize::of(image))?;
     let named = |placement: &Placement| {
         let px_of = |place| plane.px(&placement.node_at(place));
         is_named_by_code(image, board, &px_of)
@@ -249,20 +253,19 @@ fn is_near(lattice: &Lattice, placement: &Placement, columns: i32, expected: &[[
 
 /// Whether the first corner of the board is nearer to the top left in the first place than in the second.
 fn first_is_nearer(lattice: &Lattice, places: [&Placement; 2]) -> Option<bool> {
-    let (nodes, corners) = nodes_and_corners(lattice);
+    let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
+    let (nodes, corners): (Vec<_>, Vec<_>) = lattice
+        .nodes()
+        .iter()
+        .filter_map(|&(i, j)| {
+            let corner = Corner::isotropic(point(lattice.get((i, j))?), 1.0);
+            Some((Point2::new(f64::from(i), f64::from(j)), corner))
+        })
+        .unzip();
     let plane = Homography::fit(&nodes, &corners).ok()?;
     let [one, other] = places.map(|placement| {
         let (i, j) = placement.node([0, 0]);
         plane.map(&Point2::new(f64::from(i), f64::from(j))).map(|px| px.x + px.y)
     });
     Some(one? <= other?)
-}
-
-fn nodes_and_corners(lattice: &Lattice) -> (Vec<Point2<f64>>, Vec<Corner>) {
-    let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
-    let pair = |&(i, j): &Node| {
-        let corner = Corner::isotropic(point(lattice.get((i, j))?), 1.0);
-        Some((Point2::new(f64::from(i), f64::from(j)), corner))
-    };
-    lattice.nodes().iter().filter_map(pair).unzip()
 }
