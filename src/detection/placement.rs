@@ -83,9 +83,11 @@ pub(super) fn place_part(
     if lattice.len() < LEAST_CORNERS || shortest < LEAST_LINES {
         return false;
     }
-    let placement =
-        by_track(image, lattice, board, expected).or_else(|| by_code(image, lattice, board));
-    let Some(placement) = placement else { return false };
+    let all = placements(image, lattice, board);
+    let by_track = by_track(all.clone(), lattice, board, expected);
+    let Some(placement) = by_track.or_else(|| by_code(all, image, lattice, board)) else {
+        return false;
+    };
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
     into.clear();
@@ -95,7 +97,7 @@ pub(super) fn place_part(
 
 /// The placement whose corners are `expected` where they lie. `None` without a prediction.
 fn by_track(
-    image: &GrayImage,
+    placements: impl Iterator<Item = Placement>,
     lattice: &Lattice,
     board: &Checkerboard,
     expected: &[[f32; 2]],
@@ -104,10 +106,11 @@ fn by_track(
         return None;
     }
     let columns = board.columns() as i32;
-    let predicted = |placement: &Placement| is_near(lattice, placement, columns, expected);
-    match places(image, lattice, board, predicted) {
-        [Some(only), None, None] => Some(only),
-        [Some(one), Some(other), None] if board.looks_the_same_upside_down() => {
+    let mut near = placements.filter(|it| is_near(lattice, it, columns, expected));
+    let one = near.next()?;
+    match (near.next(), near.next()) {
+        (None, _) => Some(one),
+        (Some(other), None) if board.looks_the_same_upside_down() => {
             let is_one = first_is_nearer(lattice, [&one, &other])?;
             Some(if is_one { one } else { other })
         }
@@ -116,57 +119,51 @@ fn by_track(
 }
 
 /// The placement with the board's printed code beside it.
-fn by_code(image: &GrayImage, lattice: &Lattice, board: &Checkerboard) -> Option<Placement> {
+fn by_code(
+    placements: impl Iterator<Item = Placement>,
+    image: &GrayImage,
+    lattice: &Lattice,
+    board: &Checkerboard,
+) -> Option<Placement> {
     let pair = |&(i, j): &Node| {
         let [x, y] = lattice.get((i, j))?.map(f64::from);
         Some((Point2::new(f64::from(i), f64::from(j)), Point2::new(x, y)))
     };
     let pairs = lattice.nodes().iter().filter_map(pair);
-    let plane = Plane::through(pairs, ImageSize::of(image))?;
-    let named = |placement: &Placement| {
+    let plane = Plane::through(&pairs, ImageSize::of(image))?;
+    let mut named = placements.filter(|placement| {
         let px_of = |place| plane.px(&placement.node_at(place));
         is_named_by_code(image, board, &px_of)
-    };
-    match places(image, lattice, board, named) {
-        [Some(only), None, None] => Some(only),
-        _ => None,
-    }
+    });
+    let only = named.next()?;
+    named.next().is_none().then_some(only)
 }
 
-/// The first three turns and shifts that put the part inside the board, with white, squares and colours as in the picture,
-/// and of which `is_it` holds.
-fn places(
+/// The turns and shifts that put the part inside the board, with white, squares and colours as in the picture.
+fn placements(
     image: &GrayImage,
     lattice: &Lattice,
     board: &Checkerboard,
-    is_it: impl Fn(&Placement) -> bool,
-) -> [Option<Placement>; 3] {
-    let mut places = [None; 3];
-    let Some((low, high)) = lattice.extent() else { return places };
+) -> impl Iterator<Item = Placement> + Clone {
     let size = [board.columns() as i32, board.rows() as i32];
     let ends = SIDES.map(|out| beyond(image, lattice, out));
-    let mut free = places.iter_mut();
-    for turn in TURNS {
-        let unshifted = Placement { turn, shift: [0, 0] };
-        let ends_at = [unshifted.place(low), unshifted.place(high)];
-        let least: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].min(ends_at[1][k]));
-        let most: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].max(ends_at[1][k]));
-        for column in -least[0]..size[0] - most[0] {
-            for row in -least[1]..size[1] - most[1] {
-                let placement = Placement { turn, shift: [column, row] };
-                if ends_fit(&placement, (low, high), size, ends)
-                    && colours_fit(image, lattice, &placement, board)
-                    && is_it(&placement)
-                {
-                    match free.next() {
-                        Some(place) => *place = Some(placement),
-                        None => return places,
-                    }
-                }
-            }
-        }
-    }
-    places
+    let all = lattice.extent().into_iter().flat_map(move |(low, high)| {
+        TURNS.into_iter().flat_map(move |turn| {
+            let unshifted = Placement { turn, shift: [0, 0] };
+            let ends_at = [unshifted.place(low), unshifted.place(high)];
+            let least: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].min(ends_at[1][k]));
+            let most: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].max(ends_at[1][k]));
+            let columns = -least[0]..size[0] - most[0];
+            let shifts = columns.flat_map(move |column| {
+                (-least[1]..size[1] - most[1]).map(move |row| [column, row])
+            });
+            shifts.map(move |shift| Placement { turn, shift })
+        })
+    });
+    all.filter(move |placement| {
+        lattice.extent().is_some_and(|extent| ends_fit(placement, extent, size, ends))
+            && colours_fit(image, lattice, placement, board)
+    })
 }
 
 /// Drops rows and columns at the ends that have few corners.

@@ -4,13 +4,13 @@
 //! beyond them. Each cell is compared with the white margin and the nearest dark square beside it.
 
 use image::GrayImage;
-use nalgebra::{Matrix3, Point2, SMatrix, SVector, Vector2};
+use nalgebra::{Point2, Vector2};
 
 use crate::{
     board::Checkerboard,
     board_code::{BoardCode, CELLS, Edge, FAR, NEAR, place_in_cell},
     frame::ImageSize,
-    geometry::Corner,
+    geometry::{Corner, Homography},
 };
 
 /// Difference between white and black that can be read, in grey levels.
@@ -20,8 +20,6 @@ const UNCLEAR: f64 = 0.04;
 /// Bounds of the division model's coefficient at the corner of the picture: fisheye to pincushion.
 const LENS: (f64, f64) = (-0.9, 0.4);
 const LENS_STEPS: usize = 11;
-/// Rounds of the homography's fit.
-const ROUNDS: usize = 3;
 
 /// The code beside a board whose `corners` were found in `image`; `None` if there is none, or it can't be read.
 ///
@@ -34,7 +32,7 @@ pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) ->
     let pairs = points_m.iter().copied().zip(corners);
     let seen =
         pairs.filter(|(_, corner)| corner.is_seen()).map(|(point, corner)| (point, corner.px));
-    let plane = Plane::through(seen, ImageSize::of(image))?;
+    let plane = Plane::through(&seen, ImageSize::of(image))?;
     let size = (board.columns(), board.rows());
     let middle = (Vector2::new(size.0 as f64, size.1 as f64) + Vector2::repeat(1.0)) / 2.0;
     let square_m = board.square_m();
@@ -132,33 +130,29 @@ fn grey(image: &GrayImage, px: &Point2<f64>) -> Option<f64> {
 /// The board's plane in a picture of a lens that bends lines: a homography after Fitzgibbon's division model
 /// (2001) about the middle of the picture.
 pub(super) struct Plane {
-    /// To straight lines: from the middle of the picture, in units of half its diagonal.
-    straight_from_point: Matrix3<f64>,
+    homography: Homography,
     bend: f64,
     centre_px: Point2<f64>,
     radius_px: f64,
 }
 
 impl Plane {
-    /// The plane whose points, in any unit, are seen at these pixels: least squares of distances, from the direct linear
-    /// transform (Hartley & Zisserman, *Multiple View Geometry*, algorithm 4.2), reweighted. Allocates nothing. `None` if the
-    /// pairs don't determine it.
+    /// The plane whose points, in any unit, are seen at these pixels; their origin is in front of the camera. Allocates
+    /// nothing. `None` if the pairs don't determine it.
     pub(super) fn through(
-        pairs: impl Iterator<Item = (Point2<f64>, Point2<f64>)> + Clone,
+        pairs: &(impl Iterator<Item = (Point2<f64>, Point2<f64>)> + Clone),
         image_size: ImageSize,
     ) -> Option<Self> {
         let centre_px = image_size.centre_px();
         let radius_px = centre_px.coords.norm().max(1.0);
-        let normal_from_point = normalisation(pairs.clone().map(|(point, _)| point))?;
-        let off_middle = pairs
-            .map(|(point, px)| (moved(&normal_from_point, &point), (px - centre_px) / radius_px));
         let fit = |bend: f64| {
-            let straight = |(point, off): (Option<Point2<f64>>, Vector2<f64>)| {
-                Some((point?, off / (1.0 + bend * off.norm_squared())))
+            let straight = |(point, px): (Point2<f64>, Point2<f64>)| {
+                let off = (px - centre_px) / radius_px;
+                (point, centre_px + radius_px * off / (1.0 + bend * off.norm_squared()))
             };
-            fit_homography(off_middle.clone().filter_map(straight))
+            Homography::fit_unweighted(pairs.clone().map(straight)).ok()
         };
-        let cost = |bend: f64| fit(bend).map_or(f64::INFINITY, |(_, squares)| squares);
+        let cost = |bend: f64| fit(bend).map_or(f64::INFINITY, |fit| fit.rms_px());
         // Golden-section search.
         let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
         let (mut low, mut high) = LENS;
@@ -176,69 +170,16 @@ impl Plane {
             }
         }
         let bend = (low + high) / 2.0;
-        let straight_from_point = fit(bend)?.0 * normal_from_point;
-        Some(Self { straight_from_point, bend, centre_px, radius_px })
+        Some(Self { homography: fit(bend)?, bend, centre_px, radius_px })
     }
 
     /// Pixel of a point of the plane.
     pub(super) fn px(&self, point: &Point2<f64>) -> Option<Point2<f64>> {
-        let off = moved(&self.straight_from_point, point)?.coords;
+        let straight = self.homography.map(point)?;
+        let off = (straight - self.centre_px) / self.radius_px;
         // off = bent / (1 + bend · |bent|²), solved for the bent radius.
         let discriminant = 1.0 - 4.0 * self.bend * off.norm_squared();
         let stretch = 2.0 / (1.0 + discriminant.max(0.0).sqrt());
         (discriminant >= 0.0).then(|| self.centre_px + self.radius_px * stretch * off)
     }
-}
-
-/// The homography through pairs of a point and its image, and the mean square of its error. The points are about the
-/// origin, which is seen, so that h33 may be 1.
-fn fit_homography(
-    pairs: impl Iterator<Item = (Point2<f64>, Vector2<f64>)> + Clone,
-) -> Option<(Matrix3<f64>, f64)> {
-    let mut h = Matrix3::<f64>::identity();
-    // The algebraic error over the depth is the distance in the picture.
-    for _ in 0..ROUNDS {
-        let (mut squares, mut pull) = (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
-        for (point, seen) in pairs.clone() {
-            let (x, y) = (point.x, point.y);
-            let depth = h[(2, 0)] * x + h[(2, 1)] * y + 1.0;
-            for (row, to) in [
-                ([x, y, 1.0, 0.0, 0.0, 0.0, -seen.x * x, -seen.x * y], seen.x),
-                ([0.0, 0.0, 0.0, x, y, 1.0, -seen.y * x, -seen.y * y], seen.y),
-            ] {
-                let row = SVector::from(row) / depth;
-                squares += row * row.transpose();
-                pull += row * (to / depth);
-            }
-        }
-        let found = squares.cholesky()?.solve(&pull);
-        let [a, b, c, d, e, f, g, i] = found.into();
-        h = Matrix3::new(a, b, c, d, e, f, g, i, 1.0);
-    }
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (point, seen) in pairs {
-        sum += (moved(&h, &point)?.coords - seen).norm_squared();
-        count += 1.0;
-    }
-    Some((h, sum / count))
-}
-
-/// Similarity that moves the points' middle to the origin, and their root mean square distance from it to √2.
-fn normalisation(points: impl Iterator<Item = Point2<f64>>) -> Option<Matrix3<f64>> {
-    let (mut sum, mut squares, mut count) = (Vector2::zeros(), 0.0, 0.0);
-    for point in points {
-        sum += point.coords;
-        squares += point.coords.norm_squared();
-        count += 1.0;
-    }
-    let middle: Vector2<f64> = sum / count;
-    let scale = (2.0 / (squares / count - middle.norm_squared())).sqrt();
-    let [x, y] = [-scale * middle.x, -scale * middle.y];
-    scale.is_finite().then(|| Matrix3::new(scale, 0.0, x, 0.0, scale, y, 0.0, 0.0, 1.0))
-}
-
-/// Where the homography `h` puts a point; `None` behind the camera or on its plane.
-fn moved(h: &Matrix3<f64>, point: &Point2<f64>) -> Option<Point2<f64>> {
-    let mapped = h * point.to_homogeneous();
-    (mapped.z > 1e-12).then(|| Point2::new(mapped.x / mapped.z, mapped.y / mapped.z))
 }

@@ -14,6 +14,8 @@ type NineByNine = SMatrix<f64, 9, 9>;
 
 /// Ratio of minor to major extent below which points count as collinear; rounding alone makes about 1e-8.
 const COLLINEAR: f64 = 1e-6;
+/// Rounds of [`Homography::fit_unweighted`]: more change nothing that a cell or a corner would show.
+const UNWEIGHTED_ROUNDS: usize = 3;
 
 /// The map from the board plane (metres) to pixels in one view, with covariance.
 ///
@@ -68,8 +70,8 @@ impl Homography {
             return Err(NoHomography::TooFewPoints { corners, points });
         }
         let seen_px: Vec<Point2<f64>> = corners.iter().map(|corner| corner.px).collect();
-        let normal_from_board = normalisation(board_points_m)?;
-        let normal_from_image = normalisation(&seen_px)?;
+        let normal_from_board = normalisation(board_points_m.iter().copied())?;
+        let normal_from_image = normalisation(seen_px.iter().copied())?;
         let image_scale = normal_from_image[(0, 0)];
         let board: Vec<Point2<f64>> =
             board_points_m.iter().map(|point| moved(&normal_from_board, point)).collect();
@@ -101,12 +103,49 @@ impl Homography {
         if image_from_board.iter().chain(covariance.iter()).any(|value| !value.is_finite()) {
             return Err(NoHomography::NotFinite);
         }
-        let mut squares = 0.0;
-        for (point, px) in board_points_m.iter().zip(&seen_px) {
-            squares += (moved(&image_from_board, point) - px).norm_squared();
-        }
-        let rms_px = (squares / seen_px.len() as f64).sqrt();
+        let pairs = board_points_m.iter().copied().zip(seen_px.iter().copied());
+        let rms_px = rms_px(&image_from_board, pairs);
         Ok(Self { image_from_board, covariance, rms_px, chi2: minimum.at.cost })
+    }
+
+    /// Fits by least squares of distances, every pixel alike: no covariance, no χ², and nothing is allocated.
+    ///
+    /// Pairs of a board point and its pixel, at least four of them; `rms_px` has the unit of the pixels. The direct linear
+    /// transform with `h33 = 1` in the middle of the board, whose equations are divided by the depth of the round before.
+    ///
+    /// # Errors
+    ///
+    /// [`NoHomography::Degenerate`] for fewer than four pairs and for collinear ones, [`NoHomography::NotFinite`].
+    pub fn fit_unweighted(
+        pairs: impl Iterator<Item = (Point2<f64>, Point2<f64>)> + Clone,
+    ) -> Result<Self, NoHomography> {
+        let normal_from_board = normalisation(pairs.clone().map(|(point, _)| point))?;
+        let normal_from_image = normalisation(pairs.clone().map(|(_, px)| px))?;
+        let mut h = Matrix3::<f64>::identity();
+        for _ in 0..UNWEIGHTED_ROUNDS {
+            let (mut squares, mut pull) =
+                (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
+            for (point, px) in pairs.clone() {
+                let (b, p) = (moved(&normal_from_board, &point), moved(&normal_from_image, &px));
+                let depth = h[(2, 0)] * b.x + h[(2, 1)] * b.y + 1.0;
+                for (row, to) in [
+                    ([b.x, b.y, 1.0, 0.0, 0.0, 0.0, -p.x * b.x, -p.x * b.y], p.x),
+                    ([0.0, 0.0, 0.0, b.x, b.y, 1.0, -p.y * b.x, -p.y * b.y], p.y),
+                ] {
+                    let row = SVector::from(row) / depth;
+                    squares += row * row.transpose();
+                    pull += row * (to / depth);
+                }
+            }
+            let found = squares.cholesky().ok_or(NoHomography::Degenerate)?.solve(&pull);
+            h.copy_from_slice(found.push(1.0).as_slice());
+            h.transpose_mut();
+        }
+        let image_from_normal = normal_from_image.try_inverse().ok_or(NoHomography::Degenerate)?;
+        let fitted = Self::from_matrix(&(image_from_normal * h * normal_from_board))
+            .ok_or(NoHomography::NotFinite)?;
+        let rms_px = rms_px(&fitted.image_from_board, pairs);
+        Ok(Self { rms_px, ..fitted })
     }
 
     /// An exact homography, with zero covariance. `None` if the matrix isn't finite or invertible, or puts the
@@ -150,11 +189,28 @@ impl Homography {
     }
 }
 
+/// Root mean square distance of the mapped points from their pixels.
+fn rms_px(
+    image_from_board: &Matrix3<f64>,
+    pairs: impl Iterator<Item = (Point2<f64>, Point2<f64>)>,
+) -> f64 {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (point, px) in pairs {
+        squares += (moved(image_from_board, &point) - px).norm_squared();
+        count += 1.0;
+    }
+    f64::sqrt(squares / count)
+}
+
 /// Similarity that moves the centroid to the origin and scales the root mean square distance to √2.
-fn normalisation(points: &[Point2<f64>]) -> Result<Matrix3<f64>, NoHomography> {
-    let count = points.len() as f64;
-    let centre = points.iter().fold(Vector2::zeros(), |sum, p| sum + p.coords) / count;
-    let scatter = points.iter().fold(Matrix2::zeros(), |sum, p| {
+fn normalisation(
+    points: impl Iterator<Item = Point2<f64>> + Clone,
+) -> Result<Matrix3<f64>, NoHomography> {
+    let (sum, count) = points
+        .clone()
+        .fold((Vector2::zeros(), 0.0), |(sum, count), p| (sum + p.coords, count + 1.0));
+    let centre = sum / count;
+    let scatter = points.fold(Matrix2::zeros(), |sum, p| {
         let off = p.coords - centre;
         sum + off * off.transpose()
     }) / count;

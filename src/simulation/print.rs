@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2};
 
-use super::printed_markers::{CellCorner, Cells, PrintedMarkers};
+use super::printed_markers::{Cells, Crossing, PrintedMarkers};
 use crate::board::Checkerboard;
 
 /// White paper around the squares, in squares.
@@ -48,10 +48,8 @@ pub(super) enum Patch {
     Dark,
     /// Only paper.
     Light,
-    /// Squares only, and at most one line of the grid in each direction.
-    Crossing,
-    /// At most four cells of a marker, around this corner of theirs.
-    Cells(CellCorner),
+    /// At most four squares, or cells of a marker, around this crossing.
+    Crossing(Crossing),
     /// Anything else.
     Mixed,
 }
@@ -142,7 +140,7 @@ impl Print {
                 let markers = self.markers.as_ref().filter(|_| is_light(u, v));
                 return match markers.map_or(Cells::One, |markers| markers.around(u, v, du, dv)) {
                     Cells::One => self.flat(u, v),
-                    Cells::Four(corner) => Patch::Cells(corner),
+                    Cells::Four(crossing) => Patch::Crossing(crossing),
                     Cells::More => Patch::Mixed,
                 };
             }
@@ -152,7 +150,12 @@ impl Print {
             if self.markers.as_ref().is_some_and(reaches) {
                 return Patch::Mixed;
             }
-            return if du < 0.45 && dv < 0.45 { Patch::Crossing } else { Patch::Mixed };
+            if du >= 0.45 || dv >= 0.45 {
+                return Patch::Mixed;
+            }
+            let is_dark = (line_u as i32 + line_v as i32) & 1 == 0;
+            let dark = [is_dark, !is_dark, !is_dark, is_dark];
+            return Patch::Crossing(Crossing { at: [line_u, line_v], dark });
         }
         if !inside(-MARGIN - du, -MARGIN - dv) {
             return Patch::Backdrop;
@@ -189,23 +192,8 @@ impl Print {
             Patch::Backdrop => Share::default(),
             Patch::Dark => Share { dark: 1.0, light: 0.0 },
             Patch::Light => Share { dark: 0.0, light: 1.0 },
-            Patch::Crossing => {
-                let (line_u, line_v) = (nearest_integer(spot.u), nearest_integer(spot.v));
-                let (from_u, from_v) = (spot.u - line_u, spot.v - line_v);
-                // Light on one side of the two lines' product, dark on the other.
-                let mut same_side = 0_u32;
-                for (x, y) in xs.iter().zip(ys) {
-                    let u = from_u + spot.by_x[0] * x + spot.by_y[0] * y;
-                    let v = from_v + spot.by_x[1] * x + spot.by_y[1] * y;
-                    same_side += u32::from((u < 0.0) == (v < 0.0));
-                }
-                let same = same_side as f32 / one;
-                let same_is_dark = (line_u as i32 + line_v as i32) & 1 == 0;
-                let dark = if same_is_dark { same } else { 1.0 - same };
-                Share { dark, light: 1.0 - dark }
-            }
-            Patch::Cells(corner) => {
-                let [from_u, from_v] = [spot.u - corner.at[0], spot.v - corner.at[1]];
+            Patch::Crossing(crossing) => {
+                let [from_u, from_v] = [spot.u - crossing.at[0], spot.v - crossing.at[1]];
                 let (mut left, mut above, mut both) = (0_u32, 0_u32, 0_u32);
                 for (x, y) in xs.iter().zip(ys) {
                     let is_left = from_u + spot.by_x[0] * x + spot.by_y[0] * y < 0.0;
@@ -217,7 +205,7 @@ impl Print {
                 let all = xs.len() as u32;
                 let counts = [both, above - both, left - both, all + both - left - above];
                 let dark: u32 =
-                    counts.iter().zip(corner.black).filter(|(_, b)| *b).map(|(n, _)| n).sum();
+                    counts.iter().zip(crossing.dark).filter(|(_, b)| *b).map(|(n, _)| n).sum();
                 let dark = dark as f32 / one;
                 Share { dark, light: 1.0 - dark }
             }
@@ -229,7 +217,7 @@ impl Print {
                     match self.at(u, v) {
                         Patch::Dark => dark += 1.0,
                         Patch::Light => light += 1.0,
-                        Patch::Backdrop | Patch::Crossing | Patch::Cells(_) | Patch::Mixed => {}
+                        Patch::Backdrop | Patch::Crossing(_) | Patch::Mixed => {}
                     }
                 }
                 Share { dark: dark / one, light: light / one }

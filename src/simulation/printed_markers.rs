@@ -25,19 +25,19 @@ pub(super) struct PrintedMarkers {
 pub(super) enum Cells {
     /// One cell, or only white around the marker.
     One,
-    /// At most four, around this corner of theirs.
-    Four(CellCorner),
+    /// At most four, around this crossing.
+    Four(Crossing),
     /// More.
     More,
 }
 
-/// Where four cells meet.
+/// Where four squares, or cells of a marker, meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct CellCorner {
+pub(super) struct Crossing {
     /// Its place, in squares.
     pub(super) at: [f32; 2],
-    /// Whether the cells are black: top left, top right, bottom left, bottom right.
-    pub(super) black: [bool; 4],
+    /// Whether they are dark: top left, top right, bottom left, bottom right.
+    pub(super) dark: [bool; 4],
 }
 
 impl PrintedMarkers {
@@ -81,11 +81,11 @@ impl PrintedMarkers {
             return Cells::More;
         }
         let cells = self.cells_at(u, v);
-        let black =
+        let dark =
             [(right - 1, bottom - 1), (right, bottom - 1), (right - 1, bottom), (right, bottom)]
                 .map(|(column, row)| self.is_cell_black(cells, column, row));
         let line = |at: f32, cell: i32| (at as i32) as f32 + self.gap + cell as f32 * self.cell;
-        Cells::Four(CellCorner { at: [line(u, right), line(v, bottom)], black })
+        Cells::Four(Crossing { at: [line(u, right), line(v, bottom)], dark })
     }
 
     /// Whether a marker may lie within `du`, `dv` of a point, which is so far from the lines between squares.
@@ -143,14 +143,14 @@ mod tests {
                 let black = printed.is_black(at[0], at[1]);
                 match seen {
                     Cells::One => assert_eq!(black, printed.is_black(u, v), "{at:?}"),
-                    Cells::Four(corner) => {
-                        let quarter = usize::from(at[0] >= corner.at[0])
-                            + 2 * usize::from(at[1] >= corner.at[1]);
+                    Cells::Four(crossing) => {
+                        let quarter = usize::from(at[0] >= crossing.at[0])
+                            + 2 * usize::from(at[1] >= crossing.at[1]);
                         let from_line =
-                            (at[0] - corner.at[0]).abs().min((at[1] - corner.at[1]).abs());
+                            (at[0] - crossing.at[0]).abs().min((at[1] - crossing.at[1]).abs());
                         assert!(
-                            from_line < 1e-5 || black == corner.black[quarter],
-                            "{at:?} {corner:?}"
+                            from_line < 1e-5 || black == crossing.dark[quarter],
+                            "{at:?} {crossing:?}"
                         );
                     }
                     Cells::More => {}

@@ -233,7 +233,7 @@ impl Renderer {
                 Patch::Backdrop => {}
                 Patch::Dark => self.canvas[start + x] = self.dark_level,
                 Patch::Light => self.canvas[start + x] = self.light_level,
-                Patch::Crossing | Patch::Cells(_) | Patch::Mixed => {
+                Patch::Crossing(_) | Patch::Mixed => {
                     let share = self.print.share(views, &self.pixel_ray(start + x));
                     self.canvas[start + x] = self.mixed(share, self.sharp_room[start + x]);
                 }

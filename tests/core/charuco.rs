@@ -245,9 +245,8 @@ fn every_corner_that_is_found_has_its_number() {
     let mut detector = Detector::new(DetectorParams::default());
     let (mut found, mut visible, mut views, mut squares) = (0, 0, 0, 0.0);
     // More pictures, to measure: BORESIGHT_PICTURES=2000; without the first ones: BORESIGHT_FIRST=627.
-    let number = |name: &str| std::env::var(name).ok().and_then(|count| count.parse().ok());
-    let pictures = number("BORESIGHT_PICTURES").unwrap_or(60);
-    let first = number("BORESIGHT_FIRST").unwrap_or(0);
+    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(60);
+    let first = crate::asked_for("BORESIGHT_FIRST").unwrap_or(0);
     for seed in 0..pictures {
         let (size, dictionary, side) = BOARDS[rng.random_range(0..BOARDS.len())];
         let clutter = rng.random_range(0.0..1.0);

@@ -47,3 +47,8 @@ mod varying_focal;
 mod verdict_monte_carlo;
 mod wide_lenses;
 mod words;
+
+/// A number from the environment, for tests that can be run longer to measure.
+fn asked_for(name: &str) -> Option<u64> {
+    std::env::var(name).ok()?.parse().ok()
+}

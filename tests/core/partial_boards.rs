@@ -73,8 +73,8 @@ fn no_part_of_a_board_is_taken_for_another() {
     let (mut whole, mut parts, mut tried, mut squares, mut count) = (0, 0, 0, 0.0, 0.0);
     let mut worst: f64 = 0.0;
     // More pictures, to measure: BORESIGHT_PICTURES=2000.
-    let pictures = std::env::var("BORESIGHT_PICTURES").ok().and_then(|count| count.parse().ok());
-    for seed in 0..pictures.unwrap_or(120) {
+    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(120);
+    for seed in 0..pictures {
         let (columns, rows) = SIZES[rng.random_range(0..SIZES.len())];
         let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
         let clutter = rng.random_range(0.0..1.0);

@@ -365,14 +365,14 @@ fn parts(pictures: u64, seed: u64, margin: Margin) -> Parts {
 /// More pictures, to measure: `BORESIGHT_PICTURES=2000`.
 #[test]
 fn the_code_says_which_part_of_a_board_is_seen() {
-    let pictures = std::env::var("BORESIGHT_PICTURES").ok().and_then(|count| count.parse().ok());
-    let coded = parts(pictures.unwrap_or(96), 3, Margin::Code);
+    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(96);
+    let coded = parts(pictures, 3, Margin::Code);
     println!("{coded:?}");
     assert_eq!(coded.wrong, 0, "{coded:?}");
     assert!(coded.parts * 5 > coded.pictures, "{coded:?}");
     assert!(coded.read * 10 > coded.parts * 9, "{coded:?}");
     for margin in [Margin::White, Margin::Chance, Margin::Damaged] {
-        let other = parts(pictures.unwrap_or(96) / 4, 4, margin);
+        let other = parts(pictures / 4, 4, margin);
         println!("{margin:?}: {other:?}");
         assert_eq!(other.parts, 0, "{margin:?}: {other:?}");
     }
