@@ -101,41 +101,31 @@
 //! | snapshot | what a window or terminal shows: plain data, replaced by the next one |
 //! | technician | the simulated person who follows the guidance |
 
-pub mod app;
-pub mod board;
-pub mod board_code;
-pub mod calibration;
-pub mod capture;
-#[cfg(any(feature = "report", feature = "study"))]
-#[cfg_attr(
-    not(all(feature = "report", feature = "study")),
-    allow(dead_code, unused_imports, reason = "reports draw on a canvas, the study plots series")
-)]
-mod chart;
-pub mod cli;
-pub mod config;
-pub mod detection;
-pub mod device;
-pub mod files;
-pub mod frame;
-pub mod geometry;
-pub mod ghost;
-pub mod guidance;
-pub mod markers;
-mod panic_message;
-mod parallel;
-pub mod pipeline;
-pub mod recording;
-#[cfg(feature = "report")]
-pub mod report;
+pub use boresight_app as app;
+/// Views to a lens with covariance; checks and verdict; calibration files.
+pub mod calibration {
+    pub use boresight_calibrate::*;
+    pub use boresight_formats as files;
+    pub use boresight_formats::{export, import};
+}
+pub use boresight_capture as capture;
+pub use boresight_detect as detection;
+pub use boresight_files as files;
+pub use boresight_fleet as fleet;
+pub use boresight_geometry::{self as geometry, board, board_code, device, frame, markers};
+pub use boresight_guide::{guidance, session};
 #[cfg(feature = "serve")]
-pub mod serve;
-pub mod session;
-pub mod simulation;
-pub mod speech;
-#[cfg(feature = "study")]
-pub mod study;
-pub mod target;
-pub mod text;
+pub use boresight_phone as serve;
+#[cfg(feature = "report")]
+pub use boresight_present::report;
+pub use boresight_present::{ghost, speech, target, text};
+pub use boresight_run::{config, pipeline, recording};
+pub use boresight_sim as simulation;
+
+pub mod cli;
+#[cfg(feature = "schemas")]
+pub mod schemas;
 #[cfg(feature = "window")]
 pub mod ui;
+#[cfg(feature = "window")]
+pub mod window_host;

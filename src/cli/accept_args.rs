@@ -4,7 +4,8 @@ use std::str::FromStr;
 
 use clap::Args;
 
-use crate::{calibration::AcceptanceGoal, config::Config};
+use boresight_calibrate::AcceptanceGoal;
+use boresight_run::config::Config;
 
 /// The goal, and how well the board is known.
 #[derive(Clone, Copy, Debug, Default, Args)]

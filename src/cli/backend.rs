@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 
-use crate::config::Backend;
+use boresight_run::config::Backend;
 
 /// Through what a live camera is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -10,13 +10,10 @@ use clap::Args;
 #[cfg(feature = "serve")]
 use super::terminal::announcer;
 use super::terminal::say;
-use crate::app::{NoVoice, Voice};
+use boresight_app::{NoVoice, Voice};
+use boresight_files::{Links, read, read_or_make_private};
 #[cfg(feature = "serve")]
-use crate::{
-    app::phone::Phone,
-    files::{Links, read, read_or_make_private},
-    serve::{Certificate, Secret, ServeAddress, Setup},
-};
+use boresight_phone::{Certificate, Secret, ServeAddress, Setup, session_page::Phone};
 
 /// Bytes of a certificate or key at most.
 #[cfg(feature = "serve")]

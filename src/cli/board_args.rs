@@ -6,14 +6,14 @@ use anyhow::Context;
 use clap::{Args, Command};
 
 use super::terminal::announcer;
-use crate::{
-    app::{BoardFromCode, board_from_code::board_from_pictures},
+use boresight_app::{BoardFromCode, board_from_code::board_from_pictures};
+use boresight_files::{Links, TEXT_LIMIT, read_text};
+use boresight_geometry::{
     board::Checkerboard,
-    config::Config,
-    files::{Links, TEXT_LIMIT, read_text},
     frame::ImageSize,
     markers::{Dictionary, Markers, NoDictionary},
 };
+use boresight_run::config::Config;
 
 /// Board and settings.
 #[derive(Clone, Debug, Args)]

@@ -16,21 +16,20 @@ use super::{
     progress::{FINDING, Progress},
     terminal::{announcer, print, say},
 };
-use crate::{
-    app::{
-        Exit, announce_result,
-        calibration_views::{from_pictures, from_table},
-    },
-    calibration::{CalibrationParams, calibrate, files::CalibrationFile},
-    files::{Overwrite, may_save, save},
-    text,
+use boresight_app::{
+    Exit, announce_result,
+    calibration_views::{from_pictures, from_table},
 };
 #[cfg(feature = "report")]
-use crate::{
-    app::{
-        certificate::{Circumstances, certificate},
-        report::versions,
-    },
+use boresight_app::{
+    certificate::{Circumstances, certificate},
+    report::versions,
+};
+use boresight_calibrate::{CalibrationParams, calibrate};
+use boresight_files::{Overwrite, may_save, save};
+use boresight_formats::CalibrationFile;
+use boresight_present::text;
+use boresight_present::{
     report::{CameraSection, Provenance, Report, page},
     text::report as words,
 };
@@ -82,7 +81,7 @@ impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         #[cfg(not(feature = "report"))]
         if self.report.is_some() {
-            return Err(crate::app::MissingFeature::REPORT.into());
+            return Err(boresight_app::MissingFeature::REPORT.into());
         }
         let mut config = self.board.config_for(&self.inputs)?;
         self.goal.apply(&mut config);

@@ -14,18 +14,17 @@ use super::{
     guide,
     terminal::{announcer, print, say, stop_flag},
 };
-use crate::{
-    app::{
-        Exit, Opening,
-        comparison::{self, Checked, NoVerdict},
-        source::SourceName,
-    },
-    calibration::{DriftVerdict, NoDrift, import::OldCalibration},
-    capture::without_secrets,
-    config::{Config, PlanName},
-    device::Control,
-    text,
+use boresight_app::{
+    Exit, Opening,
+    comparison::{self, Checked, NoVerdict},
+    source::SourceName,
 };
+use boresight_calibrate::{DriftVerdict, NoDrift};
+use boresight_capture::without_secrets;
+use boresight_formats::import::OldCalibration;
+use boresight_geometry::device::Control;
+use boresight_present::text;
+use boresight_run::config::{Config, PlanName};
 
 /// Check an installed camera against its old calibration.
 ///
@@ -121,7 +120,7 @@ impl Arguments {
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
         #[cfg(feature = "report")]
-        crate::app::session_report::write_and_announce(&ran.path, &ran.session, &announcer);
+        boresight_app::session_report::write_and_announce(&ran.path, &ran.session, &announcer);
         if changed && self.goes_on(&config)? {
             return self.full_calibration();
         }

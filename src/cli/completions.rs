@@ -4,7 +4,7 @@ use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
 use super::terminal::print;
-use crate::app::Exit;
+use boresight_app::Exit;
 
 /// Print a script that completes commands and options in your shell.
 #[derive(Debug, Args)]

@@ -10,13 +10,11 @@ use super::{
     progress::{FINDING, Progress},
     terminal::print,
 };
-use crate::{
-    app::{Exit, json},
-    calibration::files::corner_table::{self, Digits},
-    capture::read_picture,
-    detection::{Detector, DetectorParams},
-    text,
-};
+use boresight_app::{Exit, json};
+use boresight_capture::read_picture;
+use boresight_detect::{Detector, DetectorParams};
+use boresight_formats::corner_table::{self, Digits};
+use boresight_present::text;
 
 /// Detect the board's corners in pictures.
 ///

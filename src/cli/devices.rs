@@ -4,25 +4,21 @@ use clap::Args;
 
 use super::terminal::{print, say};
 #[cfg(all(target_os = "linux", feature = "live"))]
-use crate::{
-    app::device_entry::{entry, fourcc, mode_name, rate},
-    capture::{
-        CameraMode, choose, layout,
-        v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},
-    },
-    device::Wanted,
+use boresight_app::device_entry::{entry, fourcc, mode_name, rate};
+use boresight_app::{
+    Exit,
+    devices_file::{BackendEntry, DEVICES_SCHEMA, DeviceEntry, DevicesFile, OtherDevice},
 };
-use crate::{
-    app::{
-        Exit,
-        devices_file::{BackendEntry, DEVICES_SCHEMA, DeviceEntry, DevicesFile, OtherDevice},
-    },
-    device::Fault,
-    text::{
-        self,
-        backend::BackendWords,
-        camera::{self as words, printable},
-    },
+use boresight_capture::{
+    CameraMode, choose, layout,
+    v4l2::{Camera, ControlState, Found, Linux, control_states, discover, kernel::Kernel},
+};
+use boresight_geometry::device::Fault;
+use boresight_geometry::device::Wanted;
+use boresight_present::text::{
+    self,
+    backend::BackendWords,
+    camera::{self as words, printable},
 };
 
 /// List cameras with stable names, modes and controls.
@@ -58,7 +54,7 @@ impl Arguments {
 /// The cameras; announces them if `tell`.
 #[cfg(not(all(target_os = "linux", feature = "live")))]
 fn list(tell: bool) -> DevicesFile {
-    let (cameras, others) = match crate::capture::nokhwa::list() {
+    let (cameras, others) = match boresight_capture::nokhwa::list() {
         Ok(cameras) => (cameras, Vec::new()),
         Err((fault, detail)) => {
             let (cause, action) = words::with_detail(fault, &detail);
@@ -79,7 +75,7 @@ fn list(tell: bool) -> DevicesFile {
         }
         tell_backends();
     }
-    let entry = |camera: &crate::capture::nokhwa::Listed| DeviceEntry {
+    let entry = |camera: &boresight_capture::nokhwa::Listed| DeviceEntry {
         source: camera.source.clone(),
         name: printable(&camera.name),
         v4l2: None,

@@ -6,12 +6,12 @@ use anyhow::bail;
 use clap::Args;
 
 use super::terminal::{print, say};
-use crate::{
-    app::Exit,
-    app::doctor::{Diagnosis, DoctorFile, verify},
-    recording::{Recovered, recover},
-    text,
+use boresight_app::{
+    Exit,
+    doctor::{Diagnosis, DoctorFile, verify},
 };
+use boresight_present::text;
+use boresight_run::recording::{Recovered, recover};
 
 /// Check a session for damage. Read-only.
 ///

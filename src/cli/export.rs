@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::terminal::{announcer, print, say};
-use crate::{
-    app::Exit,
-    app::export::{self, export},
-    files::{Overwrite, save},
+use boresight_app::{
+    Exit,
+    export::{self, export},
 };
+use boresight_files::{Overwrite, save};
 
 /// Export a calibration for other programs.
 ///

@@ -13,12 +13,11 @@ use super::{
     operation::{Operation, OperationArguments},
     terminal::{announcer, print, say, stop_flag},
 };
+use boresight_app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded};
 #[cfg(feature = "serve")]
-use crate::{app::phone::Phone, pipeline::Onlookers};
-use crate::{
-    app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded},
-    text::window as words,
-};
+use boresight_phone::session_page::Phone;
+use boresight_present::text::window as words;
+use boresight_run::pipeline::Onlookers;
 #[cfg(feature = "window")]
 use {super::window, crate::app::AppHost};
 

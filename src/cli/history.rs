@@ -13,16 +13,11 @@ use super::{
     progress::Progress,
     terminal::{print, say},
 };
-use crate::{
-    app::{
-        Exit,
-        history::{CameraHistory, Entry, Index, NotAnEntry, Step, Trend, histories},
-        session_folders::session_folders,
-    },
-    calibration::LensDifference,
-    files::{Overwrite, save},
-    report::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page},
-};
+use boresight_app::{Exit, session_folders::session_folders};
+use boresight_calibrate::LensDifference;
+use boresight_files::{Overwrite, save};
+use boresight_fleet::history::{CameraHistory, Entry, Index, NotAnEntry, Step, Trend, histories};
+use boresight_present::report::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page};
 
 /// Keep track of every calibration of every camera: what drifts, what is due.
 ///
@@ -310,7 +305,7 @@ fn step_json(step: &Step<'_>) -> Value {
 
 fn page(out: &Path, force: bool, older: f64, common: &Common) -> anyhow::Result<Exit> {
     let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
-    crate::files::may_save(out, overwrite)?;
+    boresight_files::may_save(out, overwrite)?;
     let limit = days_ago(older)?;
     let all = histories(&common.open()?.all()?);
     let mut models: BTreeMap<&str, ModelLine> = BTreeMap::new();

@@ -14,8 +14,8 @@ macro_rules! left_out {
         }
 
         impl Arguments {
-            pub(in crate::cli) fn run(self) -> anyhow::Result<crate::app::Exit> {
-                let missing: crate::app::MissingFeature = $missing;
+            pub(in crate::cli) fn run(self) -> anyhow::Result<boresight_app::Exit> {
+                let missing: boresight_app::MissingFeature = $missing;
                 Err(missing.into())
             }
         }
@@ -24,13 +24,13 @@ macro_rules! left_out {
 
 #[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
 pub(super) mod devices {
-    left_out!(crate::app::MissingFeature::LIVE, "List the cameras (not in this build).");
+    left_out!(boresight_app::MissingFeature::LIVE, "List the cameras (not in this build).");
 }
 
 #[cfg(not(feature = "report"))]
 pub(super) mod report {
     left_out!(
-        crate::app::MissingFeature::REPORT,
+        boresight_app::MissingFeature::REPORT,
         "Write the report of a calibration (not in this build)."
     );
 }
@@ -38,7 +38,7 @@ pub(super) mod report {
 #[cfg(not(feature = "history"))]
 pub(super) mod history {
     left_out!(
-        crate::app::MissingFeature::HISTORY,
+        boresight_app::MissingFeature::HISTORY,
         "Keep track of every calibration of every camera (not in this build)."
     );
 }
@@ -46,25 +46,20 @@ pub(super) mod history {
 #[cfg(not(feature = "serve"))]
 pub(super) mod serve {
     left_out!(
-        crate::app::MissingFeature::SERVE,
+        boresight_app::MissingFeature::SERVE,
         "Wait for a phone: choose and calibrate on its page (not in this build)."
     );
 }
 
 #[cfg(not(feature = "manual"))]
 pub(super) mod completions {
-    left_out!(crate::app::MissingFeature::MANUAL, "Print shell completions (not in this build).");
+    left_out!(
+        boresight_app::MissingFeature::MANUAL,
+        "Print shell completions (not in this build)."
+    );
 }
 
 #[cfg(not(feature = "manual"))]
 pub(super) mod man {
-    left_out!(crate::app::MissingFeature::MANUAL, "Write the manual pages (not in this build).");
-}
-
-#[cfg(not(feature = "study"))]
-pub(super) mod study {
-    left_out!(
-        crate::app::MissingFeature::STUDY,
-        "Repeat the paper's experiments (not in this build)."
-    );
+    left_out!(boresight_app::MissingFeature::MANUAL, "Write the manual pages (not in this build).");
 }

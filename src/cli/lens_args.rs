@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::config::{Config, LensName};
+use boresight_run::config::{Config, LensName};
 
 /// What is known about the lens.
 #[derive(Clone, Copy, Debug, Default, Args)]

@@ -6,10 +6,8 @@ use clap::{Args, Command};
 use clap_mangen::Man;
 
 use super::terminal::say;
-use crate::{
-    app::Exit,
-    files::{Overwrite, make_folder, may_save, save},
-};
+use boresight_app::Exit;
+use boresight_files::{Overwrite, make_folder, may_save, save};
 
 /// Write the manual pages: one for boresight, and one for each command.
 #[derive(Debug, Args)]

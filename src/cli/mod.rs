@@ -21,7 +21,6 @@ mod history;
     feature = "live",
     feature = "nokhwa",
     feature = "report",
-    feature = "study",
     feature = "manual",
     feature = "serve",
     feature = "history"
@@ -30,18 +29,17 @@ mod left_out;
 mod lens_args;
 #[cfg(feature = "manual")]
 mod man;
+mod moved;
 mod operation;
-mod progress;
+pub mod progress;
 mod replay;
 #[cfg(feature = "report")]
 mod report;
 #[cfg(feature = "serve")]
 mod serve;
 mod simulate;
-#[cfg(feature = "study")]
-mod study;
 mod target;
-mod terminal;
+pub mod terminal;
 #[cfg(feature = "window")]
 mod window;
 
@@ -57,14 +55,13 @@ use left_out::history;
 use left_out::report;
 #[cfg(not(feature = "serve"))]
 use left_out::serve;
-#[cfg(not(feature = "study"))]
-use left_out::study;
 #[cfg(not(feature = "manual"))]
 use left_out::{completions, man};
 
 #[cfg(feature = "window")]
-use crate::app::AppHost;
-use crate::app::{Exit, MissingFeature, explain};
+use boresight_app::AppHost;
+use boresight_app::{Exit, MissingFeature};
+use boresight_fleet::explain;
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -120,7 +117,8 @@ enum Command {
     History(history::Arguments),
     Doctor(doctor::Arguments),
     Simulate(simulate::Arguments),
-    Study(study::Arguments),
+    #[command(hide = true)]
+    Study(moved::Study),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }

@@ -12,13 +12,11 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::terminal::{announcer, log, log_as_json, say};
-use crate::{
-    app::{RESULT_FILE, SessionMetrics, run::Concluded, verdict_name},
-    calibration::files::CalibrationFile,
-    files::{Overwrite, may_save},
-    pipeline::{Onlooker, Onlookers},
-    session::{Outcome, Snapshot},
-};
+use boresight_app::{RESULT_FILE, SessionMetrics, run::Concluded, verdict_name};
+use boresight_files::{Overwrite, may_save};
+use boresight_formats::CalibrationFile;
+use boresight_guide::session::{Outcome, Snapshot};
+use boresight_run::pipeline::{Onlooker, Onlookers};
 
 /// How events are written on stderr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

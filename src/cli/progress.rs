@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use super::terminal::say;
 
 /// What most work does.
-pub(super) const FINDING: &str = "finding the board";
+pub const FINDING: &str = "finding the board";
 /// Work that takes less shows nothing.
 const SOON: Duration = Duration::from_secs(1);
 /// Between two lines where there is no terminal.
@@ -19,7 +19,7 @@ const BETWEEN_LINES: Duration = Duration::from_secs(10);
 const REDRAW: Duration = Duration::from_millis(500);
 
 /// Progress of one piece of work, on stderr.
-pub(super) struct Progress {
+pub struct Progress {
     bar: ProgressBar,
     what: String,
     began: Instant,
@@ -30,7 +30,7 @@ pub(super) struct Progress {
 
 impl Progress {
     /// `what` in `total` steps, shown once it has taken a second.
-    pub(super) fn new(what: &str, total: usize) -> Self {
+    pub fn new(what: &str, total: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::hidden())
             .with_message(what.to_owned());
         let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
@@ -45,8 +45,7 @@ impl Progress {
     }
 
     /// The same for steps of which each takes long: shown at once on a terminal.
-    #[cfg(feature = "study")]
-    pub(super) fn of_long_steps(what: &str, total: usize) -> Self {
+    pub fn of_long_steps(what: &str, total: usize) -> Self {
         let progress = Self::new(what, total);
         if progress.is_terminal {
             progress.show_bar();
@@ -55,36 +54,35 @@ impl Progress {
     }
 
     /// What is being done now.
-    #[cfg(feature = "study")]
-    pub(super) fn now(&self, what: &str) {
+    pub fn now(&self, what: &str) {
         self.bar.set_message(what.to_owned());
     }
 
     /// A step is done.
-    pub(super) fn step(&self) {
+    pub fn step(&self) {
         self.bar.inc(1);
         self.show();
     }
 
     /// `done` of `total` steps are done.
-    pub(super) fn at(&self, done: usize, total: usize) {
+    pub fn at(&self, done: usize, total: usize) {
         self.bar.set_length(total as u64);
         self.bar.set_position(done as u64);
         self.show();
     }
 
     /// Writes a line above the bar.
-    pub(super) fn say(&self, line: &str) {
+    pub fn say(&self, line: &str) {
         self.bar.suspend(|| say(line));
     }
 
     /// Does what writes to the terminal, with the bar out of its way.
-    pub(super) fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
+    pub fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
         self.bar.suspend(write)
     }
 
     /// The work is done: the bar goes.
-    pub(super) fn finish(&self) {
+    pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
 

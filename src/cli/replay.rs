@@ -13,16 +13,14 @@ use super::{
     terminal::{announcer, print, say},
 };
 #[cfg(not(feature = "window"))]
-use crate::app::MissingFeature;
-use crate::{
-    app::{
-        Exit, JournalReading,
-        redetect::{change, redetect},
-        result::{Conclusion, conclude},
-    },
-    recording::{Replayed, Rounding},
-    text,
+use boresight_app::MissingFeature;
+use boresight_app::{
+    Exit, JournalReading,
+    redetect::{change, redetect},
+    result::{Conclusion, conclude},
 };
+use boresight_present::text;
+use boresight_run::recording::{Replayed, Rounding};
 
 /// Re-run recorded sessions and compare every decision.
 ///
@@ -123,7 +121,7 @@ impl Arguments {
         }
         if self.gui {
             #[cfg(feature = "window")]
-            super::window::replay(crate::app::recordings::decided(
+            super::window::replay(boresight_app::recordings::decided(
                 path,
                 steps,
                 &again.replayed,

@@ -10,22 +10,20 @@ use super::{
     board_args::setting,
     terminal::{print, say},
 };
-use crate::{
-    app::{
-        Exit, RESULT_FILE,
-        report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
-        session_report,
-    },
-    calibration::{
-        BOARD_SCALE_SD,
-        files::{AcceptanceEntry, CalibrationFile},
-    },
-    capture::without_secrets,
-    config::Config,
-    files::{Overwrite, save},
+use boresight_app::{
+    Exit, RESULT_FILE,
+    report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
+    session_report,
+};
+use boresight_calibrate::BOARD_SCALE_SD;
+use boresight_capture::without_secrets;
+use boresight_files::{Overwrite, save};
+use boresight_formats::{AcceptanceEntry, CalibrationFile};
+use boresight_present::{
     report::page,
     text::{acceptance::acceptance, report as words},
 };
+use boresight_run::config::Config;
 
 /// Write a certificate and report of a calibration, to read and print.
 ///

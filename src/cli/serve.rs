@@ -11,10 +11,9 @@ use super::{
     board_args::BoardArguments,
     terminal::{announcer, stop_flag},
 };
-use crate::{
-    app::{Exit, Opening, Voice, phone::Head},
-    pipeline::Onlookers,
-};
+use boresight_app::{Exit, Opening, Voice};
+use boresight_phone::session_page::Head;
+use boresight_run::pipeline::Onlookers;
 
 /// Wait for a phone: choose camera, board and plan on its page, and calibrate.
 ///

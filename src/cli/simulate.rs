@@ -5,7 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 use clap::Args;
 
 use super::{board_args::BoardArguments, guide::conclude, progress::Progress, terminal::stop_flag};
-use crate::app::{Announcer, Exit, Opening};
+use boresight_app::{Announcer, Exit, Opening};
 
 /// Record a simulated session: every picture, every decision, and the true values.
 ///

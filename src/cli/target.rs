@@ -11,14 +11,16 @@ use super::{
     board_args::Size,
     terminal::{print, say},
 };
-use crate::{
-    app::{
-        Exit,
-        printed_board::{margin_code, new_id},
-    },
+use boresight_app::{
+    Exit,
+    printed_board::{margin_code, new_id},
+};
+use boresight_files::{Overwrite, save};
+use boresight_geometry::{
     board_code::{BoardCode, BoardId},
-    files::{Overwrite, save},
     markers::Markers,
+};
+use boresight_present::{
     target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
     text,
 };

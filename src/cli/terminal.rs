@@ -2,7 +2,6 @@
 
 use std::{
     io::Write,
-    process::ExitCode,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -13,14 +12,12 @@ use std::{
 use anyhow::Context;
 use serde_json::{Value, json};
 
-use crate::{
-    app::{Announcer, Exit},
-    text,
-};
+use boresight_app::Announcer;
+use boresight_present::text;
 
 /// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
 /// out still decides its exit code.
-pub(super) fn print(line: &str) -> anyhow::Result<()> {
+pub fn print(line: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout(), "{line}") {
         Err(err) if err.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => written.context("could not write to stdout"),
@@ -36,7 +33,7 @@ pub(super) fn log_as_json() {
 }
 
 /// Writes a line to stderr; without a reader the work continues. Names from files and devices command no terminal.
-pub(super) fn say(line: &str) {
+pub fn say(line: &str) {
     if AS_JSON.load(Ordering::Relaxed) {
         return log("message", || json!({ "text": line.trim() }));
     }
@@ -99,15 +96,4 @@ pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
 /// Prints every sentence on stderr.
 pub(super) fn announcer() -> Announcer {
     Announcer::new(say)
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Good => Self::SUCCESS,
-            Exit::Failed => Self::from(1),
-            Exit::NotTrustworthy => Self::from(3),
-            Exit::Recalibrate => Self::from(4),
-        }
-    }
 }

@@ -13,11 +13,12 @@ use super::{
     terminal::{announcer, print, stop_flag},
 };
 use crate::{
-    app::{AppHost, Exit, Opening, WindowHost, recordings::DecidedRecording, usual_memory},
-    calibration::files::CalibrationFile,
-    text::window as words,
     ui::{self, NoWindow},
+    window_host::WindowHost,
 };
+use boresight_app::{AppHost, Exit, Opening, recordings::DecidedRecording, usual_memory};
+use boresight_formats::CalibrationFile;
+use boresight_present::text::window as words;
 
 /// Runs sessions in a window until it's closed. The last session's result decides the exit code.
 /// Without `at_once`, the start page asks what the first one is about.

@@ -12,8 +12,6 @@ use std::{
 
 use egui::{Context, Ui, ViewportCommand};
 
-#[cfg(feature = "study")]
-use super::explore::{self, Explored};
 use super::{
     guide,
     keys::{self, UiAction},
@@ -27,12 +25,10 @@ use super::{
     theme::{self, background, switch},
     user_error,
 };
-use crate::{
-    app::host::{AppHost, Ended, Memory, SessionRequest, UserError, Wake},
-    device::Control,
-    session::{Command, Prompt},
-    text::{self, Act, window as words},
-};
+use boresight_app::host::{AppHost, Ended, Memory, SessionRequest, UserError, Wake};
+use boresight_geometry::device::Control;
+use boresight_guide::session::{Command, Prompt};
+use boresight_present::text::{self, Act, window as words};
 
 /// How often the picture is painted while something moves that does not come from the source.
 const MOVING: Duration = Duration::from_millis(16);
@@ -56,9 +52,6 @@ pub enum Page {
     Guide,
     /// The calibration.
     Result,
-    /// The paper's effect to play with.
-    #[cfg(feature = "study")]
-    Explore,
     /// The next session, and how the window looks and sounds.
     Settings,
     /// A recording, decision by decision.
@@ -88,8 +81,6 @@ pub struct App {
     stage: SessionState,
     screen: Screen,
     page: Page,
-    #[cfg(feature = "study")]
-    explored: Explored,
     result: result::ResultPage,
     /// What the person set of the camera's controls.
     adjusted: BTreeMap<Control, i64>,
@@ -157,8 +148,6 @@ impl App {
             stage: SessionState::Idle,
             screen: Screen { preferences, ..Screen::default() },
             page: Page::Start,
-            #[cfg(feature = "study")]
-            explored: Explored::default(),
             result: result::ResultPage::default(),
             adjusted: BTreeMap::new(),
             shelf: RecordingBrowser::default(),
@@ -451,8 +440,6 @@ impl App {
                 settings::show(ui, &self.screen.preferences, no_voice, &mut asks);
             }
             (_, Page::Replay) => self.shelf.show(ui, self.screen.preferences, &mut asks),
-            #[cfg(feature = "study")]
-            (_, Page::Explore) => explore::show(ui, &mut self.explored),
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
                 let state = match stage {
@@ -594,10 +581,6 @@ impl App {
                 }
                 Act::GuidePage => self.page = Page::Guide,
                 Act::ResultPage => self.page = Page::Result,
-                #[cfg(feature = "study")]
-                Act::ExplorePage => self.page = Page::Explore,
-                #[cfg(not(feature = "study"))]
-                Act::ExplorePage => {}
                 Act::ReplayPage => {
                     self.page = Page::Replay;
                     self.shelf.browse(&*self.host);

@@ -2,7 +2,9 @@
 
 use egui::{Button, Context, Key, Response, Ui};
 
-use crate::{device::Control, markers::Markers, session::ViewNumber, text::Act};
+use boresight_geometry::{device::Control, markers::Markers};
+use boresight_guide::session::ViewNumber;
+use boresight_present::text::Act;
 
 /// What a panel asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +14,7 @@ pub enum UiAction {
     /// Take back one view.
     Remove(ViewNumber),
     /// Start what was chosen on the start page.
-    Start(Box<crate::app::host::SessionRequest>),
+    Start(Box<boresight_app::host::SessionRequest>),
     /// Take two more views, where no board has been.
     TakeMore,
     /// Restart with a board of that many inner corners.
@@ -33,7 +35,7 @@ pub enum UiAction {
     /// Whether a session fills the screen while nobody is at the computer.
     FullScreenAfar(bool),
     /// Start with these settings.
-    Open(Box<crate::app::host::SessionRequest>),
+    Open(Box<boresight_app::host::SessionRequest>),
     /// Write the result in the format of this number.
     Export(usize),
     /// Compare the result with the calibration in this file.
@@ -75,15 +77,9 @@ fn key(act: Act) -> Key {
         Act::StartPage => Key::F6,
         Act::GuidePage => Key::F1,
         Act::ResultPage => Key::F2,
-        Act::ExplorePage => Key::F3,
         Act::SettingsPage => Key::F4,
         Act::ReplayPage => Key::F5,
     }
-}
-
-/// Everything that can be done in this build.
-pub(super) fn acts() -> impl Iterator<Item = Act> {
-    Act::ALL.iter().copied().filter(|act| cfg!(feature = "study") || *act != Act::ExplorePage)
 }
 
 /// Whether `act` does something to the running session.
@@ -104,7 +100,7 @@ pub(super) fn pressed(ctx: &Context) -> Vec<Act> {
             };
             free && input.modifiers.is_none() && input.key_pressed(key(*act))
         };
-        acts().filter(pressed).collect()
+        Act::ALL.iter().copied().filter(pressed).collect()
     })
 }
 

@@ -1,6 +1,6 @@
 //! The window: guidance by picture, words and sound, and the result.
 //!
-//! Panels see a [`Screen`] only: the newest [`crate::session::Snapshot`], the newest picture and how the
+//! Panels see a [`Screen`] only: the newest [`boresight_guide::session::Snapshot`], the newest picture and how the
 //! person wants to see them. What they want done they put into a list of [`UiAction`]s; [`App`] does it. The
 //! window never waits: pictures and snapshots are latest-wins, commands go out when there is room, and a
 //! session is ended and stored beside it.
@@ -15,14 +15,11 @@
 //! | `start` | camera, board and plan of the next session |
 //! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, camera controls, accepted views |
 //! | `result` | verdict, findings, numbers, exports, change since an older calibration |
-//! | `explore` | the paper's effect to play with |
 //! | `replay` | a recording, chosen from a list or by its path, decision by decision |
 //! | `settings` | how the window looks and sounds |
 //! | `trouble` | a session that could not be started |
 
 mod app;
-#[cfg(feature = "study")]
-pub mod explore;
 pub mod guide;
 mod keys;
 mod picture;
@@ -34,12 +31,12 @@ mod session_state;
 pub mod settings;
 mod sound;
 pub mod start;
-mod theme;
+pub mod theme;
 pub mod user_error;
 
 pub use app::{App, Page};
 pub use keys::UiAction;
 pub use picture::{Picture, Placed};
-pub use run::{NoWindow, SMALLEST, has_display, options, run, run_replay};
+pub use run::{NoWindow, SMALLEST, has_display, open, options, run, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::apply as apply_theme;

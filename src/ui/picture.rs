@@ -6,7 +6,7 @@ use egui::{Color32, ColorImage, Context, Pos2, Rect, TextureHandle, TextureOptio
 use image::GrayImage;
 use nalgebra::Point2;
 
-use crate::frame::{CaptureTime, Frame, ImageSize};
+use boresight_geometry::frame::{CaptureTime, Frame, ImageSize};
 
 /// The pixels of a small picture.
 pub(super) fn grey(image: &GrayImage) -> ColorImage {

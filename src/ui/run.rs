@@ -10,11 +10,9 @@ use super::{
     replay::{self, Replayed},
     theme,
 };
-use crate::{
-    app::{AppHost, recordings::DecidedRecording},
-    panic_message,
-    text::window as words,
-};
+use boresight_app::{AppHost, recordings::DecidedRecording};
+use boresight_geometry::panic_message;
+use boresight_present::text::window as words;
 
 /// Smallest window in which nothing is cut off.
 pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
@@ -97,7 +95,12 @@ pub fn has_display() -> bool {
         || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name))
 }
 
-fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
+/// Opens a window that shows `app` until it's closed.
+///
+/// # Errors
+///
+/// [`NoWindow`].
+pub fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<(), NoWindow> {
     if !has_display() {
         return Err(NoWindow::NoDisplay);
     }

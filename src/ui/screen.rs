@@ -6,10 +6,8 @@ use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use image::GrayImage;
 
 use super::picture::Picture;
-use crate::{
-    device::{Adjustable, Control, Lock, Locks},
-    session::{Outcome, Prompt, Snapshot, Stream, ViewNumber},
-};
+use boresight_geometry::device::{Adjustable, Control, Lock, Locks};
+use boresight_guide::session::{Outcome, Prompt, Snapshot, Stream, ViewNumber};
 
 /// Width of a thumbnail's texture.
 const THUMBNAIL_PX: u32 = 192;

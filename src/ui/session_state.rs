@@ -5,13 +5,13 @@ use std::collections::VecDeque;
 use egui::Context;
 
 use super::screen::Screen;
-use crate::{
-    app::host::{Ended, Opened, UserError, Wake},
-    device::Control,
+use boresight_app::host::{Ended, Opened, UserError, Wake};
+use boresight_geometry::device::Control;
+use boresight_guide::{
     guidance::Progress,
-    pipeline::Background,
     session::{Command, Snapshot},
 };
+use boresight_run::pipeline::Background;
 
 /// Where a session is.
 pub(super) enum SessionState {

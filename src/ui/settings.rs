@@ -7,7 +7,7 @@ use super::{
     screen::Preferences,
     theme,
 };
-use crate::text::{Act, settings as words, start};
+use boresight_present::text::{Act, settings as words, start};
 
 /// Width of the cards at most.
 const MOST: f32 = 720.0;

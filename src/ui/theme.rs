@@ -6,15 +6,15 @@ use egui::{
 };
 
 /// What is right.
-pub(super) const GREEN: Color32 = Color32::from_rgb(60, 210, 90);
+pub const GREEN: Color32 = Color32::from_rgb(60, 210, 90);
 /// What is on its way.
-pub(super) const AMBER: Color32 = Color32::from_rgb(255, 180, 30);
+pub const AMBER: Color32 = Color32::from_rgb(255, 180, 30);
 /// What is wrong.
-pub(super) const RED: Color32 = Color32::from_rgb(240, 80, 60);
+pub const RED: Color32 = Color32::from_rgb(240, 80, 60);
 /// What is only there.
-pub(super) const GREY: Color32 = Color32::from_rgb(190, 190, 190);
+pub const GREY: Color32 = Color32::from_rgb(190, 190, 190);
 /// What was measured in this frame.
-pub(super) const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
+pub const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
 /// Behind words about what is wrong, on a picture.
 pub(super) const ALARM: Color32 = Color32::from_rgb(170, 28, 18);
 /// What can be pressed first, and words on it.
@@ -26,20 +26,20 @@ pub(super) const SMALL: f32 = 11.0;
 /// … of what is read …
 pub(super) const BODY: f32 = 14.0;
 /// … of headings …
-pub(super) const TITLE: f32 = 18.0;
+pub const TITLE: f32 = 18.0;
 /// … and of the verdict.
 pub(super) const VERDICT: f32 = 24.0;
 /// Spacing is in multiples of this.
-pub(super) const UNIT: f32 = 8.0;
+pub const UNIT: f32 = 8.0;
 /// Behind the sentence.
-pub(super) const BAND: Color32 = Color32::from_gray(18);
+pub const BAND: Color32 = Color32::from_gray(18);
 /// Where boards have been.
 pub(super) const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 30);
 /// Behind words on the picture.
 pub(super) const SHADE: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
 
 /// One colour per direction of a line: opposed views share it.
-pub(super) fn direction(slot_rad: f64) -> Color32 {
+pub fn direction(slot_rad: f64) -> Color32 {
     let hue = (slot_rad / std::f64::consts::PI).rem_euclid(1.0);
     // From blue to pink: green, amber and red mean something.
     Hsva::new((0.55 + 0.4 * hue) as f32, 0.55, 1.0, 1.0).into()
@@ -56,7 +56,7 @@ pub(super) fn approach(share: f32) -> Color32 {
 }
 
 /// A line that is seen on any picture: dark below, `color` above.
-pub(super) fn strokes(width: f32, color: Color32, opacity: f32) -> [Stroke; 2] {
+pub fn strokes(width: f32, color: Color32, opacity: f32) -> [Stroke; 2] {
     [
         Stroke::new(width + 2.0, Color32::from_black_alpha(140).gamma_multiply(opacity)),
         Stroke::new(width, color.gamma_multiply(opacity)),
@@ -190,7 +190,7 @@ fn sunlight(visuals: &mut Visuals) {
 }
 
 /// A surface for what belongs together.
-pub(super) fn card(visuals: &Visuals) -> Frame {
+pub fn card(visuals: &Visuals) -> Frame {
     Frame::new()
         .fill(visuals.faint_bg_color)
         .stroke(visuals.widgets.noninteractive.bg_stroke)

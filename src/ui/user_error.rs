@@ -3,8 +3,8 @@
 use egui::{CentralPanel, RichText, Ui};
 
 use super::{keys::UiAction, theme};
-use crate::app::host::{SessionRequest, UserError};
-use crate::text::{Act, window as words};
+use boresight_app::host::{SessionRequest, UserError};
+use boresight_present::text::{Act, window as words};
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, trouble: &UserError, wish: &SessionRequest, asks: &mut Vec<UiAction>) {

@@ -38,8 +38,6 @@ mod session;
 mod session_properties;
 mod simulation;
 mod steady_state;
-#[cfg(feature = "study")]
-mod study;
 mod target;
 mod technician;
 mod torn_views;

@@ -20,5 +20,4 @@ mod page;
 mod picture;
 mod scene;
 mod settings;
-mod study;
 mod table;

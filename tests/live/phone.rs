@@ -10,10 +10,10 @@ use std::{
 };
 
 use boresight::{
-    app::{Announcer, Opening, phone::ended_page},
+    app::{Announcer, Opening},
     config::Config,
     pipeline::Onlookers,
-    serve::{EndedPage, Hub, PageFile, Secret, Server, Setup, Stage},
+    serve::{EndedPage, Hub, PageFile, Secret, Server, Setup, Stage, session_page::ended_page},
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

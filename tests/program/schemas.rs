@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use boresight::app::schemas::schemas;
+use boresight::schemas::schemas;
 use jsonschema::Validator;
 use serde_json::{Value, json};
 use tempfile::TempDir;

@@ -75,7 +75,7 @@ fn without_a_live_camera_nothing_needs_to_be_scrolled() {
     let moments = moments();
     for name in ["fresh", "holding", "accepted", "paused"] {
         let moment = moments.iter().find(|m| m.name == name).expect("there");
-        for page in [Page::Guide, Page::Settings, Page::Explore] {
+        for page in [Page::Guide, Page::Settings] {
             let size = boresight::ui::SMALLEST;
             let harness = harness_at(page, moment, (Theme::Dark, 1.0), size);
             assert_eq!(outside(&harness, size), Vec::<String>::new(), "{name} {page:?}");

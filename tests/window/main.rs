@@ -32,9 +32,7 @@ use boresight::{
     session::{Outcome, Snapshot},
     text::{Act, charts::Chart},
     ui::{
-        SMALLEST, Screen, UiAction, apply_theme,
-        explore::{self, Explored},
-        guide,
+        SMALLEST, Screen, UiAction, apply_theme, guide,
         replay::{self, Replayed},
         result, settings,
         start::{self, StartPage},
@@ -56,7 +54,6 @@ struct Table {
     screen: Screen,
     page: Page,
     result: result::ResultPage,
-    explored: Explored,
     replayed: Option<Replayed>,
     start: StartPage,
     choices: start::Choices,
@@ -68,14 +65,12 @@ enum Page {
     Start,
     Guide,
     Result,
-    Explore,
     Replay,
     Settings,
 }
 
 impl Page {
-    const ALL: [Self; 6] =
-        [Self::Start, Self::Guide, Self::Result, Self::Explore, Self::Replay, Self::Settings];
+    const ALL: [Self; 5] = [Self::Start, Self::Guide, Self::Result, Self::Replay, Self::Settings];
 }
 
 fn draft() -> SessionRequest {
@@ -108,7 +103,6 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
             };
             result::show(ui, &table.screen, &context, &mut table.result, &mut table.asks);
         }
-        Page::Explore => explore::show(ui, &mut table.explored),
         Page::Replay => replay::show(ui, table.replayed.as_mut().expect("a recording")),
         Page::Settings => settings::show(ui, &table.screen.preferences, None, &mut table.asks),
         Page::Start => start::show(ui, &mut table.start, &table.choices, &mut table.asks),
@@ -146,7 +140,6 @@ fn harness_at(
         screen: Screen::default(),
         page,
         result: result::ResultPage::default(),
-        explored: Explored::default(),
         replayed: None,
         start: StartPage::new(start_page::chosen()),
         choices: start_page::choices(),
@@ -229,8 +222,6 @@ fn every_moment_is_read_on_every_page() {
         result.get_by_role_and_label(Role::Button, "calibration.json");
         replay_is_read(&moment);
         settings_are_read(&harness(Page::Settings, &moment, Theme::Dark, 1.0));
-        // It does not depend on the session; it must stand beside every one.
-        harness(Page::Explore, &moment, Theme::Dark, 1.0).get_by_label("8.47 px");
     }
 }
 
@@ -274,31 +265,6 @@ fn every_chart_says_what_it_shows() {
             "{chart:?}"
         );
     }
-}
-
-#[test]
-fn a_dragged_board_deflects_its_line_and_a_partner_cancels_it() {
-    let moments = moments();
-    let mut page = harness(Page::Explore, &moments[0], Theme::Dark, 1.0);
-    page.get_by_label("0.303°");
-    page.get_by_label("With its partner").click();
-    page.run();
-    page.get_by_label("0 px");
-    let picture = page.get_by_role(Role::Image).rect();
-    let middle = picture.center();
-    page.drag_at(middle + egui::vec2(40.0, 0.0));
-    page.step();
-    page.hover_at(middle + egui::vec2(120.0, 0.0));
-    page.step();
-    page.drop_at(middle + egui::vec2(120.0, 0.0));
-    page.run();
-    let seen = page.state().explored.seen();
-    let offset_px = seen.deflection.expect("a line").offset_px.abs();
-    assert!(offset_px > 20.0, "dragged across its line: {offset_px}");
-    page.get_by_label("0 px");
-    page.get_by_label("As in the paper").click();
-    page.run();
-    page.get_by_label("8.47 px");
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn the_matrix_of_pages_and_moments_is_painted() {
                     paint(&folder, title, &moment, (page, distance), (theme, size));
                 }
                 if ["first run", "no camera"].contains(&title) {
-                    for page in [Page::Start, Page::Settings, Page::Explore] {
+                    for page in [Page::Start, Page::Settings] {
                         paint(&folder, title, &moment, (page, false), (theme, size));
                     }
                 }

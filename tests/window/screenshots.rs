@@ -18,10 +18,9 @@ use crate::{Page, fixtures::Moment, harness_at};
 
 type Picked = (&'static str, Page, fn(&Snapshot) -> bool);
 
-const PICTURES: [Picked; 8] = [
+const PICTURES: [Picked; 7] = [
     ("start", Page::Start, sees_a_board),
     ("settings", Page::Settings, |_| true),
-    ("explore", Page::Explore, |_| true),
     ("replay", Page::Replay, |step| matches!(step.decision.outcome, Outcome::Accepted { .. })),
     ("guide_tilting", Page::Guide, |step| is_about_the_pose(step) && sees_a_board(step)),
     (

@@ -9,16 +9,12 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
+use crate::cli::terminal::{print, say};
+use boresight_app::Exit;
+use boresight_files::Overwrite;
 #[cfg(feature = "parquet")]
-use crate::app::batch::gather_parquet as parquet;
-use crate::{
-    app::{
-        Exit,
-        batch::{Change, Changes, Gathered, Store, changes, gather},
-    },
-    cli::terminal::{print, say},
-    files::Overwrite,
-};
+use boresight_fleet::batch::gather_parquet as parquet;
+use boresight_fleet::batch::{Change, Changes, Gathered, Store, changes, gather};
 
 /// Put the results of a batch in one table.
 ///
@@ -87,7 +83,7 @@ impl Arguments {
 
 #[cfg(not(feature = "parquet"))]
 fn parquet(_: &Store, _: &std::path::Path, _: Overwrite) -> anyhow::Result<Gathered> {
-    Err(crate::app::MissingFeature::PARQUET.into())
+    Err(boresight_app::MissingFeature::PARQUET.into())
 }
 
 fn table(changes: &Changes) -> String {

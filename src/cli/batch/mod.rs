@@ -7,7 +7,7 @@ mod worker;
 
 use clap::{Args, Subcommand};
 
-use crate::app::Exit;
+use boresight_app::Exit;
 
 /// Work on many sessions, on one computer or on a cluster.
 ///

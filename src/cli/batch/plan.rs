@@ -8,10 +8,9 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use crate::{
-    app::{Exit, batch::plan},
-    cli::terminal::say,
-};
+use crate::cli::terminal::say;
+use boresight_app::Exit;
+use boresight_fleet::batch::plan;
 
 /// List the sessions in and below folders, one a line, for `batch run`.
 ///

@@ -11,20 +11,16 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use crate::{
-    app::{
-        Exit,
-        batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics},
-    },
-    cli::{
-        board_args::setting,
-        export::FormatName,
-        operation::{LogForm, OnFinish},
-        progress::Progress,
-        terminal::{log, say, stop_flag},
-    },
-    files::{Overwrite, may_save},
+use crate::cli::{
+    board_args::setting,
+    export::FormatName,
+    operation::{LogForm, OnFinish},
+    progress::Progress,
+    terminal::{log, say, stop_flag},
 };
+use boresight_app::Exit;
+use boresight_files::{Overwrite, may_save};
+use boresight_fleet::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
 
 /// Work on the sessions of a manifest, or on one shard of them.
 ///
@@ -219,11 +215,11 @@ impl Arguments {
             anyhow::bail!("--set changes nothing about --action export");
         }
         // Better known now than from every row.
-        crate::config::Config::load(None, &self.settings)?;
+        boresight_run::config::Config::load(None, &self.settings)?;
         let mut job = Job { settings: self.settings.clone(), ..Job::new(action) };
         if action == Action::Export {
             let format = self.format.unwrap_or(FormatName::OpencvYaml);
-            job.format = Some(crate::app::export::Format::from(format).code().into());
+            job.format = Some(boresight_app::export::Format::from(format).code().into());
         }
         match &self.against {
             Some(file) => job.against(file),

@@ -10,13 +10,9 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use crate::{
-    app::{
-        Exit,
-        batch::{Item, Job, Store, work},
-    },
-    cli::terminal::print,
-};
+use crate::cli::terminal::print;
+use boresight_app::Exit;
+use boresight_fleet::batch::{Item, Job, Store, work};
 
 /// Work on the items of stdin; `batch run` starts it.
 #[derive(Debug, Args)]

@@ -10,7 +10,7 @@ use super::{
     },
     App, Page,
 };
-use crate::text::{self, Act, window as words};
+use boresight_present::text::{self, Act, window as words};
 
 impl App {
     pub(super) fn bar(&mut self, ui: &mut Ui, asks: &mut Vec<UiAction>) {
@@ -23,8 +23,6 @@ impl App {
                     (Page::Start, Act::StartPage),
                     (Page::Guide, Act::GuidePage),
                     (Page::Result, Act::ResultPage),
-                    #[cfg(feature = "study")]
-                    (Page::Explore, Act::ExplorePage),
                     (Page::Settings, Act::SettingsPage),
                     (Page::Replay, Act::ReplayPage),
                 ] {
@@ -78,7 +76,7 @@ impl App {
         let mut open = true;
         egui::Window::new(words::HELP).open(&mut open).collapsible(false).show(ui.ctx(), |ui| {
             egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
-                for act in keys::acts() {
+                for act in Act::ALL.iter().copied() {
                     let control = act.words();
                     ui.label(RichText::new(control.key).strong().monospace());
                     ui.label(format!("{}: {}", control.label, control.tip));

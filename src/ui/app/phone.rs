@@ -5,10 +5,8 @@ use egui::{
     vec2,
 };
 
-use crate::{
-    app::host::{AppHost, PhoneLink},
-    text::phone as words,
-};
+use boresight_app::host::{AppHost, PhoneLink};
+use boresight_present::text::phone as words;
 
 /// Side of a module.
 const MODULE: f32 = 6.0;

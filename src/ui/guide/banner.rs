@@ -3,11 +3,8 @@
 use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
 use super::super::{keys::UiAction, screen::Screen, theme};
-use crate::{
-    guidance::Progress,
-    session::Snapshot,
-    text::{self, Trouble, adjust, window as words},
-};
+use boresight_guide::{guidance::Progress, session::Snapshot};
+use boresight_present::text::{self, Trouble, adjust, window as words};
 
 /// Longer than this without a picture is worth saying.
 const STALLED_SECS: f64 = 2.0;

@@ -3,11 +3,9 @@
 use egui::{Button, RichText, Slider, Ui};
 
 use super::super::{keys::UiAction, screen::Screen};
-use crate::{
-    device::{Adjustable, Lock},
-    session::Stream,
-    text::adjust as words,
-};
+use boresight_geometry::device::{Adjustable, Lock};
+use boresight_guide::session::Stream;
+use boresight_present::text::adjust as words;
 
 /// Shows those that can be set.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {

@@ -3,7 +3,7 @@
 use egui::{Align2, Color32, FontId, Painter, Rect, Sense, Ui, Vec2};
 
 use super::super::{screen::Screen, theme};
-use crate::guidance::Advice;
+use boresight_guide::guidance::Advice;
 
 /// Height of the bar as a share of the window's.
 const BAR: f32 = 0.035;

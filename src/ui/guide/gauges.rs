@@ -4,11 +4,11 @@ use egui::{Color32, RichText, Sense, Stroke, Ui, Vec2, pos2};
 use nalgebra::Point2;
 
 use super::super::{screen::Screen, theme};
-use crate::{
+use boresight_guide::{
     guidance::direction_difference_rad,
     session::{Snapshot, lateral_offset_px},
-    text::window::Gauge,
 };
+use boresight_present::text::window::Gauge;
 
 /// A gauge's reading.
 #[derive(Clone, Copy, Debug, PartialEq)]

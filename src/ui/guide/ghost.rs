@@ -7,10 +7,8 @@ use super::{
     super::{picture::Placed, theme},
     icon::arrow,
 };
-use crate::{
-    ghost::{Card, Shade, closeness},
-    session::Snapshot,
-};
+use boresight_guide::session::Snapshot;
+use boresight_present::ghost::{Card, Shade, closeness};
 
 /// Opacity of the card while the board is far from it, and on it: then the board itself is seen.
 const OPACITY: [f32; 2] = [0.62, 0.06];

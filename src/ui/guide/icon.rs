@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 
-use crate::session::{Edge, Prompt};
+use boresight_guide::session::{Edge, Prompt};
 
 /// A movement, with its direction on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,7 +116,7 @@ pub(super) fn arrow(painter: &Painter, path: &[Pos2], above: Stroke, below: Stro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::Across;
+    use boresight_guide::session::Across;
 
     #[test]
     fn one_movement_is_shown_at_a_time() {

@@ -3,7 +3,7 @@
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, StrokeKind, Vec2};
 
 use super::super::theme;
-use crate::text::window as words;
+use boresight_present::text::window as words;
 
 /// Paints over the last picture; the camera has been lost for `secs`.
 pub(super) fn paint(painter: &Painter, rect: Rect, secs: f64) {

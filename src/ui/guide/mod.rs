@@ -8,7 +8,7 @@ pub(super) mod ghost;
 mod icon;
 mod lost;
 mod numbers;
-pub(super) mod overlay;
+pub mod overlay;
 mod sentence;
 mod views;
 mod wheel;
@@ -23,7 +23,7 @@ use super::{
     picture::Placed,
     screen::Screen,
 };
-use crate::text::{Act, window as words};
+use boresight_present::text::{Act, window as words};
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {

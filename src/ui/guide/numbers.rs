@@ -3,7 +3,7 @@
 use egui::{Grid, RichText, Ui};
 
 use super::super::{screen::Screen, theme};
-use crate::text::window as words;
+use boresight_present::text::window as words;
 
 /// Shows them.
 pub(super) fn show(ui: &mut Ui, screen: &Screen) {

@@ -9,12 +9,11 @@ use super::{
     super::{picture::Placed, screen::Screen, theme},
     ghost,
 };
-use crate::{
-    geometry::{BoardOutline, Camera, GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px},
-    guidance::Advice,
-    session::Snapshot,
-    text,
+use boresight_geometry::{
+    BoardOutline, Camera, GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px,
 };
+use boresight_guide::{guidance::Advice, session::Snapshot};
+use boresight_present::text;
 
 /// Until then the drawing counts as the picture's own.
 const FRESH_SECS: f64 = 0.12;
@@ -220,13 +219,7 @@ pub(in super::super) fn ellipse_px(
 }
 
 /// Words on the picture.
-pub(in super::super) fn shaded_text(
-    painter: &Painter,
-    at: Pos2,
-    align: Align2,
-    words: &str,
-    size: f32,
-) {
+pub fn shaded_text(painter: &Painter, at: Pos2, align: Align2, words: &str, size: f32) {
     let galley = painter.layout_no_wrap(words.into(), FontId::proportional(size), Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());
     painter.rect_filled(rect.expand2(Vec2::new(5.0, 2.0)), 3.0, theme::SHADE);

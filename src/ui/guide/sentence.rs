@@ -9,10 +9,8 @@ use super::{
     super::{screen::Screen, theme},
     icon,
 };
-use crate::{
-    session::Gravity,
-    text::{self, window as words},
-};
+use boresight_guide::session::Gravity;
+use boresight_present::text::{self, window as words};
 
 /// How large letters are, whatever the sentence.
 struct Size {

@@ -4,7 +4,7 @@ use egui::{Button, accesskit::Role};
 use egui::{Color32, Frame, Image, RichText, ScrollArea, Sense, Stroke, Ui, Vec2, WidgetInfo};
 
 use super::super::{keys::UiAction, screen::Screen, theme};
-use crate::text::window as words;
+use boresight_present::text::window as words;
 
 /// Height of a small picture.
 const HIGH: f32 = 48.0;

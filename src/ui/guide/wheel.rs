@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use egui::{Align2, Color32, FontId, Sense, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role};
 
 use super::super::{screen::Screen, theme};
-use crate::text::window::{WHEEL, WHEEL_TIP, slot_state};
+use boresight_present::text::window::{WHEEL, WHEEL_TIP, slot_state};
 
 /// Height of what stands below the wheel.
 const BELOW: f32 = 366.0;

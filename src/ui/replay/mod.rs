@@ -15,7 +15,7 @@ use egui::{Button, Panel, RichText, Slider, Ui};
 use transport::{Sign, button};
 
 use super::{guide, theme};
-use crate::text::replay as words;
+use boresight_present::text::replay as words;
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, replayed: &mut Replayed) {

@@ -8,10 +8,8 @@ use super::super::{
     keys::{UiAction, button},
     theme,
 };
-use crate::{
-    app::{host::UserError, recordings::Recording},
-    text::{Act, replay as words},
-};
+use boresight_app::{host::UserError, recordings::Recording};
+use boresight_present::text::{Act, replay as words};
 
 /// What the person does where no recording is open.
 #[derive(Clone, Debug, Default)]

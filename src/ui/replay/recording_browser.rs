@@ -8,13 +8,11 @@ use super::{
     super::{keys::UiAction, screen::Preferences},
     Picker, Replayed, pick, show,
 };
-use crate::{
-    app::{
-        host::{AppHost, Loading, UserError, Wake},
-        recordings::DecidedRecording,
-    },
-    text::replay as words,
+use boresight_app::{
+    host::{AppHost, Loading, UserError, Wake},
+    recordings::DecidedRecording,
 };
+use boresight_present::text::replay as words;
 
 /// See the module.
 #[derive(Default)]

@@ -6,10 +6,8 @@ use super::super::{
     picture::Picture,
     screen::{Preferences, Screen},
 };
-use crate::{
-    app::recordings::{DecidedRecording, LoadPicture},
-    session::{Outcome, Snapshot},
-};
+use boresight_app::recordings::{DecidedRecording, LoadPicture};
+use boresight_guide::session::{Outcome, Snapshot};
 
 /// A recording that was decided again.
 pub struct Replayed {

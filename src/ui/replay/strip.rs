@@ -3,11 +3,11 @@
 use egui::{Color32, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2};
 
 use super::{super::theme, replayed::Replayed};
-use crate::{
+use boresight_guide::{
     guidance::Refusal,
     session::{Outcome, Snapshot},
-    text::replay as words,
 };
+use boresight_present::text::replay as words;
 
 /// Shows the strip. Returns the decision that was clicked.
 pub(super) fn show(ui: &mut Ui, replayed: &Replayed) -> Option<usize> {

@@ -3,7 +3,7 @@
 use egui::{Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2};
 
 use super::super::theme;
-use crate::text::replay::Step;
+use boresight_present::text::replay::Step;
 
 /// What a button shows.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,13 +10,12 @@ use super::{
     super::{guide::overlay::ellipse_px, picture::Placed, screen::Screen, theme},
     result_page::ResultPage,
 };
-use crate::{
-    calibration::{Calibration, Drift, leave_out::consecutive},
-    frame::ImageSize,
-    geometry::{GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, intersect_unweighted},
-    session::Snapshot,
-    text::charts::{self as words, Chart},
+use boresight_calibrate::{Calibration, Drift, leave_out::consecutive};
+use boresight_geometry::{
+    GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, frame::ImageSize, intersect_unweighted,
 };
+use boresight_guide::session::Snapshot;
+use boresight_present::text::charts::{self as words, Chart};
 
 /// Room for the words below a chart.
 const NOTE: f32 = 34.0;

@@ -6,11 +6,9 @@ use egui::{ComboBox, RichText, TextEdit, Ui};
 
 use super::super::{keys::UiAction, theme};
 use super::error_lines::error_lines;
-use crate::{
-    app::host::{AppHost, Compared, Comparing, UserError, Wake},
-    calibration::DriftVerdict,
-    text::{self, result as words},
-};
+use boresight_app::host::{AppHost, Compared, Comparing, UserError, Wake};
+use boresight_calibrate::DriftVerdict;
+use boresight_present::text::{self, result as words};
 
 /// A comparison with an older calibration.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 use egui::{RichText, Ui};
 
 use super::super::theme;
-use crate::app::host::UserError;
+use boresight_app::host::UserError;
 
 /// An error with its next action.
 pub(super) fn error_lines(ui: &mut Ui, error: &UserError) {

@@ -18,10 +18,8 @@ use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 use error_lines::error_lines;
 
 use super::{keys::UiAction, screen::Screen, theme};
-use crate::{
-    app::host::{Ended, UserError},
-    text::window as words,
-};
+use boresight_app::host::{Ended, UserError};
+use boresight_present::text::window as words;
 
 /// What the page shows in addition to the screen.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,8 @@
 use std::path::PathBuf;
 
 use super::comparison::{Comparison, Outcome};
-use crate::{app::host::Ended, text::charts::Chart};
+use boresight_app::host::Ended;
+use boresight_present::text::charts::Chart;
 
 /// What the person does on the page.
 #[derive(Debug, Default)]

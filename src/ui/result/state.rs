@@ -1,4 +1,4 @@
-use crate::app::host::Ended;
+use boresight_app::host::Ended;
 
 /// Where the session is.
 #[derive(Clone, Copy, Debug)]

@@ -13,12 +13,10 @@ use super::{
     comparison::{self, Comparison},
     state::State,
 };
-use crate::{
-    calibration::{Calibration, Severity, Verdict},
-    geometry::{BoardOutline, open_corners},
-    session::Snapshot,
-    text::{self, Act, window as words},
-};
+use boresight_calibrate::{Calibration, Severity, Verdict};
+use boresight_geometry::{BoardOutline, open_corners};
+use boresight_guide::session::Snapshot;
+use boresight_present::text::{self, Act, window as words};
 
 /// Shows the verdict, and what would make it better.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiAction>) {

@@ -10,10 +10,8 @@ use super::{
     markers::{self, choice, kind},
     start_page::{Choices, StartPage},
 };
-use crate::{
-    markers::Markers,
-    text::{explore, start as words},
-};
+use boresight_geometry::markers::Markers;
+use boresight_present::text::{explore, start as words};
 
 /// Height of the drawing.
 const HIGH: f32 = 208.0;

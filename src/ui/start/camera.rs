@@ -9,10 +9,8 @@ use super::{
     super::{keys::UiAction, theme},
     start_page::{Choices, SIMULATION, StartPage},
 };
-use crate::{
-    app::host::CameraView,
-    text::{Act, start as words},
-};
+use boresight_app::host::CameraView;
+use boresight_present::text::{Act, start as words};
 
 /// Height of a picture as a share of its width.
 const ASPECT: f32 = 0.5625;

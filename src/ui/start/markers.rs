@@ -6,10 +6,8 @@ use super::{
     super::{keys::UiAction, theme},
     start_page::StartPage,
 };
-use crate::{
-    markers::{Dictionary, Layout, MarkerChoice, Markers},
-    text::{explore, start as words},
-};
+use boresight_geometry::markers::{Dictionary, Layout, MarkerChoice, Markers};
+use boresight_present::text::{explore, start as words};
 
 /// Which kind of board it is.
 pub(super) fn kind(ui: &mut Ui, page: &mut StartPage) {

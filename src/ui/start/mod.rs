@@ -20,10 +20,8 @@ use super::{
     keys::{UiAction, button},
     theme,
 };
-use crate::{
-    guidance::Plan,
-    text::{Act, start as words, window},
-};
+use boresight_guide::guidance::Plan;
+use boresight_present::text::{Act, start as words, window};
 
 /// Room that the cards take at most.
 const LARGEST: Vec2 = Vec2::new(1320.0, 720.0);

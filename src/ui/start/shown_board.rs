@@ -6,7 +6,8 @@ use egui::{
 };
 
 use super::{super::theme, board::draw};
-use crate::{markers::Markers, text::start as words};
+use boresight_geometry::markers::Markers;
+use boresight_present::text::start as words;
 
 /// Height of the line below the board.
 const LINE: f32 = 24.0;

@@ -2,11 +2,11 @@ use std::collections::BTreeMap;
 
 use egui::{Context, TextureHandle, TextureOptions};
 
-use crate::{
-    app::host::{CameraView, PrintedBoard, SessionRequest, UserError},
+use crate::ui::picture::grey;
+use boresight_app::host::{CameraView, PrintedBoard, SessionRequest, UserError};
+use boresight_geometry::{
     board::Checkerboard,
     markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, marker_count},
-    ui::picture::grey,
 };
 
 /// Names that mean no camera of this computer.

@@ -7,10 +7,10 @@ use super::{
     resolve::{Resolved, Target},
     rules::Rules,
     scan::{self, Named, Word},
-    source::Crate,
+    source::{Workspace, shown},
 };
 
-/// The crate, read and resolved, ready to be judged.
+/// The crates, read and resolved, ready to be judged.
 pub(crate) struct House {
     files: Vec<File>,
     modules: Vec<Place>,
@@ -19,6 +19,7 @@ pub(crate) struct House {
 
 struct File {
     path: String,
+    krate: String,
     room: String,
     module: usize,
     named: Vec<(Named, Resolved)>,
@@ -28,14 +29,16 @@ struct File {
 /// Where a module is.
 struct Place {
     module: Vec<String>,
+    krate: String,
     room: String,
     file: String,
 }
 
 impl House {
-    pub(crate) fn new(of: &Crate) -> Self {
+    pub(crate) fn new(of: &Workspace) -> Self {
         let files = of.sources.iter().map(|source| File {
             path: source.path.clone(),
+            krate: source.krate.clone(),
             room: source.room.clone(),
             module: source.module,
             named: scan::paths(source)
@@ -50,6 +53,7 @@ impl House {
         });
         let modules = of.modules.iter().map(|module| Place {
             module: module.path.clone(),
+            krate: of.sources[module.source].krate.clone(),
             room: of.sources[module.source].room.clone(),
             file: of.sources[module.source].path.clone(),
         });
@@ -63,26 +67,7 @@ impl House {
             for (named, resolved) in named {
                 if let Some(missing) = &resolved.missing {
                     let path = named.path.join("::");
-                    problems.push(format!("src/{file}: `{path}`: no `{missing}` found"));
-                }
-            }
-        }
-        problems
-    }
-
-    /// Rooms that use rooms they may not.
-    pub(crate) fn wrong_rooms(&self, rules: &Rules) -> Vec<String> {
-        let may_use: BTreeMap<_, _> = rules.may_use.iter().copied().collect();
-        let mut problems = Vec::new();
-        for File { path, room, named, .. } in &self.files {
-            let Some(allowed) = may_use.get(room.as_str()) else {
-                problems.push(format!("src/{path}: the room `{room}` is not on the map"));
-                continue;
-            };
-            for (used, names) in self.rooms_of(named) {
-                if used != *room && !allowed.split_whitespace().any(|room| room == used) {
-                    let names = listed(&names);
-                    problems.push(format!("src/{path}: `{room}` may not use `{used}`: {names}"));
+                    problems.push(format!("{}: `{path}`: no `{missing}` found", shown(file)));
                 }
             }
         }
@@ -113,18 +98,19 @@ impl House {
             for (file, names) in wrong {
                 let names = listed(&names);
                 problems.push(format!(
-                    "src/{path}: a panel sees plain data and words, not `{file}`: {names}"
+                    "{}: a panel sees plain data and words, not `{file}`: {names}",
+                    shown(path)
                 ));
             }
         }
-        problems.extend(unseen.iter().map(|panel| format!("src/{panel}: no such panel")));
+        problems.extend(unseen.iter().map(|panel| format!("{}: no such panel", shown(panel))));
         problems
     }
 
     /// Files, threads, clocks, chance and printing where none may be.
     pub(crate) fn wrong_reaches(&self, rules: &Rules) -> Vec<String> {
         let mut problems = Vec::new();
-        for File { path, room, named, words, .. } in &self.files {
+        for File { path, named, words, .. } in &self.files {
             for (reach, places) in rules.only_in {
                 if places.iter().any(|place| is_within(path, place)) {
                     continue;
@@ -135,7 +121,7 @@ impl House {
                     )
                 });
                 if by_path || words.iter().any(|word| reach.is_word(word)) {
-                    problems.push(format!("src/{path}: no {} in `{room}`", reach.words()));
+                    problems.push(format!("{}: no {} here", shown(path), reach.words()));
                 }
             }
         }
@@ -151,9 +137,9 @@ impl House {
                 for (_, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
                     let is_it = resolved.targets.iter().any(|target| match target {
                         Target::Item { module, name } => {
-                            file_module != module
-                                && format!("{}::{name}", self.modules[*module].module.join("::"))
-                                    == *item
+                            let place = &self.modules[*module];
+                            let path = [&[place.krate.clone()][..], &place.module].concat();
+                            file_module != module && format!("{}::{name}", path.join("::")) == *item
                         }
                         _ => false,
                     });
@@ -161,7 +147,7 @@ impl House {
                     used_rightly |= is_it && right;
                     if is_it && !right {
                         let users = users.join(", ");
-                        problems.insert(format!("src/{path}: only {users} may use `{item}`"));
+                        problems.insert(format!("{}: only {users} may use `{item}`", shown(path)));
                     }
                 }
             }
@@ -184,36 +170,39 @@ impl House {
                     seen = true;
                 } else if is_unsafe {
                     let only = rules.unsafe_in;
-                    problems.insert(format!("src/{path}: unsafe code outside src/{only}"));
+                    let only = shown(only);
+                    problems.insert(format!("{}: unsafe code outside {only}", shown(path)));
                 }
             }
         }
         if !seen {
-            problems.insert(format!("src/{}: no unsafe code", rules.unsafe_in));
+            problems.insert(format!("{}: no unsafe code", shown(rules.unsafe_in)));
         }
         problems.into_iter().collect()
     }
 
-    /// Circles between rooms.
-    pub(crate) fn circles_of_rooms(&self) -> Vec<String> {
+    /// Circles between the rooms of a crate; between crates, Cargo forbids them.
+    pub(crate) fn circles_of_rooms(&self, rules: &Rules) -> Vec<String> {
         let mut uses = Uses::default();
-        for File { path, room, named, .. } in &self.files {
-            for (used, names) in self.rooms_of(named) {
-                uses.add(room, &used, &format!("src/{path}: {}", listed(&names)));
+        for File { path, krate, room, named, .. } in &self.files {
+            if rules.of_rooms.contains(&krate.as_str()) {
+                for (used, names) in self.rooms_of(krate, named) {
+                    uses.add(room, &used, &format!("{}: {}", shown(path), listed(&names)));
+                }
             }
         }
         uses.circles()
     }
 
-    /// Circles between the files of a room: who names what another defines.
+    /// Circles between the files of a crate: who names what another defines.
     pub(crate) fn circles_of_files(&self) -> Vec<String> {
         let mut uses = Uses::default();
-        for File { path, room, named, .. } in &self.files {
+        for File { path, krate, named, .. } in &self.files {
             for (_, resolved) in named.iter().filter(|(named, _)| !named.passed_on) {
                 for target in &resolved.targets {
                     if let Target::Item { module, name } = target {
                         let used = &self.modules[*module];
-                        if used.room == *room {
+                        if used.krate == *krate {
                             uses.add(path, &used.file, name);
                         }
                     }
@@ -223,28 +212,12 @@ impl House {
         uses.circles()
     }
 
-    /// Rows of the map that stand in no order, twice, or for rooms that are not there.
-    pub(crate) fn wrong_map(&self, rules: &Rules) -> Vec<String> {
-        let rooms: BTreeSet<&str> = self.files.iter().map(|file| file.room.as_str()).collect();
-        let mut above = BTreeSet::new();
-        let mut problems = Vec::new();
-        for (room, uses) in rules.may_use {
-            for used in uses.split_whitespace().filter(|used| !above.contains(used)) {
-                problems
-                    .push(format!("map: `{used}` does not stand above `{room}`, which uses it"));
-            }
-            if !above.insert(*room) {
-                problems.push(format!("map: `{room}` stands there twice"));
-            }
-            if !rooms.contains(room) {
-                problems.push(format!("map: there is no room `{room}`"));
-            }
-        }
-        problems
-    }
-
-    /// Rooms that paths lead to or through, and the paths.
-    fn rooms_of(&self, named: &[(Named, Resolved)]) -> BTreeMap<String, BTreeSet<String>> {
+    /// Rooms of `krate` that paths lead to or through, and the paths.
+    fn rooms_of(
+        &self,
+        krate: &str,
+        named: &[(Named, Resolved)],
+    ) -> BTreeMap<String, BTreeSet<String>> {
         let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for (named, resolved) in named {
             let passed = resolved.passed.iter().copied();
@@ -253,12 +226,11 @@ impl House {
                 Target::External(_) => None,
             });
             for module in passed.chain(defined) {
-                let Place { module: path, room, .. } = &self.modules[module];
+                let place = &self.modules[module];
                 // Every path may begin at the root.
-                if path.is_empty() && room == "lib" {
-                    continue;
+                if place.krate == krate && !(place.module.is_empty() && place.room == "lib") {
+                    found.entry(place.room.clone()).or_default().insert(named.path.join("::"));
                 }
-                found.entry(room.clone()).or_default().insert(named.path.join("::"));
             }
         }
         found

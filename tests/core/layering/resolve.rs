@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::source::{Crate, Name};
+use super::source::{Name, Workspace};
 
 /// What a path stands for.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,7 +13,7 @@ pub(crate) enum Target {
         name: String,
     },
     Module(usize),
-    /// A path into another crate, imports replaced.
+    /// A path into other people's crates, imports replaced.
     External(Vec<String>),
 }
 
@@ -23,14 +23,14 @@ pub(crate) struct Resolved {
     pub(crate) targets: BTreeSet<Target>,
     /// Modules that the path names on its way.
     pub(crate) passed: BTreeSet<usize>,
-    /// A name that a module of this crate should have, and has not.
+    /// A name that a module of the workspace should have, and has not.
     pub(crate) missing: Option<String>,
 }
 
 /// Names being looked up, so that a re-export that leads to itself ends.
 type Open = Vec<(usize, String)>;
 
-impl Crate {
+impl Workspace {
     /// What `path` means in `module`.
     pub(crate) fn resolve(&self, module: usize, path: &[String]) -> Resolved {
         self.resolve_in(module, path, &mut Vec::new())
@@ -39,16 +39,17 @@ impl Crate {
     fn resolve_in(&self, from: usize, path: &[String], open: &mut Open) -> Resolved {
         let mut resolved = Resolved::default();
         let Some(first) = path.first() else { return resolved };
-        // `main.rs` uses the library by its name.
-        let from_another_crate = self.modules[from].root != 0;
         let mut now: BTreeSet<Target> = match first.as_str() {
             "crate" => [Target::Module(self.modules[from].root)].into(),
             "self" => [Target::Module(from)].into(),
             "super" => [Target::Module(self.modules[from].parent)].into(),
             _ => self.lookup(from, first, open),
         };
-        if now.is_empty() && first == "boresight" && from_another_crate {
-            now.insert(Target::Module(0));
+        // Another crate of the workspace, by its name.
+        if now.is_empty()
+            && let Some(library) = self.libraries.get(first)
+        {
+            now.insert(Target::Module(*library));
         }
         if now.is_empty() {
             now.insert(Target::External(vec![first.clone()]));

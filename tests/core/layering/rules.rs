@@ -1,82 +1,27 @@
-//! The rules of the house: who may use whom, and who may touch the outside world.
+//! The rules of the house: who may touch the outside world.
 
 use super::scan::Word;
 
 pub(crate) const RULES: Rules = Rules {
-    may_use: &[
-        ("lib", ""),
-        ("markers", ""),
-        ("board", "markers"),
-        ("board_code", "board"),
-        ("frame", ""),
-        ("device", "frame"),
-        ("panic_message", ""),
-        ("parallel", ""),
-        ("files", ""),
-        ("geometry", "frame"),
-        ("detection", "markers board board_code frame geometry"),
-        ("calibration", "board frame parallel geometry"),
-        ("guidance", "board frame geometry"),
-        ("session", "board frame device geometry detection calibration guidance"),
-        ("capture", "frame device panic_message files"),
-        ("config", "markers board frame device files geometry calibration guidance session"),
-        ("simulation", "markers board frame device files geometry capture config"),
-        ("recording", "board frame device files geometry detection guidance session config"),
-        ("pipeline", "board frame device panic_message detection session capture recording"),
-        ("target", "markers board_code"),
-        (
-            "text",
-            "markers board frame device geometry detection calibration guidance session target",
-        ),
-        ("ghost", "board geometry"),
-        ("speech", "session text"),
-        ("serve", "markers board frame device ghost guidance session pipeline text speech"),
-        ("chart", ""),
-        (
-            "study",
-            "board frame parallel geometry detection calibration guidance session simulation chart",
-        ),
-        ("report", "board frame geometry calibration text chart"),
-        (
-            "app",
-            "markers board board_code frame device panic_message parallel files geometry detection calibration \
-             guidance session capture config simulation recording pipeline target text speech serve report",
-        ),
-        (
-            "ui",
-            "markers board frame device panic_message geometry ghost calibration guidance session pipeline text \
-             study app",
-        ),
-        (
-            "cli",
-            "markers board board_code frame device files geometry detection calibration guidance session capture \
-             config simulation recording pipeline target text serve study report app ui",
-        ),
-        ("main", "cli"),
-    ],
+    of_rooms: &["boresight", "guide", "run", "present", "fleet"],
     panels: &[
-        "ui/guide",
-        "ui/result",
-        "ui/replay",
-        "ui/settings",
-        "ui/start",
-        "ui/user_error",
-        "ui/picture",
-        "ui/screen",
-        "ui/theme",
+        "boresight/ui/guide",
+        "boresight/ui/result",
+        "boresight/ui/replay",
+        "boresight/ui/settings",
+        "boresight/ui/start",
+        "boresight/ui/user_error",
+        "boresight/ui/picture",
+        "boresight/ui/screen",
+        "boresight/ui/theme",
     ],
     panels_may_use: &[
-        "markers",
-        "board",
-        "frame",
-        "device",
         "geometry",
-        "ghost",
-        "calibration",
-        "guidance",
-        "session",
-        "text",
-        "ui",
+        "calibrate",
+        "guide",
+        "present/ghost",
+        "present/text",
+        "boresight/ui",
         "app/host",
         "app/recordings",
     ],
@@ -85,11 +30,19 @@ pub(crate) const RULES: Rules = Rules {
         // nokhwa's calls may never return: it has a thread that can be left behind.
         (
             Reach::Path("std::thread"),
-            &["parallel", "pipeline", "study", "app", "cli", "capture/nokhwa", "serve/server.rs"],
+            &[
+                "geometry/parallel",
+                "run/pipeline",
+                "study",
+                "app",
+                "boresight/cli",
+                "capture/nokhwa",
+                "phone/server.rs",
+            ],
         ),
-        (Reach::Path("crossbeam_channel"), &["pipeline", "app", "cli"]),
+        (Reach::Path("crossbeam_channel"), &["run/pipeline", "app", "boresight/cli"]),
         // One place opens and writes files; sysfs, and the lock of a session, are other matters.
-        (Reach::Path("std::fs"), &["files", "capture/v4l2", "recording/folder.rs"]),
+        (Reach::Path("std::fs"), &["files", "capture/v4l2", "run/recording/folder.rs"]),
         (Reach::Path("tempfile"), &["files"]),
         (Reach::Method("exists"), FILES),
         (Reach::Method("try_exists"), FILES),
@@ -102,82 +55,95 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Method("read_dir"), FILES),
         (Reach::Method("read_link"), FILES),
         (Reach::Method("sync_all"), FILES),
-        (Reach::Path("std::env"), &["app", "cli", "ui/run", "ui/sound"]),
-        (Reach::Path("std::process"), &["capture", "app", "cli", "main", "ui/sound"]),
-        (Reach::Path("std::net"), &["serve"]),
-        (Reach::Path("tokio"), &["serve", "app/batch/cloud"]),
-        (Reach::Path("tokio_rustls"), &["serve"]),
-        (Reach::Path("axum"), &["serve"]),
-        (Reach::Path("hyper"), &["serve"]),
-        (Reach::Path("getrandom"), &["serve/keys.rs"]),
+        (
+            Reach::Path("std::env"),
+            &["app", "boresight/cli", "boresight/ui/run", "boresight/ui/sound"],
+        ),
+        (
+            Reach::Path("std::process"),
+            &["capture", "app", "boresight/cli", "boresight/main", "boresight/ui/sound"],
+        ),
+        (Reach::Path("std::net"), &["phone"]),
+        (Reach::Path("tokio"), &["phone", "fleet/batch/cloud"]),
+        (Reach::Path("tokio_rustls"), &["phone"]),
+        (Reach::Path("axum"), &["phone"]),
+        (Reach::Path("hyper"), &["phone"]),
+        (Reach::Path("getrandom"), &["phone/keys.rs"]),
         (Reach::Path("std::os"), &["capture", "files"]),
-        (Reach::Path("std::io::stdin"), &["cli"]),
-        (Reach::Path("std::io::stdout"), &["cli"]),
-        (Reach::Path("std::io::stderr"), &["cli"]),
+        (Reach::Path("std::io::stdin"), &["boresight/cli"]),
+        (Reach::Path("std::io::stdout"), &["boresight/cli"]),
+        (Reach::Path("std::io::stderr"), &["boresight/cli"]),
         // A stream read through another program or library has no clock of a driver.
         (
             Reach::Path("std::time::Instant"),
-            &["pipeline", "app", "cli", "capture/nokhwa", "capture/ffmpeg", "serve"],
+            &["run/pipeline", "app", "boresight/cli", "capture/nokhwa", "capture/ffmpeg", "phone"],
         ),
         (Reach::Path("std::time::SystemTime"), &[]),
         (Reach::Path("std::time::UNIX_EPOCH"), &[]),
-        (Reach::Path("jiff"), &["recording", "app", "cli"]),
-        (Reach::Path("rand"), &["simulation", "study"]),
-        (Reach::Path("rand_chacha"), &["simulation", "study"]),
-        (Reach::Path("rand_distr"), &["simulation", "study"]),
-        (Reach::Path("libc"), &["capture", "simulation/kernel"]),
-        (Reach::Path("rustix"), &["capture", "files", "serve/server.rs"]),
-        (Reach::Path("v4l"), &["capture", "simulation/kernel"]),
+        (Reach::Path("jiff"), &["run/recording", "app", "boresight/cli"]),
+        (Reach::Path("rand"), &["sim", "study"]),
+        (Reach::Path("rand_chacha"), &["sim", "study"]),
+        (Reach::Path("rand_distr"), &["sim", "study"]),
+        (Reach::Path("libc"), &["capture", "sim/kernel"]),
+        (Reach::Path("rustix"), &["capture", "files", "phone/server.rs"]),
+        (Reach::Path("v4l"), &["capture", "sim/kernel"]),
         (Reach::Path("nokhwa"), &["capture"]),
         (Reach::Macro("print"), &[]),
         (Reach::Macro("println"), &[]),
         (Reach::Macro("eprint"), &[]),
         (Reach::Macro("eprintln"), &[]),
         // Formats are read and written where files are.
-        (Reach::Path("toml"), &["config", "recording", "app", "cli", "simulation/scene_file"]),
-        (Reach::Path("serde_saphyr"), &["calibration/files/import"]),
-        (Reach::Path("rusqlite"), &["app/history"]),
-        (Reach::Path("parquet"), &["app/batch/parquet_table.rs"]),
-        (Reach::Path("object_store"), &["app/batch/cloud"]),
-        (Reach::Path("rustls"), &["app/batch/cloud/client.rs"]),
-        (Reach::Path("futures_util"), &["app/batch/cloud"]),
-        (Reach::Path("clap"), &["cli"]),
-        (Reach::Path("anyhow"), &["app", "cli"]),
-        (Reach::Path("egui"), &["ui"]),
-        (Reach::Path("eframe"), &["ui"]),
+        (
+            Reach::Path("toml"),
+            &["run/config", "run/recording", "app", "boresight/cli", "sim/scene_file"],
+        ),
+        (Reach::Path("serde_saphyr"), &["formats/import"]),
+        (Reach::Path("rusqlite"), &["fleet/history"]),
+        (Reach::Path("parquet"), &["fleet/batch/parquet_table.rs"]),
+        (Reach::Path("object_store"), &["fleet/batch/cloud"]),
+        (Reach::Path("rustls"), &["fleet/batch/cloud/client.rs"]),
+        (Reach::Path("futures_util"), &["fleet/batch/cloud"]),
+        (Reach::Path("clap"), &["boresight/cli"]),
+        (Reach::Path("anyhow"), &["app", "boresight/cli"]),
+        (Reach::Path("egui"), &["boresight/ui"]),
+        (Reach::Path("eframe"), &["boresight/ui"]),
         // People's units stop at the edge: settings, files, sentences.
         (
             Reach::Ending("_mm"),
             &[
-                "config",
-                "simulation/scene_file",
-                "calibration/files",
-                "target",
-                "text",
-                "report",
+                "run/config",
+                "sim/scene_file",
+                "formats",
+                "present/target",
+                "present/text",
+                "present/report",
                 "app",
-                "cli",
+                "boresight/cli",
             ],
         ),
-        (Reach::Method("to_degrees"), &["calibration/files", "text", "study", "app", "cli"]),
+        (
+            Reach::Method("to_degrees"),
+            &["formats", "present/text", "study", "app", "boresight/cli"],
+        ),
     ],
-    only_by: &[("recording::replay::replay", &["app/saved_session.rs"])],
+    only_by: &[("run::recording::replay::replay", &["app/saved_session.rs"])],
     unsafe_in: "capture/v4l2/linux.rs",
 };
 
-const FILES: &[&str] = &["files", "capture", "recording", "app", "cli"];
-const FILES_AND_SOUND: &[&str] = &["files", "capture", "recording", "app", "cli", "ui/sound"];
+const FILES: &[&str] = &["files", "capture", "run/recording", "app", "boresight/cli"];
+const FILES_AND_SOUND: &[&str] =
+    &["files", "capture", "run/recording", "app", "boresight/cli", "boresight/ui/sound"];
 
 /// The tables that say who may do what.
 pub(crate) struct Rules {
-    /// A room and the rooms it may use, bottom up.
-    pub(crate) may_use: &'static [(&'static str, &'static str)],
-    /// Files and folders of panels, and the rooms and files that they may use.
+    /// Crates whose modules at the root are rooms.
+    pub(crate) of_rooms: &'static [&'static str],
+    /// Files and folders of panels, and the crates, rooms and files that they may use.
     pub(crate) panels: &'static [&'static str],
     pub(crate) panels_may_use: &'static [&'static str],
-    /// What reaches outside, and the only rooms, folders and files that may.
+    /// What reaches outside, and the only crates, folders and files that may.
     pub(crate) only_in: &'static [(Reach, &'static [&'static str])],
-    /// An item of this crate and the only files that may use it.
+    /// An item and the only files that may use it.
     pub(crate) only_by: &'static [(&'static str, &'static [&'static str])],
     /// The only file with unsafe code.
     pub(crate) unsafe_in: &'static str,

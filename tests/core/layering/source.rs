@@ -1,4 +1,4 @@
-//! The crate as Rust sees it: files, the modules in them, and the names each module holds.
+//! The crates as Rust sees them: files, the modules in them, and the names each module holds.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -8,9 +8,11 @@ use syn::{Attribute, ImplItem, Item, Meta, TraitItem, UseTree, Visibility};
 
 /// A source file that is part of the product, not of its unit tests.
 pub(crate) struct Source {
-    /// Below `src`, for example `geometry/camera.rs`.
+    /// Crate and path below its `src`, for example `geometry/camera.rs`; `boresight` is the program's crate.
     pub(crate) path: String,
-    /// The first part of its path: `geometry`, or `lib` and `main` for the crates' roots.
+    /// The first part of its path.
+    pub(crate) krate: String,
+    /// The module of the crate's root that it belongs to: `session`, or `lib` and `main` for the roots.
     pub(crate) room: String,
     /// The module that the file is.
     pub(crate) module: usize,
@@ -55,51 +57,94 @@ pub(crate) struct Import {
     pub(crate) path: Vec<String>,
 }
 
-pub(crate) struct Crate {
+/// Every crate of the workspace but those that are other people's.
+pub(crate) struct Workspace {
     pub(crate) sources: Vec<Source>,
     pub(crate) modules: Vec<Module>,
+    /// The root module of each library, by the name that others use.
+    pub(crate) libraries: BTreeMap<String, usize>,
     /// Files that cannot be parsed or found, or that no `mod` names.
     pub(crate) problems: Vec<String>,
 }
 
-impl Crate {
-    /// The crate whose `src` folder lies in `checkout`.
+/// The program's crate, whose sources lie in `src`.
+const PROGRAM: &str = "boresight";
+/// Bindings made by a program: they have no rooms.
+const MADE: [&str; 1] = ["v4l2-sys"];
+
+impl Workspace {
+    /// The crates in `checkout`: `src` and `crates/*/src`.
     pub(crate) fn load(checkout: &Path) -> std::io::Result<Self> {
-        let src = checkout.join("src");
         let mut texts = BTreeMap::new();
-        let mut folders = vec![src.clone()];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(&folder)? {
-                let path = entry?.path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if path.extension().is_some_and(|extension| extension == "rs") {
-                    let below = path.strip_prefix(&src).unwrap_or(&path).to_string_lossy();
-                    texts.insert(below.into_owned(), fs::read_to_string(&path)?);
-                }
+        read(&checkout.join("src"), PROGRAM, &mut texts)?;
+        for entry in fs::read_dir(checkout.join("crates"))? {
+            let folder = entry?.path();
+            let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            if !MADE.contains(&name.as_str()) {
+                read(&folder.join("src"), &name, &mut texts)?;
             }
         }
         Ok(Self::from_texts(&texts))
     }
 
-    /// The crate made of files by path below `src`.
+    /// The crates made of files by crate and path below `src`.
     pub(crate) fn from_texts(texts: &BTreeMap<String, String>) -> Self {
-        let empty = Self { sources: Vec::new(), modules: Vec::new(), problems: Vec::new() };
+        let empty = Self {
+            sources: Vec::new(),
+            modules: Vec::new(),
+            libraries: BTreeMap::new(),
+            problems: Vec::new(),
+        };
         let mut reader = Reader { texts, reached: Vec::new(), made: empty };
-        for root in ["lib.rs", "main.rs"].into_iter().filter(|root| texts.contains_key(*root)) {
-            reader.file(root, Vec::new(), None);
+        let is_root = |path: &&String| path.ends_with("/lib.rs") || path.ends_with("/main.rs");
+        let roots = texts.keys().filter(is_root).filter(|path| path.matches('/').count() == 1);
+        for root in roots {
+            let module = reader.file(root, Vec::new(), None);
+            if let (Some(module), Some(name)) = (module, root.strip_suffix("/lib.rs")) {
+                let name = match name {
+                    PROGRAM => PROGRAM.to_owned(),
+                    part => format!("{PROGRAM}_{part}"),
+                };
+                reader.made.libraries.insert(name, module);
+            }
         }
         for path in texts.keys().filter(|path| !reader.reached.contains(path)) {
-            reader.made.problems.push(format!("src/{path}: no `mod` names this file"));
+            let problem = format!("{}: no `mod` names this file", shown(path));
+            reader.made.problems.push(problem);
         }
         reader.made
+    }
+}
+
+fn read(src: &Path, name: &str, texts: &mut BTreeMap<String, String>) -> std::io::Result<()> {
+    let mut folders = vec![src.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder)? {
+            let path = entry?.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let below = path.strip_prefix(src).unwrap_or(&path).to_string_lossy();
+                texts.insert(format!("{name}/{below}"), fs::read_to_string(&path)?);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where a file lies in the checkout.
+pub(crate) fn shown(path: &str) -> String {
+    match path.split_once('/') {
+        Some((PROGRAM, below)) => format!("src/{below}"),
+        Some((name, below)) => format!("crates/{name}/src/{below}"),
+        None => path.to_owned(),
     }
 }
 
 struct Reader<'a> {
     texts: &'a BTreeMap<String, String>,
     reached: Vec<String>,
-    made: Crate,
+    made: Workspace,
 }
 
 impl Reader<'_> {
@@ -110,7 +155,7 @@ impl Reader<'_> {
         let syntax = match syn::parse_file(text) {
             Ok(syntax) => syntax,
             Err(error) => {
-                self.made.problems.push(format!("src/{file}: not parsed: {error}"));
+                self.made.problems.push(format!("{}: not parsed: {error}", shown(file)));
                 return None;
             }
         };
@@ -118,7 +163,8 @@ impl Reader<'_> {
         let attributes = syntax.attrs.iter().map(ToTokens::to_token_stream).collect();
         self.made.sources.push(Source {
             path: file.to_owned(),
-            room: file.split(['/', '.']).next().unwrap_or_default().to_owned(),
+            krate: file.split('/').next().unwrap_or_default().to_owned(),
+            room: file.split(['/', '.']).nth(1).unwrap_or_default().to_owned(),
             module: self.made.modules.len(),
             uses: Vec::new(),
             code: vec![(self.made.modules.len(), attributes)],
@@ -181,7 +227,7 @@ impl Reader<'_> {
                             Some(file) => self.file(&file, path, Some(module)),
                             None => {
                                 let file = &self.made.sources[source].path;
-                                let problem = format!("src/{file}: no file for `mod {name}`");
+                                let problem = format!("{}: no file for `mod {name}`", shown(file));
                                 self.made.problems.push(problem);
                                 None
                             }

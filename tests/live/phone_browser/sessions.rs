@@ -13,12 +13,12 @@ use std::{
 };
 
 use boresight::{
-    app::{Announcer, Opening, phone::ended_page, source::OpenSource},
+    app::{Announcer, Opening, source::OpenSource},
     calibration::Calibration,
     config::Config,
     frame::CaptureTime,
     pipeline::{FrameReport, Onlookers},
-    serve::{Hub, Server, Setup, Stage},
+    serve::{Hub, Server, Setup, Stage, session_page::ended_page},
     session::Prompt,
     simulation::{Scene, SyntheticSource, technician::CueKind},
     text,

@@ -1,0 +1,158 @@
+//! The board that a printed code names, so that nobody types it.
+
+use std::{collections::VecDeque, path::PathBuf, time::Duration};
+
+use image::GrayImage;
+
+use super::{Announcer, source::OpenSource};
+use boresight_capture::{Arrival, preceded, read_picture};
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, read_code};
+use boresight_geometry::{board::Checkerboard, board_code::BoardCode};
+use boresight_present::text;
+use boresight_run::config::Config;
+
+/// Pictures in which a code is looked for; frames of a live camera, which are closer to each other.
+const PICTURES: usize = 10;
+const LIVE_FRAMES: usize = 45;
+/// Boards that are tried where the usual one is seen in part only: a smaller one looks so.
+const SMALLER: [(u16, u16); 8] = [(8, 6), (8, 5), (7, 6), (7, 5), (6, 5), (6, 4), (5, 4), (4, 3)];
+/// Searches for boards in all pictures together.
+const SEARCHES: usize = 80;
+/// Waits for a frame that may find nothing.
+const WAITS: usize = 20;
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// Reads codes, whichever board is in the picture.
+struct CodeReader {
+    detector: Detector,
+    /// The board that is tried first.
+    usual: Checkerboard,
+    searches_left: usize,
+}
+
+impl CodeReader {
+    fn new(usual: Checkerboard) -> Self {
+        let detector = Detector::new(DetectorParams::default());
+        Self { detector, usual, searches_left: SEARCHES }
+    }
+
+    fn read(&mut self, image: &GrayImage) -> Option<BoardCode> {
+        match self.search(image, self.usual)? {
+            Ok(detection) => read_code(image, &self.usual, &detection.corners),
+            Err(Miss::OtherBoard { columns, rows }) => {
+                let count = |count: usize| u16::try_from(count).ok();
+                self.read_as(image, (count(columns)?, count(rows)?))
+            }
+            Err(Miss::PartialBoard { .. } | Miss::Glare { .. }) => {
+                SMALLER.into_iter().find_map(|size| self.read_as(image, size))
+            }
+            Err(_) => None,
+        }
+    }
+
+    fn read_as(&mut self, image: &GrayImage, (columns, rows): (u16, u16)) -> Option<BoardCode> {
+        let board = Checkerboard::new(columns, rows, self.usual.square_m()).ok()?;
+        let seen = self.search(image, board)?.ok()?;
+        read_code(image, &board, &seen.corners)
+    }
+
+    /// `None` once there were enough searches.
+    fn search(
+        &mut self,
+        image: &GrayImage,
+        board: Checkerboard,
+    ) -> Option<Result<Detection, Miss>> {
+        self.searches_left = self.searches_left.checked_sub(1)?;
+        Some(self.detector.detect(image, &board))
+    }
+}
+
+/// Takes the board from the code in the first of `pictures` that shows one, and announces it. Without a code nothing
+/// changes. A picture that can't be read is left to whoever needs it.
+///
+/// # Errors
+///
+/// If `config` names no usable board.
+pub fn board_from_pictures(
+    pictures: &[PathBuf],
+    config: &mut Config,
+    keeps_square: bool,
+    announcer: &Announcer,
+) -> anyhow::Result<()> {
+    let mut reader = CodeReader::new(config.board()?);
+    let mut images = pictures.iter().take(PICTURES).filter_map(|path| read_picture(path).ok());
+    if let Some(code) = images.find_map(|image| reader.read(&image)) {
+        take(&code, config, keeps_square, announcer);
+    }
+    Ok(())
+}
+
+/// The same with the first frames of a source. A folder's or recording's frames come again; a live camera's are over.
+/// If the source is broken, its error comes where it came from the source.
+///
+/// # Errors
+///
+/// If `config` names no usable board.
+pub fn board_from_source(
+    open: OpenSource,
+    config: &mut Config,
+    keeps_square: bool,
+    announcer: &Announcer,
+) -> anyhow::Result<OpenSource> {
+    if open.truth.is_some() {
+        return Ok(open);
+    }
+    let mut reader = CodeReader::new(config.board()?);
+    let OpenSource { mut source, on_frame, truth } = open;
+    let keeps_frames = source.waits();
+    let mut first = VecDeque::new();
+    let (mut frames, mut waits) = (if keeps_frames { PICTURES } else { LIVE_FRAMES }, WAITS);
+    while frames > 0 && waits > 0 {
+        let arrival = source.next_frame(PATIENCE);
+        let code = match &arrival {
+            Ok(Arrival::Frame(frame)) => {
+                frames -= 1;
+                reader.read(&frame.image)
+            }
+            Ok(Arrival::NothingYet) => {
+                waits -= 1;
+                continue;
+            }
+            Ok(Arrival::Event(_)) => None,
+            Ok(Arrival::End) | Err(_) => {
+                first.push_back(arrival);
+                break;
+            }
+        };
+        if keeps_frames || matches!(arrival, Ok(Arrival::Event(_))) {
+            first.push_back(arrival);
+        }
+        if let Some(code) = code {
+            take(&code, config, keeps_square, announcer);
+            break;
+        }
+    }
+    Ok(OpenSource { source: Box::new(preceded(first, source)), on_frame, truth })
+}
+
+/// Puts the board that `code` names into `config`, with its measured square if the settings have one.
+fn take(code: &BoardCode, config: &mut Config, keeps_square: bool, announcer: &Announcer) {
+    let Some(board) = code.board() else { return };
+    let id = code.id().to_string();
+    let printed_mm = board.square_m() * 1e3;
+    let measured = config.boards.iter().find(|(key, _)| key.parse() == Ok(code.id()));
+    let measured = measured.map(|(_, board)| board.clone());
+    // Both are at most 99.
+    (config.board.columns, config.board.rows) = (board.columns() as u16, board.rows() as u16);
+    if !keeps_square {
+        // Micrometres, as printed.
+        let printed_mm = (printed_mm * 1e3).round() / 1e3;
+        config.board.square_mm = measured.as_ref().map_or(printed_mm, |board| board.square_mm);
+    }
+    announcer.say(&text::board_from_code(&board, &id, config.board.square_mm));
+    let certificate = &mut config.certificate;
+    certificate.board_id = id;
+    if let Some(measured) = measured.filter(|_| certificate.square_measured.is_empty()) {
+        certificate.square_measured = measured.measured_with;
+    }
+}

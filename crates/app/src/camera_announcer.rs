@@ -1,0 +1,63 @@
+//! Announces what the live camera does, once for each change.
+
+use super::Announcer;
+use boresight_geometry::device::{Control, Lock};
+use boresight_guide::session::{CameraState, Stream};
+use boresight_present::text::camera as words;
+
+/// Remembers the state that was announced last.
+#[derive(Debug)]
+pub(super) struct CameraAnnouncer<'a> {
+    announcer: &'a Announcer,
+    announced: CameraState,
+}
+
+impl<'a> CameraAnnouncer<'a> {
+    /// Nothing is announced yet.
+    pub(super) fn new(announcer: &'a Announcer) -> Self {
+        Self { announcer, announced: CameraState::default() }
+    }
+
+    /// Announces what is new in `now`.
+    pub(super) fn announce(&mut self, now: &CameraState) {
+        if *now == self.announced {
+            return;
+        }
+        let before = std::mem::replace(&mut self.announced, now.clone());
+        let say = |line: &str| self.announcer.say(line);
+        if let Some(mode) = now.mode.filter(|_| now.mode != before.mode) {
+            say(&format!("  Camera: {}", words::mode(&mode)));
+        }
+        for (fault, detail) in &now.doubts {
+            if before.doubts.get(fault) != Some(detail) {
+                let (cause, action) = words::with_detail(*fault, detail);
+                say(&format!("  {}: {cause}. {action}", fault.code()));
+            }
+        }
+        let (was, is) = (words::obstacle(&before), words::obstacle(now));
+        match is {
+            Some((cause, action)) if was.as_ref().is_none_or(|(before, _)| *before != cause) => {
+                let code = match &now.stream {
+                    Stream::Lost { fault, .. } => format!("{}: ", fault.code()),
+                    Stream::NotLive | Stream::Live => String::new(),
+                };
+                say(&format!("  {code}{cause}. {action}"));
+            }
+            None if was.is_some() => say("  The camera is back."),
+            _ => {}
+        }
+        if now.locks != before.locks {
+            let locks: Vec<String> = Control::ALL
+                .into_iter()
+                .filter(|control| !matches!(now.locks.of(*control), Lock::Unknown | Lock::Absent))
+                .map(|c| format!("{} {}", words::control(c), words::lock(now.locks.of(c))))
+                .collect();
+            let fixed = if locks.is_empty() {
+                "it has no controls to lock".into()
+            } else {
+                locks.join(", ")
+            };
+            say(&format!("  Controls: {fixed}"));
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Carries what the screen shows to the simulated person.
+
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender, bounded};
+
+use boresight_geometry::frame::FrameId;
+use boresight_guide::{
+    guidance::{Advice, Progress, Refusal, Target, direction_difference_rad},
+    session::Outcome,
+};
+use boresight_present::text;
+use boresight_run::pipeline::FrameReport;
+use boresight_sim::{
+    Cues,
+    technician::{Cue, CueKind, Instruction},
+};
+
+/// Smallest relative change of a distance or a shift that is worth another look at the sentence.
+const NOTICED_CHANGE: f64 = 0.25;
+/// The same of a direction or a tilt.
+const NOTICED_TURN_RAD: f64 = 0.25;
+/// How far a person steps back from a board that comes too close to the picture's edge.
+const STEP_BACK: f64 = 1.08;
+
+/// Sends what a person would see and hear after each judged frame.
+pub(super) struct CueSender {
+    link: Sender<(FrameId, Vec<Cue>)>,
+    last_target: Option<u32>,
+    last_instruction: Option<Instruction>,
+    /// The session's number of the source's frame 0, which a resumed session doesn't begin with.
+    first_frame: Option<u64>,
+}
+
+/// What the simulated person reads.
+pub(super) struct CueReceiver {
+    link: Receiver<(FrameId, Vec<Cue>)>,
+    unread: std::collections::VecDeque<Cue>,
+}
+
+/// A connected pair. One frame is under way at a time, so a little room is enough.
+pub(super) fn cue_link() -> (CueSender, CueReceiver) {
+    let (sender, receiver) = bounded(8);
+    let unread = std::collections::VecDeque::new();
+    (
+        CueSender { link: sender, last_target: None, last_instruction: None, first_frame: None },
+        CueReceiver { link: receiver, unread },
+    )
+}
+
+impl CueSender {
+    /// Sends what a person would see and hear after this frame.
+    pub(super) fn send(&mut self, report: FrameReport<'_>) {
+        let decision = &report.snapshot.decision;
+        let seen_at = report.observation.captured_at;
+        let mut cues = Vec::new();
+        if matches!(decision.outcome, Outcome::Accepted { .. }) {
+            cues.push(Cue { seen_at, kind: CueKind::Taken });
+        }
+        if decision.progress != Progress::Collecting {
+            cues.push(Cue { seen_at, kind: CueKind::Finished });
+        } else if self.last_target != Some(decision.target_serial)
+            && let Some(target) = &report.snapshot.target
+        {
+            self.last_target = Some(decision.target_serial);
+            let (ghost_px, target) = (target.ghost_px.clone(), u64::from(decision.target_serial));
+            cues.push(Cue { seen_at, kind: CueKind::Show { ghost_px, target } });
+        }
+        let shown = &report.snapshot.shown;
+        let target = report.snapshot.target.as_ref();
+        let instruction = shown.advice.and_then(|advice| instruction(&advice, target));
+        let news = match (self.last_instruction, instruction) {
+            (Some(last), Some(new)) => !is_same_gist(&last, &new),
+            (_, new) => new.is_some(),
+        };
+        if news && let Some(instruction) = instruction {
+            let words = text::prompt(shown.prompt).split_whitespace().count();
+            cues.push(Cue { seen_at, kind: CueKind::Sentence { instruction, words } });
+            self.last_instruction = Some(instruction);
+        }
+        // Without a reader the camera has stopped, and nobody holds the board.
+        let id = report.observation.frame_id.0;
+        let first = *self.first_frame.get_or_insert(id);
+        self.link.send((FrameId(id - first), cues)).ok();
+    }
+}
+
+/// What a person who reads this advice is asked to do; `None` for advice that asks for nothing.
+fn instruction(advice: &Advice, target: Option<&Target>) -> Option<Instruction> {
+    Some(match *advice {
+        Advice::ShowBoard => Instruction::ShowBoard,
+        Advice::ShowWholeFirst => Instruction::ShowWholeFirst,
+        Advice::TipTowards { wanted_rad: azimuth_rad, .. } => {
+            Instruction::Tip { azimuth_rad, tilt_rad: target?.tilt_rad }
+        }
+        Advice::Tilt { wanted_rad: tilt_rad, tilt_azimuth_rad: azimuth_rad, .. } => {
+            Instruction::Tip { azimuth_rad, tilt_rad }
+        }
+        Advice::Distance { span_fraction, wanted } => {
+            Instruction::Distance { ratio: span_fraction / wanted.max(1e-3) }
+        }
+        Advice::Shift { right_px, down_px } => Instruction::Shift { right_px, down_px },
+        Advice::HoldStill { .. }
+        | Advice::SteadyTheBoard
+        | Advice::Holding { .. }
+        | Advice::Mend { refusal: Refusal::Blurred { .. } } => Instruction::HoldStill,
+        Advice::Mend { refusal: Refusal::AtTheEdge { .. } } => {
+            Instruction::Distance { ratio: STEP_BACK }
+        }
+        Advice::Mend { refusal: Refusal::CameraNotReady } | Advice::Finished => return None,
+        Advice::Mend { .. } => Instruction::MatchGhost,
+    })
+}
+
+/// Whether a person who has read `last` learns nothing from `new`.
+fn is_same_gist(last: &Instruction, new: &Instruction) -> bool {
+    let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= NOTICED_CHANGE * scale;
+    match (*last, *new) {
+        (Instruction::Distance { ratio: a }, Instruction::Distance { ratio: b }) => {
+            near(a.ln(), b.ln(), 1.0) && (a < 1.0) == (b < 1.0)
+        }
+        (
+            Instruction::Shift { right_px: right_a, down_px: down_a },
+            Instruction::Shift { right_px: right_b, down_px: down_b },
+        ) => {
+            let scale = right_a.hypot(down_a);
+            near(right_a, right_b, scale) && near(down_a, down_b, scale)
+        }
+        (
+            Instruction::Tip { azimuth_rad: a, tilt_rad: tilt_a },
+            Instruction::Tip { azimuth_rad: b, tilt_rad: tilt_b },
+        ) => {
+            direction_difference_rad(a, b).abs() < NOTICED_TURN_RAD
+                && (tilt_a - tilt_b).abs() < NOTICED_TURN_RAD
+        }
+        (a, b) => a == b,
+    }
+}
+
+impl Cues for CueReceiver {
+    fn wait_judged(&mut self, published: Option<FrameId>, patience: Duration) -> bool {
+        let Some(published) = published else { return true };
+        let deadline = Instant::now() + patience;
+        while let Ok((frame, cues)) = self.link.recv_deadline(deadline) {
+            self.unread.extend(cues);
+            if frame >= published {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn next_cue(&mut self) -> Option<Cue> {
+        self.unread.pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_asks_the_person_for_what_it_says() {
+        let asks = |advice: Advice| instruction(&advice, None);
+        let closer = asks(Advice::Distance { span_fraction: 0.3, wanted: 0.6 });
+        assert_eq!(closer, Some(Instruction::Distance { ratio: 0.5 }));
+        let hold = Advice::HoldStill { speed_px_per_s: None, wanted_px_per_s: 20.0 };
+        assert_eq!(asks(hold), asks(Advice::Holding { progress: 0.4 }));
+        assert_eq!(asks(hold), Some(Instruction::HoldStill));
+        let cut = Refusal::AtTheEdge { margin_px: 3.0, wanted_px: 8.0 };
+        let Some(Instruction::Distance { ratio }) = asks(Advice::Mend { refusal: cut }) else {
+            unreachable!("it asks for another distance");
+        };
+        assert!(ratio > 1.0);
+        assert_eq!(asks(Advice::Finished), None);
+        assert_eq!(asks(Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad: 1.0 }), None);
+    }
+
+    #[test]
+    fn a_few_pixels_more_or_less_are_no_news() {
+        let closer = |ratio| Instruction::Distance { ratio };
+        assert!(is_same_gist(&closer(0.7), &closer(0.8)));
+        assert!(!is_same_gist(&closer(0.7), &closer(1.1)));
+        assert!(!is_same_gist(&closer(0.4), &closer(0.8)));
+        let shift = |right_px| Instruction::Shift { right_px, down_px: 10.0 };
+        assert!(is_same_gist(&shift(50.0), &shift(45.0)));
+        assert!(!is_same_gist(&shift(50.0), &shift(-50.0)));
+        let tip = |azimuth_rad| Instruction::Tip { azimuth_rad, tilt_rad: 0.7 };
+        assert!(is_same_gist(&tip(0.1), &tip(std::f64::consts::TAU - 0.1)));
+        assert!(!is_same_gist(&tip(0.0), &tip(1.0)));
+        assert!(!is_same_gist(&Instruction::HoldStill, &Instruction::MatchGhost));
+    }
+}

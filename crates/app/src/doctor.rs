@@ -1,0 +1,140 @@
+//! Verifies a session folder.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{JournalReading, RESULT_FILE};
+use boresight_files::{self as files, Links};
+use boresight_formats::CalibrationFile;
+use boresight_present::text;
+use boresight_run::recording::{
+    Journal, JournalContents, RecordingError, SessionFolder, missing_lines, stored_frame,
+    views_taken,
+};
+
+/// What a verification found.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// Whole lines of the journal.
+    pub lines: usize,
+    /// Whether the last line was cut by a crash.
+    pub cut: bool,
+    /// Stored pictures.
+    pub pictures: usize,
+    /// Accepted views at the end.
+    pub views: usize,
+    /// Decisions that this build makes differently, rounding apart.
+    pub different_decisions: usize,
+    /// Line of the first of them, from 1.
+    pub first_difference: Option<usize>,
+    /// What is damaged or missing; empty if the folder is whole.
+    pub problems: Vec<String>,
+}
+
+/// `boresight.doctor/1`: what `doctor --json` prints.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct DoctorFile {
+    /// [`DOCTOR_SCHEMA`].
+    #[cfg_attr(feature = "schemas", schemars(extend("const" = "boresight.doctor/1")))]
+    pub schema: String,
+    /// True if there are no problems.
+    pub whole: bool,
+    /// What is damaged or missing, in sentences.
+    pub problems: Vec<String>,
+    /// Whole lines of the journal.
+    pub lines: usize,
+    /// Stored pictures.
+    pub pictures: usize,
+    /// Accepted views at the end.
+    pub views: usize,
+    /// Whether the last line was cut by a crash.
+    pub cut: bool,
+    /// Decisions that this build makes differently, rounding apart.
+    pub different_decisions: usize,
+}
+
+/// Name and version of [`DoctorFile`].
+pub const DOCTOR_SCHEMA: &str = "boresight.doctor/1";
+
+impl From<&Diagnosis> for DoctorFile {
+    fn from(found: &Diagnosis) -> Self {
+        Self {
+            schema: DOCTOR_SCHEMA.into(),
+            whole: found.problems.is_empty(),
+            problems: found.problems.clone(),
+            lines: found.lines,
+            pictures: found.pictures,
+            views: found.views,
+            cut: found.cut,
+            different_decisions: found.different_decisions,
+        }
+    }
+}
+
+/// Verifies header, journal, stored pictures and result of the session at `path`. Changes nothing.
+///
+/// # Errors
+///
+/// If the header can't be read, or the journal can't be opened.
+pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
+    let header = SessionFolder::header(path)?;
+    let mut problems: Vec<String> = Vec::new();
+    match SessionFolder::read(path) {
+        Err(RecordingError::File(err)) if !err.is_missing() => return Err(err.into()),
+        Err(err) => problems.push(said(&err.into())),
+        Ok(_) => {}
+    }
+    let contents = match Journal::read_until_damage(&path.join("journal.jsonl")) {
+        Ok(contents) => contents,
+        Err(RecordingError::File(err)) if err.is_missing() => JournalContents::default(),
+        Err(err) => return Err(err.into()),
+    };
+    let is_whole = problems.is_empty();
+    if is_whole {
+        let missing = missing_lines(path, &contents).or_else(|| fewer_views(path, &contents));
+        problems.extend(missing.map(|reason| text::doctor::lines_missing(&reason)));
+    }
+    let is_proven = contents.header_crc32.is_some();
+    let reading = JournalReading::new(path, header, contents);
+    for stored in &reading.contents.stored {
+        if let Err(err) = stored_frame(path, stored) {
+            problems.push(said(&err.into()));
+        }
+    }
+    let JournalContents { lines, stored, cut, .. } = reading.contents.clone();
+    let lines = lines.len();
+    let saved = reading.session().map_err(|err| problems.push(said(&err))).ok();
+    let different = saved.as_ref().map_or(&[][..], |saved| &saved.replayed.different_lines);
+    // Without a checksum of the header: no rules of guidance ever changed every decision.
+    if is_whole && !is_proven && lines >= FOREIGN_LINES && different.len() == lines {
+        problems.push(text::doctor::FOREIGN_HEADER.into());
+    }
+    Ok(Diagnosis {
+        lines,
+        cut,
+        pictures: stored.len(),
+        views: saved.as_ref().map_or(0, |saved| saved.session.accepted().len()),
+        different_decisions: different.len(),
+        first_difference: different.first().copied(),
+        problems,
+    })
+}
+
+/// Lines from which on it's no accident that every decision differs.
+const FOREIGN_LINES: usize = 5;
+
+/// An error with its causes, in one sentence.
+fn said(err: &anyhow::Error) -> String {
+    format!("{err:#}")
+}
+
+/// That the result has more views than the journal ever took, in words.
+fn fewer_views(path: &Path, contents: &JournalContents) -> Option<String> {
+    let text = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused).ok()?;
+    let tree: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let in_result = CalibrationFile::read(&tree).ok()?.used().count();
+    let taken = views_taken(contents).ok()?;
+    (in_result > taken).then(|| text::doctor::fewer_views(in_result, taken))
+}

@@ -1,0 +1,157 @@
+//! The next action for an error.
+
+use super::host::UserError;
+use boresight_capture::CaptureError;
+use boresight_files::FileError;
+use boresight_formats::import::NotImported;
+use boresight_present::text;
+use boresight_run::{config::ConfigError, pipeline::PipelineError, recording::RecordingError};
+use boresight_sim::SceneError;
+
+/// The next action for an error, if one is known. The error itself says what happened.
+pub fn explain(err: &anyhow::Error) -> Option<String> {
+    err.chain().find_map(|cause| {
+        if let Some(err) = cause.downcast_ref::<RecordingError>() {
+            return recording(err);
+        }
+        if let Some(PipelineError::Recording(err)) = cause.downcast_ref::<PipelineError>() {
+            return recording(err);
+        }
+        if let Some(err) = cause.downcast_ref::<FileError>() {
+            return file(err);
+        }
+        if let Some(err) = cause.downcast_ref::<CaptureError>() {
+            return Some(capture(err));
+        }
+        if let Some(err) = cause.downcast_ref::<SceneError>() {
+            return match err {
+                SceneError::File(err) => file(err),
+                SceneError::Invalid { .. } => {
+                    Some("docs/schemas.md lists what a scene file may hold.".into())
+                }
+            };
+        }
+        if let Some(err) = cause.downcast_ref::<NotImported>() {
+            return imported(err).map(Into::into);
+        }
+        cause.downcast_ref::<ConfigError>().map(|err| match err {
+            ConfigError::File(err) => file(err).unwrap_or_default(),
+            ConfigError::Markers(_) => "Name a ChArUco board by its squares, dictionary and marker size, and give the square's side, for example --board charuco:8x11:DICT_4X4_50:15mm --square 20mm.".into(),
+            ConfigError::Board(_) => "Name the board by its inner corners and a square's side, for example --board 9x6 --square 25mm.".into(),
+            ConfigError::Invalid { .. } => "config/default.toml lists all settings and their values; `boresight guide --help` shows how to set them.".into(),
+        })
+    })
+}
+
+/// What happened and what to do, for a window: a camera's fault in words, without its code.
+pub fn user_error(err: &anyhow::Error) -> UserError {
+    if let Some(CaptureError::Camera { fault, detail }) = err.downcast_ref() {
+        let (what, action) = text::camera::with_detail(*fault, detail);
+        return UserError { what, action: Some(action) };
+    }
+    UserError { what: format!("{err:#}"), action: explain(err) }
+}
+
+fn file(err: &FileError) -> Option<String> {
+    use std::io::ErrorKind;
+    match err {
+        FileError::Write { source, path } => {
+            let session = path.ancestors().find(|folder| folder.join("session.toml").exists());
+            let go_on = session.map_or(String::new(), |session| {
+                format!(
+                    " Your views are safe. To continue: boresight guide --session {}",
+                    session.display()
+                )
+            });
+            let action = match source.kind() {
+                ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                    "The disk is full: free some space."
+                }
+                // `ErrorKind` has no variant for EIO.
+                _ if source.raw_os_error() == Some(5) => {
+                    "The disk fails: save what is on it, and use another one."
+                }
+                _ => "Check that the folder exists and is writable.",
+            };
+            Some(format!("{action}{go_on}"))
+        }
+        FileError::Exists { .. } => {
+            Some("Choose another name, or add --force to overwrite the file.".into())
+        }
+        FileError::NotAFile { .. } => Some(
+            "Name a plain file: links, devices and FIFOs are neither read nor replaced.".into(),
+        ),
+        FileError::Read { .. } => {
+            Some("Check the name; a session is the folder that holds session.toml.".into())
+        }
+        FileError::NotPrivate { path } => Some(format!(
+            "Keep it to yourself: chmod 600 {}. If somebody may have read it, delete it, and a new one is made.",
+            path.display()
+        )),
+        FileError::TooLarge { .. } | FileError::NotText { .. } => {
+            Some("Check the name: this is no file of that kind.".into())
+        }
+    }
+}
+
+fn recording(err: &RecordingError) -> Option<String> {
+    match err {
+        RecordingError::File(err) => file(err),
+        RecordingError::NotNew { path } => Some(if path.join("session.toml").exists() {
+            format!(
+                "To continue the session in it: boresight guide --session {}. To start another one, choose a new folder.",
+                path.display()
+            )
+        } else {
+            "Choose a new folder. Nothing in this one was changed.".into()
+        }),
+        RecordingError::Damaged { .. } => Some(
+            "To copy the undamaged part into a new session: boresight doctor SESSION --recover NEW"
+                .into(),
+        ),
+        RecordingError::Locked { .. } => Some("Close the other program first.".into()),
+        RecordingError::NoLock { .. } => {
+            Some("Use a file system with locks: choose a folder on a local disk with --out.".into())
+        }
+        RecordingError::OtherHeader { .. } => Some(
+            "Restore the session.toml that the session began with. To decide with other settings: boresight replay SESSION --set …".into(),
+        ),
+        RecordingError::LinesMissing { .. } => Some(
+            "The file system lost them. To copy what is left: boresight doctor SESSION --recover NEW".into(),
+        ),
+        RecordingError::Header { .. } | RecordingError::Frame { .. } => None,
+    }
+}
+
+fn capture(err: &CaptureError) -> String {
+    match err {
+        CaptureError::Camera { fault, .. } => {
+            let (cause, action) = text::camera::fault(*fault);
+            return format!("{cause}. {action}");
+        }
+        CaptureError::Read { .. } => "Check the name, and that the file is readable.",
+        CaptureError::Decode { .. } => {
+            "Remove the file, or replace it with an undamaged PNG or JPEG."
+        }
+        CaptureError::NoPictures { .. } => {
+            "Choose a folder with PNG or JPEG pictures of the board."
+        }
+    }
+    .into()
+}
+
+fn imported(err: &NotImported) -> Option<&'static str> {
+    match err {
+        NotImported::Model { .. } | NotImported::Coefficient { .. } => Some(
+            "Fit a supported lens model with the program that wrote the file, or recalibrate: boresight guide",
+        ),
+        NotImported::NoResult => Some("Its findings say why. Recalibrate: boresight guide"),
+        NotImported::Schema { .. } => Some("Use the newer version that wrote it."),
+        NotImported::Missing { .. } | NotImported::Nonsense { .. } => {
+            Some("Fix the file, or write it again with the program that made it.")
+        }
+        NotImported::TooLong { .. }
+        | NotImported::UnknownFormat
+        | NotImported::Malformed { .. } => None,
+    }
+}

@@ -1,0 +1,391 @@
+//! What the window asks of the program, which knows sources, folders and settings.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use image::GrayImage;
+use serde::{Deserialize, Serialize};
+
+use super::recordings::{DecidedRecording, Recording};
+use boresight_calibrate::Drift;
+use boresight_geometry::{
+    device::Adjustable,
+    markers::{MarkerChoice, Markers},
+};
+use boresight_guide::{
+    guidance::Plan,
+    session::{Command, ViewNumber},
+};
+use boresight_run::pipeline::{Background, Finished, LiveFeed, Pipeline, PipelineError};
+
+/// Wakes the window; may be called from any thread.
+pub type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// The program around the window. Without a start page, what that needs can be left out.
+pub trait AppHost {
+    /// What the first session is about.
+    fn first_wish(&self) -> SessionRequest;
+
+    /// Whether the first session starts without asking: the person has said what it's about.
+    fn starts_at_once(&self) -> bool {
+        true
+    }
+
+    /// What the last windows have left.
+    fn remembered(&self) -> Memory {
+        Memory::default()
+    }
+
+    /// Keeps `memory` for the next window.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`]; what is kept is then as before.
+    fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
+        let _ = memory;
+        Ok(())
+    }
+
+    /// The cameras that are there, with what they see. Begins to look through them with the first call.
+    fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
+        let _ = wake;
+        Vec::new()
+    }
+
+    /// Counts the board in front of the camera called `source` from now on, or none.
+    fn count_board(&mut self, source: Option<&str>) {
+        let _ = source;
+    }
+
+    /// Closes the cameras that [`AppHost::cameras`] looks through.
+    fn stop_looking(&mut self) {}
+
+    /// Names of the papers that a board can be printed on.
+    fn papers(&self) -> Vec<&'static str>;
+
+    /// Writes a board of that many inner corners, with `markers` or plain, as large as fits on the paper of that number,
+    /// and shows it.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if it doesn't fit, or can't be written.
+    fn print_board(
+        &mut self,
+        board: [u16; 2],
+        markers: Option<Markers>,
+        paper: usize,
+    ) -> Result<PrintedBoard, UserError>;
+
+    /// Starts or resumes a session.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] with what the person can do; the same wish may be tried again.
+    fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError>;
+
+    /// Modes of the camera of that name, as in the settings file; none if it is no live camera.
+    fn modes(&mut self, source: &str) -> Vec<String>;
+
+    /// Names of the formats that a result can be written in.
+    fn formats(&self) -> Vec<&'static str>;
+
+    /// Writes the result of the session in `folder` in the format of that number beside it. Returns the file.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`].
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError>;
+
+    /// Older calibrations that the session in `folder` may be compared with.
+    fn older(&self, folder: &Path) -> Vec<PathBuf>;
+
+    /// Begins to compare the session in `folder` with the calibration in `old`, and to store what is found.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if it cannot begin.
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError>;
+
+    /// Recordings that are near at hand, newest first.
+    fn recordings(&self) -> Vec<Recording>;
+
+    /// Begins to open the recording in `folder`.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if it cannot begin.
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError>;
+
+    /// Whether a dropped path is a folder, which is then opened as a recording.
+    fn is_folder(&self, path: &Path) -> bool;
+
+    /// Shows a file in the program that the desktop has for it.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`].
+    fn show(&mut self, file: &Path) -> Result<(), UserError>;
+
+    /// Whether the person asked the whole program to end.
+    fn interrupted(&self) -> bool;
+
+    /// Switches the computer's voice on or off. With `mirrored`, left and right are those of a person who faces the
+    /// camera. May be called as often as anything is painted.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if nothing here speaks.
+    fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
+        let _ = (on, mirrored);
+        Ok(())
+    }
+
+    /// Says something to try the voice.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if nothing here speaks.
+    fn test_voice(&mut self) -> Result<(), UserError> {
+        Ok(())
+    }
+
+    /// The phone's page, if it's served.
+    fn phone(&self) -> Option<PhoneLink> {
+        None
+    }
+
+    /// How many phones follow the session now.
+    fn phones(&self) -> usize {
+        0
+    }
+
+    /// Whether a phone asked for the end of the session.
+    fn phone_ends_session(&self) -> bool {
+        false
+    }
+}
+
+/// Where the phone's page is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PhoneLink {
+    /// The link.
+    pub link: String,
+    /// The link for those who only look on.
+    pub watcher: String,
+    /// The link as a QR code: rows of modules with their quiet zone, true where dark.
+    pub code: Vec<Vec<bool>>,
+}
+
+/// What a session should be about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionRequest {
+    /// Name of the source.
+    pub source: String,
+    /// Mode of a live camera, as in the settings file.
+    pub mode: String,
+    /// Inner corners of the board: columns, rows.
+    pub board: [u16; 2],
+    /// Markers of a ChArUco board; none on a plain one.
+    pub markers: Option<MarkerChoice>,
+    /// Side of a square.
+    pub square_m: f64,
+    /// How many views.
+    pub plan: Plan,
+    /// Folder of the session to resume.
+    pub go_on_with: Option<PathBuf>,
+    /// What to do first.
+    pub first: Option<Command>,
+}
+
+/// A camera, and what it sees before a session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraView {
+    /// The name that finds it again.
+    pub source: String,
+    /// What it calls itself.
+    pub name: String,
+    /// Size of its pictures; empty before the first.
+    pub mode: String,
+    /// The newest picture, small.
+    pub picture: Option<Arc<GrayImage>>,
+    /// Number of that picture.
+    pub number: u64,
+    /// Inner corners of the board in front of it, if they are counted.
+    pub board: Option<[u16; 2]>,
+    /// Why it can't be used now.
+    pub trouble: Option<UserError>,
+}
+
+impl CameraView {
+    /// A camera that hasn't been looked through yet.
+    pub fn new(source: &str, name: &str) -> Self {
+        Self {
+            source: source.into(),
+            name: name.into(),
+            mode: String::new(),
+            picture: None,
+            number: 0,
+            board: None,
+            trouble: None,
+        }
+    }
+}
+
+/// A sheet with a board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrintedBoard {
+    /// The file.
+    pub file: PathBuf,
+    /// Side of a square.
+    pub square_m: f64,
+    /// What to do with it.
+    pub steps: Vec<String>,
+}
+
+/// What is remembered from one window to the next; `None` where the person has chosen nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Memory {
+    /// Source of the last session.
+    pub source: Option<String>,
+    /// Its camera's mode.
+    pub mode: Option<String>,
+    /// Inner corners of the board.
+    pub board: Option<[u16; 2]>,
+    /// Its markers, if it's a ChArUco board.
+    pub markers: Option<MarkerChoice>,
+    /// Side of a square.
+    pub square_m: Option<f64>,
+    /// How many views.
+    #[serde(with = "plan_name")]
+    pub plan: Option<Plan>,
+    /// Streams and files that were opened, newest first, without passwords.
+    pub streams: Vec<String>,
+    /// Paper for a printed board.
+    pub paper: Option<usize>,
+    /// Whether the person sees themselves as in a mirror.
+    pub mirrored: Option<bool>,
+    /// A tone for each view.
+    pub tone: Option<bool>,
+    /// The sentence spoken.
+    pub speech: Option<bool>,
+    /// Numbers beside the picture.
+    pub panels: Option<bool>,
+    /// Full screen while nobody is at the computer.
+    pub full_screen: Option<bool>,
+    /// Colours.
+    pub theme: Option<String>,
+    /// Size of the interface.
+    pub zoom: Option<f32>,
+}
+
+/// Streams remembered at most.
+const MOST_STREAMS: usize = 4;
+
+impl Memory {
+    /// Puts a stream or file first.
+    pub fn note_stream(&mut self, name: &str) {
+        self.streams.retain(|stream| stream != name);
+        self.streams.insert(0, name.into());
+        self.streams.truncate(MOST_STREAMS);
+    }
+
+    /// Without what can't be: the file may be anybody's.
+    pub(super) fn sensible(mut self) -> Self {
+        let sides = |board: &[u16; 2]| board.iter().all(|side| (3..=99).contains(side));
+        self.board = self.board.filter(sides);
+        let length = |length_m: &f64| (0.0001..=9.9).contains(length_m);
+        self.square_m = self.square_m.filter(length);
+        self.markers = self.markers.filter(|it| it.side_m.as_ref().is_none_or(length));
+        self.zoom = self.zoom.filter(|zoom| (0.5..=3.0).contains(zoom));
+        self.streams.truncate(MOST_STREAMS);
+        self
+    }
+}
+
+/// A plan by its name.
+mod plan_name {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use boresight_guide::guidance::Plan;
+    use boresight_run::config::PlanName;
+
+    #[expect(clippy::ref_option, reason = "serde's signature")]
+    pub(super) fn serialize<S: Serializer>(
+        plan: &Option<Plan>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        plan.map(PlanName::from).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Plan>, D::Error> {
+        Ok(Option::<PlanName>::deserialize(deserializer)?.map(Plan::from))
+    }
+}
+
+/// A running session.
+pub struct Opened {
+    /// Its threads.
+    pub pipeline: Pipeline,
+    /// What they show.
+    pub showing: LiveFeed,
+    /// What the source calls itself.
+    pub source: String,
+    /// Where it is stored.
+    pub folder: PathBuf,
+    /// Pictures of views that are there already, by their numbers.
+    pub pictures: Vec<(ViewNumber, GrayImage)>,
+    /// The camera's controls that can be set.
+    pub adjustables: Vec<Adjustable>,
+    /// Something to be told at the start, such as which source was chosen.
+    pub note: Option<String>,
+    /// Stores the result. Runs beside the window.
+    pub conclude: Box<dyn FnOnce(Result<Finished, PipelineError>) -> Ended + Send>,
+}
+
+/// What a session left behind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ended {
+    /// Where it is stored.
+    pub folder: PathBuf,
+    /// Files with the result.
+    pub files: Vec<PathBuf>,
+    /// What a comparison with an older calibration found, if the session began with one.
+    pub compared: Option<Result<Compared, UserError>>,
+    /// What went wrong, if anything did.
+    pub trouble: Option<UserError>,
+}
+
+/// A comparison under way.
+pub type Comparing = Background<Result<Compared, UserError>>;
+
+/// A recording that is being opened.
+pub type Loading = Background<Result<DecidedRecording, UserError>>;
+
+/// A session compared with an older calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// The file with the older calibration.
+    pub against: PathBuf,
+    /// The verdict in words, or why there is none.
+    pub what: String,
+    /// The next action.
+    pub action: String,
+    /// What makes it weaker than it could be.
+    pub doubts: Vec<String>,
+    /// The change; `None` without a verdict.
+    pub drift: Option<Box<Drift>>,
+}
+
+/// Something that did not work, and what to do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UserError {
+    /// What happened.
+    pub what: String,
+    /// The next action, if one is known.
+    pub action: Option<String>,
+}

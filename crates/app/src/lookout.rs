@@ -1,0 +1,368 @@
+//! Looks through every camera of this computer while nothing is captured yet: small live pictures, cameras that come
+//! and go, and the board in front of one of them, counted.
+
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{Builder, JoinHandle},
+    time::{Duration, Instant},
+};
+
+use image::{GrayImage, imageops};
+
+use super::{
+    camera::{self, ChosenCamera, Unusable},
+    explain::user_error,
+    host::{CameraView, UserError, Wake},
+};
+use boresight_capture::{Arrival, FrameSource};
+use boresight_detect::{Detector, DetectorParams};
+use boresight_geometry::device::CameraEvent;
+use boresight_present::text;
+use boresight_run::config::Config;
+
+/// How often cameras are listed.
+const LISTED_EVERY: Duration = Duration::from_millis(1000);
+/// How often a small picture is made, and a board counted.
+const SHOWN_EVERY: Duration = Duration::from_millis(100);
+const COUNTED_EVERY: Duration = Duration::from_millis(150);
+/// A camera that can't be opened is tried again after this.
+const TRIED_EVERY: Duration = Duration::from_millis(2000);
+/// The longest that ending has to wait for a picture.
+const PATIENCE: Duration = Duration::from_millis(50);
+/// Width of a small picture.
+const WIDTH_PX: u32 = 480;
+/// Pictures in a row that must show the same board before it's reported.
+const SAME_COUNTS: u32 = 3;
+
+/// The cameras of a computer.
+pub trait Cameras: Send + Sync {
+    /// Those that can be opened (source and name), and those that can't be used now.
+    fn near(&self) -> (Vec<(String, String)>, Vec<Unusable>);
+
+    /// Opens the one called `source`.
+    ///
+    /// # Errors
+    ///
+    /// If it's gone or can't be used.
+    fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>>;
+}
+
+/// The cameras of this computer, in the mode of the settings. Looking through them changes none of their controls.
+pub struct Connected(pub Config);
+
+impl Cameras for Connected {
+    fn near(&self) -> (Vec<(String, String)>, Vec<Unusable>) {
+        camera::near()
+    }
+
+    fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>> {
+        ChosenCamera::named(source, &self.0)?.preview()
+    }
+}
+
+/// Threads that look through the cameras. Dropping it closes them all.
+pub struct Lookout {
+    shared: Arc<Shared>,
+    lister: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    cameras: Box<dyn Cameras>,
+    wake: Wake,
+    ends: AtomicBool,
+    /// Source of the camera whose board is counted.
+    counted: Mutex<Option<String>>,
+    /// By source.
+    seen: Mutex<BTreeMap<String, CameraView>>,
+}
+
+impl Lookout {
+    /// Begins to look. `wake` is called when there is something new.
+    ///
+    /// # Errors
+    ///
+    /// If the system gives no thread.
+    pub fn start(cameras: Box<dyn Cameras>, wake: Wake) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared {
+            cameras,
+            wake,
+            ends: AtomicBool::new(false),
+            counted: Mutex::new(None),
+            seen: Mutex::new(BTreeMap::new()),
+        });
+        let lister = Arc::clone(&shared);
+        let lister = Builder::new().name("cameras".into()).spawn(move || lister.list())?;
+        Ok(Self { shared, lister: Some(lister) })
+    }
+
+    /// The cameras that are there now.
+    pub fn cameras(&self) -> Vec<CameraView> {
+        lock(&self.shared.seen).values().cloned().collect()
+    }
+
+    /// Counts the board in front of the camera called `source` from now on, or none.
+    pub fn count_board(&self, source: Option<&str>) {
+        *lock(&self.shared.counted) = source.map(Into::into);
+        for view in lock(&self.shared.seen).values_mut() {
+            view.board = None;
+        }
+    }
+}
+
+impl Drop for Lookout {
+    fn drop(&mut self) {
+        self.shared.ends.store(true, Ordering::Relaxed);
+        if let Some(lister) = self.lister.take() {
+            lister.thread().unpark();
+            lister.join().ok();
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A thread that looks through one camera.
+struct Viewer {
+    gone: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        self.gone.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            thread.join().ok();
+        }
+    }
+}
+
+impl Shared {
+    fn ends(&self) -> bool {
+        self.ends.load(Ordering::Relaxed)
+    }
+
+    /// Lists the cameras until the end, and has a viewer for each.
+    fn list(self: Arc<Self>) {
+        let mut viewers: BTreeMap<String, Viewer> = BTreeMap::new();
+        while !self.ends() {
+            let (cameras, unusable) = self.cameras.near();
+            let is_here = |source: &String| cameras.iter().any(|(here, _)| here == source);
+            let is_known = |source: &String| {
+                is_here(source) || unusable.iter().any(|(node, ..)| node == source)
+            };
+            viewers.retain(|source, _| is_here(source));
+            {
+                let mut seen = lock(&self.seen);
+                let before = seen.len();
+                seen.retain(|source, _| is_known(source));
+                let mut changed = seen.len() != before;
+                for (source, name) in &cameras {
+                    changed |= !seen.contains_key(source);
+                    seen.entry(source.clone()).or_insert_with(|| CameraView::new(source, name));
+                }
+                for (node, name, trouble) in unusable {
+                    let view = CameraView::new(&node, &name);
+                    let view = CameraView { trouble: Some(trouble), ..view };
+                    changed |= seen.get(&node) != Some(&view);
+                    seen.insert(node, view);
+                }
+                drop(seen);
+                if changed {
+                    (self.wake)();
+                }
+            }
+            for (source, _) in cameras {
+                viewers.entry(source.clone()).or_insert_with(|| {
+                    let gone = Arc::new(AtomicBool::new(false));
+                    let (shared, flag) = (Arc::clone(&self), Arc::clone(&gone));
+                    let look = move || shared.look_through(&source, &flag);
+                    // Without a thread the camera stays listed, without a picture.
+                    let thread = Builder::new().name("preview".into()).spawn(look).ok();
+                    Viewer { gone, thread }
+                });
+            }
+            std::thread::park_timeout(LISTED_EVERY);
+        }
+        for viewer in viewers.values() {
+            viewer.gone.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Looks through the camera called `source` until it's gone.
+    fn look_through(&self, source: &str, gone: &AtomicBool) {
+        let is_over = || self.ends() || gone.load(Ordering::Relaxed);
+        while !is_over() {
+            let trouble = match self.cameras.open(source) {
+                Ok(camera) => self.follow(source, camera, &is_over),
+                Err(err) => Some(user_error(&err)),
+            };
+            self.change(source, |view| {
+                (view.picture, view.board) = (None, None);
+                view.trouble = trouble;
+            });
+            if !is_over() {
+                std::thread::park_timeout(TRIED_EVERY);
+            }
+        }
+    }
+
+    /// Shows what an open camera sees. Returns why it can't go on, if it should.
+    fn follow(
+        &self,
+        source: &str,
+        mut camera: Box<dyn FrameSource>,
+        is_over: &dyn Fn() -> bool,
+    ) -> Option<UserError> {
+        let mut detector = Detector::new(DetectorParams::default());
+        let (mut shown, mut looked): (Option<Instant>, Option<Instant>) = (None, None);
+        let mut same = (None, 0);
+        let is_due = |last: Option<Instant>, every| last.is_none_or(|at| at.elapsed() >= every);
+        while !is_over() {
+            let frame = match camera.next_frame(PATIENCE) {
+                Ok(Arrival::Frame(frame)) => frame,
+                Ok(Arrival::NothingYet) => continue,
+                Ok(Arrival::Event(CameraEvent::Lost { fault, .. })) => {
+                    let (what, action) = text::camera::fault(fault);
+                    return Some(UserError { what: what.into(), action: Some(action.into()) });
+                }
+                Ok(Arrival::Event(_)) => continue,
+                Ok(Arrival::End) => return None,
+                Err(err) => return Some(user_error(&err.into())),
+            };
+            let counts = lock(&self.counted).as_deref() == Some(source);
+            if counts && is_due(looked, COUNTED_EVERY) {
+                looked = Some(Instant::now());
+                let board = detector.count(&frame.image);
+                same = if board == same.0 { (board, same.1 + 1) } else { (board, 1) };
+                let sure = board.filter(|_| same.1 >= SAME_COUNTS);
+                self.change(source, |view| {
+                    let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
+                    view.board = sure.map(|(columns, rows)| [side(columns), side(rows)]);
+                });
+            }
+            if is_due(shown, SHOWN_EVERY) {
+                shown = Some(Instant::now());
+                let (width, height) = frame.image.dimensions();
+                let picture = Arc::new(small(&frame.image));
+                self.change(source, |view| {
+                    view.trouble = None;
+                    view.mode = text::start::mode(width, height);
+                    view.picture = Some(picture);
+                    view.number += 1;
+                });
+            }
+        }
+        None
+    }
+
+    fn change(&self, source: &str, change: impl FnOnce(&mut CameraView)) {
+        if let Some(view) = lock(&self.seen).get_mut(source) {
+            change(view);
+        }
+        (self.wake)();
+    }
+}
+
+fn small(image: &GrayImage) -> GrayImage {
+    let (width, height) = image.dimensions();
+    if width <= WIDTH_PX {
+        return image.clone();
+    }
+    imageops::thumbnail(image, WIDTH_PX, (height * WIDTH_PX / width).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+    use boresight_capture::{CaptureError, Recorded, SourceIdentity};
+    use boresight_geometry::{
+        board::Checkerboard,
+        device::Fault,
+        frame::{CaptureTime, Frame, FrameId, FrameKind},
+    };
+    use boresight_sim::{Scene, render_view};
+
+    /// Cameras that a test plugs in; each sees the same picture again and again, or is in use.
+    #[derive(Clone)]
+    struct Plugged {
+        sources: Arc<Mutex<Vec<String>>>,
+        picture: GrayImage,
+    }
+
+    impl Cameras for Plugged {
+        fn near(&self) -> (Vec<(String, String)>, Vec<Unusable>) {
+            let sources = lock(&self.sources).clone();
+            (sources.into_iter().map(|source| (source.clone(), source)).collect(), Vec::new())
+        }
+
+        fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>> {
+            if source == "busy" {
+                let detail = String::new();
+                return Err(CaptureError::Camera { fault: Fault::Busy, detail }.into());
+            }
+            let (picture, mut number) = (self.picture.clone(), 0);
+            let frames = std::iter::repeat_with(move || {
+                std::thread::sleep(Duration::from_millis(5));
+                number += 1;
+                Ok(Frame {
+                    id: FrameId(number),
+                    captured_at: CaptureTime { nanos: number * 5_000_000 },
+                    kind: FrameKind::Video,
+                    name: String::new(),
+                    image: picture.clone(),
+                })
+            });
+            let identity = SourceIdentity { name: source.into(), image_size: None };
+            Ok(Box::new(Recorded::new(identity, frames)))
+        }
+    }
+
+    fn until(lookout: &Lookout, seen: impl Fn(&[CameraView]) -> bool) -> Vec<CameraView> {
+        loop {
+            let cameras = lookout.cameras();
+            if seen(&cameras) {
+                return cameras;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    #[test]
+    fn cameras_come_and_go_and_the_board_is_counted() -> Result<(), Box<dyn std::error::Error>> {
+        let board = Checkerboard::new(7, 5, 0.025)?;
+        let scene = Scene { board, clutter: 0.0, ..Scene::default_720p(1) };
+        let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
+        let sources = Arc::new(Mutex::new(Vec::new()));
+        let cameras =
+            Plugged { sources: Arc::clone(&sources), picture: render_view(&scene, &pose) };
+        let lookout = Lookout::start(Box::new(cameras), Arc::new(|| ()))?;
+        assert_eq!(lookout.cameras(), []);
+        lock(&sources).extend(["one".into(), "busy".into()]);
+        let seen = until(&lookout, |cameras| {
+            cameras.len() == 2
+                && cameras.iter().all(|camera| camera.picture.is_some() || camera.trouble.is_some())
+        });
+        let [busy, one] = seen.as_slice() else { unreachable!("two") };
+        assert_eq!(
+            busy.trouble.as_ref().and_then(|t| t.action.as_deref()),
+            Some("Close that program.")
+        );
+        assert_eq!((one.mode.as_str(), one.board), ("1280 × 720", None));
+        assert_eq!(one.picture.as_ref().map(|picture| picture.width()), Some(WIDTH_PX));
+        lookout.count_board(Some("one"));
+        let seen = until(&lookout, |cameras| cameras.iter().any(|camera| camera.board.is_some()));
+        assert_eq!(seen[1].board, Some([7, 5]));
+        lock(&sources).clear();
+        until(&lookout, <[CameraView]>::is_empty);
+        Ok(())
+    }
+}

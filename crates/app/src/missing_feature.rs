@@ -1,0 +1,35 @@
+//! What this build leaves out.
+
+/// A part of the program that this build leaves out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "this build has no {part}; for one that has, run: cargo build --release --features {feature}"
+)]
+pub struct MissingFeature {
+    /// What is missing, in plural or as "window".
+    pub part: &'static str,
+    /// The Cargo feature that adds it.
+    pub feature: &'static str,
+}
+
+impl MissingFeature {
+    /// The window.
+    pub const WINDOW: Self = Self { part: "window", feature: "window" };
+    /// Cameras of Linux, network streams and video files.
+    pub const LIVE: Self =
+        Self { part: "live cameras, network streams or video files", feature: "live" };
+    /// The second camera backend.
+    pub const NOKHWA: Self = Self { part: "camera backend nokhwa", feature: "nokhwa" };
+    /// Shell completions and manual pages.
+    pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
+    /// The HTML report.
+    pub const REPORT: Self = Self { part: "HTML reports", feature: "report" };
+    /// Calibrations over time.
+    pub const HISTORY: Self = Self { part: "history of cameras", feature: "history" };
+    /// Tables in Parquet.
+    pub const PARQUET: Self = Self { part: "tables in Parquet", feature: "parquet" };
+    /// Sessions and results of a batch in object stores.
+    pub const CLOUD: Self = Self { part: "object stores (s3://…)", feature: "cloud" };
+    /// The page for a phone.
+    pub const SERVE: Self = Self { part: "page for a phone", feature: "serve" };
+}

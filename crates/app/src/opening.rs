@@ -1,0 +1,216 @@
+//! A new session, or one that is resumed: source, folder and state.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+
+use super::{
+    Announcer, Run, SavedSession,
+    board_from_code::board_from_source,
+    comparison,
+    source::{OpenSource, SourceName},
+};
+use boresight_capture::is_address;
+use boresight_formats::import::OldCalibration;
+use boresight_guide::session::Session;
+use boresight_present::text;
+use boresight_run::{
+    config::{Backend, Config},
+    recording::{Header, SessionFolder},
+};
+
+/// Frames that a simulated camera delivers at most, unless told otherwise: ten minutes at 30 per second.
+pub const MAX_FRAMES: u64 = 18_000;
+
+/// What a session is opened with.
+#[derive(Clone, Debug)]
+pub struct Opening {
+    /// Name of the source, as [`SourceName::parse`] reads it.
+    pub source: String,
+    /// Backend of a live camera; `None` takes the configured one.
+    pub backend: Option<Backend>,
+    /// The settings of a new session. A resumed session keeps the settings that it began with.
+    pub config: Config,
+    /// The session to resume.
+    pub session: Option<PathBuf>,
+    /// The older calibration that the result is compared with.
+    pub against: Option<PathBuf>,
+    /// Hold the new calibration to that one, whose lens hasn't been touched since.
+    pub hold: bool,
+    /// Folder of a new session; `None` takes a new one in `sessions`.
+    pub out: Option<PathBuf>,
+    /// Whether every picture is stored, not only the accepted ones.
+    pub record_stream: bool,
+    /// Frames that a simulated camera delivers at most.
+    pub max_frames: u64,
+    /// What of the board a code in its margin may decide in a new session.
+    pub board_code: BoardFromCode,
+}
+
+/// What of the board comes from a code in its margin, if the first frames show one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BoardFromCode {
+    /// Nothing: the board is given.
+    #[default]
+    Nothing,
+    /// Columns and rows: the square is given.
+    Counts,
+    /// Everything.
+    All,
+}
+
+impl Opening {
+    /// A new session in a new folder in `sessions`.
+    pub fn new(source: &str, config: Config) -> Self {
+        Self {
+            source: source.into(),
+            backend: None,
+            config,
+            session: None,
+            against: None,
+            hold: false,
+            out: None,
+            record_stream: false,
+            max_frames: MAX_FRAMES,
+            board_code: BoardFromCode::Nothing,
+        }
+    }
+
+    /// Opens the source and the session folder.
+    ///
+    /// # Errors
+    ///
+    /// If the older calibration, the session or the source can't be opened, if the source doesn't state its
+    /// picture size, or if it isn't the size of the session's pictures.
+    pub fn open(&self, announcer: &Announcer) -> anyhow::Result<Run> {
+        // An older calibration that can't be read is better known before the views are taken than after.
+        let old = self.against.as_deref().map(comparison::read).transpose()?;
+        for doubt in old.iter().flat_map(text::doubts_of_old) {
+            announcer.say(&format!("{doubt}."));
+        }
+        match &self.session {
+            Some(path) => self.resume(path, announcer),
+            None => {
+                let params = self.config.calibration();
+                let far = params
+                    .accept
+                    .and_then(|goal| text::acceptance::out_of_reach(goal, params.board_scale_sd));
+                if let Some(line) = far {
+                    announcer.say(&line);
+                }
+                self.begin(old.as_ref().filter(|_| self.hold), announcer)
+            }
+        }
+    }
+
+    /// A new session, held to the lens of `known` if that is given.
+    fn begin(&self, known: Option<&OldCalibration>, announcer: &Announcer) -> anyhow::Result<Run> {
+        let mut config = self.with_backend(&self.config);
+        let name = SourceName::parse(&self.source, &config, announcer)?;
+        let mut open = name.open(self.max_frames)?;
+        if self.board_code != BoardFromCode::Nothing {
+            let keeps_square = self.board_code == BoardFromCode::Counts;
+            open = board_from_source(open, &mut config, keeps_square, announcer)?;
+        }
+        if let Some(old) = known {
+            let lens = comparison::known_lens(old, open.image_size()?);
+            let lens = lens
+                .with_context(|| format!("could not hold the calibration to {:?}", self.against))?;
+            config.calibration.known_lens = Some(lens);
+        }
+        let run = self.begin_with(&name.stable_name(&self.source), open, config)?;
+        Ok(Run { note: self.note(&name), ..run })
+    }
+
+    /// A new session with a source that is open; its recording calls it `source`.
+    ///
+    /// # Errors
+    ///
+    /// If the source doesn't state its picture size, or the folder can't be created.
+    pub fn begin_with(
+        &self,
+        source: &str,
+        open: OpenSource,
+        config: Config,
+    ) -> anyhow::Result<Run> {
+        let image_size = open.image_size()?;
+        let session = Session::new(config.session(image_size)?);
+        let header = Header::new(source, image_size, config).of_camera(open.source.camera_facts());
+        let header = match &self.against {
+            Some(old) => header.against(old),
+            None => header,
+        };
+        let path = self.out.clone().unwrap_or_else(new_session_path);
+        Ok(Run {
+            folder: SessionFolder::create(&path, &header)?,
+            session,
+            open,
+            record_stream: self.record_stream,
+            first_frame: 0,
+            stored: Vec::new(),
+            resumed: false,
+            note: None,
+        })
+    }
+
+    fn resume(&self, path: &Path, announcer: &Announcer) -> anyhow::Result<Run> {
+        let (folder, saved) = SavedSession::resume(path)?;
+        let config = self.with_backend(&saved.header.config);
+        let given = if self.source == "auto" { &saved.header.source } else { &self.source };
+        if self.source == "auto" && is_address(given) {
+            // Its password isn't recorded; and a session from somebody else names whatever it likes.
+            bail!("{}", text::source::address_is_asked_for(given, path));
+        }
+        let name = SourceName::parse(given, &config, announcer)?;
+        let mut open = name.open(self.max_frames)?;
+        if let Some(camera) = &saved.header.camera
+            && open.source.identity().name == saved.header.source
+        {
+            open.source.put_back_at_end(&camera.controls_before());
+        }
+        let image_size = open.image_size()?;
+        if saved.header.image_size() != image_size {
+            bail!(
+                "the session's pictures are {:?}, this source's are {:?}: a calibration holds for one size",
+                saved.header.image_size_px,
+                [image_size.width_px, image_size.height_px]
+            );
+        }
+        saved.announce(announcer);
+        announcer.say(&text::resuming(saved.session.accepted().len()));
+        Ok(Run {
+            folder,
+            session: saved.session,
+            note: self.note(&name),
+            open,
+            record_stream: self.record_stream,
+            first_frame: saved.first_frame,
+            stored: saved.contents.stored,
+            resumed: true,
+        })
+    }
+
+    /// `config` with the backend that was asked for.
+    pub fn with_backend(&self, config: &Config) -> Config {
+        let mut config = config.clone();
+        if let Some(backend) = self.backend {
+            config.camera.backend = backend;
+        }
+        config
+    }
+
+    /// With one camera, or none, the person didn't choose the source.
+    fn note(&self, name: &SourceName) -> Option<String> {
+        matches!(name, SourceName::Simulated(_) if self.source == "auto")
+            .then(|| text::window::NO_CAMERA.to_owned())
+    }
+}
+
+/// A free folder name in `sessions`, from the time.
+pub fn new_session_path() -> PathBuf {
+    let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
+    let plain = Path::new("sessions").join(&stamp);
+    (2..1000)
+        .map(|n| Path::new("sessions").join(format!("{stamp}-{n}")))
+        .fold(plain, |free, next| if free.exists() { next } else { free })
+}

@@ -1,0 +1,315 @@
+//! A session from its first frame to its stored result.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use anyhow::Context;
+use image::GrayImage;
+
+use super::{
+    Announcer, Exit, RESULT_FILE,
+    camera_announcer::CameraAnnouncer,
+    comparison,
+    host::Compared,
+    result::{Conclusion, conclude},
+    source::OpenSource,
+    truth,
+};
+use boresight_capture::renumbered;
+use boresight_files::{Overwrite, save};
+use boresight_formats::CalibrationFile;
+use boresight_guide::{
+    guidance::{Progress, Refusal},
+    session::{Input, Outcome, Prompt, Session, Snapshot, ViewNumber},
+};
+use boresight_present::text;
+use boresight_run::{
+    pipeline::{
+        Finished, FrameReport, OnFrame, Onlookers, Paced, Pipeline, PipelineError, SOURCE_PATIENCE,
+        Setup,
+    },
+    recording::{SessionFolder, Stored, stored_frame},
+};
+use boresight_sim::TruthLog;
+
+/// A session that is ready to run.
+pub struct Run {
+    /// Its folder, locked.
+    pub folder: SessionFolder,
+    /// Its state: empty, or as recorded.
+    pub session: Session,
+    /// Where frames come from.
+    pub open: OpenSource,
+    /// Whether every picture is stored, not only the accepted ones.
+    pub record_stream: bool,
+    /// The first frame number that the journal has not used.
+    pub first_frame: u64,
+    /// The pictures that a resumed session has stored.
+    pub stored: Vec<Stored>,
+    /// Whether the session was resumed.
+    pub resumed: bool,
+    /// Something to know at the start, such as that the camera is simulated.
+    pub note: Option<String>,
+}
+
+/// What is needed once the threads have ended.
+pub struct RunContext {
+    /// The session's folder.
+    pub path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
+/// A session that has run.
+pub struct FinishedRun {
+    /// The state at the end.
+    pub session: Session,
+    /// The session's folder.
+    pub path: PathBuf,
+    truth: Option<TruthLog>,
+    first_frame: u64,
+}
+
+/// A session that has run, with its result on disk.
+pub struct Concluded {
+    /// The session's folder.
+    pub path: PathBuf,
+    /// The exit status that the result deserves.
+    pub exit: Exit,
+    /// What [`RESULT_FILE`] holds.
+    pub result: CalibrationFile,
+    /// What the comparison with an older calibration found, if one was asked for. That it fails is no
+    /// failure of the session.
+    pub compared: Option<anyhow::Result<Compared>>,
+}
+
+impl Run {
+    /// The pictures of the views accepted so far, by view number.
+    ///
+    /// # Errors
+    ///
+    /// If a picture is missing or damaged.
+    pub fn pictures(&self) -> anyhow::Result<Vec<(ViewNumber, GrayImage)>> {
+        let mut pictures = Vec::new();
+        for view in self.session.accepted() {
+            let frame = view.view.frame_id.0;
+            let Some(stored) = self.stored.iter().find(|stored| stored.frame == frame) else {
+                continue;
+            };
+            let picture = stored_frame(self.folder.path(), stored).with_context(|| {
+                format!("the picture of {} is missing", text::view_name(view.number))
+            })?;
+            pictures.push((view.number, picture));
+        }
+        Ok(pictures)
+    }
+
+    /// Runs until the plan is complete, the source ends, or `stop` is set.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError`]; every view that was announced as taken is on disk.
+    pub fn carry_out(
+        self,
+        stop: &AtomicBool,
+        announcer: &Announcer,
+    ) -> anyhow::Result<FinishedRun> {
+        self.carry_out_seen(stop, announcer, |_| ())
+    }
+
+    /// Keeps a source that can wait to its own time, as people need who look on.
+    #[must_use]
+    pub fn paced(mut self) -> Self {
+        if self.open.source.waits() {
+            self.open.source = Box::new(Paced::new(self.open.source));
+        }
+        self
+    }
+
+    /// [`Self::carry_out`] before `onlookers`, who may end it, too.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::carry_out`].
+    pub fn carry_out_before(
+        self,
+        stop: &AtomicBool,
+        onlookers: &Onlookers,
+        announcer: &Announcer,
+    ) -> anyhow::Result<FinishedRun> {
+        let (setup, context) = self.setup(announcer)?;
+        run(setup, context, (stop, onlookers), announcer, |_| ())
+    }
+
+    /// [`Self::carry_out`], which shows the newest state to `each` as it goes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::carry_out`].
+    pub fn carry_out_seen(
+        self,
+        stop: &AtomicBool,
+        announcer: &Announcer,
+        mut each: impl FnMut(&Snapshot),
+    ) -> anyhow::Result<FinishedRun> {
+        let (setup, context) = self.setup(announcer)?;
+        run(setup, context, (stop, &Onlookers::new()), announcer, &mut each)
+    }
+
+    /// What the threads are started with, and what is needed once they have ended. Announces the folder.
+    ///
+    /// # Errors
+    ///
+    /// [`boresight_run::recording::RecordingError`] if a resumed session's journal can't be written.
+    pub fn setup(self, announcer: &Announcer) -> anyhow::Result<(Setup, RunContext)> {
+        let path = self.folder.path().to_path_buf();
+        let Self { mut folder, mut session, open, record_stream, first_frame, resumed, .. } = self;
+        let camera = if open.truth.is_some() { " (SIMULATED camera)" } else { "" };
+        announcer.say(&format!("Session: {}{camera}", path.display()));
+        let OpenSource { source, on_frame, truth } = open;
+        if resumed {
+            let decision = session.handle(&Input::Resumed);
+            folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
+        }
+        let lossless = source.waits();
+        let setup = Setup {
+            source: Box::new(renumbered(source, first_frame)),
+            session,
+            folder: Some(folder),
+            lossless,
+            record_stream,
+            on_frame: Box::new(announced(on_frame, announcer.clone())),
+        };
+        Ok((setup, RunContext { path, truth, first_frame }))
+    }
+}
+
+fn run(
+    setup: Setup,
+    context: RunContext,
+    (stop, onlookers): (&AtomicBool, &Onlookers),
+    announcer: &Announcer,
+    mut each: impl FnMut(&Snapshot),
+) -> anyhow::Result<FinishedRun> {
+    let (pipeline, snapshots) = Pipeline::start_before(setup, onlookers, || ())?;
+    let mut camera = CameraAnnouncer::new(announcer);
+    // The link also closes when the session thread ends, for example because the disk is full. A lost
+    // camera sends no snapshots; `stop` must be noticed nevertheless.
+    while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
+        let ended = snapshot.as_ref().is_some_and(has_ended);
+        if let Some(snapshot) = snapshot {
+            camera.announce(&snapshot.camera);
+            each(&snapshot);
+        }
+        let asked = onlookers.iter().any(|onlooker| onlooker.wants_end());
+        if stop.load(Ordering::Relaxed) || ended || asked {
+            break;
+        }
+    }
+    context.finished(pipeline.stop())
+}
+
+impl RunContext {
+    /// The session that has run.
+    ///
+    /// # Errors
+    ///
+    /// What ended the threads.
+    pub fn finished(
+        self,
+        finished: Result<Finished, PipelineError>,
+    ) -> anyhow::Result<FinishedRun> {
+        let Self { path, truth, first_frame } = self;
+        Ok(FinishedRun { session: finished?.session, path, truth, first_frame })
+    }
+}
+
+impl FinishedRun {
+    /// Announces the result, and writes result, comparison and report into the session's folder.
+    ///
+    /// # Errors
+    ///
+    /// If the result can't be written. A report or comparison that can't be written is announced.
+    pub fn conclude(self, announcer: &Announcer) -> anyhow::Result<Concluded> {
+        let Self { session, path, truth, first_frame } = self;
+        let header = SessionFolder::header(&path)?;
+        let Conclusion { exit, result } = conclude(&session, &header, announcer);
+        if !session.failures().is_empty() {
+            announcer.say(&text::views_are_safe(&path));
+        }
+        if let Some(log) = truth {
+            let truth = log.snapshot();
+            if let Some(calibration) = session.calibration() {
+                truth::announce(&truth, calibration, announcer);
+            }
+            truth::write(&path, &truth, first_frame)?;
+        }
+        let file = path.join(RESULT_FILE);
+        // The result follows from the journal, so it may be replaced.
+        save(
+            &file,
+            serde_json::to_string_pretty(&result.to_json()?)?.as_bytes(),
+            Overwrite::Allowed,
+        )?;
+        announcer.say(&format!("Result: {}", file.display()));
+        let compared = header.against.as_deref().map(|against| {
+            let against = Path::new(against);
+            let (compared, found) =
+                comparison::of_session(&path, &session, &header.source, against)?;
+            announcer.say(&text::compared_with(against));
+            comparison::announce(&found, &compared.action, &header.source, announcer);
+            Ok(compared)
+        });
+        if let Some(Err(err)) = &compared {
+            announcer.say(&format!("{} ({err:#})", text::NOT_COMPARED));
+        }
+        #[cfg(feature = "report")]
+        super::session_report::write_and_announce(&path, &session, announcer);
+        Ok(Concluded { path, exit, result, compared })
+    }
+}
+
+/// Announces each change of what the person is asked to do and every view taken, then passes the frame on.
+fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
+    let mut last = None;
+    let mut far = None;
+    move |report| {
+        let snapshot = report.snapshot;
+        if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
+            announcer.say(&outcome);
+        }
+        if snapshot.far != far {
+            far = snapshot.far;
+            if let Some(board) = &far {
+                announcer.say(&text::session_news::far_board(board));
+            }
+        }
+        if matches!(snapshot.decision.outcome, Outcome::Accepted { .. })
+            && let Some(pair) = &snapshot.held_out
+            && let Some(sentence) = text::session_news::held_out(pair, snapshot)
+        {
+            announcer.say(&sentence);
+        }
+        // Nothing that the person does with the board would change this.
+        if let Outcome::Refused { refusal: refusal @ Refusal::OtherSize { .. } } =
+            &snapshot.decision.outcome
+        {
+            announcer.say(&format!("  Left out: {}", text::refusal(refusal)));
+        }
+        let prompt = snapshot.shown.prompt;
+        // That a view was taken, and how the session ended, is announced with more words.
+        if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
+            announcer.say(&format!("  {}", text::prompt(prompt)));
+        }
+        last = Some(prompt);
+        on_frame(report);
+    }
+}
+
+fn has_ended(snapshot: &Snapshot) -> bool {
+    snapshot.decision.progress != Progress::Collecting
+        || snapshot.source_ended
+        || !snapshot.failures.is_empty()
+}

@@ -1,0 +1,282 @@
+//! A session folder, read back.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use boresight::app::SavedSession;
+//!
+//! let saved = SavedSession::open(Path::new("fixtures/recordings/v1/good"))?;
+//! // An earlier version recorded it with its own rules of guidance; the views are the ones it took.
+//! assert!(saved.header.guidance_rules < boresight::guidance::RULES);
+//! assert_eq!(saved.session.accepted().len(), 8);
+//! let calibration = saved.session.calibration().ok_or("no calibration")?;
+//! assert!(calibration.camera.f_px.x > 100.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+
+use super::Announcer;
+use boresight_detect::{Detection, Miss};
+use boresight_formats::CalibrationFile;
+use boresight_guide::{
+    guidance::RULES,
+    session::{Command, Decision, Input, Observation, Session},
+};
+use boresight_present::text;
+use boresight_run::{
+    config::Config,
+    recording::{
+        Header, JournalContents, Line, RecordedOutcome, RecordingError, Replayed, SessionFolder,
+        replay,
+    },
+};
+
+/// Header and journal of a session folder, not yet decided. The journal's lines stay on disk.
+#[derive(Clone, Debug)]
+pub struct JournalReading {
+    /// The folder.
+    pub path: PathBuf,
+    /// What `session.toml` says.
+    pub header: Header,
+    /// What the journal holds.
+    pub contents: JournalContents,
+    /// What was found in stored pictures that were searched again, by the number of their frame. It takes the place
+    /// of what is recorded.
+    pub seen_again: BTreeMap<u64, Result<Detection, Miss>>,
+}
+
+impl DecidedAgain {
+    /// What `replay --json` prints: `result`, and how the `count` decisions of the session at `path` compare with the
+    /// recorded ones. `crc32` is their checksum.
+    ///
+    /// # Errors
+    ///
+    /// If a number can't be written.
+    pub fn to_json(
+        &self,
+        result: &CalibrationFile,
+        path: &Path,
+        count: usize,
+        crc32: &str,
+    ) -> serde_json::Result<Value> {
+        let Replayed { different_lines, differences, rounding, .. } = &self.replayed;
+        let mut value = result.to_json()?;
+        value["session"] = json!(path.display().to_string());
+        value["decisions"] = json!({
+            "count": count,
+            "crc32": crc32,
+            "different_count": different_lines.len(),
+            "different": differences,
+            "rounded": rounding.count,
+        });
+        Ok(value)
+    }
+}
+
+/// A session as its folder records it.
+#[derive(Clone, Debug)]
+pub struct SavedSession {
+    /// The folder.
+    pub path: PathBuf,
+    /// What `session.toml` says.
+    pub header: Header,
+    /// The state after the last line. Its accepted views are those that were recorded as accepted.
+    pub session: Session,
+    /// Decisions that this build makes differently.
+    pub replayed: Replayed,
+    /// Whether the accepted views had to be restored from the recorded outcomes, because this build would
+    /// have accepted others.
+    pub restored: bool,
+    /// What the journal holds. If the last line was cut by a crash, it's left out.
+    pub contents: JournalContents,
+    /// The first frame number that the journal has not used.
+    pub first_frame: u64,
+}
+
+/// A journal decided again, perhaps with other settings.
+#[derive(Clone, Debug)]
+pub struct DecidedAgain {
+    /// The state after the last line.
+    pub session: Session,
+    /// How the decisions compare with the recorded ones.
+    pub replayed: Replayed,
+}
+
+impl JournalReading {
+    /// Reads header and journal of the session at `path`.
+    ///
+    /// # Errors
+    ///
+    /// [`boresight_run::recording::RecordingError`] if the folder can't be read, is newer, or has a damaged line.
+    pub fn of(path: &Path) -> anyhow::Result<Self> {
+        let (header, contents) = SessionFolder::read(path)?;
+        Ok(Self::new(path, header, contents))
+    }
+
+    pub(super) fn new(path: &Path, header: Header, contents: JournalContents) -> Self {
+        Self { path: path.to_path_buf(), header, contents, seen_again: BTreeMap::new() }
+    }
+
+    /// Reads the lines of the journal, oldest first.
+    fn lines(&self) -> impl Iterator<Item = Result<Line, RecordingError>> + '_ {
+        self.contents.lines.iter().map(|line| {
+            let mut line = line?;
+            if let Some(observed) = line.input.observed_mut()
+                && let Some(seen) = self.seen_again.get(&observed.frame())
+            {
+                observed.see(seen);
+            }
+            Ok(line)
+        })
+    }
+
+    /// Decides every line again with the settings of `config`, and calls `each` after each decision.
+    ///
+    /// # Errors
+    ///
+    /// If `config` names no usable board, or a line can't be read.
+    pub fn decide_again(
+        &self,
+        config: &Config,
+        each: impl FnMut(&Session, &Decision),
+    ) -> anyhow::Result<DecidedAgain> {
+        let mut session = Session::new(config.session(self.header.image_size())?);
+        let replayed = replay(&mut session, self.lines(), each)?;
+        Ok(DecidedAgain { session, replayed })
+    }
+
+    /// The same, with a checksum of all decisions: equal ones mean equal decisions.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::decide_again`].
+    pub fn decide_again_summed(
+        &self,
+        config: &Config,
+        mut each: impl FnMut(&Session, &Decision),
+    ) -> anyhow::Result<(DecidedAgain, String)> {
+        let mut checksum = crc32fast::Hasher::new();
+        let again = self.decide_again(config, |session, decision| {
+            // The same text that a recording holds.
+            checksum.update(serde_json::to_string(decision).unwrap_or_default().as_bytes());
+            checksum.update(b"\n");
+            each(session, decision);
+        })?;
+        Ok((again, format!("{:08x}", checksum.finalize())))
+    }
+
+    /// The session that the journal records: which views are accepted is a recorded fact, and stands even
+    /// where this build would decide otherwise.
+    ///
+    /// # Errors
+    ///
+    /// If a line can't be read, or a recorded view can't be restored because its observation is missing or has no
+    /// board.
+    pub fn session(self) -> anyhow::Result<SavedSession> {
+        let mut first_frame = 0;
+        let DecidedAgain { mut session, replayed } =
+            self.decide_again(&self.header.config, |_, decision| {
+                first_frame =
+                    first_frame.max(decision.frame.map_or(0, |frame| frame.saturating_add(1)));
+            })?;
+        let restored = replayed.changes_views;
+        if restored {
+            session = self.restore()?;
+        }
+        let Self { path, header, contents, .. } = self;
+        Ok(SavedSession { path, header, session, replayed, restored, contents, first_frame })
+    }
+
+    fn restore(&self) -> anyhow::Result<Session> {
+        let observations = self.observations_of_views()?;
+        let mut session = Session::new(self.header.config.session(self.header.image_size())?);
+        for (index, line) in self.lines().enumerate() {
+            let line = line?;
+            let outcome = line.outcome().with_context(|| {
+                format!("line {} of the journal holds no decision that can be read", index + 1)
+            })?;
+            match (Input::from(line.input), outcome) {
+                (Input::Observed(_), RecordedOutcome::Accepted { view, frame, role }) => {
+                    let Some(observation) = observations.get(&frame) else {
+                        bail!("the journal has no frame {frame}, from which view {view} was taken");
+                    };
+                    session.accept_recorded(observation, view, role).map_err(|refusal| {
+                        anyhow::anyhow!("{}", text::refusal(&refusal))
+                            .context(format!("could not restore view {view} from frame {frame}"))
+                    })?;
+                }
+                (Input::Observed(_), _) => {}
+                (Input::Command(_), RecordedOutcome::Removed { view }) => {
+                    session.handle(&Input::Command(Command::Remove { view }));
+                }
+                // It forced a view that is recorded as accepted.
+                (Input::Command(Command::ForceNext), _) => {}
+                (input, _) => {
+                    session.handle(&input);
+                }
+            }
+        }
+        Ok(session)
+    }
+
+    /// What was observed in the frames from which views were taken, by the number of the frame.
+    fn observations_of_views(&self) -> Result<BTreeMap<u64, Observation>, RecordingError> {
+        let mut wanted = BTreeSet::new();
+        for line in self.lines() {
+            if let Some(RecordedOutcome::Accepted { frame, .. }) = line?.outcome() {
+                wanted.insert(frame);
+            }
+        }
+        let mut found = BTreeMap::new();
+        for line in self.lines() {
+            if let Input::Observed(observation) = Input::from(line?.input)
+                && wanted.remove(&observation.frame_id.0)
+            {
+                found.insert(observation.frame_id.0, observation);
+            }
+        }
+        Ok(found)
+    }
+}
+
+impl SavedSession {
+    /// Reads the session at `path` and restores the state that its journal records.
+    ///
+    /// # Errors
+    ///
+    /// [`boresight_run::recording::RecordingError`] if the folder can't be read, is newer, or is damaged; or if a
+    /// recorded view can't be restored.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        JournalReading::of(path)?.session()
+    }
+
+    /// Opens the session at `path` to continue it. The folder stays locked until it's dropped.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`], and if another process has the session open.
+    pub fn resume(path: &Path) -> anyhow::Result<(SessionFolder, Self)> {
+        let (folder, header, contents) = SessionFolder::open(path)?;
+        Ok((folder, JournalReading::new(path, header, contents).session()?))
+    }
+
+    /// Announces a cut last line, and that this build decides differently.
+    pub fn announce(&self, announcer: &Announcer) {
+        if self.contents.cut {
+            announcer.say(text::replay::CUT);
+        }
+        if self.header.guidance_rules < RULES && !self.replayed.different_lines.is_empty() {
+            announcer.say(text::replay::EARLIER_RULES);
+        }
+        if self.restored {
+            announcer.say(&text::replay::restored(self.session.accepted().len()));
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! The report of a session folder.
+
+use std::{
+    collections::BTreeMap,
+    path::{Component, Path, PathBuf},
+};
+
+use anyhow::Context;
+use serde_json::Value;
+
+use super::{
+    Announcer, REPORT_FILE, RESULT_FILE, SavedSession,
+    certificate::{Circumstances, certificate},
+    report::{quoted, versions},
+    result::calibration_file,
+};
+use boresight_detect::Miss;
+use boresight_files::{self as files, Links, Overwrite, save};
+use boresight_formats::{CalibrationFile, CheckFile};
+use boresight_geometry::device::{Control, Lock};
+use boresight_guide::{
+    guidance::Progress,
+    session::{Input, Session},
+};
+use boresight_present::{
+    report::{
+        CameraChange, CameraSection, Certificate, Provenance, Refused, Report, Thumbnail, page,
+    },
+    text::{self, report as words},
+};
+use boresight_run::{
+    config::{CertificateConfig, Config, PlanName},
+    recording::{
+        Header, JournalContents, Line, Lines, RecordingError, SessionFolder, Stored, stored_frame,
+    },
+};
+
+/// Path of a session's report.
+pub fn page_path(session: &Path) -> PathBuf {
+    session.join(REPORT_FILE)
+}
+
+/// Writes the report of a session that has just ended, and announces where. Everything that it shows is
+/// already on disk, so a report that can't be written is announced but isn't a failure.
+pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer) {
+    match write(path, session) {
+        Ok(page) => announcer.say(&format!("Report: {}", page.display())),
+        Err(err) => announcer.say(&format!("{} ({err:#})", words::not_written(path))),
+    }
+}
+
+/// The report follows from the journal, so it may be replaced.
+fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
+    let (header, contents) = SessionFolder::read(path)?;
+    let stated = &header.config.certificate;
+    let report = compose(path, &header, &contents, session, stated)?;
+    let file = page_path(path);
+    save(&file, page(&report).as_bytes(), Overwrite::Allowed)?;
+    Ok(file)
+}
+
+/// The report of the session at `path`, calibrated again from the views that its journal records. What `stated`
+/// leaves open of the certificate, the session's settings say.
+///
+/// # Errors
+///
+/// If the folder or its `check.json` can't be read.
+pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Report> {
+    let saved = SavedSession::open(path)?;
+    let SavedSession { header, session, contents, .. } = &saved;
+    // A session may come from somebody else, who could mean any picture of this machine.
+    let mut recorded = header.config.certificate.clone();
+    let foreign = Some(&recorded.logo)
+        .filter(|logo| Path::new(logo).components().any(|c| !matches!(c, Component::Normal(_))))
+        .map(|logo| text::certificate::logo_of_session(logo));
+    if foreign.is_some() {
+        recorded.logo.clear();
+    }
+    let mut report = compose(path, header, contents, session, &stated.clone().over(recorded))?;
+    report.notes.extend(foreign.filter(|_| stated.logo.is_empty()));
+    if contents.cut {
+        report.notes.push(words::CUT.into());
+    }
+    if saved.restored {
+        report.notes.push(text::replay::restored(session.accepted().len()));
+    }
+    if holds_another_result(path, &report.calibration) {
+        report.notes.push(words::OTHER_RESULT.into());
+    }
+    Ok(report)
+}
+
+/// Whether the folder has a result that is not `ours`.
+fn holds_another_result(path: &Path, ours: &CalibrationFile) -> bool {
+    let Ok(text) = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused)
+    else {
+        return false;
+    };
+    let tree: Value = serde_json::from_str(&text).unwrap_or_default();
+    let Ok(theirs) = CalibrationFile::read(&tree) else {
+        return true;
+    };
+    let of = |file: &CalibrationFile| {
+        let lens = file.result.as_ref().map(|lens| (lens.f_px, lens.pp_px, lens.distortion));
+        (file.verdict.clone(), lens)
+    };
+    of(&theirs) != of(ours)
+}
+
+fn compose(
+    path: &Path,
+    header: &Header,
+    contents: &JournalContents,
+    session: &Session,
+    stated: &CertificateConfig,
+) -> anyhow::Result<Report> {
+    let stored: BTreeMap<u64, &Stored> =
+        contents.stored.iter().map(|stored| (stored.frame, stored)).collect();
+    // A picture that is gone or damaged leaves the board's outline; `doctor` names it.
+    let picture = |frame: u64| {
+        let stored = stored.get(&frame)?;
+        Thumbnail::of(&stored_frame(path, stored).ok()?)
+    };
+    let accepted = session.accepted();
+    let check = check(path)?;
+    let command = match (&check, &header.against) {
+        (Some(_), Some(against)) => check_command(header, against),
+        _ => format!("boresight replay {}", quoted(&path.to_string_lossy())),
+    };
+    let name = std::path::absolute(path)?;
+    let mut notes = Vec::new();
+    if session.progress() != Progress::Complete {
+        notes.push(text::progress(session.progress()).into());
+    }
+    let History { frames, refused, changes } = history(&contents.lines)?;
+    let mut rows = versions(&[&header.schema]);
+    rows.push((words::name::SESSION.into(), path.display().to_string()));
+    rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
+    let calibration = calibration_file(session, header);
+    let certificate = first_sheet(path, header, session, &calibration, stated, &mut notes);
+    Ok(Report {
+        name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        calibration,
+        notes,
+        certificate,
+        camera: CameraSection {
+            rows: camera(header, session),
+            simulated: text::is_simulated(&header.source),
+            changes,
+        },
+        corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
+        pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
+        check,
+        refused,
+        provenance: Provenance { rows, command },
+    })
+}
+
+/// The certificate; `None` for the short session of a check.
+fn first_sheet(
+    path: &Path,
+    header: &Header,
+    session: &Session,
+    calibration: &CalibrationFile,
+    stated: &CertificateConfig,
+    notes: &mut Vec<String>,
+) -> Option<Certificate> {
+    if header.against.is_some() && header.config.guidance.plan == PlanName::Quick {
+        return None;
+    }
+    let result = path.join(RESULT_FILE);
+    let bytes = files::read(&result, files::TEXT_LIMIT, Links::Refused)
+        .ok()
+        .filter(|_| !holds_another_result(path, calibration));
+    let camera = match &header.camera {
+        Some(camera) => (camera.name().to_owned(), camera.serial().to_owned()),
+        None if text::is_simulated(&header.source) => {
+            (text::certificate::SIMULATED_CAMERA.into(), header.source.clone())
+        }
+        None => Default::default(),
+    };
+    let known = Circumstances {
+        made: header.created.parse().ok(),
+        camera,
+        mode: session.camera().mode.map_or_else(String::new, |mode| text::camera::mode(&mode)),
+        file: bytes.as_deref().map(|bytes| (result.as_path(), bytes)),
+    };
+    Some(certificate(stated, known, notes))
+}
+
+/// What a check found, if the session is one.
+fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
+    let path = path.join("check.json");
+    let text = match files::read_text(&path, files::TEXT_LIMIT, Links::Refused) {
+        Err(err) if err.is_missing() => return Ok(None),
+        text => text?,
+    };
+    let damaged = || format!("not what a check writes: {path:?}");
+    let found: Value = serde_json::from_str(&text).with_context(damaged)?;
+    CheckFile::read(&found).map(Some).with_context(damaged)
+}
+
+/// A comparison is had again by making it again: its journal alone does not hold the old calibration.
+fn check_command(header: &Header, against: &str) -> String {
+    let board = header.config.board.argument();
+    let square_mm = header.config.board.square_mm;
+    let command = match header.config.guidance.plan {
+        PlanName::Quick => "check",
+        PlanName::Full | PlanName::Adaptive => "guide",
+    };
+    format!(
+        "boresight {command} --against {} --source {} --board {board} --square {square_mm}mm",
+        quoted(against),
+        quoted(&header.source)
+    )
+}
+
+/// What the header says about the camera, and how its mode and controls stood at the end.
+fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
+    let mut rows = vec![
+        (words::name::SOURCE.into(), header.source.clone()),
+        (words::name::BEGUN.into(), header.created.clone()),
+    ];
+    let state = session.camera();
+    rows.extend(state.mode.map(|mode| (words::name::MODE.into(), text::camera::mode(&mode))));
+    for control in Control::ALL {
+        let lock = state.locks.of(control);
+        if lock != Lock::Unknown {
+            let name = text::camera::capital(text::camera::control(control));
+            rows.push((name, text::camera::lock(lock)));
+        }
+    }
+    if let Some(against) = &header.against {
+        rows.push((words::name::AGAINST.into(), against.clone()));
+    }
+    let changed = changed_settings(&header.config);
+    if !changed.is_empty() {
+        rows.push((words::name::SETTINGS.into(), changed.join(", ")));
+    }
+    rows
+}
+
+/// Settings that are not the default ones, as `--set` takes them; the board and the certificate are
+/// shown elsewhere.
+fn changed_settings(config: &Config) -> Vec<String> {
+    let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();
+    let default = Config::load(None, &[]).map(|config| table(&config)).unwrap_or_default();
+    let mut changed = Vec::new();
+    for (group, values) in table(config)
+        .iter()
+        .filter(|(group, _)| !["board", "certificate"].contains(&group.as_str()))
+    {
+        for (name, value) in values.as_table().into_iter().flatten() {
+            if default.get(group).and_then(|values| values.get(name)) != Some(value) {
+                changed.push(format!("{group}.{name}={value}"));
+            }
+        }
+    }
+    changed
+}
+
+/// What a journal tells beside the views.
+struct History {
+    frames: usize,
+    /// The most frequent first.
+    refused: Vec<Refused>,
+    changes: Vec<CameraChange>,
+}
+
+fn history(lines: &Lines) -> Result<History, RecordingError> {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    let mut frames = 0;
+    let mut changes = Vec::new();
+    let mut last_frame = None;
+    for line in lines {
+        let Line { input, decision, .. } = line?;
+        let input = Input::from(input);
+        if let Some(reason) = refusal(&input, decision.get()) {
+            *counts.entry(reason).or_default() += 1;
+        }
+        let mut change = |what: String| {
+            changes.push(CameraChange { when: words::at_frame(last_frame), what });
+        };
+        match input {
+            Input::Observed(observation) => {
+                frames += 1;
+                last_frame = Some(observation.frame_id.0);
+            }
+            Input::WorkerFailed { worker, reason } => change(words::failed(&worker, &reason)),
+            Input::Resumed => change(words::RESUMED.into()),
+            Input::Camera(event) => {
+                if let Some(what) = text::camera::event(&event) {
+                    change(what);
+                }
+            }
+            Input::Command(_) | Input::SourceEnded | Input::Stop => {}
+        }
+    }
+    let mut refused: Vec<Refused> = counts
+        .into_iter()
+        .map(|(code, count)| Refused { what: words::refusal_kind(&code).into(), count })
+        .collect();
+    refused.sort_by(|a, b| b.count.cmp(&a.count).then_with(|| a.what.cmp(&b.what)));
+    Ok(History { frames, refused, changes })
+}
+
+/// Why the frame was refused or a view taken back, as the person was told then: a stable name.
+fn refusal(input: &Input, decision: &str) -> Option<String> {
+    let decision: Value = serde_json::from_str(decision).unwrap_or_default();
+    let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);
+    match (word("/outcome/outcome")?, word("/outcome/refusal/why")) {
+        ("removed", _) => Some("removed".into()),
+        // A frame of a hold that was going on.
+        ("refused", Some("holding")) => None,
+        ("refused", Some("not_found")) => match input {
+            Input::Observed(observation) => {
+                let miss = observation.seen.as_ref().err();
+                Some(miss.map_or("not_found", miss_code).into())
+            }
+            _ => Some("not_found".into()),
+        },
+        ("refused", why) => why.map(Into::into),
+        _ => None,
+    }
+}
+
+fn miss_code(miss: &Miss) -> &'static str {
+    match miss {
+        Miss::NoBoard => "no_board",
+        Miss::PartialBoard { .. } => "partial_board",
+        Miss::Glare { .. } => "glare",
+        Miss::OtherBoard { .. } => "other_board",
+        Miss::OtherMarkers { .. } => "other_markers",
+        Miss::OtherSquares { .. } => "other_squares",
+        Miss::TooSmall { .. } => "too_small",
+        Miss::Blurred { .. } => "blurred",
+        Miss::LowContrast { .. } => "low_contrast",
+        Miss::OutOfTime => "out_of_time",
+    }
+}

@@ -1,0 +1,101 @@
+//! The verdict on a result, in sentences and as an exit status.
+
+use boresight_calibrate::{Calibration, Focal, NotCalibrated, Verdict};
+use boresight_present::text;
+
+use super::Announcer;
+
+/// How a command ends, from good to bad; the number is the exit code of the process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Exit {
+    /// 0: done, and usable.
+    Good,
+    /// 3: finished, but the result should not be used.
+    NotTrustworthy,
+    /// 4: an installed camera has changed.
+    Recalibrate,
+    /// 1: failed.
+    Failed,
+}
+
+impl From<Exit> for std::process::ExitCode {
+    fn from(exit: Exit) -> Self {
+        match exit {
+            Exit::Good => Self::SUCCESS,
+            Exit::Failed => Self::from(1),
+            Exit::NotTrustworthy => Self::from(3),
+            Exit::Recalibrate => Self::from(4),
+        }
+    }
+}
+
+/// Announces a result: the verdict first, then what speaks against it, then the numbers. Returns the exit
+/// status that it deserves: good only if a goal is met, too. The verdict is marked if `source` is the simulated camera.
+pub fn announce_result(
+    result: Result<&Calibration, &NotCalibrated>,
+    source: &str,
+    announcer: &Announcer,
+) -> Exit {
+    let say = |line: &str| announcer.say(line);
+    let calibration = match result {
+        Ok(calibration) => calibration,
+        Err(reason) => {
+            let (what, action) = text::not_calibrated(reason);
+            say(&text::of_source(source, &format!("No calibration: {what}. {action}")));
+            return Exit::NotTrustworthy;
+        }
+    };
+    let [fx, fy, cx, cy, ..] = calibration.camera.lens_parameters();
+    let [sd_fx, sd_fy, sd_cx, sd_cy, ..] = calibration.sd();
+    say(&text::of_source(source, text::verdict_on(calibration)));
+    let is_met = calibration.acceptance.is_none_or(|judged| judged.is_met());
+    if let Some(judged) = &calibration.acceptance {
+        let (what, action) = text::acceptance::acceptance(judged);
+        say(text::of_source(source, &format!("{what}. {action}")).trim_end());
+    }
+    for finding in &calibration.findings {
+        let (what, action) = text::finding(finding);
+        say(&format!("  {}: {what}. {action}", finding.code.code()));
+    }
+    say(&format!("  principal point  ({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"));
+    if let Focal::Varying { scatter_px } = calibration.focal {
+        say(&format!(
+            "  focal lengths    {fx:.2} px on average, {scatter_px:.2} px sd between views:"
+        ));
+        for (number, view) in calibration.views.iter().enumerate() {
+            let own = view.focal.map_or("none of its own".into(), |f| {
+                format!("{:.2} ± {:.2} px", f.f_px, f.sigma_px)
+            });
+            say(&format!("    view {:<3}       {own}", number + 1));
+        }
+    } else if (fx - fy).abs() < 1e-9 {
+        say(&format!("  focal length     {fx:.2} ± {sd_fx:.2} px"));
+    } else {
+        say(&format!("  focal lengths    {fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"));
+    }
+    say(&format!(
+        "  lens {:12} {}",
+        calibration.model.code(),
+        text::result::coefficients(&calibration.camera.distortion)
+    ));
+    let sd = &calibration.projection_sd;
+    say(&format!(
+        "  projection       ± {:.3} px on average, {:.3} px at worst",
+        sd.mean_px, sd.max_px
+    ));
+    say(&format!(
+        "  {} views, reprojection RMS {:.3} px",
+        calibration.views.len(),
+        calibration.rms_px
+    ));
+    if let Some(measured_px) = calibration.noise_floor_px {
+        say(&format!(
+            "  corner noise     {}",
+            text::result::noise(calibration.noise_px, measured_px)
+        ));
+    }
+    match calibration.verdict {
+        Verdict::Good | Verdict::Care if is_met => Exit::Good,
+        Verdict::Good | Verdict::Care | Verdict::Untrustworthy => Exit::NotTrustworthy,
+    }
+}

@@ -1,0 +1,212 @@
+//! The computer's voice: says the words of a session through a program that the desktop has.
+
+use std::{
+    path::PathBuf,
+    process::{Child, Command, Stdio},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{Builder, JoinHandle},
+    time::{Duration, Instant},
+};
+
+use boresight_guide::session::Snapshot;
+use boresight_present::{
+    speech::{Narrator, Queue, Rank, Word},
+    text,
+};
+use boresight_run::pipeline::Onlooker;
+
+/// Programs that speak their last argument and end when it's spoken.
+const SPEAKERS: [(&str, &[&str]); 2] = [("spd-say", &["--wait", "--"]), ("espeak-ng", &["--"])];
+/// How often the queue is looked at.
+const LOOK: Duration = Duration::from_millis(20);
+/// A program that speaks for longer hangs.
+const LONGEST: Duration = Duration::from_secs(8);
+
+/// A program that speaks.
+#[derive(Clone, Debug)]
+struct Speaker {
+    program: PathBuf,
+    arguments: &'static [&'static str],
+}
+
+impl Speaker {
+    /// The first that is installed.
+    fn find() -> Option<Self> {
+        let path = std::env::var_os("PATH")?;
+        SPEAKERS.iter().find_map(|(name, arguments)| {
+            let program =
+                std::env::split_paths(&path).map(|dir| dir.join(name)).find(|p| p.is_file())?;
+            Some(Self { program, arguments })
+        })
+    }
+
+    fn say(&self, text: &str) -> Option<Child> {
+        Command::new(&self.program)
+            .args(self.arguments)
+            .arg(text)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .ok()
+    }
+}
+
+/// Says what a session asks for while it looks on and is switched on. Ends when dropped, after the news.
+pub struct Voice {
+    said: Arc<Said>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the session and the voice share.
+struct Said {
+    queue: Mutex<Queue>,
+    narrator: Mutex<Narrator>,
+    began: Instant,
+    on: AtomicBool,
+    /// Left and right are those of a person who faces the camera.
+    mirrored: AtomicBool,
+    over: AtomicBool,
+}
+
+/// Why nothing can be heard.
+#[derive(Debug, thiserror::Error)]
+pub enum NoVoice {
+    /// No program speaks.
+    #[error("{}", text::NO_VOICE)]
+    NoProgram,
+    /// The system refused a thread.
+    #[error("could not start the voice")]
+    Thread(#[from] std::io::Error),
+}
+
+impl Default for Voice {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Voice {
+    /// A voice that is switched off.
+    pub fn new() -> Self {
+        let said = Arc::new(Said {
+            queue: Mutex::default(),
+            narrator: Mutex::default(),
+            began: Instant::now(),
+            on: AtomicBool::new(false),
+            mirrored: AtomicBool::new(false),
+            over: AtomicBool::new(false),
+        });
+        Self { said, thread: None }
+    }
+
+    /// Switches it on or off. With `mirrored`, left and right are those of a person who faces the camera.
+    ///
+    /// # Errors
+    ///
+    /// [`NoVoice`]; it's then off.
+    pub fn switch(&mut self, on: bool, mirrored: bool) -> Result<(), NoVoice> {
+        self.said.mirrored.store(mirrored, Ordering::Relaxed);
+        if on && self.thread.is_none() {
+            let speaker = Speaker::find().ok_or(NoVoice::NoProgram)?;
+            let said = Arc::clone(&self.said);
+            let thread = Builder::new().name("voice".into()).spawn(move || speak(&said, &speaker));
+            self.thread = Some(thread?);
+        }
+        if self.said.on.swap(on, Ordering::Relaxed) && !on {
+            *self.said.queue() = Queue::default();
+        }
+        Ok(())
+    }
+
+    /// Says something to try it.
+    ///
+    /// # Errors
+    ///
+    /// [`NoVoice`].
+    pub fn test(&mut self) -> Result<(), NoVoice> {
+        let mirrored = self.said.mirrored.load(Ordering::Relaxed);
+        self.switch(true, mirrored)?;
+        let said = text::VOICE_TEST.to_owned();
+        self.said.offer(Word { rank: Rank::Taken, text: said.clone(), mirrored: said });
+        Ok(())
+    }
+
+    /// Looks on at a session.
+    pub fn onlooker(&self) -> Arc<dyn Onlooker> {
+        Arc::clone(&self.said) as Arc<dyn Onlooker>
+    }
+}
+
+impl Drop for Voice {
+    fn drop(&mut self) {
+        self.said.over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+    }
+}
+
+impl Said {
+    fn queue(&self) -> MutexGuard<'_, Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn offer(&self, word: Word) {
+        if self.on.load(Ordering::Relaxed) {
+            let now_secs = self.began.elapsed().as_secs_f64();
+            self.queue().offer(now_secs, word);
+        }
+    }
+}
+
+impl Onlooker for Said {
+    fn decided(&self, snapshot: &Snapshot) {
+        let mut narrator = self.narrator.lock().unwrap_or_else(PoisonError::into_inner);
+        let news = narrator.news(snapshot);
+        drop(narrator);
+        if self.on.load(Ordering::Relaxed) {
+            news.into_iter().chain(Narrator::request(snapshot)).for_each(|word| self.offer(word));
+        }
+    }
+}
+
+fn speak(said: &Said, speaker: &Speaker) {
+    let mut speaking: Option<(Child, Instant)> = None;
+    loop {
+        let over = said.over.load(Ordering::Relaxed);
+        let has_ended = speaking.as_mut().is_none_or(|(child, since)| {
+            !matches!(child.try_wait(), Ok(None)) || since.elapsed() > LONGEST
+        });
+        let step = {
+            let mut queue = said.queue();
+            if has_ended {
+                queue.finished();
+            }
+            if over && queue.is_quiet() {
+                break;
+            }
+            queue.next(said.began.elapsed().as_secs_f64())
+        };
+        if has_ended || step.as_ref().is_some_and(|step| step.cuts) {
+            hush(speaking.take());
+        }
+        if let Some(step) = step {
+            let mirrored = said.mirrored.load(Ordering::Relaxed);
+            let text = if mirrored { &step.word.mirrored } else { &step.word.text };
+            speaking = speaker.say(text).map(|child| (child, Instant::now()));
+        }
+        std::thread::sleep(LOOK);
+    }
+    hush(speaking);
+}
+
+fn hush(speaking: Option<(Child, Instant)>) {
+    if let Some((mut child, _)) = speaking {
+        child.kill().ok();
+        child.wait().ok();
+    }
+}

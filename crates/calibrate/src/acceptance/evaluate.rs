@@ -1,0 +1,184 @@
+//! The 95 % bound of the error that a goal limits.
+//!
+//! To first order, the error of a measurement `m` is normal with variance `∇m C ∇mᵀ`, with `C` the covariance of all
+//! lens parameters, doubt about the model included. A length also has the relative error of the board's square size:
+//! all distances that the camera measures are multiples of it.
+
+use nalgebra::{Matrix2, Point2, RowSVector, SMatrix, Vector2, Vector3};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::goal::{AcceptanceGoal, TWO_SIDED_95};
+use crate::check::projection_sd::projection_jacobian;
+use boresight_geometry::{Camera, LENS_PARAMETERS, frame::ImageSize};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// Share of the picture, or of the places where a length fits into it, in which a goal must hold. The rest are the
+/// outermost corners, where the lens model extrapolates.
+const AREA: f64 = 0.95;
+/// Places tried for one end of a length, across and down, the picture's edges included.
+const PLACES: [u32; 2] = [17, 11];
+
+/// Whether a calibration meets a goal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Acceptance {
+    /// The goal.
+    pub goal: AcceptanceGoal,
+    /// What the error stays below in 95 of 100 calibrations. `None` if it can't be told: the length doesn't fit into the
+    /// picture, or the lens model folds over in more than a twentieth of it.
+    pub bound: Option<ErrorBound>,
+}
+
+/// Bound of an error, in the goal's unit: pixels for projection, metres for a length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorBound {
+    /// From everything.
+    pub total: f64,
+    /// From the lens alone.
+    pub lens: f64,
+    /// From the board's square size alone; zero for projection.
+    pub scale: f64,
+    /// Where in the picture it holds, in pixels: both ends of a length, or the same point twice. In 95 % of the picture the
+    /// error is smaller.
+    pub place_px: [Point2<f64>; 2],
+}
+
+impl Acceptance {
+    /// Whether the error stays within the goal.
+    pub fn is_met(&self) -> bool {
+        self.bound.is_some_and(|bound| bound.total <= self.goal.limit())
+    }
+
+    /// Whether the board's square size alone spoils the goal: no view can help.
+    pub fn is_out_of_reach(&self) -> bool {
+        self.bound.is_some_and(|bound| bound.scale >= self.goal.limit())
+    }
+
+    /// The lens's part over the part that the goal leaves to it: at most 1 if the goal is met. If it's out of reach, over
+    /// the whole goal, so that a session still ends. Infinite without a bound.
+    pub fn excess(&self) -> f64 {
+        let Some(bound) = self.bound else { return f64::INFINITY };
+        let limit = self.goal.limit();
+        let left = if self.is_out_of_reach() {
+            limit
+        } else {
+            (limit * limit - bound.scale * bound.scale).sqrt()
+        };
+        bound.lens / left
+    }
+}
+
+/// Evaluates `goal` for a lens with the 9×9 `covariance` of its parameters (in the order of
+/// [`LENS_PARAMETERS`], doubt about the model included), in a picture of `image_size`. `scale_sd` is the relative
+/// standard deviation of the board's square size.
+pub fn acceptance(
+    goal: AcceptanceGoal,
+    camera: &Camera,
+    covariance: &LensMatrix,
+    image_size: ImageSize,
+    scale_sd: f64,
+) -> Acceptance {
+    let bound = match goal {
+        AcceptanceGoal::Projection { .. } => projection_bound(camera, covariance, image_size),
+        AcceptanceGoal::Length { length_m, at_m, .. } => {
+            let lens = length_sd(camera, covariance, image_size, length_m / at_m);
+            lens.map(|(sd, place_px)| {
+                let lens = TWO_SIDED_95 * at_m * sd;
+                let scale = goal.scale_part(scale_sd);
+                ErrorBound { total: lens.hypot(scale), lens, scale, place_px }
+            })
+        }
+    };
+    Acceptance { goal, bound }
+}
+
+/// The distance below which projection stays at 95 % of the picture's grid points, each with 95 % probability.
+fn projection_bound(
+    camera: &Camera,
+    covariance: &LensMatrix,
+    image_size: ImageSize,
+) -> Option<ErrorBound> {
+    let jacobian = projection_jacobian(camera, image_size)?;
+    let bounds: Vec<(f64, Point2<f64>)> = jacobian
+        .px
+        .iter()
+        .zip(&jacobian.jac_lens)
+        .map(|(px, jac_lens)| (radius_95(&(jac_lens * covariance * jac_lens.transpose())), *px))
+        .collect();
+    let count = bounds.len() + jacobian.unmapped;
+    let (total, px) = quantile(bounds, count)?;
+    Some(ErrorBound { total, lens: total, scale: 0.0, place_px: [px, px] })
+}
+
+/// The [`AREA`] quantile of `errors`, each with its place; `None` if that many of `count` places have no error.
+fn quantile<Place: Copy>(mut errors: Vec<(f64, Place)>, count: usize) -> Option<(f64, Place)> {
+    errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let rank = (AREA * count as f64).ceil() as usize;
+    errors.get(rank.checked_sub(1)?).copied()
+}
+
+/// Radius of the circle that holds 95 % of a 2D normal distribution about zero: its square is distributed as a
+/// weighted sum of two χ²₁, approximated by the gamma distribution of the same mean and variance (Satterthwaite 1946).
+fn radius_95(covariance_px2: &Matrix2<f64>) -> f64 {
+    let squares = (covariance_px2 * covariance_px2).trace();
+    let mean = covariance_px2.trace();
+    if mean.is_nan() || mean <= 0.0 {
+        return 0.0;
+    }
+    let freedom = (mean * mean / squares).clamp(1.0, 2.0);
+    ChiSquared::new(freedom)
+        .map_or(mean, |chi2| mean / freedom * chi2.inverse_cdf(0.95))
+        .max(0.0)
+        .sqrt()
+}
+
+/// Standard deviation of `|ray₂ − ray₁|` for two points `span` apart in normalised coordinates: what it stays below at
+/// 95 % of the places and in all of eight directions in which they fit into the picture, with that place in pixels.
+fn length_sd(
+    camera: &Camera,
+    covariance: &LensMatrix,
+    image_size: ImageSize,
+    span: f64,
+) -> Option<(f64, [Point2<f64>; 2])> {
+    let far =
+        Vector2::new(f64::from(image_size.width_px) - 1.0, f64::from(image_size.height_px) - 1.0);
+    let in_picture =
+        |px: &Point2<f64>| (0.0..=far.x).contains(&px.x) && (0.0..=far.y).contains(&px.y);
+    let [columns, rows] = PLACES;
+    let starts = (0..columns * rows).filter_map(|i| {
+        let share = |at: u32, of: u32| f64::from(at) / f64::from(of - 1);
+        let px = Point2::new(share(i % columns, columns) * far.x, share(i / columns, rows) * far.y);
+        Some((px, camera.normalized_from_px(&px)?))
+    });
+    let directions: [Vector2<f64>; 8] = std::array::from_fn(|i| {
+        let (sin, cos) = (i as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
+        Vector2::new(cos, sin)
+    });
+    let mut all: Vec<(f64, [Point2<f64>; 2])> = Vec::new();
+    for (start_px, start) in starts {
+        let Some(start_moves) = ray_by_lens(camera, &start) else { continue };
+        for direction in &directions {
+            let end = start + direction * span;
+            let end_px = camera.px_from_normalized(&end);
+            // Beyond the fold of the lens model, rays return to the picture: they aren't those of its pixels.
+            let is_ray = |ray: Point2<f64>| (ray - end).norm() < 1e-6;
+            if !in_picture(&end_px) || !camera.normalized_from_px(&end_px).is_some_and(is_ray) {
+                continue;
+            }
+            let Some(end_moves) = ray_by_lens(camera, &end) else { continue };
+            let slope: RowSVector<f64, LENS_PARAMETERS> =
+                direction.transpose() * (end_moves - start_moves);
+            let sd = (slope * covariance * slope.transpose()).x.max(0.0).sqrt();
+            all.push((sd, [start_px, end_px]));
+        }
+    }
+    let count = all.len();
+    quantile(all, count)
+}
+
+/// Derivative of the ray of a fixed pixel by the lens parameters: `−(∂px/∂ray)⁻¹ ∂px/∂lens`.
+fn ray_by_lens(camera: &Camera, ray: &Point2<f64>) -> Option<SMatrix<f64, 2, LENS_PARAMETERS>> {
+    let sighted = camera.project_ray(&Vector3::new(ray.x, ray.y, 1.0))?;
+    let by_ray = camera.px_by_normalized(ray)?;
+    Some(-(by_ray.try_inverse()? * sighted.jac_lens))
+}

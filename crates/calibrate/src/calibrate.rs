@@ -1,0 +1,424 @@
+use std::borrow::Cow;
+
+use nalgebra::{Matrix3, Point2};
+
+use super::{
+    check::{
+        correction::{Correction, with_square_pixels},
+        heavy_tails::TailWeights,
+        noise_inflation::{excess_variance_px2, inflated},
+        odd_corners::is_grid,
+    },
+    examined::Examined,
+    free_fit::FreeFit,
+    inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
+    params::{CalibrationParams, NotCalibrated},
+    repeats::Repeats,
+    result::Calibration,
+    solve::{
+        bundle::{Bundle, BundleState, InvalidCorners, Observations},
+        free_homography::{self, DistortionCentrePrior, FreeHomographies},
+        initial_guess::{AsSeen, NotPlanar, as_seen, distinct_views, noise_floor, starts},
+        lens_model::{LensFamily, LensModel, LensPrior},
+        model_choice::{ModelChoice, ModelSearch, Reversals, fit_models},
+        wide_lens::{WideLens, WideSearch, better_family, is_wide},
+    },
+    summary::assemble,
+};
+use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
+
+/// Relative standard deviation of the focal length above which it needs its own prior. Loose on
+/// purpose: it only separates views that leave the focal length open from those that don't.
+const F_UNDETERMINED: f64 = 0.2;
+
+/// Noise factor of the bundle, relative to that of free homographies, above which other starts are tried.
+const SUSPICIOUS: f64 = 1.5;
+
+/// Estimates the lens and all poses from the corners of `views`, and checks the result.
+///
+/// Each view has one corner per board corner, in the board's order and in distorted pixels of a picture of
+/// `image_size`. Four different views determine the lens without priors, and eight are advised; with fewer,
+/// [`CalibrationParams::weak_priors`] must be on. Deterministic.
+///
+/// Views that repeat others, as copies of a picture do, count once.
+///
+/// Bundle adjustment from closed forms, for nested lens models of which BIC chooses one; corner covariances are
+/// inflated to what the residuals show. See `docs/method.md`, section 2.
+///
+/// # Errors
+///
+/// [`NotCalibrated`] if corners are missing or not finite, if a view isn't the image of a flat board, or if the views
+/// fit no lens. Views that determine the lens poorly give a [`Verdict`](crate::Verdict), not an error.
+///
+/// # Examples
+///
+/// Eight views of a simulated board, tilted by 40° in eight directions:
+///
+/// ```
+/// use boresight::{
+///     board::Checkerboard,
+///     calibration::{CalibrationParams, LensModel, calibrate},
+///     frame::ImageSize,
+///     geometry::{Camera, Corner, Distortion},
+/// };
+/// use nalgebra::{Isometry3, Point2, Vector3};
+///
+/// let distortion = Distortion { k1: -0.1, ..Distortion::default() };
+/// let truth = Camera { distortion, ..Camera::pinhole(950.0, Point2::new(648.0, 353.0)) };
+/// let board = Checkerboard::new(9, 6, 0.025)?;
+/// let views: Vec<Vec<Corner>> = (0..8)
+///     .map(|view| {
+///         let (sin, cos) = (f64::from(view) * std::f64::consts::FRAC_PI_4).sin_cos();
+///         let tilt = Vector3::new(sin, -cos, 0.0) * 40_f64.to_radians();
+///         let cam_from_board = Isometry3::new(Vector3::new(0.0, 0.0, 0.3), tilt);
+///         board
+///             .corners_in_board_m()
+///             .iter()
+///             .filter_map(|point_m| truth.px_from_board(&cam_from_board, point_m))
+///             .map(|px| Corner::isotropic(px, 0.05))
+///             .collect()
+///     })
+///     .collect();
+///
+/// let image_size = ImageSize { width_px: 1280, height_px: 720 };
+/// let found = calibrate(&views, &board, image_size, &CalibrationParams::default())?;
+///
+/// assert_eq!(found.model, LensModel::K1);
+/// assert!((found.camera.f_px.x - 950.0).abs() < 0.01);
+/// assert!((found.camera.pp_px - truth.pp_px).norm() < 0.01);
+/// assert!((found.camera.distortion.k1 - -0.1).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn calibrate(
+    views: &[Vec<Corner>],
+    board: &Checkerboard,
+    image_size: ImageSize,
+    params: &CalibrationParams,
+) -> Result<Calibration, NotCalibrated> {
+    let ImageSize { width_px, height_px } = image_size;
+    if params.models.is_empty() {
+        return Err(NotCalibrated::NoModels);
+    }
+    if views.is_empty() {
+        return Err(NotCalibrated::NoViews);
+    }
+    if width_px == 0 || height_px == 0 {
+        return Err(NotCalibrated::NoPicture { width_px, height_px });
+    }
+    let board_m = board.corners_in_board_m();
+    let observations = observations(views, &board_m, params.threads)?;
+    if let Some(view) = views.iter().position(|corners| !is_grid(corners, board)) {
+        return Err(NotCalibrated::NoGrid { view });
+    }
+    let given = Given {
+        count: views.len(),
+        board,
+        board_m: &board_m,
+        image_size,
+        params,
+        correction: None,
+    };
+    let Some(repeats) = Repeats::among(views, image_size) else {
+        return given.calibrate(views, observations);
+    };
+    let kept = repeats.without(views);
+    let found = self::observations(&kept, &board_m, params.threads)
+        .and_then(|observations| given.calibrate(&kept, observations))
+        .map_err(|reason| match reason {
+            NotCalibrated::NoHomography { view } => {
+                NotCalibrated::NoHomography { view: repeats.number(view) }
+            }
+            other => other,
+        })?;
+    Ok(repeats.restored(found, views, &board_m))
+}
+
+/// What a calibration is given beside the views.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    /// Number of views, those of one held pose included.
+    count: usize,
+    board: &'a Checkerboard,
+    board_m: &'a [Point2<f64>],
+    image_size: ImageSize,
+    params: &'a CalibrationParams,
+    /// What is allowed for.
+    correction: Option<&'a Correction>,
+}
+
+impl Given<'_> {
+    /// Calibrates from `views`, of which none repeats another; again with the cause of a misfit allowed for, if it's clear.
+    fn calibrate(
+        &self,
+        views: &[Vec<Corner>],
+        observations: Observations,
+    ) -> Result<Calibration, NotCalibrated> {
+        let mut problem = self.inputs(views, observations.clone(), None)?;
+        let undetermined = NotCalibrated::Undetermined { distinct: problem.distinct };
+        let mut solved = problem.solve();
+        let wide = problem.wide_lens(&observations, solved.as_ref().ok());
+        // A bent board or a moved focus can look like another lens, too.
+        let is_other_cause = |wide: &WideLens| {
+            let Ok(solution) = &solved else { return false };
+            let gain = Examined::of(&problem, &solution.choice).causes.best_gain();
+            wide.gain.is_finite() && gain.is_some_and(|gain| gain > wide.gain)
+        };
+        if let Some(wide) = wide.filter(|wide| !is_other_cause(wide)) {
+            problem = self.inputs(views, observations, Some(&wide))?;
+            solved = problem.solve_wide(wide);
+        } else if self.params.models.iter().all(|model| model.family() != LensFamily::Brown) {
+            return Err(undetermined);
+        }
+        let solution = solved?;
+        let examined = Examined::of(&problem, &solution.choice);
+        if self.correction.is_none()
+            && let Some(correction) = examined.correction(&problem, &solution.choice)
+            && let Ok(corrected) = self.corrected(views, &correction)
+        {
+            return Ok(corrected);
+        }
+        assemble(&problem, &solution, &examined).ok_or(undetermined)
+    }
+
+    fn corrected(
+        &self,
+        views: &[Vec<Corner>],
+        correction: &Correction,
+    ) -> Result<Calibration, NotCalibrated> {
+        let views = correction.views(views);
+        let board_m = correction.board_m(self.board_m);
+        let params = correction.params(self.params);
+        let observations = observations(&views, &board_m, params.threads)?;
+        Given { board_m: &board_m, params: &params, correction: Some(correction), ..*self }
+            .calibrate(&views, observations)
+    }
+
+    /// Everything that follows from the corners without an adjustment of the lens.
+    fn inputs<'b>(
+        &'b self,
+        views: &'b [Vec<Corner>],
+        mut observations: Observations,
+        wide: Option<&WideLens>,
+    ) -> Result<Inputs<'b>, NotCalibrated> {
+        let Self { count: given, board, board_m, image_size, params, correction } = *self;
+        let as_seen = as_seen(views, board_m, image_size)
+            .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
+        let distinct = distinct_views(views, image_size);
+        let free = |views: &[Vec<Corner>], observations: &Observations| match wide {
+            Some(wide) => FreeFit::straightened(views, board_m, image_size, &wide.state.camera),
+            None => {
+                Some(FreeFit::of(self.free(views, observations, &as_seen)?, observations.clone()))
+            }
+        };
+        let mut fit = free(views, &observations);
+        let rho = fit.as_ref().map_or(0.0, |fit| excess_variance_px2(&fit.residuals_px));
+        let mut views = Cow::Borrowed(views);
+        if rho > 0.0 {
+            views = Cow::Owned(inflated(&views, rho));
+            observations = self::observations(&views, board_m, params.threads)?;
+        }
+        let tails = fit.as_ref().and_then(|fit| {
+            let observations = match wide {
+                Some(_) => fit.observations.as_ref()?,
+                None => &observations,
+            };
+            TailWeights::of(observations, &fit.free, board)
+        });
+        let weighted = tails.as_ref().map(|tails| tails.applied(&views));
+        if let Some(weighted) = &weighted {
+            observations = self::observations(weighted, board_m, params.threads)?;
+        }
+        if rho > 0.0 || weighted.is_some() {
+            fit = free(weighted.as_deref().unwrap_or(&views), &observations);
+        }
+        Ok(Inputs {
+            noise_floor: noise_floor(&views),
+            views,
+            board,
+            board_m,
+            image_size,
+            params,
+            observations,
+            free: fit.map(|fit| fit.free),
+            as_seen,
+            distinct,
+            given,
+            excess_px: rho.sqrt(),
+            tails,
+            family: wide.map_or(LensFamily::Brown, |wide| wide.family),
+            rivals: wide.map_or_else(Vec::new, |wide| wide.rivals.clone()),
+            correction,
+        })
+    }
+
+    /// Free homographies through `views`, of which `observations` were made. Their principal lines meet in the principal
+    /// point only if pixels are square, so they are fitted to square ones.
+    fn free(
+        &self,
+        views: &[Vec<Corner>],
+        observations: &Observations,
+        as_seen: &AsSeen,
+    ) -> Option<FreeHomographies> {
+        let prior = DistortionCentrePrior::of(self.image_size);
+        let aspect = self.correction.map_or(1.0, Correction::pixel_aspect);
+        if aspect == 1.0 {
+            return free_homography::fit(observations, prior, &as_seen.image_from_board);
+        }
+        let square = with_square_pixels(views, aspect);
+        let square = self::observations(&square, self.board_m, self.params.threads).ok()?;
+        let prior = prior.with_square_pixels(aspect);
+        let squeeze = Matrix3::from_diagonal(&[1.0, 1.0 / aspect, 1.0].into());
+        let image_from_board: Vec<_> =
+            as_seen.image_from_board.iter().map(|h| squeeze * h).collect();
+        Some(free_homography::fit(&square, prior, &image_from_board)?.with_pixel_aspect(aspect))
+    }
+}
+
+fn observations(
+    views: &[Vec<Corner>],
+    board_m: &[Point2<f64>],
+    threads: usize,
+) -> Result<Observations, NotCalibrated> {
+    let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
+    let prepared = Observations::new(board_m, &slices);
+    prepared.map(|all| all.with_threads(threads)).map_err(|invalid| match invalid {
+        InvalidCorners::Count { view, got, want } => NotCalibrated::CornerCount { view, got, want },
+        InvalidCorners::Value { view, corner } => NotCalibrated::CornerValue { view, corner },
+    })
+}
+
+impl Inputs<'_> {
+    /// Models that may be chosen. If only those of other families may, Brown's serve as their start.
+    fn allowed(&self) -> Vec<LensModel> {
+        let models = self.family.models();
+        let wanted = |model: &LensModel| self.params.models.contains(model);
+        let allowed: Vec<LensModel> = models.iter().copied().filter(wanted).collect();
+        if allowed.is_empty() { models } else { allowed }
+    }
+
+    /// Lens models to fit: fewer views determine fewer coefficients.
+    fn models(&self) -> Vec<LensModel> {
+        let richest = match (self.family, self.distinct) {
+            (LensFamily::Fisheye, 0 | 1) => LensModel::Fisheye,
+            (LensFamily::Fisheye, 2) => LensModel::FisheyeK1,
+            (_, 0 | 1) => LensModel::K1,
+            (_, 2) => LensModel::K1K2,
+            (LensFamily::Brown, _) => LensModel::K1K2P1P2K3,
+            (LensFamily::Rational, _) => LensModel::Rational,
+            (LensFamily::Fisheye, _) => LensModel::FisheyeK1K2K3K4,
+        };
+        // The simplest model requested is always fitted, whatever the number of views.
+        let wanted = self.allowed().into_iter().min();
+        let models = self.family.models().into_iter();
+        models.filter(|model| *model <= richest || Some(*model) <= wanted).collect()
+    }
+
+    /// Fits the models; if the views leave the focal length open, again with a prior on it.
+    fn solve(&self) -> Result<Solution, NotCalibrated> {
+        let starts = starts(&self.observations, &self.as_seen, self.image_size);
+        self.solve_from(&starts)
+    }
+
+    /// [`Self::solve`] for a wide lens.
+    fn solve_wide(&self, wide: WideLens) -> Result<Solution, NotCalibrated> {
+        self.solve_from(&[wide.state])
+    }
+
+    fn solve_from(&self, starts: &[BundleState]) -> Result<Solution, NotCalibrated> {
+        let undetermined = NotCalibrated::Undetermined { distinct: self.distinct };
+        let f_px = starts.first().ok_or(undetermined)?.camera.f_px.x;
+        let models = self.models();
+        let allowed = self.allowed();
+        let weak = LensPrior::weak(self.image_size);
+        let prior_used = self.params.weak_priors && self.distinct < VIEWS_WITHOUT_PRIOR;
+        let search = |prior: Option<&LensPrior>| {
+            let search = ModelSearch {
+                observations: &self.observations,
+                models: &models,
+                allowed: &allowed,
+                square_pixels: self.params.square_pixels,
+                prior,
+                noise_floor: self.noise_floor,
+            };
+            self.lowest(&search, starts)
+        };
+        if let Some(choice) = search(prior_used.then_some(&weak))
+            && self.is_determined(&choice)
+        {
+            return Ok(Solution { choice, prior_used, focal_prior_used: false });
+        }
+        if !self.params.weak_priors {
+            return Err(undetermined);
+        }
+        let with_focal_prior = weak.with_focal_length(f_px, 0.5 * f_px);
+        let choice = search(Some(&with_focal_prior)).ok_or(undetermined)?;
+        Ok(Solution { choice, prior_used: true, focal_prior_used: true })
+    }
+
+    /// The lens of another family than Brown's, if that's allowed and the corners ask for it. `observations` have the stated
+    /// covariances; `brown` is the result for Brown's models, if there is one.
+    fn wide_lens(&self, observations: &Observations, brown: Option<&Solution>) -> Option<WideLens> {
+        let has = |brown: bool| {
+            self.params.models.iter().any(|model| (model.family() == LensFamily::Brown) == brown)
+        };
+        if self.params.varying_focal {
+            return None;
+        }
+        let is_few = self.distinct < VIEWS_WITHOUT_PRIOR;
+        let richest = brown.and_then(|solution| solution.choice.bundles.last());
+        let is_narrow =
+            || richest.is_some_and(|bundle| !is_wide(&bundle.state.camera, self.image_size));
+        if !has(false) || (has(true) && (is_few || is_narrow())) {
+            return None;
+        }
+        let weak = LensPrior::weak(self.image_size);
+        let search = WideSearch {
+            observations,
+            image_size: self.image_size,
+            square_pixels: self.params.square_pixels,
+            prior: (is_few && self.params.weak_priors).then_some(&weak),
+            noise_floor: self.noise_floor,
+            allowed: &self.params.models,
+        };
+        better_family(&search, richest.map(|bundle| &bundle.state))
+    }
+
+    /// The fit from the first start. If it leaves residuals that views without a common focal length don't have, it
+    /// may have ended in the wrong minimum: then the lowest of all starts, with tilts reversed early or late.
+    fn lowest(&self, search: &ModelSearch<'_>, starts: &[BundleState]) -> Option<ModelChoice> {
+        let floor = self.free.as_ref().map(|free| free.noise_factor().max(self.noise_floor));
+        let noise_factor = |choice: &ModelChoice| {
+            choice.bundles.last().map_or(f64::INFINITY, Bundle::noise_factor)
+        };
+        let mut best: Option<ModelChoice> = None;
+        for start in starts {
+            for reversals in [Reversals::Early, Reversals::Late] {
+                let least = best.as_ref().map_or(f64::INFINITY, &noise_factor);
+                let is_enough = floor.is_none_or(|floor| least <= SUSPICIOUS * floor);
+                if best.is_some() && is_enough {
+                    return best;
+                }
+                let Some(choice) = fit_models(search, start.clone(), reversals) else { break };
+                // Without reversals, late ones find the same.
+                let is_all = !choice.reversed;
+                if noise_factor(&choice) < least {
+                    best = Some(choice);
+                }
+                if is_all {
+                    break;
+                }
+            }
+        }
+        best
+    }
+
+    fn is_determined(&self, choice: &ModelChoice) -> bool {
+        let noise_factor = choice.fit().noise_factor.max(self.noise_floor);
+        choice.bundle().covariance(noise_factor).is_some_and(|covariance| {
+            let f_px = choice.fit().camera.f_px.x;
+            covariance[(0, 0)].sqrt() < F_UNDETERMINED * f_px
+                && covariance[(2, 2)].max(covariance[(3, 3)]).sqrt()
+                    < f64::from(self.image_size.width_px)
+        })
+    }
+}

@@ -1,0 +1,105 @@
+//! Calibrates again with the likeliest cause of a misfit allowed for: pixels or squares that aren't square, a bent board.
+//!
+//! A fit that leaves out what is known to be there has the wrong lens, by far more than its corners' noise says. The
+//! corrected one is examined as any other is, and the finding stays.
+
+use std::borrow::Cow;
+
+use nalgebra::{Point2, SMatrix, Vector2};
+
+use super::{
+    cause::Cause,
+    cause_findings::finding_code,
+    finding::Finding,
+    misfit_diagnosis::{Causes, positive_part},
+};
+use crate::{params::CalibrationParams, solve::bundle::Bundle};
+use boresight_geometry::{Corner, LENS_PARAMETERS};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// What is allowed for, and what remains open about it.
+#[derive(Clone, Debug)]
+pub(crate) struct Correction {
+    kind: Kind,
+    /// Covariance of the lens from not knowing the cause's parameters, nor that it isn't one that looks the same.
+    pub(crate) doubt: LensMatrix,
+    /// What the corrected calibration reports in any case.
+    pub(crate) finding: Finding,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    /// Pixels of this height to width.
+    PixelAspect(f64),
+    /// Squares of this height to width.
+    BoardStretched(f64),
+    /// Shift of each corner that is seen in pixels, view by view.
+    BoardBent(Vec<Vec<Vector2<f64>>>),
+}
+
+impl Correction {
+    /// The correction for a cause that a calibration can and should allow for. `bundle` is the fit that `causes` were found
+    /// in, of `n` coordinates, which claim to tell more by `overcount` than they do.
+    pub(crate) fn of(causes: &Causes, bundle: &Bundle, n: f64, overcount: f64) -> Option<Self> {
+        let (best, severity) = causes.correctable(n, overcount)?;
+        let explanation = &best.explanation;
+        let camera = &explanation.state.bundle.camera;
+        let kind = match explanation.cause {
+            Cause::PixelAspect => Kind::PixelAspect(camera.f_px.y / camera.f_px.x),
+            Cause::BoardStretched => Kind::BoardStretched(1.0 + explanation.state.shared[0]),
+            Cause::BoardBent => Kind::BoardBent(explanation.shift_px.clone()),
+            _ => return None,
+        };
+        let parameters = bundle.freedom.count() + 6 * explanation.state.local.len();
+        let variance = explanation.noise_variance(n, parameters);
+        let of_parameters = match kind {
+            // The adjustment estimates the aspect itself.
+            Kind::PixelAspect(_) => LensMatrix::zeros(),
+            _ => (explanation.unit_covariance - explanation.known_unit_covariance) * variance,
+        };
+        let code = finding_code(best)?;
+        Some(Self {
+            kind,
+            doubt: positive_part(&of_parameters) + causes.doubt_beside(best),
+            finding: Finding { code, severity },
+        })
+    }
+
+    /// The parameters that calibrate with the correction.
+    pub(crate) fn params(&self, params: &CalibrationParams) -> CalibrationParams {
+        let square_pixels = params.square_pixels && !matches!(self.kind, Kind::PixelAspect(_));
+        CalibrationParams { square_pixels, ..params.clone() }
+    }
+
+    /// The board as it is, in metres. A bent one is flat here: its corners are moved instead, see [`Self::views`].
+    pub(crate) fn board_m(&self, board_m: &[Point2<f64>]) -> Vec<Point2<f64>> {
+        let stretch = if let Kind::BoardStretched(aspect) = self.kind { aspect } else { 1.0 };
+        board_m.iter().map(|point_m| Point2::new(point_m.x, point_m.y * stretch)).collect()
+    }
+
+    /// The corners as a flat board would show them.
+    pub(crate) fn views<'a>(&self, views: &'a [Vec<Corner>]) -> Cow<'a, [Vec<Corner>]> {
+        let Kind::BoardBent(shift_px) = &self.kind else { return Cow::Borrowed(views) };
+        let flat = |(corners, shifts): (&Vec<Corner>, &Vec<Vector2<f64>>)| {
+            let mut shifts = shifts.iter();
+            let flat = |corner: &Corner| {
+                let shift = corner.is_seen().then(|| shifts.next()).flatten();
+                shift.map_or(*corner, |shift| Corner { px: corner.px - shift, ..*corner })
+            };
+            corners.iter().map(flat).collect()
+        };
+        Cow::Owned(views.iter().zip(shift_px).map(flat).collect())
+    }
+
+    /// Height of a pixel as a multiple of its width.
+    pub(crate) fn pixel_aspect(&self) -> f64 {
+        if let Kind::PixelAspect(aspect) = self.kind { aspect } else { 1.0 }
+    }
+}
+
+/// `views` with rows moved so that pixels of the given height to width become square.
+pub(crate) fn with_square_pixels(views: &[Vec<Corner>], pixel_aspect: f64) -> Vec<Vec<Corner>> {
+    let square = |corner: &Corner| corner.with_rows_scaled(1.0 / pixel_aspect);
+    views.iter().map(|corners| corners.iter().map(square).collect()).collect()
+}

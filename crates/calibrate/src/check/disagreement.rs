@@ -1,0 +1,67 @@
+//! The principal point of the bundle beside that of the free homographies, which assume no common lens.
+//!
+//! Both come from the same corners, so if they differ by much more than their standard deviations allow, something errs
+//! that neither of them states: a bent board, rows read one after the other, errors that are smooth over a board. Then
+//! the covariance of the lens is widened until the difference is an ordinary one, as is usual for measurements that
+//! contradict each other (Birge 1932).
+
+use nalgebra::{Matrix2, SymmetricEigen, Vector2};
+
+use crate::solve::{free_homography::FreeHomographies, model_choice::ModelChoice};
+
+/// From this many standard deviations on, the two contradict each other: a probability of 0.1 % in two dimensions
+/// (Rayleigh distribution).
+pub(crate) const CONTRADICTION_SIGMAS: f64 = 3.7;
+
+/// How far apart two principal points are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Disagreement {
+    pub(crate) distance_px: f64,
+    /// Square root of `χ²` with two degrees of freedom.
+    pub(crate) sigmas: f64,
+}
+
+impl Disagreement {
+    /// Compares the chosen model with the free homographies. `pp_doubt_px2` is what the doubt about the lens model adds
+    /// to the covariance of the principal point.
+    pub(crate) fn between(
+        choice: &ModelChoice,
+        free: &FreeHomographies,
+        noise_floor: f64,
+        pp_doubt_px2: &Matrix2<f64>,
+    ) -> Self {
+        let noise_factor = free.noise_factor().max(noise_floor);
+        let covariance_px2 =
+            free.pp_unit_covariance_px2 * (noise_factor * noise_factor) + pp_doubt_px2;
+        let off_px = choice.fit().camera.pp_px - free.pp_px;
+        let sigmas = distance2(&off_px, &covariance_px2, covariance_px2.trace()).sqrt();
+        Self { distance_px: off_px.norm(), sigmas }
+    }
+
+    /// Factor on the covariance of the lens: 1 unless the two contradict each other, else `χ²` over its expectation.
+    pub(crate) fn variance_factor(&self) -> f64 {
+        if self.sigmas > CONTRADICTION_SIGMAS { self.sigmas * self.sigmas / 2.0 } else { 1.0 }
+    }
+}
+
+/// `offᵀ C⁺ off`; directions in which `C` is below a thousandth of `scale` are ignored.
+pub(super) fn distance2(off: &Vector2<f64>, covariance: &Matrix2<f64>, scale: f64) -> f64 {
+    let eigen = SymmetricEigen::new(*covariance);
+    (0..2)
+        .filter(|i| eigen.eigenvalues[*i] > 1e-3 * scale)
+        .map(|i| eigen.eigenvectors.column(i).dot(off).powi(2) / eigen.eigenvalues[i])
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_contradiction_widens_and_then_the_difference_is_an_ordinary_one() {
+        let apart = |sigmas| Disagreement { distance_px: 1.0, sigmas };
+        assert_eq!(apart(3.6).variance_factor(), 1.0);
+        let far = apart(10.0);
+        assert!((far.sigmas / far.variance_factor().sqrt() - f64::sqrt(2.0)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,516 @@
+use crate::solve::lens_model::LensModel;
+
+/// A result of the trust checks: something to know about a calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// What was found, with the measured values and their limits.
+    pub code: FindingCode,
+    /// How serious it is.
+    pub severity: Severity,
+}
+
+/// How serious a [`Finding`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// For information.
+    Info,
+    /// Limits the use of the calibration.
+    Care,
+    /// The calibration should not be used.
+    Bad,
+}
+
+/// Whether a calibration can be used: the worst [`Severity`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Verdict {
+    /// No limitation was found.
+    Good,
+    /// Usable within the limits that the findings state.
+    Care,
+    /// Should not be used.
+    Untrustworthy,
+}
+
+/// Codes of findings that more views put right.
+const OF_TOO_FEW_VIEWS: [&str; 10] = [
+    "VIEWS-FEW",
+    "VIEWS-ALIKE",
+    "TILT-LOW",
+    "DIRECTIONS-FEW",
+    "COVERAGE-LOW",
+    "PRIOR-USED",
+    "CHECK-MISSING",
+    "PP-UNCERTAIN",
+    "F-UNCERTAIN",
+    "PROJECTION-UNCERTAIN",
+];
+
+/// Whether a calibration isn't wrong but unfinished: there are fewer than four views or one tilt axis, and nothing
+/// else is bad. `bad` are the codes of its bad findings.
+pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
+    let mut has_few = false;
+    for code in bad {
+        if !OF_TOO_FEW_VIEWS.contains(&code) {
+            return false;
+        }
+        has_few |= matches!(code, "VIEWS-FEW" | "DIRECTIONS-FEW");
+    }
+    has_few
+}
+
+/// Most causes that [`FindingCode::CauseUnclear`] names.
+pub const CANDIDATES: usize = 3;
+
+/// How a focus or zoom moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FocusMotion {
+    /// Another focal length in every view.
+    Scattered,
+    /// At a constant rate.
+    Drift {
+        /// Relative change of the focal length from the first view to the last.
+        change: f64,
+    },
+    /// Once.
+    Jump {
+        /// The first view with the new focal length.
+        view: usize,
+        /// Relative change of the focal length.
+        change: f64,
+    },
+}
+
+/// The possible findings. Measured values come with the limit they exceed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FindingCode {
+    /// Too few views that differ.
+    FewViews {
+        /// Different views.
+        distinct: usize,
+        /// Different views wanted.
+        wanted: usize,
+    },
+    /// Some views repeat others and add no information.
+    ViewsAlike {
+        /// All views.
+        views: usize,
+        /// Different views.
+        distinct: usize,
+    },
+    /// Too few views are tilted enough to separate focal length from distance.
+    TiltLow {
+        /// Views tilted by at least `wanted_tilt_rad`.
+        tilted_views: usize,
+        /// Number wanted.
+        wanted_views: usize,
+        /// Largest tilt seen.
+        max_tilt_rad: f64,
+        /// Tilt wanted.
+        wanted_tilt_rad: f64,
+    },
+    /// All tilted views recede in about the same direction.
+    DirectionsFew {
+        /// Smallest singular value of the stacked principal line normals.
+        spread: f64,
+        /// Wanted at least.
+        wanted: f64,
+    },
+    /// The boards covered too little of the picture.
+    CoverageLow {
+        /// Fraction of the picture covered by at least one board.
+        share: f64,
+        /// Wanted at least.
+        wanted: f64,
+    },
+    /// Weak priors on the lens were needed to reach a result.
+    PriorUsed {
+        /// Whether the focal length needed a prior, too.
+        focal_length: bool,
+    },
+    /// A richer lens model shifts the principal point by more than chance explains (Hausman test).
+    LensSimple {
+        /// The lens model chosen.
+        model: LensModel,
+        /// Test statistic, χ² with 2 degrees of freedom.
+        statistic: f64,
+        /// Limit.
+        limit: f64,
+    },
+    /// The lens model folds over inside the picture: some pixels have no ray.
+    LensFolds {
+        /// Grid points without a ray.
+        unmapped: usize,
+        /// Grid points.
+        of: usize,
+    },
+    /// Bundle adjustment and the free homographies disagree about the principal point.
+    CheckDisagrees {
+        /// Distance.
+        distance_px: f64,
+        /// Distance in standard deviations.
+        sigmas: f64,
+        /// Limit.
+        limit: f64,
+    },
+    /// The lens isn't the one of the earlier calibration to which it was to be held.
+    LensContradicts {
+        /// Test statistic of their difference.
+        statistic: f64,
+        /// Limit.
+        limit: f64,
+    },
+    /// The independent check is missing: the free homographies couldn't be fitted.
+    CheckMissing,
+    /// Leaving out single views shifts the principal point by more than expected.
+    ViewsDisagree {
+        /// Observed shift over expected shift.
+        ratio: f64,
+        /// Limit.
+        limit: f64,
+    },
+    /// A view fits far worse than the others.
+    ViewOdd {
+        /// The view.
+        view: usize,
+        /// Root mean square residual of the view per coordinate, in pixels.
+        rms_px: f64,
+        /// Median over all views, in pixels.
+        typical_px: f64,
+    },
+    /// The principal line of a view misses the intersection of the others.
+    PlOutlier {
+        /// The view.
+        view: usize,
+        /// Distance of the line from the intersection, in pixels.
+        distance_px: f64,
+        /// Distance in standard deviations.
+        sigmas: f64,
+    },
+    /// Focus or zoom moved: a separate focal length for every view explains the corners.
+    FocusMoved {
+        /// Gain in BIC over one focal length.
+        gain: f64,
+        /// Standard deviation of the focal lengths over their mean.
+        relative_sd: f64,
+        /// How it moved.
+        motion: FocusMotion,
+    },
+    /// Every view has its own focal length, as requested.
+    FocalVaries {
+        /// Mean focal length, in pixels.
+        f_px: f64,
+        /// Sample standard deviation, in pixels.
+        scatter_px: f64,
+    },
+    /// Some views are from another camera, mode, size or orientation.
+    ViewsMixed {
+        /// Number of odd views.
+        odd_views: usize,
+        /// The first odd view.
+        view: usize,
+        /// Focal length of the odd views over that of the others.
+        f_ratio: f64,
+        /// Distance between the principal points of both groups, in pixels.
+        shift_px: f64,
+        /// Gain in BIC over one camera.
+        gain: f64,
+    },
+    /// `fy` differs from `fx`: pixels aren't square, or the picture was stretched.
+    PixelsNotSquare {
+        /// fy/fx.
+        aspect: f64,
+        /// Gain in BIC over square pixels.
+        gain: f64,
+    },
+    /// The squares of the board aren't square.
+    BoardStretched {
+        /// Height over width of a square.
+        aspect: f64,
+        /// Gain in BIC over square squares.
+        gain: f64,
+    },
+    /// The board isn't flat.
+    BoardBent {
+        /// Distance between the lowest and the highest corner, in metres.
+        depth_m: f64,
+        /// Gain in BIC over a flat board.
+        gain: f64,
+    },
+    /// Every view is sheared differently, as with a rolling shutter and a moving board or camera.
+    RollingShutter {
+        /// Root mean square movement from the top to the bottom row, in pixels.
+        shear_px: f64,
+        /// Gain in BIC over views at rest.
+        gain: f64,
+    },
+    /// A view is put together from two pictures: below a row it shows the board at another moment.
+    ViewTorn {
+        /// The view with the largest shift.
+        view: usize,
+        /// Where it's torn, in pixels from the top.
+        row_px: f64,
+        /// Shift of the corners below, in pixels.
+        shift_px: f64,
+        /// Number of such views.
+        views: usize,
+        /// Gain in BIC over whole views.
+        gain: f64,
+    },
+    /// The board bends differently in each view.
+    BoardFlexes {
+        /// Root mean square distance between its lowest and highest corner, in metres.
+        depth_m: f64,
+        /// Gain in BIC over a flat board.
+        gain: f64,
+    },
+    /// Every view is shifted in the picture, as by a stabiliser.
+    PictureShifted {
+        /// Root mean square shift, in pixels.
+        shift_px: f64,
+        /// Gain in BIC over views that aren't.
+        gain: f64,
+    },
+    /// Rows and columns of the picture aren't at right angles.
+    PixelsSkewed {
+        /// Angle by which they miss it.
+        skew_rad: f64,
+        /// Gain in BIC over right angles.
+        gain: f64,
+    },
+    /// Something in front of the lens shifts the picture smoothly.
+    PictureWarped {
+        /// Largest shift at a corner of the board in pixels, without what lens and poses can do as well.
+        shift_px: f64,
+        /// Gain in BIC over a picture that isn't.
+        gain: f64,
+    },
+    /// The views disagree, and several causes explain them about equally well.
+    CauseUnclear {
+        /// What each of the likeliest causes would be reported as, the likeliest first.
+        candidates: [Option<&'static str>; CANDIDATES],
+        /// Gain in BIC of the likeliest.
+        gain: f64,
+    },
+    /// No lens model describes the shape of the lens.
+    LensOther {
+        /// Gain in BIC from radial terms of higher order and thin prisms.
+        gain: f64,
+    },
+    /// Corners lie outside the stated picture.
+    CornersOutside {
+        /// The first such view.
+        view: usize,
+        /// Number of such views.
+        views: usize,
+    },
+    /// A corner lies far from its predicted position.
+    CornerOdd {
+        /// The view.
+        view: usize,
+        /// Index of the corner in the board's numbering.
+        corner: usize,
+        /// Distance from the predicted position, in pixels.
+        off_px: f64,
+        /// Distance over the median distance of a corner.
+        times: f64,
+        /// Number of such corners in all views.
+        count: usize,
+    },
+    /// The principal point lies far from the centre of the picture.
+    PrincipalPointFar {
+        /// Distance.
+        distance_px: f64,
+        /// Distance as a fraction of the picture's width.
+        share: f64,
+    },
+    /// A view isn't predicted by the lens of the other views.
+    HeldOut {
+        /// The view.
+        view: usize,
+        /// Root mean square residual per coordinate under the lens of the others, in pixels.
+        rms_px: f64,
+        /// Expected residual, in pixels.
+        expected_px: f64,
+    },
+    /// A view is a mirror image of the board.
+    Mirrored {
+        /// The view.
+        view: usize,
+    },
+    /// Residuals are larger than corners should be.
+    NoiseHigh {
+        /// Typical standard deviation of a corner coordinate, in pixels.
+        noise_px: f64,
+        /// Limit.
+        limit_px: f64,
+    },
+    /// Neighbouring corners err alike; the stated uncertainty allows for it.
+    NoiseCorrelated {
+        /// Share of the variance that neighbours have in common.
+        share: f64,
+        /// Distance in pixels over which they err alike.
+        length_px: f64,
+        /// Standard deviation of a corner coordinate with that, in pixels.
+        noise_px: f64,
+        /// What the residuals show of it, in pixels.
+        residual_px: f64,
+    },
+    /// The fit leaves smaller residuals than a board held still scatters by.
+    NoiseUnderstated {
+        /// Standard deviation of a corner coordinate by the fit, in pixels.
+        noise_px: f64,
+        /// The same as measured, in pixels.
+        measured_px: f64,
+    },
+    /// The fit leaves larger residuals than a board held still scatters by.
+    NoiseExceeded {
+        /// Standard deviation of a corner coordinate by the fit, in pixels.
+        noise_px: f64,
+        /// The same as measured, in pixels.
+        measured_px: f64,
+    },
+    /// The principal point is uncertain.
+    PrincipalPointUncertain {
+        /// Standard deviation along the worst direction, in pixels.
+        sd_px: f64,
+        /// Largest wanted, in pixels.
+        wanted_px: f64,
+    },
+    /// The focal length is uncertain.
+    FocalLengthUncertain {
+        /// Standard deviation, in pixels.
+        sd_px: f64,
+        /// Largest wanted, in pixels.
+        wanted_px: f64,
+    },
+    /// Projection is uncertain.
+    ProjectionUncertain {
+        /// Mean standard deviation over the picture, in pixels.
+        mean_px: f64,
+        /// Maximum over the picture, in pixels.
+        max_px: f64,
+        /// Largest mean wanted, in pixels.
+        wanted_px: f64,
+        /// Largest maximum wanted, in pixels.
+        max_wanted_px: f64,
+    },
+    /// Bundle adjustment did not converge.
+    NotConverged,
+}
+
+impl FindingCode {
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::FewViews { .. } => "VIEWS-FEW",
+            Self::ViewsAlike { .. } => "VIEWS-ALIKE",
+            Self::TiltLow { .. } => "TILT-LOW",
+            Self::DirectionsFew { .. } => "DIRECTIONS-FEW",
+            Self::CoverageLow { .. } => "COVERAGE-LOW",
+            Self::PriorUsed { .. } => "PRIOR-USED",
+            Self::LensSimple { .. } => "LENS-SIMPLE",
+            Self::LensFolds { .. } => "LENS-FOLDS",
+            Self::CheckDisagrees { .. } => "CHECK-DISAGREES",
+            Self::LensContradicts { .. } => "LENS-CONTRADICTS",
+            Self::CheckMissing => "CHECK-MISSING",
+            Self::ViewsDisagree { .. } => "VIEWS-DISAGREE",
+            Self::ViewOdd { .. } => "VIEW-ODD",
+            Self::PlOutlier { .. } => "PL-OUTLIER",
+            Self::FocusMoved { .. } => "FOCUS-MOVED",
+            Self::FocalVaries { .. } => "FOCAL-VARIES",
+            Self::ViewsMixed { .. } => "VIEWS-MIXED",
+            Self::PixelsNotSquare { .. } => "PIXELS-NOT-SQUARE",
+            Self::BoardStretched { .. } => "BOARD-STRETCHED",
+            Self::BoardBent { .. } => "BOARD-BENT",
+            Self::RollingShutter { .. } => "ROLLING-SHUTTER",
+            Self::ViewTorn { .. } => "VIEW-TORN",
+            Self::BoardFlexes { .. } => "BOARD-FLEXES",
+            Self::PictureShifted { .. } => "PICTURE-SHIFTED",
+            Self::PixelsSkewed { .. } => "PIXELS-SKEWED",
+            Self::PictureWarped { .. } => "PICTURE-WARPED",
+            Self::CauseUnclear { .. } => "CAUSE-UNCLEAR",
+            Self::LensOther { .. } => "LENS-OTHER",
+            Self::CornersOutside { .. } => "CORNERS-OUTSIDE",
+            Self::CornerOdd { .. } => "CORNER-ODD",
+            Self::PrincipalPointFar { .. } => "PP-FAR",
+            Self::HeldOut { .. } => "HELD-OUT",
+            Self::Mirrored { .. } => "VIEW-MIRRORED",
+            Self::NoiseHigh { .. } => "NOISE-HIGH",
+            Self::NoiseCorrelated { .. } => "NOISE-CORRELATED",
+            Self::NoiseUnderstated { .. } => "NOISE-UNDERSTATED",
+            Self::NoiseExceeded { .. } => "NOISE-EXCEEDED",
+            Self::PrincipalPointUncertain { .. } => "PP-UNCERTAIN",
+            Self::FocalLengthUncertain { .. } => "F-UNCERTAIN",
+            Self::ProjectionUncertain { .. } => "PROJECTION-UNCERTAIN",
+            Self::NotConverged => "NOT-CONVERGED",
+        }
+    }
+}
+
+impl FindingCode {
+    /// Replaces the view's number, where it names one, by what `number` makes of it.
+    pub(crate) fn renumber(&mut self, number: &dyn Fn(usize) -> usize) {
+        match self {
+            Self::ViewOdd { view, .. }
+            | Self::PlOutlier { view, .. }
+            | Self::ViewsMixed { view, .. }
+            | Self::ViewTorn { view, .. }
+            | Self::CornersOutside { view, .. }
+            | Self::CornerOdd { view, .. }
+            | Self::HeldOut { view, .. }
+            | Self::Mirrored { view }
+            | Self::FocusMoved { motion: FocusMotion::Jump { view, .. }, .. } => {
+                *view = number(*view);
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Severity {
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Care => "care",
+            Self::Bad => "bad",
+        }
+    }
+}
+
+impl Verdict {
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Care => "care",
+            Self::Untrustworthy => "untrustworthy",
+        }
+    }
+
+    /// The verdict for `findings`: the worst severity.
+    pub fn of(findings: &[Finding]) -> Self {
+        match findings.iter().map(|finding| finding.severity).max() {
+            None | Some(Severity::Info) => Self::Good,
+            Some(Severity::Care) => Self::Care,
+            Some(Severity::Bad) => Self::Untrustworthy,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_more_views_put_right_is_unfinished() {
+        assert!(is_unfinished(["VIEWS-FEW"]));
+        assert!(is_unfinished(["PP-UNCERTAIN", "DIRECTIONS-FEW"]));
+        assert!(!is_unfinished(["VIEWS-FEW", "FOCUS-MOVED"]));
+        assert!(!is_unfinished(["PP-UNCERTAIN"]));
+        assert!(!is_unfinished([]));
+        let few = FindingCode::FewViews { distinct: 2, wanted: 4 };
+        let one_axis = FindingCode::DirectionsFew { spread: 0.1, wanted: 0.7 };
+        assert!(is_unfinished([few.code(), one_axis.code()]));
+    }
+}

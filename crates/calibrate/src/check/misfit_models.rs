@@ -1,0 +1,317 @@
+//! Fits the extended bundle under one cause, and weighs what it gains against what its parameters cost.
+//!
+//! Each [`Cause`] adds parameters to the lens and poses. How much better it explains the corners than the plain bundle
+//! tells how probable it is.
+
+use nalgebra::{DMatrix, SMatrix, Vector2};
+
+use super::{
+    cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS},
+    extended_bundle::{ExtendedProblem, ExtendedState, FEW, LOCAL, MANY},
+    first_steps::{FirstStep, FirstSteps, Plain, half_board_m},
+    view_split::cost_of_search,
+};
+use crate::solve::{
+    bundle::{Bundle, BundleState, Observations},
+    lens_model::LensFreedom,
+    schur_lm::{Minimum, ViewBlock, inverse, minimise_to},
+};
+use boresight_geometry::{BROWN_PARAMETERS, LENS_PARAMETERS, LensKind, frame::ImageSize};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// Fits of a cause whose parameters of the views have a prior; each takes their standard deviation from the one before.
+const PRIOR_PASSES: usize = 4;
+/// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change a BIC that must differ by 20.
+const NEGLIGIBLE_STEP: f64 = 1e-3;
+/// Part of what its parameters cost that the first step of a fit must promise to gain.
+const PROMISING: f64 = 0.8;
+/// For parameters of the views with a prior: standard deviations above what chance gains.
+const PROMISING_SIGMAS: f64 = 4.0;
+
+/// What a smooth field must explain, root mean square, as a multiple of the least error that is believed: 0.02 px. Edges that
+/// a very wide lens bends move corners by less than that.
+const LEAST_FIELD: f64 = 20.0;
+
+/// The best fit under one cause.
+#[derive(Clone, Debug)]
+pub(super) struct Explanation {
+    pub(super) cause: Cause,
+    /// Number of parameters added by the cause.
+    pub(crate) parameters: usize,
+    /// Gain in BIC over the plain bundle: `n ln(cost₀/cost)` less what the parameters cost.
+    pub(super) gain: f64,
+    /// Sum of squared whitened residuals.
+    pub(crate) cost: f64,
+    pub(crate) state: ExtendedState,
+    /// Covariance of the lens for corners with the stated error, parameters of the cause marginalised out.
+    pub(crate) unit_covariance: LensMatrix,
+    /// The same with the parameters of the cause known.
+    pub(super) known_unit_covariance: LensMatrix,
+    /// Shift of each corner in pixels by the cause, view by view; empty unless the board is bent.
+    pub(crate) shift_px: Vec<Vec<Vector2<f64>>>,
+    /// Largest shift of a corner in pixels by the cause; zero unless it's a smooth field.
+    pub(super) largest_shift_px: f64,
+    /// Distance in metres between the lowest and the highest corner of the board; zero unless it's bent. If it bends
+    /// differently in each view, root mean square.
+    pub(super) depth_m: f64,
+}
+
+impl Explanation {
+    /// Variance of the corners as a multiple of the stated covariances, after a plain bundle that has estimated `freedom`
+    /// parameters from `n` coordinates.
+    pub(super) fn noise_variance(&self, n: f64, freedom: usize) -> f64 {
+        self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
+    }
+
+    /// Relative sample standard deviation of the focal length over the views; zero unless the cause is a moving focus.
+    pub(super) fn focal_relative_sd(&self) -> f64 {
+        let views = self.state.local.len() as f64;
+        let change = self.state.shared[0].abs();
+        match &self.cause {
+            Cause::Focus => {
+                let logs = self.state.local.iter().map(|local| local[0]);
+                let mean = logs.clone().sum::<f64>() / views;
+                let squares: f64 = logs.map(|x| (x - mean).powi(2)).sum();
+                (squares / (views - 1.0).max(1.0)).sqrt()
+            }
+            // Of equal steps.
+            Cause::FocusDrift => change * ((views + 1.0) / (12.0 * (views - 1.0).max(1.0))).sqrt(),
+            Cause::FocusJump(from) => {
+                let share = *from as f64 / views;
+                change * (share * (1.0 - share) * views / (views - 1.0).max(1.0)).sqrt()
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// How far a single focal length is from that of some views, relative to itself: a standard deviation if every view
+    /// has its own, else the way to the first and to the last view. The focus is expected to stay where it ended.
+    pub(super) fn focal_spread(&self) -> f64 {
+        let change = self.state.shared[0].abs();
+        match &self.cause {
+            Cause::Focus => self.state.local_rms(1),
+            Cause::FocusDrift => 0.5 * change,
+            Cause::FocusJump(_) => change,
+            _ => 0.0,
+        }
+    }
+}
+
+/// What is explained: corners, and the minimum of the plain bundle.
+#[derive(Clone, Copy)]
+pub(super) struct Unexplained<'a> {
+    pub(super) observations: &'a Observations,
+    pub(super) image_size: ImageSize,
+    pub(super) start: &'a BundleState,
+    pub(super) freedom: LensFreedom,
+    /// Sum of squared whitened residuals of the plain bundle.
+    pub(super) cost: f64,
+    /// Least sum that is believed.
+    pub(super) least_cost: f64,
+}
+
+impl<'a> Unexplained<'a> {
+    /// What `bundle` leaves unexplained.
+    pub(super) fn by(
+        bundle: &'a Bundle,
+        observations: &'a Observations,
+        image_size: ImageSize,
+        noise_floor: f64,
+    ) -> Self {
+        let least_cost = observations.coordinate_count() as f64 * noise_floor * noise_floor;
+        Self {
+            observations,
+            image_size,
+            start: &bundle.state,
+            freedom: bundle.freedom,
+            cost: bundle.cost.max(least_cost),
+            least_cost,
+        }
+    }
+
+    /// What the first step under each of `causes` promises.
+    pub(super) fn first_steps(&self, causes: &[Cause]) -> FirstSteps {
+        let plain = Plain {
+            observations: self.observations,
+            state: self.start,
+            image_size: self.image_size,
+            square_pixels: self.freedom.square_pixels,
+            free: self.freed(),
+            noise_variance: self.noise_variance(self.cost),
+        };
+        FirstSteps::of(&plain, causes)
+    }
+
+    /// The best fit under each of `causes`, in their order, of those whose first step promises to gain most of what the
+    /// parameters cost. The second value is the first step of a focus that drifts.
+    pub(super) fn explain_all(&self, causes: Vec<Cause>) -> (Vec<Explanation>, Option<FirstStep>) {
+        let steps = self.first_steps(&causes);
+        let drift = causes.iter().position(|cause| *cause == Cause::FocusDrift);
+        let promising = causes.into_iter().enumerate().filter(|(place, cause)| {
+            steps.left(*place).is_some_and(|left| self.promises(cause, left))
+        });
+        let explanations = promising.filter_map(|(_, cause)| self.explain(cause)).collect();
+        (explanations, drift.and_then(|place| steps.of_one(place)))
+    }
+
+    /// Whether a first step that leaves this cost promises to gain most of what the parameters of `cause` cost.
+    fn promises(&self, cause: &Cause, left: f64) -> bool {
+        let n = self.observations.coordinate_count() as f64;
+        let parameters = cause.parameters(self.observations.view_count()) as f64;
+        let promised = n * (self.cost / left.max(self.least_cost)).ln();
+        let wanted = match cause.local_sd() {
+            Some(_) => parameters + PROMISING_SIGMAS * (2.0 * parameters).sqrt(),
+            None => PROMISING * parameters * n.ln(),
+        };
+        promised >= wanted + PROMISING * cost_of_search(cause, self.observations.view_count())
+    }
+
+    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle. `None` if the fit fails.
+    fn explain(&self, cause: Cause) -> Option<Explanation> {
+        if cause.shared_extras() > FEW_SHARED_EXTRAS {
+            self.fit::<MANY>(cause)
+        } else {
+            self.fit::<FEW>(cause)
+        }
+    }
+
+    /// Variance of the corners as a multiple of the stated covariances, if `cost` is left.
+    fn noise_variance(&self, cost: f64) -> f64 {
+        let n = self.observations.coordinate_count() as f64;
+        let left = n - (6 * self.observations.view_count() + LENS_PARAMETERS) as f64;
+        cost.max(self.least_cost) / left.max(1.0)
+    }
+
+    /// The lens parameters that are free beside a cause: those of the model, and all of Brown's model even if few views
+    /// determine fewer. A cause is found only if it's told from them.
+    fn freed(&self) -> [bool; LENS_PARAMETERS] {
+        let is_brown = self.start.camera.distortion.kind == LensKind::Perspective;
+        std::array::from_fn(|i| self.freedom.free[i] || (is_brown && i < BROWN_PARAMETERS))
+    }
+
+    fn problem<'b>(&'b self, cause: &'b Cause) -> ExtendedProblem<'b> {
+        ExtendedProblem {
+            observations: self.observations,
+            cause,
+            image_size: self.image_size,
+            half_board_m: half_board_m(self.observations),
+            square_pixels: self.freedom.square_pixels && *cause != Cause::PixelAspect,
+            kind: self.start.camera.distortion.kind,
+            free: self.freed(),
+            local_sd: cause.local_sd().map_or(1.0, |(first, _)| first),
+            noise_variance: self.noise_variance(self.cost),
+        }
+    }
+
+    fn fit<const S: usize>(&self, cause: Cause) -> Option<Explanation> {
+        let views = self.observations.view_count();
+        let n = self.observations.coordinate_count() as f64;
+        let mut problem = self.problem(&cause);
+        let start = ExtendedState::plain(self.start);
+        let parameters = cause.parameters(views);
+        let mut minimum: Minimum<_, S, LOCAL> = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
+        if let Some((_, least)) = cause.local_sd() {
+            // A prior wider than the actual scatter would leave f and the principal point undetermined.
+            for _ in 1..PRIOR_PASSES {
+                problem.local_sd = minimum.state.local_rms(cause.local_extras()).max(least);
+                problem.noise_variance = self.noise_variance(problem.cost(&minimum.state)?);
+                minimum = minimise_to(&problem, minimum.state, NEGLIGIBLE_STEP)?;
+            }
+        }
+        let state = minimum.state;
+        let cost = problem.cost(&state)?;
+        if cause == Cause::SmoothField && self.cost - cost < LEAST_FIELD.powi(2) * self.least_cost {
+            return None;
+        }
+        let gain = match cause.local_sd() {
+            Some(_) => {
+                let prior_information = problem.noise_variance / problem.local_sd.powi(2);
+                let occam: f64 = minimum
+                    .normal
+                    .views
+                    .iter()
+                    .map(|view| evidence_cost(view, cause.local_extras(), prior_information))
+                    .sum();
+                n * (self.cost / minimum.cost.max(self.least_cost)).ln() - occam - n.ln()
+            }
+            None => n * (self.cost / cost.max(self.least_cost)).ln() - parameters as f64 * n.ln(),
+        };
+        let information = minimum.normal.reduced()?;
+        let unit_covariance = lens_covariance(&problem, &inverse(&information)?);
+        let mut known = information;
+        for index in LENS_PARAMETERS..S {
+            known.row_mut(index).fill(0.0);
+            known.column_mut(index).fill(0.0);
+            known[(index, index)] = 1.0;
+        }
+        let known_unit_covariance = lens_covariance(&problem, &inverse(&known)?);
+        let depth_m = depth_m(&problem, &state);
+        let shifts_px = || problem.shifts_px(&state);
+        let shift_px = if cause == Cause::BoardBent { shifts_px()? } else { Vec::new() };
+        let largest_shift_px = match cause {
+            Cause::SmoothField => {
+                shifts_px()?.iter().flatten().map(Vector2::norm).fold(0.0, f64::max)
+            }
+            _ => 0.0,
+        };
+        Some(Explanation {
+            shift_px,
+            largest_shift_px,
+            depth_m,
+            parameters,
+            gain,
+            cost,
+            state,
+            unit_covariance,
+            known_unit_covariance,
+            cause,
+        })
+    }
+}
+
+/// `ln |I + A/p|`: what the `count` parameters of a view with the information `p` by their prior cost, if the corners have
+/// the information `A` about them, the pose eliminated (the Occam factor of Bayesian model comparison, MacKay 1992).
+fn evidence_cost<const S: usize>(
+    view: &ViewBlock<S, LOCAL>,
+    count: usize,
+    prior_information: f64,
+) -> f64 {
+    let of_pose = view.local.fixed_view::<6, 6>(0, 0).into_owned();
+    let Some(settled) = inverse(&of_pose) else { return f64::INFINITY };
+    let cross = view.local.fixed_view::<LOCAL_EXTRAS, 6>(6, 0).into_owned();
+    let own = view.local.fixed_view::<LOCAL_EXTRAS, LOCAL_EXTRAS>(6, 6).into_owned();
+    let left = own - cross * settled * cross.transpose();
+    // The prior is among the information of the block.
+    let scaled = DMatrix::from_fn(count, count, |i, j| left[(i, j)] / prior_information);
+    scaled.cholesky().map_or(f64::INFINITY, |factors| factors.ln_determinant().max(0.0))
+}
+
+/// The lens's block of a covariance, with zeros for fixed parameters and `fy` as `fx` if pixels are square.
+fn lens_covariance<const S: usize>(
+    problem: &ExtendedProblem<'_>,
+    covariance: &SMatrix<f64, S, S>,
+) -> LensMatrix {
+    let mut lens = LensMatrix::from_fn(|i, j| covariance[(i, j)]);
+    for index in (0..LENS_PARAMETERS).filter(|index| !problem.is_free(*index)) {
+        lens.row_mut(index).fill(0.0);
+        lens.column_mut(index).fill(0.0);
+    }
+    if problem.square_pixels {
+        let row = lens.row(0).clone_owned();
+        lens.row_mut(1).copy_from(&row);
+        let column = lens.column(0).clone_owned();
+        lens.column_mut(1).copy_from(&column);
+    }
+    lens
+}
+
+fn depth_m(problem: &ExtendedProblem<'_>, state: &ExtendedState) -> f64 {
+    let depth_m = |local: &[f64; LOCAL_EXTRAS]| {
+        let board_m = problem.observations.board_m();
+        let rises = board_m.iter().map(|p| problem.on_board(&state.shared, local, p).z);
+        rises.clone().fold(f64::NEG_INFINITY, f64::max) - rises.fold(f64::INFINITY, f64::min)
+    };
+    let squares: f64 = state.local.iter().map(|local| depth_m(local).powi(2)).sum();
+    (squares / state.local.len().max(1) as f64).sqrt()
+}

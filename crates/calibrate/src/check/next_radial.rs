@@ -1,0 +1,99 @@
+//! Doubt about the lens from the radial term after the last one of the richest model: r⁸, or θ¹⁰ of a fisheye lens.
+//!
+//! Where boards were, the corners hold that term small; where none was, only its prior does. Its effect on the picture is
+//! fitted by the parameters of the lens, so that their covariance carries it.
+
+use nalgebra::{Matrix4, SMatrix, SVector, Vector2, Vector4};
+
+use super::{
+    cause::Cause, extended_bundle::next_power, first_steps::FirstStep, misfit_models::Unexplained,
+    projection_sd::projection_jacobian,
+};
+use crate::solve::{
+    bundle::{Bundle, Observations},
+    lens_model::{LensFamily, LensModel},
+    schur_lm::inverse,
+};
+use boresight_geometry::{LENS_PARAMETERS, frame::ImageSize};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// Prior standard deviation of the coefficient of a lens without distortion.
+const LEAST_COEFFICIENT_SD: f64 = 0.1;
+/// Coefficient of r⁸ over the fourth power of that of r². A lens whose image height is an angle has the series
+/// `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; those of other wide lenses are like it.
+const OVER_K1: f64 = 9.0;
+/// Multiples of both, with the prior probability of each: most lenses are good, some are not.
+const SCALES: [(f64, f64); 3] = [(0.03, 0.6), (0.1, 0.3), (0.3, 0.1)];
+/// Prior standard deviation of the coefficient of a fisheye lens.
+const FISHEYE_COEFFICIENT_SD: f64 = 3e-3;
+/// Share of the radius by which it moves a ray at the edge of the picture, under a rational lens, at one standard deviation.
+const RATIONAL_SHARE: f64 = 0.02;
+/// Largest share of the radius by which the term moves a ray at the edge of the picture, at that standard deviation: where
+/// the series hardly converges, `OVER_K1` overstates it.
+const LARGEST_SHARE: f64 = 0.3;
+/// Parameters that a radial term moves, fy with fx: f, k1, k2, k3.
+const RADIAL: [usize; 4] = [0, 4, 5, 8];
+
+/// Covariance of the lens of `bundle`, the richest one, from the term r⁸; `model` and `k1` are those of the chosen lens. Corners that err
+/// alike tell less: their information is divided by `overcount`, 1 for independent corners. `None` if the corners leave the term undetermined or
+/// the lens covers too little of the picture.
+pub(crate) fn next_radial_doubt(
+    observations: &Observations,
+    bundle: &Bundle,
+    (model, k1): (LensModel, f64),
+    image_size: ImageSize,
+    noise_floor: f64,
+    overcount: f64,
+) -> Option<LensMatrix> {
+    let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor);
+    let FirstStep { value, unit_variance, lens_by_value } =
+        unexplained.first_steps(&[Cause::NextRadial]).of_one(0)?;
+    let variance = unit_variance * bundle.noise_factor().max(noise_floor).powi(2) * overcount;
+    // Averaged over the widths of the prior, weighted by the evidence for each.
+    let camera = &bundle.state.camera;
+    let jacobian = projection_jacobian(camera, image_size)?;
+    let rays = jacobian.px.iter().filter_map(|px| camera.flat_from_px(px));
+    let edge = rays.map(|ray| ray.coords.norm()).fold(0.0, f64::max);
+    let power = next_power(camera.distortion.kind);
+    let at_edge = edge.powi(2 * power);
+    let sd = match model.family() {
+        LensFamily::Brown => LEAST_COEFFICIENT_SD + OVER_K1 * k1.powi(4),
+        LensFamily::Rational => RATIONAL_SHARE / at_edge,
+        LensFamily::Fisheye => FISHEYE_COEFFICIENT_SD,
+    };
+    let sd = sd.min(LARGEST_SHARE / at_edge);
+    let (mut spread, mut total) = (0.0, 0.0);
+    for (scale, probability) in SCALES {
+        let prior = (scale * sd).powi(2);
+        let sum = prior + variance;
+        let left = prior * variance / sum;
+        let mean = value * prior / sum;
+        let likely = probability * (-0.5 * value * value / sum).exp() / sum.sqrt();
+        spread += (left + mean * mean) * likely;
+        total += likely;
+    }
+    if !(total > 0.0) {
+        return None;
+    }
+    let (mut squares, mut pull) = (Matrix4::zeros(), Vector4::zeros());
+    for (px, jac_lens) in jacobian.px.iter().zip(&jacobian.jac_lens) {
+        let flat = camera.flat_from_px(px)?.coords;
+        let shift: Vector2<f64> =
+            (flat * flat.norm_squared().powi(power)).component_mul(&camera.f_px);
+        let by = SMatrix::<f64, 2, 4>::from_fn(|row, i| match RADIAL[i] {
+            0 => jac_lens[(row, 0)] + jac_lens[(row, 1)],
+            parameter => jac_lens[(row, parameter)],
+        });
+        squares += by.transpose() * by;
+        pull += by.transpose() * shift;
+    }
+    let alike = inverse(&squares)? * pull;
+    let mut moved: SVector<f64, LENS_PARAMETERS> = -lens_by_value;
+    for (value, parameter) in alike.iter().zip(RADIAL) {
+        moved[parameter] -= value;
+    }
+    moved[1] -= alike[0];
+    let doubt = moved * moved.transpose() * (spread / total);
+    doubt.iter().all(|x| x.is_finite()).then_some(doubt)
+}

@@ -1,0 +1,296 @@
+//! Widens the covariance of the lens if the errors of neighbouring corners are alike.
+//!
+//! Blur, shadows on the print, a board that isn't flat and compression shift neighbouring corners together. The poses
+//! then absorb most of these errors, so the residuals stay small, while the lens follows what is left: the residual
+//! noise understates the error of the lens. The errors of a view are therefore modelled as
+//!
+//! ```text
+//! cov(eᵢ, eⱼ) = s² ((1 − a) δᵢⱼ + a exp(−dᵢⱼ²/2ℓ²))        d: distance of two corners in the picture
+//! ```
+//!
+//! in units of the stated covariances. Each pair (a, ℓ) of a grid gets a weight by its restricted likelihood (Patterson
+//! & Thompson 1971), which knows what the poses and the lens absorb. The estimate stays that of independent noise; its
+//! covariance becomes `I⁻¹ (Σ Aᵀ K A) I⁻¹`, with `A` the Jacobian of a view by the lens, its pose eliminated, and `K` the
+//! average of the models.
+
+use nalgebra::{DMatrix, Matrix6, SMatrix, SVector};
+
+use crate::solve::{
+    bundle::{Bundle, Observations},
+    model_choice::ModelChoice,
+    schur_lm::inverse,
+};
+use boresight_geometry::LENS_PARAMETERS;
+
+use super::misfit_diagnosis::positive_part;
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// Shares `a` of the variance that vary smoothly.
+const SHARES: [f64; 7] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999, 0.999_99];
+/// Correlation lengths `ℓ`, as multiples of the mean distance between neighbouring corners in the picture.
+const LENGTHS: [f64; 5] = [0.5, 0.8, 1.3, 2.2, 4.0];
+/// Corners of a view that are enough, about: the cost grows with the cube of their number. Larger boards are thinned.
+const CORNERS: usize = 80;
+/// Views that are enough, about; of more, an even sample is looked at.
+const VIEWS: usize = 50;
+/// Prior probability of independent noise.
+const INDEPENDENT: f64 = 0.8;
+
+/// Parameters of the correlation: `a` and `ℓ`.
+const PARAMETERS: f64 = 2.0;
+
+/// Columns of a view's table: lens, pose, residual.
+const POSE: usize = LENS_PARAMETERS;
+const RESIDUAL: usize = LENS_PARAMETERS + 6;
+const COLUMNS: usize = RESIDUAL + 1;
+
+type Gram = SMatrix<f64, COLUMNS, COLUMNS>;
+
+/// Noise of the corners, averaged over the models.
+#[derive(Clone, Debug)]
+pub(crate) struct NoiseCorrelation {
+    /// Gain in BIC of the likeliest model over independent noise.
+    pub(crate) gain: f64,
+    /// Of the likeliest model with correlation: the share of the variance, the correlation length in pixels, and the
+    /// standard deviation as a multiple of the stated one.
+    pub(super) share: f64,
+    pub(super) length_px: f64,
+    pub(super) noise_factor: f64,
+    /// `Σ Aᵀ K A`, and `Σ Aᵀ A` for comparison.
+    information: LensMatrix,
+    independent: LensMatrix,
+}
+
+/// One view under the lens of the bundle, thinned: a row per corner for each coordinate.
+struct View {
+    rows: [DMatrix<f64>; 2],
+    distance_px: DMatrix<f64>,
+    /// Mean distance of these corners from the nearest one of all.
+    spacing_px: f64,
+}
+
+/// Models the noise around the minimum of `bundle`, the richest one. `None` if a covariance is singular.
+pub(crate) fn noise_correlation(
+    observations: &Observations,
+    bundle: &Bundle,
+) -> Option<NoiseCorrelation> {
+    // Of the view with the most corners.
+    let most = (0..observations.view_count()).map(|view| observations.view(view).len()).max()?;
+    let step = (most / CORNERS).max(1);
+    let every = observations.view_count().div_ceil(VIEWS).max(1);
+    let views: Vec<View> = (0..observations.view_count())
+        .step_by(every)
+        .map(|view| View::of(observations, bundle, view, step))
+        .collect::<Option<_>>()?;
+    let spacing_px = views.iter().map(|view| view.spacing_px).sum::<f64>() / views.len() as f64;
+    let count: f64 = views.iter().map(|view| 2.0 * view.count() as f64).sum();
+    let left = count - (bundle.freedom.count() + 6 * views.len()) as f64;
+    if left < 1.0 || spacing_px.is_nan() || spacing_px <= 0.0 {
+        return None;
+    }
+    // Independent noise first.
+    let mut models = Vec::with_capacity(1 + SHARES.len() * LENGTHS.len());
+    let fit = |share: f64, smooth: &[DMatrix<f64>]| {
+        restricted_likelihood(&views, smooth, share, bundle, left)
+    };
+    let white: Vec<DMatrix<f64>> =
+        views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
+    let (independent_cost, variance) = fit(0.0, &white)?;
+    models.push((0.0, 0, independent_cost - 2.0 * INDEPENDENT.ln(), variance));
+    // Thinned corners stand for `step` times as many, and their pairs for the square of that; each view for `every`.
+    let (step, every) = (step as f64, every as f64);
+    let independent = between(&views, &white)? * (step * every);
+    let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;
+    let mut by_length = Vec::with_capacity(LENGTHS.len());
+    for (length, times) in LENGTHS.into_iter().enumerate() {
+        let smooth: Vec<DMatrix<f64>> =
+            views.iter().map(|view| view.smooth(times * spacing_px)).collect();
+        for share in SHARES {
+            if let Some((cost, variance)) = fit(share, &smooth) {
+                models.push((share, length, cost - 2.0 * prior.ln(), variance));
+            }
+        }
+        let pairs = between(&views, &smooth)? * every - independent / step;
+        by_length.push(pairs * (step * step) + independent);
+    }
+    let least = models.iter().map(|model| model.2).fold(f64::INFINITY, f64::min);
+    let odds = |cost: f64| (-0.5 * (cost - least)).exp();
+    let total: f64 = models.iter().map(|model| odds(model.2)).sum();
+    let mut information = LensMatrix::zeros();
+    for &(share, length, cost, variance) in &models {
+        let smooth = &by_length[length];
+        let of_model = independent * (1.0 - share) + smooth * share;
+        information += of_model * (variance * odds(cost) / total);
+    }
+    let (share, length, cost, variance) =
+        models.iter().skip(1).copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
+    Some(NoiseCorrelation {
+        gain: (independent_cost - (cost + 2.0 * prior.ln())) * (step * every)
+            - PARAMETERS * (observations.coordinate_count() as f64).ln(),
+        share,
+        length_px: LENGTHS[length] * spacing_px,
+        noise_factor: variance.sqrt(),
+        information,
+        independent,
+    })
+}
+
+impl NoiseCorrelation {
+    /// By how much the corners claim to tell more about the lens than they do: the mean over the free parameters of
+    /// `bundle`, the richest one; at least 1.
+    pub(crate) fn overcount(&self, bundle: &Bundle, noise_floor: f64) -> f64 {
+        let variance = bundle.noise_factor().max(noise_floor).powi(2);
+        let free = (0..LENS_PARAMETERS).filter(|i| bundle.freedom.free[*i]);
+        let ratios: Vec<f64> = free
+            .map(|i| self.information[(i, i)] / (variance * self.independent[(i, i)]))
+            .filter(|ratio| ratio.is_finite())
+            .collect();
+        (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
+    }
+
+    /// Covariance to add to that of the chosen lens, averaged over the models as
+    /// [`ModelChoice::averaged_covariance`] does. Never negative: correlation doesn't make a result more certain.
+    pub(crate) fn doubt(&self, choice: &ModelChoice, noise_floor: f64) -> LensMatrix {
+        let (mut sum, mut total) = (LensMatrix::zeros(), 0.0);
+        for (fit, bundle) in choice.fits.iter().zip(&choice.bundles).skip(choice.chosen) {
+            let Some(unit) = bundle.covariance(1.0) else { continue };
+            let variance = fit.noise_factor.max(noise_floor).powi(2);
+            let more = self.information - self.independent * variance;
+            sum += positive_part(&(unit * more * unit)) * fit.weight;
+            total += fit.weight;
+        }
+        if total > 0.0 { sum / total } else { sum }
+    }
+}
+
+impl View {
+    /// Every `step`-th corner of a view. The others are only looked at: pairs of all corners of a large board would
+    /// take gigabytes.
+    fn of(observations: &Observations, bundle: &Bundle, view: usize, step: usize) -> Option<Self> {
+        let all = observations.view(view);
+        let first = view % step;
+        let corners: Vec<_> = all.iter().skip(first).step_by(step).collect();
+        let (camera, pose) = (&bundle.state.camera, bundle.state.cam_from_board.get(view)?);
+        let mut rows = [(); 2].map(|()| DMatrix::zeros(corners.len(), COLUMNS));
+        for (i, corner) in corners.iter().enumerate() {
+            let predicted = camera.project_board_point(pose, &corner.board_m)?;
+            let residual = corner.whitener * (corner.px - predicted.px);
+            let mut by_lens = predicted.jac_lens;
+            bundle.freedom.restrict(&mut by_lens);
+            let (by_lens, by_pose) =
+                (corner.whitener * by_lens, corner.whitener * predicted.jac_pose);
+            for (axis, rows) in rows.iter_mut().enumerate() {
+                for column in 0..LENS_PARAMETERS {
+                    rows[(i, column)] = by_lens[(axis, column)];
+                }
+                for column in 0..6 {
+                    rows[(i, POSE + column)] = by_pose[(axis, column)];
+                }
+                rows[(i, RESIDUAL)] = residual[axis];
+            }
+        }
+        let count = corners.len();
+        let distance_px =
+            DMatrix::from_fn(count, count, |i, j| (corners[i].px - corners[j].px).norm());
+        let nearest = |i: usize| {
+            let others = all.iter().enumerate().filter(|(j, _)| *j != first + i * step);
+            others.map(|(_, other)| (corners[i].px - other.px).norm()).fold(f64::INFINITY, f64::min)
+        };
+        let spacing_px = (0..count).map(nearest).sum::<f64>() / count.max(1) as f64;
+        Some(Self { rows, distance_px, spacing_px })
+    }
+
+    fn count(&self) -> usize {
+        self.distance_px.nrows()
+    }
+
+    fn smooth(&self, length_px: f64) -> DMatrix<f64> {
+        self.distance_px.map(|d| (-0.5 * (d / length_px).powi(2)).exp())
+    }
+}
+
+/// `Σ Aᵀ C A` over the views, with `C` the correlations in `smooth`.
+fn between(views: &[View], smooth: &[DMatrix<f64>]) -> Option<LensMatrix> {
+    let mut sum = LensMatrix::zeros();
+    for (view, smooth) in views.iter().zip(smooth) {
+        let mut gram = Gram::zeros();
+        for rows in &view.rows {
+            gram += fixed(&(rows.transpose() * rows));
+        }
+        let local: Matrix6<f64> = gram.fixed_view::<6, 6>(POSE, POSE).into();
+        let cross = gram.fixed_view::<6, LENS_PARAMETERS>(POSE, 0);
+        let absorbed = inverse(&local)? * cross;
+        for rows in &view.rows {
+            let reduced = rows.columns(0, LENS_PARAMETERS)
+                - rows.columns(POSE, 6)
+                    * DMatrix::from_column_slice(6, LENS_PARAMETERS, absorbed.as_slice());
+            let product = reduced.transpose() * (smooth * &reduced);
+            sum += LensMatrix::from_column_slice(product.as_slice());
+        }
+    }
+    Some(sum)
+}
+
+fn fixed(gram: &DMatrix<f64>) -> Gram {
+    Gram::from_column_slice(gram.as_slice())
+}
+
+/// −2 log restricted likelihood up to a constant, and the most likely `s²`.
+fn restricted_likelihood(
+    views: &[View],
+    smooth: &[DMatrix<f64>],
+    share: f64,
+    bundle: &Bundle,
+    left: f64,
+) -> Option<(f64, f64)> {
+    let mut log_determinants = 0.0;
+    let mut lens = SMatrix::<f64, { LENS_PARAMETERS + 1 }, { LENS_PARAMETERS + 1 }>::zeros();
+    for (view, smooth) in views.iter().zip(smooth) {
+        let mut covariance = smooth * share;
+        for i in 0..view.count() {
+            covariance[(i, i)] += 1.0 - share;
+        }
+        let factor = covariance.cholesky()?;
+        let factor = factor.l_dirty();
+        log_determinants += 4.0 * (0..view.count()).map(|i| factor[(i, i)].ln()).sum::<f64>();
+        let mut gram = Gram::zeros();
+        for rows in &view.rows {
+            let mut whitened = rows.clone();
+            if !factor.solve_lower_triangular_mut(&mut whitened) {
+                return None;
+            }
+            gram += fixed(&(whitened.transpose() * &whitened));
+        }
+        let local: Matrix6<f64> = gram.fixed_view::<6, 6>(POSE, POSE).into();
+        log_determinants += log_determinant(&local)?;
+        let keep = |i: usize| if i < LENS_PARAMETERS { i } else { RESIDUAL };
+        let cross =
+            SMatrix::<f64, 6, { LENS_PARAMETERS + 1 }>::from_fn(|i, j| gram[(POSE + i, keep(j))]);
+        let absorbed = cross.transpose() * inverse(&local)? * cross;
+        lens += SMatrix::from_fn(|i, j| gram[(keep(i), keep(j))] - absorbed[(i, j)]);
+    }
+    let mut of_lens: LensMatrix = lens.fixed_view::<LENS_PARAMETERS, LENS_PARAMETERS>(0, 0).into();
+    for i in (0..LENS_PARAMETERS).filter(|i| !bundle.freedom.free[*i]) {
+        of_lens[(i, i)] = 1.0;
+    }
+    let pull: SVector<f64, LENS_PARAMETERS> =
+        lens.fixed_view::<LENS_PARAMETERS, 1>(0, LENS_PARAMETERS).into();
+    log_determinants += log_determinant(&of_lens)?;
+    let squares =
+        lens[(LENS_PARAMETERS, LENS_PARAMETERS)] - (pull.transpose() * inverse(&of_lens)? * pull).x;
+    let variance = squares / left;
+    let cost = left * variance.ln() + log_determinants;
+    cost.is_finite().then_some((cost, variance))
+}
+
+/// Of a positive definite matrix; scaled first, as parameters differ by orders of magnitude.
+fn log_determinant<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<f64> {
+    let scale = SVector::<f64, N>::from_fn(|i, _| matrix[(i, i)].max(f64::MIN_POSITIVE).sqrt());
+    let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] / (scale[i] * scale[j]));
+    let factor = DMatrix::from_column_slice(N, N, scaled.as_slice()).cholesky()?;
+    let factor = factor.l_dirty();
+    let of_scaled: f64 = (0..N).map(|i| factor[(i, i)].ln()).sum();
+    let of_scale: f64 = scale.iter().map(|s| s.ln()).sum();
+    Some(2.0 * (of_scaled + of_scale))
+}

@@ -1,0 +1,92 @@
+//! Finds wrong corners: corners in another order than the board's, and single corners far off.
+
+use crate::solve::bundle::{BundleState, Observations};
+use boresight_geometry::{Corner, board::Checkerboard};
+
+/// Ratio of second to first difference along a row above which three corners are crooked. Perspective and distortion give
+/// far less: 0.5 would mean that one step is three times as long as the next.
+const CROOKED: f64 = 0.5;
+/// Fraction of crooked triples above which the order of the corners is wrong. A single wrong corner makes at most six.
+const TOO_MANY: f64 = 0.15;
+/// Ratio to the median distance above which a corner is wrong. Of a thousand sound corners, the furthest lies at 3.2
+/// (Rayleigh distribution).
+const ODD: f64 = 8.0;
+/// A corner that is off by less isn't a wrong one, however small the other corners' errors are.
+const HARMLESS_PX: f64 = 0.2;
+
+/// True if nearly all corners that are seen follow the row-major order of the board.
+pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
+    let (columns, rows) = (board.columns(), board.rows());
+    let (mut all, mut wrong) = (0, 0);
+    let mut look = |a: usize, b: usize, c: usize| {
+        let [a, b, c] = [a, b, c].map(|place| &corners[place]);
+        if a.is_seen() && b.is_seen() && c.is_seen() {
+            let (a, b, c) = (a.px.coords, b.px.coords, c.px.coords);
+            all += 1;
+            wrong += u32::from((a + c - b * 2.0).norm() > CROOKED * (c - a).norm());
+        }
+    };
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = row * columns + column;
+            if (1..columns - 1).contains(&column) {
+                look(at - 1, at, at + 1);
+            }
+            if (1..rows - 1).contains(&row) {
+                look(at - columns, at, at + columns);
+            }
+        }
+    }
+    f64::from(wrong) <= TOO_MANY * f64::from(all)
+}
+
+/// A corner far from its predicted position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OddCorner {
+    pub(crate) view: usize,
+    pub(crate) corner: usize,
+    pub(super) off_px: f64,
+    /// `off_px` over the median distance in its view, or over that in all views if it is larger.
+    pub(crate) times: f64,
+}
+
+/// Corners more than eight times as far off as the median, and by more than a fifth of a pixel, furthest first.
+///
+/// Medians, so that a wrong corner can't hide by raising the scale.
+pub(crate) fn odd_corners(observations: &Observations, state: &BundleState) -> Vec<OddCorner> {
+    let views: Vec<Vec<f64>> = (0..observations.view_count())
+        .map(|view| {
+            let pose = &state.cam_from_board[view];
+            observations
+                .view(view)
+                .iter()
+                .map(|corner| {
+                    state
+                        .camera
+                        .project_board_point(pose, &corner.board_m)
+                        .map_or(f64::INFINITY, |predicted| (corner.px - predicted.px).norm())
+                })
+                .collect()
+        })
+        .collect();
+    let all: Vec<f64> = views.iter().flatten().copied().collect();
+    let typical_px = median(all).max(1e-3);
+    let mut odd = Vec::new();
+    for (view, off_px) in views.iter().enumerate() {
+        let measure_px = median(off_px.clone()).max(typical_px);
+        for (index, off_px) in off_px.iter().enumerate() {
+            let times = off_px / measure_px;
+            if times > ODD && *off_px > HARMLESS_PX {
+                let corner = observations.view(view)[index].place;
+                odd.push(OddCorner { view, corner, off_px: *off_px, times });
+            }
+        }
+    }
+    odd.sort_by(|a, b| b.times.total_cmp(&a.times));
+    odd
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}

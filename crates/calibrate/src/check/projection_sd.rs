@@ -1,0 +1,198 @@
+//! Projects the covariance of the lens to pixels: the standard deviation of the image of a ray, over the picture.
+
+use nalgebra::{Matrix3, Point2, SMatrix};
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::solve::schur_lm::inverse;
+use boresight_geometry::{Camera, LENS_PARAMETERS, cell_centres_px, frame::ImageSize};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// Derivatives of the image by the lens parameters, compensated for rotation of the camera, on a grid of pixels.
+///
+/// `M = (I − R R⁺) J`, with `J` = d px / d lens of fixed rays and `R` = d px / d rotation of the camera. A rotation is
+/// compensated because the orientation of the camera isn't part of a calibration (as in
+/// mrcal's projection uncertainty).
+#[derive(Clone, Debug)]
+pub struct ProjectionJacobian {
+    /// Grid points inside the field of the lens model, in pixels.
+    pub px: Vec<Point2<f64>>,
+    /// Two rows of `M` per grid point; columns in the order of [`LENS_PARAMETERS`].
+    pub jac_lens: Vec<SMatrix<f64, 2, LENS_PARAMETERS>>,
+    /// Number of grid points beyond the fold of the lens model, which have no ray. Those outside the round picture of a
+    /// fisheye lens aren't counted.
+    pub unmapped: usize,
+}
+
+/// Standard deviation of projection at one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridSd {
+    /// The pixel.
+    pub px: Point2<f64>,
+    /// Root mean square over directions, in pixels.
+    pub sd_px: f64,
+}
+
+/// Rotation-compensated standard deviation of projection over the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProjectionSd {
+    /// Mean over the grid, in pixels.
+    pub mean_px: f64,
+    /// Maximum over the grid, in pixels.
+    pub max_px: f64,
+    /// 95 % quantile, over repeated calibrations, of the root mean square error of projection over the grid, in pixels.
+    pub bound_px: f64,
+    /// One value per mapped grid point, row by row.
+    pub grid: Vec<GridSd>,
+    /// Number of grid points beyond the fold of the lens model, excluded from all figures.
+    pub unmapped: usize,
+}
+
+/// `M` of `camera` at all [`cell_centres_px`] of the picture.
+///
+/// `None` if too few of them lie inside the field of the lens model to determine a rotation.
+pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<ProjectionJacobian> {
+    let mut jacobian = ProjectionJacobian { px: Vec::new(), jac_lens: Vec::new(), unmapped: 0 };
+    let mut jac_rotation: Vec<SMatrix<f64, 2, 3>> = Vec::new();
+    for px in cell_centres_px(image_size) {
+        let Some(at) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
+            jacobian.unmapped += usize::from(!camera.is_outside_field(&px));
+            continue;
+        };
+        jac_rotation.push(at.jac_rotation);
+        jacobian.px.push(px);
+        jacobian.jac_lens.push(at.jac_lens);
+    }
+    // Subtracts what a rotation of the camera explains.
+    let mut turn_information = Matrix3::zeros();
+    let mut turn_by_lens = SMatrix::<f64, 3, LENS_PARAMETERS>::zeros();
+    for (turn, lens) in jac_rotation.iter().zip(&jacobian.jac_lens) {
+        turn_information += turn.transpose() * turn;
+        turn_by_lens += turn.transpose() * lens;
+    }
+    let explained = inverse(&turn_information)? * turn_by_lens;
+    for (turn, lens) in jac_rotation.iter().zip(&mut jacobian.jac_lens) {
+        *lens -= turn * explained;
+    }
+    Some(jacobian)
+}
+
+impl ProjectionJacobian {
+    /// Standard deviation of projection for the lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid point.
+    pub fn sd(&self, covariance: &LensMatrix) -> ProjectionSd {
+        let grid: Vec<GridSd> = self
+            .px
+            .iter()
+            .zip(&self.jac_lens)
+            .map(|(px, jac_lens)| {
+                let variance = (jac_lens * covariance * jac_lens.transpose()).trace() / 2.0;
+                GridSd { px: *px, sd_px: variance.max(0.0).sqrt() }
+            })
+            .collect();
+        let sum: f64 = grid.iter().map(|point| point.sd_px).sum();
+        ProjectionSd {
+            mean_px: sum / grid.len().max(1) as f64,
+            bound_px: self.bound_px(covariance),
+            max_px: grid.iter().map(|point| point.sd_px).fold(0.0, f64::max),
+            grid,
+            unmapped: self.unmapped,
+        }
+    }
+
+    /// The mean square error is distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`. Its
+    /// quantile is that of the gamma distribution with the same mean and variance (Satterthwaite 1946).
+    fn bound_px(&self, covariance: &LensMatrix) -> f64 {
+        Self::quantile_px(&self.weight(), covariance)
+    }
+
+    /// The same over the grid points that `is_inside` selects. `None` if it selects none.
+    pub fn bound_px_inside(
+        &self,
+        covariance: &LensMatrix,
+        is_inside: impl Fn(&Point2<f64>) -> bool,
+    ) -> Option<f64> {
+        let inside = self.px.iter().zip(&self.jac_lens).filter(|(px, _)| is_inside(px));
+        let (mut weight, mut count) = (LensMatrix::zeros(), 0);
+        for (_, jac_lens) in inside {
+            weight += jac_lens.transpose() * jac_lens;
+            count += 1;
+        }
+        (count > 0).then(|| Self::quantile_px(&(weight / f64::from(count)), covariance))
+    }
+
+    fn quantile_px(weight: &LensMatrix, covariance: &LensMatrix) -> f64 {
+        let product = weight * covariance / 2.0;
+        let (mean, variance) = (product.trace(), 2.0 * (product * product).trace());
+        let freedom = 2.0 * mean * mean / variance;
+        ChiSquared::new(freedom).map_or(mean.max(0.0).sqrt(), |chi2| {
+            (variance / (2.0 * mean) * chi2.inverse_cdf(0.95)).max(0.0).sqrt()
+        })
+    }
+
+    /// Mean of `MᵀM` over the grid points, so that the mean of `tr(M C Mᵀ) = tr(MᵀM C)` takes one product.
+    pub fn weight(&self) -> LensMatrix {
+        let mut weight = LensMatrix::zeros();
+        for jac_lens in &self.jac_lens {
+            weight += jac_lens.transpose() * jac_lens;
+        }
+        weight / self.jac_lens.len().max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
+    use boresight_geometry::{GRID_COLUMNS, GRID_ROWS};
+
+    const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
+
+    #[test]
+    fn a_turned_camera_is_no_error() {
+        // Without distortion, moving the PP by a pixel is a turn to first order near the centre, so
+        // nearly all of it is compensated; a change of f is not.
+        let camera = Camera::pinhole(6000.0, SIZE.centre_px());
+        let jacobian = projection_jacobian(&camera, SIZE).expect("covers the picture");
+        let mut covariance = LensMatrix::zeros();
+        covariance[(2, 2)] = 1.0;
+        assert!(jacobian.sd(&covariance).max_px < 0.02);
+        let mut covariance = LensMatrix::zeros();
+        covariance.fixed_view_mut::<2, 2>(0, 0).fill(1.0);
+        assert!(jacobian.sd(&covariance).max_px > 0.05);
+        let weighted = (jacobian.weight() * covariance).trace() / 2.0;
+        let mean_square =
+            jacobian.sd(&covariance).grid.iter().map(|p| p.sd_px.powi(2)).sum::<f64>()
+                / f64::from(GRID_COLUMNS * GRID_ROWS);
+        assert!((weighted - mean_square).abs() < 1e-12);
+    }
+
+    #[test]
+    fn compensation_is_the_best_turn() {
+        let camera = Camera::pinhole(900.0, SIZE.centre_px());
+        let jacobian = projection_jacobian(&camera, SIZE).expect("covers the picture");
+        let step = 1e-4;
+        let mut covariance = LensMatrix::zeros();
+        covariance[(2, 2)] = step * step;
+        let predicted = jacobian.sd(&covariance);
+        // The same by moving a camera and turning it, searching for the best turn.
+        let mut moved = camera;
+        moved.pp_px.x += step;
+        let miss = |turn: f64| {
+            let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, turn, 0.0));
+            jacobian
+                .px
+                .iter()
+                .filter_map(|px| {
+                    let normalized = camera.normalized_from_px(px)?;
+                    let ray = rotation * Point2::new(normalized.x, normalized.y).to_homogeneous();
+                    Some((moved.project(&ray.into())? - px).norm_squared())
+                })
+                .sum::<f64>()
+        };
+        let best = (-2000..2000).map(|i| miss(f64::from(i) * 1e-10)).fold(f64::INFINITY, f64::min);
+        let expected: f64 = predicted.grid.iter().map(|p| 2.0 * p.sd_px.powi(2)).sum();
+        assert!((best / expected - 1.0).abs() < 1e-3, "{best} {expected}");
+    }
+}

@@ -1,0 +1,92 @@
+//! Doubt about the lens from another family of lens models that explains the corners nearly as well.
+//!
+//! A quotient and a polynomial of the angle may agree wherever boards were and part beyond. How far the picture of the one
+//! is from that of the other is fitted by the parameters of the lens chosen, so that their covariance carries it.
+
+use nalgebra::{Matrix3, Point2, SMatrix, SVector, UnitQuaternion, Vector2, Vector3};
+
+use super::projection_sd::projection_jacobian;
+use crate::solve::{lens_model::LensFreedom, schur_lm::inverse, wide_lens::Rival};
+use boresight_geometry::{Camera, LENS_PARAMETERS, frame::ImageSize};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+type LensVector = SVector<f64, LENS_PARAMETERS>;
+
+/// Rounds in which the turn between two lenses settles.
+const ROUNDS: usize = 8;
+
+/// Covariance from `rivals`, each weighed by its probability, of a lens with the given freedom.
+pub(crate) fn rival_doubt(
+    camera: &Camera,
+    freedom: &LensFreedom,
+    rivals: &[Rival],
+    image_size: ImageSize,
+) -> LensMatrix {
+    let total: f64 = 1.0 + rivals.iter().map(|rival| rival.odds).sum::<f64>();
+    rivals
+        .iter()
+        .filter_map(|rival| {
+            let off = as_parameters(camera, freedom, &rival.camera, image_size)?;
+            Some(off * off.transpose() * (rival.odds / total))
+        })
+        .fold(LensMatrix::zeros(), |sum, doubt| sum + doubt)
+}
+
+/// The change of the lens parameters that comes closest to `rival`, over the picture and after the best turn. `None` if the
+/// picture doesn't determine one.
+fn as_parameters(
+    camera: &Camera,
+    freedom: &LensFreedom,
+    rival: &Camera,
+    image_size: ImageSize,
+) -> Option<LensVector> {
+    let jacobian = projection_jacobian(camera, image_size)?;
+    let rays: Vec<Vector3<f64>> =
+        jacobian.px.iter().map(|px| camera.ray_from_px(px)).collect::<Option<_>>()?;
+    let off_px = after_best_turn(rival, &rays, &jacobian.px);
+    let (mut squares, mut pull) = (LensMatrix::zeros(), LensVector::zeros());
+    for (jac_lens, off_px) in jacobian.jac_lens.iter().zip(off_px) {
+        // Places that the rival doesn't see tell nothing.
+        let Some(off_px) = off_px else { continue };
+        let mut by = *jac_lens;
+        if freedom.square_pixels {
+            let of_f = by.column(0) + by.column(1);
+            by.set_column(0, &of_f);
+        }
+        for fixed in (0..LENS_PARAMETERS).filter(|i| !freedom.free[*i]) {
+            by.column_mut(fixed).fill(0.0);
+        }
+        squares += by.transpose() * by;
+        pull += by.transpose() * off_px;
+    }
+    for fixed in (0..LENS_PARAMETERS).filter(|i| !freedom.free[*i]) {
+        squares[(fixed, fixed)] = 1.0;
+    }
+    let mut off = inverse(&squares)? * pull;
+    if freedom.square_pixels {
+        off[1] = off[0];
+    }
+    off.iter().all(|x| x.is_finite()).then_some(off)
+}
+
+/// Where `rival` sees `rays` less `px`, after the turn that brings them closest together.
+fn after_best_turn(
+    rival: &Camera,
+    rays: &[Vector3<f64>],
+    px: &[Point2<f64>],
+) -> Vec<Option<Vector2<f64>>> {
+    let mut turn = UnitQuaternion::identity();
+    for _ in 0..ROUNDS {
+        let (mut normal, mut pull) = (Matrix3::zeros(), Vector3::zeros());
+        for (ray, px) in rays.iter().zip(px) {
+            let Some(seen) = rival.project_ray(&(turn * ray)) else { continue };
+            normal += seen.jac_rotation.transpose() * seen.jac_rotation;
+            pull += seen.jac_rotation.transpose() * (px - seen.px);
+        }
+        let Some(inverse) = normal.try_inverse() else { break };
+        turn = UnitQuaternion::from_scaled_axis(inverse * pull) * turn;
+    }
+    let off_px =
+        |(ray, px): (&Vector3<f64>, &Point2<f64>)| Some(rival.project_ray(&(turn * ray))?.px - px);
+    rays.iter().zip(px).map(off_px).collect()
+}

@@ -1,0 +1,194 @@
+//! Finds views whose picture is put together from two: the rows below a tear show the board at another moment.
+//!
+//! A driver that fills a buffer while it is read gives such pictures, at full length and without an error. If the board
+//! moved, the corners below the tear are shifted; a pose absorbs most of that, so the tear is looked for in what no pose
+//! explains. A board that moved during the exposure is smeared, not torn: its corners are shifted, too, but smoothly.
+
+use nalgebra::{DMatrix, DVector, Matrix2, Point2, SMatrix, SVector, Vector2};
+
+use crate::solve::{
+    bundle::{BundleState, Observations},
+    schur_lm::inverse,
+};
+
+/// Corners wanted on each side of a tear: fewer are explained by a few wrong corners.
+const LEAST_CORNERS: usize = 6;
+/// Reduction of a view's cost that makes it suspect, in multiples of its typical squared residual: three parameters
+/// gain 40 by chance once in 10⁸ views. The fit of all views decides.
+const SUSPECT_GAIN: f64 = 40.0;
+/// Suspects gain at least this share of the first one's gain: what the lens makes of a torn view shows in the others.
+const LEAST_SHARE: f64 = 0.1;
+/// What a tear along a column leaves, in multiples of what the tear along a row leaves: of 200 rendered smears 1.5 at
+/// most, of small tears 1.9 at least.
+const BETTER_THAN_ACROSS: f64 = 1.7;
+/// What smooth shifts leave, in multiples of what two rigid halves leave: of the same smears 1.2 at most, of rendered
+/// tears with a turn 4.8 at least.
+const BETTER_THAN_SMOOTH: f64 = 2.0;
+/// Singular value, for slopes of unit length, below which parameters do the same.
+const LEAST_SINGULAR: f64 = 1e-6;
+
+/// For each view, the row in pixels at which it is probably torn. `None` if no view is suspect.
+pub(super) fn suspects(
+    observations: &Observations,
+    state: &BundleState,
+) -> Option<Vec<Option<f64>>> {
+    let views: Vec<Option<FreeView>> = (0..observations.view_count())
+        .map(|view| FreeView::of(observations, state, view))
+        .collect();
+    let tears: Vec<Option<Tear>> =
+        views.iter().map(|view| view.as_ref()?.likeliest_tear(|px| px.y)).collect();
+    let mut squares: Vec<f64> = tears.iter().flatten().map(|tear| tear.left_square).collect();
+    squares.sort_by(f64::total_cmp);
+    let typical_square = *squares.get(squares.len() / 2)?;
+    let most = tears.iter().flatten().map(|tear| tear.gain).fold(0.0, f64::max);
+    let least = (SUSPECT_GAIN * typical_square).max(LEAST_SHARE * most);
+    let rows: Vec<Option<f64>> = views
+        .iter()
+        .zip(&tears)
+        .map(|(view, tear)| {
+            let tear = tear.as_ref().filter(|tear| tear.gain > least)?;
+            view.as_ref()?.is_torn(tear).then_some(tear.at_px)
+        })
+        .collect();
+    rows.iter().any(Option::is_some).then_some(rows)
+}
+
+struct Tear {
+    /// Where, along the axis that was looked at.
+    at_px: f64,
+    /// Reduction of the view's cost by a shift of the corners beyond, its pose free.
+    gain: f64,
+    /// Mean squared whitened residual that is left.
+    left_square: f64,
+}
+
+/// What a corner says about changes of its view.
+struct Pull {
+    px: Point2<f64>,
+    whitener: Matrix2<f64>,
+    by_pose: SMatrix<f64, 2, 6>,
+    residual: Vector2<f64>,
+}
+
+/// A view under the lens of a state, its pose free.
+struct FreeView {
+    pulls: Vec<Pull>,
+    /// Inverse of the pose's information.
+    settled: SMatrix<f64, 6, 6>,
+    gradient: SVector<f64, 6>,
+    cost: f64,
+}
+
+impl FreeView {
+    fn of(observations: &Observations, state: &BundleState, view: usize) -> Option<Self> {
+        let pose = &state.cam_from_board[view];
+        let mut pulls = Vec::with_capacity(observations.view(view).len());
+        let mut local = SMatrix::<f64, 6, 6>::zeros();
+        let mut gradient = SVector::<f64, 6>::zeros();
+        let mut cost = 0.0;
+        for corner in observations.view(view) {
+            let predicted = state.camera.project_board_point(pose, &corner.board_m)?;
+            let residual = corner.whitener * (corner.px - predicted.px);
+            let by_pose = corner.whitener * predicted.jac_pose;
+            local += by_pose.transpose() * by_pose;
+            gradient += by_pose.transpose() * residual;
+            cost += residual.norm_squared();
+            pulls.push(Pull { px: corner.px, whitener: corner.whitener, by_pose, residual });
+        }
+        Some(Self { pulls, settled: inverse(&local)?, gradient, cost })
+    }
+
+    /// The place along an axis of the picture from which on a shift of all corners reduces the cost most.
+    fn likeliest_tear(&self, along: impl Fn(&Point2<f64>) -> f64) -> Option<Tear> {
+        let mut pulls: Vec<&Pull> = self.pulls.iter().collect();
+        pulls.sort_by(|a, b| along(&b.px).total_cmp(&along(&a.px)));
+        let mut best: Option<(f64, usize)> = None;
+        // Sums over the corners beyond.
+        let mut cross = SMatrix::<f64, 2, 6>::zeros();
+        let mut information = Matrix2::zeros();
+        let mut pull = Vector2::zeros();
+        let last = pulls.len().saturating_sub(LEAST_CORNERS);
+        for (count, corner) in (1..=last).zip(&pulls) {
+            let by_shift = corner.whitener.transpose();
+            cross += by_shift * corner.by_pose;
+            information += by_shift * corner.whitener;
+            pull += by_shift * corner.residual;
+            if count < LEAST_CORNERS {
+                continue;
+            }
+            let of_pose = cross * self.settled;
+            let alone = information - of_pose * cross.transpose();
+            let pull = pull - of_pose * self.gradient;
+            let Some(covariance) = alone.try_inverse() else { continue };
+            let gain = pull.dot(&(covariance * pull));
+            if gain.is_finite() && best.is_none_or(|(most, _)| gain > most) {
+                best = Some((gain, count));
+            }
+        }
+        let (gain, count) = best?;
+        let at_px = 0.5 * (along(&pulls[count - 1].px) + along(&pulls[count].px));
+        let left = self.cost - self.gradient.dot(&(self.settled * self.gradient)) - gain;
+        Some(Tear { at_px, gain, left_square: left.max(0.0) / (2 * pulls.len()) as f64 })
+    }
+
+    /// Whether the view is torn, not smeared: a smear moves corners smoothly and has nothing to do with rows. So a tear
+    /// along a row explains it far better than one along a column, or two rigid halves do far better than any smooth
+    /// shift.
+    fn is_torn(&self, tear: &Tear) -> bool {
+        let across = self.likeliest_tear(|px| px.x).map_or(0.0, |across| across.left_square);
+        across > BETTER_THAN_ACROSS * tear.left_square
+            || self.left_if_smooth() > BETTER_THAN_SMOOTH * self.left_if_halves(tear.at_px)
+    }
+
+    /// Mean squared whitened residual that is left if the rows on either side have poses of their own.
+    fn left_if_halves(&self, row_px: f64) -> f64 {
+        self.left_square::<12>(|pull| {
+            let from = if pull.px.y > row_px { 6 } else { 0 };
+            let mut both = SMatrix::<f64, 2, 12>::zeros();
+            both.fixed_view_mut::<2, 6>(0, from).copy_from(&pull.by_pose);
+            both
+        })
+    }
+
+    /// Mean squared whitened residual that is left if corners are shifted smoothly over the board.
+    fn left_if_smooth(&self) -> f64 {
+        let count = self.pulls.len().max(1) as f64;
+        let sum = self.pulls.iter().fold(Vector2::zeros(), |sum, pull| sum + pull.px.coords);
+        let off = |pull: &Pull| pull.px.coords - sum / count;
+        let reach = self.pulls.iter().map(|pull| off(pull).amax()).fold(1.0, f64::max);
+        self.left_square::<16>(|pull| {
+            let at = off(pull) / reach;
+            let mut by_all = SMatrix::<f64, 2, 16>::zeros();
+            by_all.fixed_view_mut::<2, 6>(0, 0).copy_from(&pull.by_pose);
+            let shapes = [at.x, at.y, at.x * at.x, at.x * at.y, at.y * at.y];
+            for (shape, value) in shapes.into_iter().enumerate() {
+                by_all.fixed_view_mut::<2, 2>(0, 6 + 2 * shape).copy_from(&(pull.whitener * value));
+            }
+            by_all
+        })
+    }
+
+    /// Mean squared whitened residual at the best values of `N` parameters.
+    fn left_square<const N: usize>(&self, by: impl Fn(&Pull) -> SMatrix<f64, 2, N>) -> f64 {
+        let rows = 2 * self.pulls.len();
+        let mut slopes = DMatrix::zeros(rows, N);
+        let mut residuals = DVector::zeros(rows);
+        for (row, pull) in (0..rows).step_by(2).zip(&self.pulls) {
+            slopes.fixed_view_mut::<2, N>(row, 0).copy_from(&by(pull));
+            residuals.fixed_rows_mut::<2>(row).copy_from(&pull.residual);
+        }
+        // Each as long as the others, so that what another does already shows.
+        for mut column in slopes.column_iter_mut() {
+            let length = column.norm();
+            column /= length.max(f64::MIN_POSITIVE);
+        }
+        let split = slopes.svd(true, false);
+        let Some(directions) = split.u else { return f64::NAN };
+        let free = directions.column_iter().zip(split.singular_values.iter());
+        for (direction, _) in free.filter(|(_, value)| **value > LEAST_SINGULAR) {
+            let along = direction.dot(&residuals);
+            residuals.axpy(-along, &direction, 1.0);
+        }
+        residuals.norm_squared() / rows as f64
+    }
+}

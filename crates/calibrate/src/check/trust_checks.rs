@@ -1,0 +1,394 @@
+//! Turns all evidence about a calibration into findings.
+
+use nalgebra::{Matrix2, SymmetricEigen, Vector2};
+
+use super::{
+    cause_findings::cause_findings,
+    correction::Correction,
+    disagreement::{CONTRADICTION_SIGMAS, Disagreement, distance2},
+    finding::{Finding, FindingCode, Severity},
+    held_out::HeldOutView,
+    limits::Limits,
+    misfit_diagnosis::{Causes, MIN_BIC_GAIN},
+    noise_correlation::NoiseCorrelation,
+    noise_findings::noise_finding,
+    odd_corners::OddCorner,
+    projection_sd::ProjectionSd,
+};
+use crate::{
+    known_lens::Combined,
+    solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
+};
+use boresight_geometry::{Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, frame::ImageSize};
+
+/// Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99 quantile, `docs/method.md`, section 2.
+const HAUSMAN_CARE: f64 = 9.21;
+/// Three times that: the principal point is wrong by far more than its stated error. A convention.
+const HAUSMAN_BAD: f64 = 30.0;
+/// Squared distance, in stated standard deviations, below which a shift is covered by the stated uncertainty: 2 sd.
+const COVERED: f64 = 4.0;
+/// Distance between bundle and free homographies in standard deviations, with a probability of 1.5e-8 in two dimensions
+/// (Rayleigh distribution).
+const CHECK_BAD_SIGMAS: f64 = 6.0;
+/// Observed over expected shift when views are left out; 1 if they agree. 2 is the stop rule's limit, `docs/method.md`,
+/// section 3.5; twice that is bad by convention.
+const SKIP_CARE: f64 = 2.0;
+const SKIP_BAD: f64 = 4.0;
+/// Fraction of the picture's width by which a corner may lie outside: the edge fit extrapolates by a few pixels.
+const OUTSIDE: f64 = 0.005;
+/// Distance of the principal point from the centre as a fraction of the picture's width. Centring errors of real cameras
+/// are below a tenth; more indicates a cropped picture.
+const PP_FAR_CARE: f64 = 0.1;
+const PP_FAR_BAD: f64 = 0.2;
+/// Observed over expected residual of a held-out view. Conventions: with some hundred coordinates, chance alone stays within
+/// about 10 % of 1, so 1.6 is a real misfit and 5 a view of something else.
+const HELD_OUT_CARE: f64 = 1.6;
+const HELD_OUT_BAD: f64 = 5.0;
+/// Ratio of a view's residual to the median above which the view is odd. A convention: chance varies by about 10 %.
+const ODD_VIEW: f64 = 2.5;
+/// Residual in pixels below which the median counts as this large, so that near-exact views aren't compared.
+const LEAST_MEDIAN_PX: f64 = 0.02;
+/// Tilts of 10° and 20°: below 20° the focal length can hardly be separated from the distance, `docs/method.md`, section 0.
+const TILT_NONE_RAD: f64 = 0.17;
+const TILT_USEFUL_RAD: f64 = 0.35;
+/// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`, section 3.2.
+const DIRECTIONS_WANTED: f64 = 0.7;
+/// The same of two pairs whose tilt axes are 20° apart: with less, the board was tipped about one axis only.
+const DIRECTIONS_ONE: f64 = 0.35;
+/// Typical error of a corner coordinate that means no board at all. [`Limits`] has the other limit.
+const NOISE_BAD_PX: f64 = 3.0;
+/// Standard deviations that are unusable, ten times as large as [`Limits`] wants them: relative to the picture's width (PP,
+/// projection) or to the focal length.
+const PP_BAD: f64 = 0.02;
+const F_BAD: f64 = 0.04;
+const PROJECTION_BAD: f64 = 0.01;
+
+/// What the checks need to know about a view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ViewEvidence {
+    /// Angle between image plane and board.
+    pub(crate) tilt_rad: f64,
+    /// Image direction in which the board recedes.
+    pub(crate) tilt_azimuth_rad: f64,
+    /// Root mean square residual per coordinate.
+    pub(crate) residual_rms_px: f64,
+    /// Whether the view is a mirror image of the board.
+    pub(crate) mirrored: bool,
+}
+
+/// Everything that the checks examine.
+pub(crate) struct Evidence<'a> {
+    pub(crate) image_size: ImageSize,
+    /// The resulting lens.
+    pub(crate) camera: &'a Camera,
+    pub(crate) choice: &'a ModelChoice,
+    /// Scatter of the focal length in pixels, if it was allowed to vary.
+    pub(crate) varying_px: Option<f64>,
+    pub(crate) free: Option<&'a FreeHomographies>,
+    pub(crate) views: &'a [ViewEvidence],
+    pub(crate) seen: &'a [Vec<Corner>],
+    pub(crate) causes: &'a Causes,
+    /// What the result allows for.
+    pub(crate) correction: Option<&'a Correction>,
+    pub(crate) odd_corners: &'a [OddCorner],
+    pub(crate) held_out: Option<HeldOutView>,
+    /// The result together with an earlier calibration, if one was given.
+    pub(crate) known_lens: Option<&'a Combined>,
+    /// The independent check beside the bundle; there if `free` is.
+    pub(crate) disagreement: Option<Disagreement>,
+    pub(crate) projection_sd: &'a ProjectionSd,
+    pub(crate) pp_covariance_px2: Matrix2<f64>,
+    pub(crate) f_sd_px: f64,
+    pub(crate) skip_one_ratio: Option<f64>,
+    pub(crate) coverage: f64,
+    pub(crate) distinct: usize,
+    /// Views given, those of one held pose included.
+    pub(crate) given: usize,
+    pub(crate) noise_px: f64,
+    pub(crate) noise_correlation: Option<&'a NoiseCorrelation>,
+    pub(crate) noise_floor_px: Option<f64>,
+    pub(crate) noise_floor: f64,
+    pub(crate) shifted_sensor: bool,
+    pub(crate) prior_used: bool,
+    pub(crate) focal_prior_used: bool,
+}
+
+impl Evidence<'_> {
+    fn limits(&self) -> Limits {
+        Limits::of(self.image_size, self.camera.f_px.x)
+    }
+}
+
+/// All findings, in a fixed order.
+pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut report = |severity: Option<Severity>, code: FindingCode| {
+        findings.extend(severity.map(|severity| Finding { code, severity }));
+    };
+    views(evidence, &mut report);
+    corners(evidence, &mut report);
+    if let Some(scatter_px) = evidence.varying_px {
+        // Checks that assume a common focal length don't apply.
+        let f_px = evidence.camera.f_px.x;
+        report(Some(Severity::Info), FindingCode::FocalVaries { f_px, scatter_px });
+        evidence.free.inspect(|free| outliers(free, &mut report));
+        odd_views(evidence, &mut report);
+    } else {
+        lens(evidence, &mut report);
+        let allowed_for = evidence.correction.map(|correction| correction.finding);
+        for Finding { code, severity } in
+            allowed_for.into_iter().chain(cause_findings(evidence.causes))
+        {
+            report(Some(severity), code);
+        }
+        agreement(evidence, &mut report);
+        odd_views(evidence, &mut report);
+    }
+    uncertainty(evidence, &mut report);
+    findings
+}
+
+/// Severity of a measure by its limits, `None` below both. NaN is bad.
+fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
+    if measured <= care {
+        None
+    } else if measured <= bad {
+        Some(Severity::Care)
+    } else {
+        Some(Severity::Bad)
+    }
+}
+
+fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let (count, distinct) = (evidence.given, evidence.distinct);
+    let wanted = evidence.limits().views;
+    if distinct < wanted {
+        report(Some(Severity::Bad), FindingCode::FewViews { distinct, wanted });
+    }
+    if distinct < count {
+        let severity = match distinct {
+            1 => Severity::Bad,
+            2 | 3 => Severity::Care,
+            _ => Severity::Info,
+        };
+        report(Some(severity), FindingCode::ViewsAlike { views: count, distinct });
+    }
+    let max_tilt_rad = evidence.views.iter().map(|view| view.tilt_rad).fold(0.0, f64::max);
+    let tilted = |tilt_rad: f64| evidence.views.iter().filter(|v| v.tilt_rad >= tilt_rad).count();
+    let wanted_views = count.clamp(1, 2);
+    let severity = if tilted(TILT_NONE_RAD) < wanted_views {
+        Some(Severity::Bad)
+    } else if tilted(TILT_USEFUL_RAD) < wanted_views {
+        Some(Severity::Care)
+    } else {
+        None
+    };
+    report(
+        severity,
+        FindingCode::TiltLow {
+            tilted_views: tilted(TILT_USEFUL_RAD),
+            wanted_views,
+            max_tilt_rad,
+            wanted_tilt_rad: TILT_USEFUL_RAD,
+        },
+    );
+    // Tilt azimuths are the directions of the principal lines; the normals have the same singular values.
+    let mut normals = Matrix2::zeros();
+    for view in evidence.views.iter().filter(|view| view.tilt_rad >= TILT_NONE_RAD) {
+        let along = Vector2::new(view.tilt_azimuth_rad.cos(), view.tilt_azimuth_rad.sin());
+        normals += along * along.transpose();
+    }
+    let spread = SymmetricEigen::new(normals).eigenvalues.min().max(0.0).sqrt();
+    if distinct >= 2 && spread < DIRECTIONS_WANTED {
+        let code = FindingCode::DirectionsFew { spread, wanted: DIRECTIONS_WANTED };
+        let is_one_axis = spread < DIRECTIONS_ONE;
+        report(Some(if is_one_axis { Severity::Bad } else { Severity::Care }), code);
+    }
+    let wanted = evidence.limits().coverage;
+    if evidence.coverage < wanted {
+        let code = FindingCode::CoverageLow { share: evidence.coverage, wanted };
+        report(Some(Severity::Care), code);
+    }
+    if let Some(view) = evidence.views.iter().position(|view| view.mirrored) {
+        report(Some(Severity::Care), FindingCode::Mirrored { view });
+    }
+    if evidence.prior_used {
+        let focal_length = evidence.focal_prior_used;
+        let severity = if focal_length { Severity::Care } else { Severity::Info };
+        report(Some(severity), FindingCode::PriorUsed { focal_length });
+    }
+}
+
+fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let choice = evidence.choice;
+    if !choice.bundle().converged {
+        report(Some(Severity::Care), FindingCode::NotConverged);
+    }
+    if let Some((statistic, off)) = hausman(choice, evidence.noise_floor) {
+        let code =
+            FindingCode::LensSimple { model: choice.fit().model, statistic, limit: HAUSMAN_CARE };
+        let stated = &evidence.pp_covariance_px2;
+        let is_stated = distance2(&off, stated, stated.trace()) < COVERED;
+        let severity = above(statistic, HAUSMAN_CARE, HAUSMAN_BAD);
+        report(severity.map(|severity| if is_stated { Severity::Info } else { severity }), code);
+    }
+    let of = (GRID_COLUMNS * GRID_ROWS) as usize;
+    let unmapped = evidence.projection_sd.unmapped;
+    if unmapped > 0 {
+        let severity = if 4 * unmapped > of { Severity::Bad } else { Severity::Care };
+        report(Some(severity), FindingCode::LensFolds { unmapped, of });
+    }
+}
+
+/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model, and its shift in pixels.
+///
+/// If the chosen model holds, its estimate is efficient, and the difference from that of the richer model has covariance
+/// `C_full − C`. `None` if the richest model is the chosen one.
+fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)> {
+    let full = choice.bundles.len() - 1;
+    if full == choice.chosen {
+        return None;
+    }
+    let noise_factor = choice.fits[full].noise_factor.max(noise_floor);
+    let pp_covariance = |index: usize| -> Option<Matrix2<f64>> {
+        Some(choice.bundles[index].covariance(noise_factor)?.fixed_view::<2, 2>(2, 2).into())
+    };
+    let (full_covariance, covariance) = (pp_covariance(full)?, pp_covariance(choice.chosen)?);
+    let off = choice.fits[full].camera.pp_px - choice.fit().camera.pp_px;
+    Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
+}
+
+fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    if let Some(Combined { statistic, limit, .. }) = evidence.known_lens {
+        let code = FindingCode::LensContradicts { statistic: *statistic, limit: *limit };
+        report(above(*statistic, *limit, f64::INFINITY), code);
+    }
+    if let Some(Disagreement { distance_px, sigmas }) = evidence.disagreement {
+        let code = FindingCode::CheckDisagrees { distance_px, sigmas, limit: CONTRADICTION_SIGMAS };
+        report(above(sigmas, CONTRADICTION_SIGMAS, CHECK_BAD_SIGMAS), code);
+    }
+    if let Some(free) = evidence.free {
+        outliers(free, report);
+    } else if evidence.distinct >= 3 {
+        report(Some(Severity::Care), FindingCode::CheckMissing);
+    }
+    if let Some(ratio) = evidence.skip_one_ratio {
+        let code = FindingCode::ViewsDisagree { ratio, limit: SKIP_CARE };
+        report(above(ratio, SKIP_CARE, SKIP_BAD), code);
+    }
+    if let Some(HeldOutView { view, rms_px, expected_px }) = evidence.held_out {
+        let code = FindingCode::HeldOut { view, rms_px, expected_px };
+        report(above(rms_px / expected_px, HELD_OUT_CARE, HELD_OUT_BAD), code);
+    }
+}
+
+/// Views that fit far worse than the others, single odd corners aside.
+fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let rms_px: Vec<f64> = evidence
+        .views
+        .iter()
+        .zip(evidence.seen)
+        .enumerate()
+        .map(|(view, (result, seen))| {
+            let odd = evidence.odd_corners.iter().filter(|odd| odd.view == view);
+            let of_odd: f64 = odd.map(|odd| odd.off_px.powi(2)).sum();
+            let coordinates = (2 * seen.len()) as f64;
+            (result.residual_rms_px.powi(2) - of_odd / coordinates).max(0.0).sqrt()
+        })
+        .collect();
+    let mut sorted_px = rms_px.clone();
+    sorted_px.sort_by(f64::total_cmp);
+    let typical_px = sorted_px.get(sorted_px.len() / 2).copied().unwrap_or(0.0);
+    let limit_px = ODD_VIEW * typical_px.max(LEAST_MEDIAN_PX);
+    for (view, rms_px) in rms_px.into_iter().enumerate() {
+        if rms_px > limit_px {
+            report(Some(Severity::Care), FindingCode::ViewOdd { view, rms_px, typical_px });
+        }
+    }
+}
+
+/// Principal lines that miss the intersection of the others.
+fn outliers(free: &FreeHomographies, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    for OutlierLine { index, distance_px, sigmas } in &free.outliers {
+        let (view, distance_px, sigmas) = (*index, *distance_px, *sigmas);
+        report(Some(Severity::Care), FindingCode::PlOutlier { view, distance_px, sigmas });
+    }
+}
+
+/// Corners that can't be right, and the position of the principal point.
+fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let ImageSize { width_px, height_px } = evidence.image_size;
+    let (width_px, height_px) = (f64::from(width_px), f64::from(height_px));
+    let margin_px = OUTSIDE * width_px;
+    let outside = |corner: &Corner| {
+        let is_outside = corner.px.x < -margin_px
+            || corner.px.y < -margin_px
+            || corner.px.x > width_px - 1.0 + margin_px
+            || corner.px.y > height_px - 1.0 + margin_px;
+        corner.is_seen() && is_outside
+    };
+    let mut views = evidence.seen.iter().enumerate().filter(|(_, seen)| seen.iter().any(outside));
+    if let Some((view, _)) = views.next() {
+        let code = FindingCode::CornersOutside { view, views: 1 + views.count() };
+        report(Some(Severity::Bad), code);
+    }
+    if let Some(OddCorner { view, corner, off_px, times }) = evidence.odd_corners.first().copied() {
+        let count = evidence.odd_corners.len();
+        report(Some(Severity::Care), FindingCode::CornerOdd { view, corner, off_px, times, count });
+    }
+    let pp_px = evidence.camera.pp_px;
+    let distance_px = (pp_px - evidence.image_size.centre_px()).norm();
+    let share = distance_px / width_px;
+    let code = FindingCode::PrincipalPointFar { distance_px, share };
+    let severity = above(share, PP_FAR_CARE, PP_FAR_BAD);
+    let by_design = |severity| if evidence.shifted_sensor { Severity::Info } else { severity };
+    report(severity.map(by_design), code);
+}
+
+fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    let width_px = f64::from(evidence.image_size.width_px);
+    let limits = evidence.limits();
+    let limit_px = limits.noise_px;
+    let code = FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px };
+    report(above(evidence.noise_px, limit_px, NOISE_BAD_PX), code);
+    noise(evidence, report);
+    let sd_px = SymmetricEigen::new(evidence.pp_covariance_px2).eigenvalues.max().sqrt();
+    let wanted_px = limits.pp_sd_px;
+    let code = FindingCode::PrincipalPointUncertain { sd_px, wanted_px };
+    report(above(sd_px, wanted_px, PP_BAD * width_px), code);
+    let f_px = evidence.camera.f_px.x;
+    let (sd_px, wanted_px) = (evidence.f_sd_px, limits.f_sd_px);
+    let code = FindingCode::FocalLengthUncertain { sd_px, wanted_px };
+    report(above(sd_px, wanted_px, F_BAD * f_px), code);
+    let ProjectionSd { mean_px, max_px, .. } = *evidence.projection_sd;
+    let (wanted_px, max_wanted_px) = (limits.projection_sd_px, limits.projection_max_sd_px);
+    let code = FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px, max_wanted_px };
+    let of_mean = above(mean_px, wanted_px, PROJECTION_BAD * width_px);
+    report(of_mean.max(above(max_px, max_wanted_px, f64::INFINITY)), code);
+}
+
+/// Noise that the residuals understate.
+fn noise(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    if let Some(correlation) = evidence.noise_correlation
+        && correlation.gain > MIN_BIC_GAIN
+        && evidence.causes.best_hypothesis().is_none()
+    {
+        // Of the typical corner, as `noise_px` is.
+        let noise_px = evidence.noise_px * correlation.noise_factor
+            / evidence.choice.bundle().noise_factor().max(f64::MIN_POSITIVE);
+        let code = FindingCode::NoiseCorrelated {
+            share: correlation.share,
+            length_px: correlation.length_px,
+            noise_px,
+            residual_px: evidence.noise_px,
+        };
+        // The covariance allows for it.
+        report(Some(Severity::Info), code);
+    }
+    let measured = evidence.noise_floor_px;
+    if let Some(Finding { code, severity }) =
+        measured.and_then(|measured_px| noise_finding(evidence.noise_px, measured_px))
+    {
+        report(Some(severity), code);
+    }
+}

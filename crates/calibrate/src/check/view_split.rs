@@ -1,0 +1,151 @@
+//! Searches for the split of the views that explains a misfit best: another camera for some, or another focus from some
+//! view on.
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+use statrs::function::factorial::ln_binomial;
+
+use super::cause::Cause;
+use crate::solve::{bundle::Bundle, schur_lm::inverse};
+use boresight_geometry::LENS_PARAMETERS;
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// Focal length, and principal point, among the lens parameters.
+const F: usize = 0;
+const F_AND_PP: [usize; 3] = [0, 2, 3];
+
+/// Splits the views into the two groups that disagree most about f and the principal point, and marks the smaller.
+///
+/// With `I` and `g` the information and gradient of each view, splitting into A and B gains `gₐᵀ(Iₐ⁻¹ + I_b⁻¹)gₐ`. Tries
+/// consecutive views, and views sorted by the shift of each parameter; then improves the best split view by view. `None`
+/// with fewer than four views.
+pub(super) fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
+    let views: Vec<Pull> = bundle
+        .view_information()
+        .iter()
+        .map(|(information, gradient)| Pull {
+            information: Matrix3::from_fn(|i, j| information[(F_AND_PP[i], F_AND_PP[j])]),
+            gradient: Vector3::from_fn(|i, _| gradient[F_AND_PP[i]]),
+        })
+        .collect();
+    let count = views.len();
+    if count < 4 {
+        return None;
+    }
+    let all = views.iter().fold(Pull::zero(), |sum, view| sum.with(view, 1.0));
+    let gain = |odd: &Pull| -> Option<f64> {
+        let (first, second) =
+            (inverse(&(all.information - odd.information))?, inverse(&odd.information)?);
+        Some((odd.gradient.transpose() * (first + second) * odd.gradient).x)
+    };
+    let mut orders: Vec<Vec<usize>> = vec![(0..count).collect()];
+    for i in 0..3 {
+        let mut order: Vec<usize> = (0..count).collect();
+        let pull = |view: usize| {
+            views[view].gradient[i] / views[view].information[(i, i)].max(f64::MIN_POSITIVE)
+        };
+        order.sort_by(|a, b| pull(*a).total_cmp(&pull(*b)));
+        orders.push(order);
+    }
+    let mut best: Option<(f64, Vec<bool>)> = None;
+    for order in orders {
+        let mut group = Pull::zero();
+        let mut most: Option<(f64, usize)> = None;
+        for (taken, view) in order.iter().take(count - 1).enumerate() {
+            group = group.with(&views[*view], 1.0);
+            if let Some(gain) = gain(&group)
+                && most.is_none_or(|(most, _)| gain > most)
+            {
+                most = Some((gain, taken + 1));
+            }
+        }
+        if let Some((gain, taken)) = most
+            && best.as_ref().is_none_or(|(most, _)| gain > *most)
+        {
+            let mut odd = vec![false; count];
+            order[..taken].iter().for_each(|view| odd[*view] = true);
+            best = Some((gain, odd));
+        }
+    }
+    let (mut most, mut odd) = best?;
+    let marked = views.iter().zip(&odd).filter(|(_, odd)| **odd);
+    let mut group = marked.fold(Pull::zero(), |sum, (view, _)| sum.with(view, 1.0));
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for view in 0..count {
+            let moved = group.with(&views[view], if odd[view] { -1.0 } else { 1.0 });
+            if let Some(better) = gain(&moved).filter(|gain| *gain > most * (1.0 + 1e-9)) {
+                (most, group, changed) = (better, moved, true);
+                odd[view] = !odd[view];
+            }
+        }
+    }
+    if 2 * odd.iter().filter(|odd| **odd).count() > count {
+        odd.iter_mut().for_each(|odd| *odd = !*odd);
+    }
+    Some(odd)
+}
+
+/// What views tell about f and the principal point.
+#[derive(Clone, Copy)]
+struct Pull {
+    information: Matrix3<f64>,
+    gradient: Vector3<f64>,
+}
+
+impl Pull {
+    fn zero() -> Self {
+        Self { information: Matrix3::zeros(), gradient: Vector3::zeros() }
+    }
+
+    fn with(&self, other: &Self, times: f64) -> Self {
+        Self {
+            information: self.information + other.information * times,
+            gradient: self.gradient + other.gradient * times,
+        }
+    }
+}
+
+/// What a cause costs in BIC for having been searched for among `views` views: twice the logarithm of how many are as
+/// simple. A split into consecutive views is one of `N`; any other one of `N` sizes and of those with its size.
+///
+/// Noise alone gains about 0.64 `N` by the best of 2ᴺ splits.
+pub(super) fn cost_of_search(cause: &Cause, views: usize) -> f64 {
+    match cause {
+        Cause::Mixed(odd) => {
+            let (views, marked) = (views as u64, odd.iter().filter(|odd| **odd).count() as u64);
+            let changes = odd.windows(2).filter(|pair| pair[0] != pair[1]).count();
+            let of_this_size = if changes == 1 { 0.0 } else { ln_binomial(views, marked) };
+            2.0 * ((views as f64).ln() + of_this_size)
+        }
+        Cause::FocusJump(_) => 2.0 * ((views - 1) as f64).ln(),
+        _ => 0.0,
+    }
+}
+
+/// The view from which on another focal length explains most, `1..N`. `None` with fewer than four views.
+///
+/// With `I` and `g` the information and gradient of each view for the lens, and `J` the sum of `I` from that view on, a
+/// change of f from there on gains `(Σ g_f)² / (J_ff − J_fθ I⁻¹ J_θf)`, with the other lens parameters refitted.
+pub(super) fn likeliest_jump(bundle: &Bundle) -> Option<usize> {
+    let views = bundle.view_information();
+    if views.len() < 4 {
+        return None;
+    }
+    let settled = bundle.covariance(1.0)?;
+    let mut after = views.iter().map(|(information, _)| information).sum::<LensMatrix>();
+    let mut pull = views.iter().map(|(_, gradient)| gradient[F]).sum::<f64>();
+    let mut best: Option<(f64, usize)> = None;
+    for (view, (information, gradient)) in views.iter().enumerate().take(views.len() - 1) {
+        after -= information;
+        pull -= gradient[F];
+        let cross = after.column(F);
+        let left = after[(F, F)] - cross.dot(&(settled * cross));
+        let gain = pull * pull / left;
+        if left > 0.0 && gain.is_finite() && best.is_none_or(|(most, _)| gain > most) {
+            best = Some((gain, view + 1));
+        }
+    }
+    best.map(|(_, view)| view)
+}

@@ -1,0 +1,101 @@
+//! What the residuals say about noise and about causes of a misfit, and what that adds to the covariance of the lens.
+
+use nalgebra::SMatrix;
+
+use super::{
+    check::{
+        correction::Correction,
+        heavy_tails::TailWeights,
+        misfit_diagnosis::{Causes, causes},
+        next_radial::next_radial_doubt,
+        noise_correlation::{NoiseCorrelation, noise_correlation},
+        rival_family::rival_doubt,
+    },
+    inputs::{Inputs, VIEWS_WITHOUT_PRIOR},
+    solve::model_choice::ModelChoice,
+};
+use boresight_geometry::LENS_PARAMETERS;
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// Different views that are advised.
+const VIEWS_ADVISED: usize = 8;
+
+/// What the residuals of the richest lens model say.
+pub(super) struct Examined {
+    pub(super) correlation: Option<NoiseCorrelation>,
+    pub(super) causes: Causes,
+    /// By how much the corners claim to tell more about the lens than they do, at least 1.
+    overcount: f64,
+}
+
+impl Examined {
+    pub(super) fn of(inputs: &Inputs<'_>, choice: &ModelChoice) -> Self {
+        let noise_floor = inputs.noise_floor;
+        let enough = inputs.distinct >= VIEWS_WITHOUT_PRIOR;
+        let Some(richest) = choice.bundles.last().filter(|_| enough) else {
+            return Self { correlation: None, causes: Causes::none(), overcount: 1.0 };
+        };
+        let correlation = noise_correlation(&inputs.observations, richest);
+        let overcount =
+            correlation.as_ref().map_or(1.0, |found| found.overcount(richest, noise_floor));
+        let noise_gain = correlation.as_ref().map_or(0.0, |found| found.gain);
+        let (size, result) = (inputs.image_size, &choice.fit().camera);
+        let causes = causes(&inputs.observations, richest, result, size, noise_floor, noise_gain);
+        Self { correlation, causes, overcount }
+    }
+
+    /// What a better calibration would allow for, if that's clear.
+    pub(super) fn correction(
+        &self,
+        inputs: &Inputs<'_>,
+        choice: &ModelChoice,
+    ) -> Option<Correction> {
+        let n = inputs.observations.coordinate_count() as f64;
+        Correction::of(&self.causes, choice.bundles.last()?, n, self.overcount)
+    }
+
+    /// Covariance of the chosen lens with model uncertainty, by what the corners say. `None` if it isn't finite.
+    ///
+    /// Nearly alike views err alike: with fewer than [`VIEWS_ADVISED`] that differ, those that repeat them don't count.
+    pub(super) fn plain_covariance(
+        &self,
+        inputs: &Inputs<'_>,
+        choice: &ModelChoice,
+    ) -> Option<LensMatrix> {
+        let of_tails = inputs.tails.as_ref().map_or(1.0, TailWeights::variance_factor);
+        let counted = inputs.views.len().min(VIEWS_ADVISED) as f64;
+        let of_alike = (counted / inputs.distinct.max(1) as f64).max(1.0);
+        let plain = choice.averaged_covariance(inputs.noise_floor, self.overcount)?;
+        Some(plain * (of_tails * of_alike))
+    }
+
+    /// What has to be added to it: doubt about the cause of a misfit, correlated noise, radial terms beyond the models, other
+    /// families of lens models, and
+    /// what is unknown about the cause that is allowed for.
+    pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
+        let correlated =
+            self.correlation.as_ref().map(|found| found.doubt(choice, inputs.noise_floor));
+        let allowed_for = inputs.correction.map(|correction| correction.doubt);
+        let of_rivals = (!inputs.rivals.is_empty()).then(|| {
+            let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
+            rival_doubt(lens, freedom, &inputs.rivals, inputs.image_size)
+        });
+        [correlated, self.next_radial_doubt(inputs, choice), allowed_for, of_rivals]
+            .into_iter()
+            .flatten()
+            .fold(self.causes.doubt, |sum, doubt| sum + doubt)
+    }
+
+    /// Doubt from the radial term that even the richest lens model leaves out. `None` if that model isn't allowed: who names
+    /// a simpler one knows the lens.
+    fn next_radial_doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> Option<LensMatrix> {
+        let richest = choice.bundles.last()?;
+        if Some(&choice.richest_allowed) != inputs.family.models().last() {
+            return None;
+        }
+        let chosen = (choice.fit().model, choice.fit().camera.distortion.k1);
+        let (size, noise_floor) = (inputs.image_size, inputs.noise_floor);
+        next_radial_doubt(&inputs.observations, richest, chosen, size, noise_floor, self.overcount)
+    }
+}

@@ -1,0 +1,74 @@
+//! Free homographies of the views: of the corners as they are seen, or, under a wide lens, as a pinhole would see them.
+//!
+//! A lens that is symmetric about its centre maps every line through that centre to itself, so the plane of symmetry of a
+//! board is seen as a line through the principal point under any such lens. The closed forms of the principal line need a
+//! homography, though, which only a pinhole sees: see `docs/method.md`, section 2.12.
+
+use nalgebra::{Matrix2, Matrix3, Point2, Vector2};
+
+use super::solve::{
+    bundle::Observations,
+    free_homography::{self, DistortionCentrePrior, FreeHomographies},
+};
+use boresight_geometry::{Camera, Corner, Homography, frame::ImageSize};
+
+/// Free homographies of all views, with what their residuals say about the corners in the picture.
+pub(super) struct FreeFit {
+    /// With a line for every view given; `None` for those that a pinhole can't see.
+    pub(super) free: FreeHomographies,
+    /// Residual and stated covariance of each corner in the picture, px and px², of the views fitted.
+    pub(super) residuals_px: Vec<(Vector2<f64>, Matrix2<f64>)>,
+    /// The corners that were fitted, if no view was left out.
+    pub(super) observations: Option<Observations>,
+}
+
+impl FreeFit {
+    /// The fit of corners as they are seen.
+    pub(super) fn of(free: FreeHomographies, observations: Observations) -> Self {
+        let residuals_px = free.residuals_px(&observations);
+        Self { free, residuals_px, observations: Some(observations) }
+    }
+
+    /// Fits the corners as a pinhole with the focal length and principal point of `camera` would see them. Views with a corner
+    /// that it can't see are left out. `None` if the fit fails.
+    pub(super) fn straightened(
+        views: &[Vec<Corner>],
+        board_m: &[Point2<f64>],
+        image_size: ImageSize,
+        camera: &Camera,
+    ) -> Option<Self> {
+        let straight = |view: &Vec<Corner>| -> Option<Vec<Corner>> {
+            view.iter().map(|corner| camera.straighten_corner(corner)).collect()
+        };
+        let (kept, straight): (Vec<usize>, Vec<Vec<Corner>>) = views
+            .iter()
+            .enumerate()
+            .filter_map(|(number, view)| Some((number, straight(view)?)))
+            .unzip();
+        let slices: Vec<&[Corner]> = straight.iter().map(Vec::as_slice).collect();
+        let observations = Observations::new(board_m, &slices).ok()?;
+        let image_from_board: Vec<Matrix3<f64>> = straight
+            .iter()
+            .map(|view| Some(*Homography::fit(board_m, view).ok()?.image_from_board()))
+            .collect::<Option<_>>()?;
+        let prior = DistortionCentrePrior::of(image_size);
+        let free = free_homography::fit(&observations, prior, &image_from_board)?;
+        let seen = kept.iter().flat_map(|number| &views[*number]);
+        let residuals_px = free
+            .residuals_px(&observations)
+            .into_iter()
+            .zip(seen)
+            .map(|((residual_px, straight_px2), corner)| {
+                // The local scale is the root of the ratio of the areas of the error ellipses.
+                let areas = straight_px2.determinant() / corner.covariance_px2.determinant();
+                (residual_px / areas.powf(0.25), corner.covariance_px2)
+            })
+            .collect();
+        let is_whole = kept.len() == views.len();
+        Some(Self {
+            free: free.with_views(&kept, views.len()),
+            residuals_px,
+            observations: is_whole.then_some(observations),
+        })
+    }
+}

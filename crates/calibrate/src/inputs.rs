@@ -1,0 +1,50 @@
+use std::borrow::Cow;
+
+use nalgebra::Point2;
+
+use super::{
+    check::{correction::Correction, heavy_tails::TailWeights},
+    params::CalibrationParams,
+    solve::{
+        bundle::Observations, free_homography::FreeHomographies, initial_guess::AsSeen,
+        lens_model::LensFamily, model_choice::ModelChoice, wide_lens::Rival,
+    },
+};
+use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
+
+/// Different views that determine the lens without weak priors.
+pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
+
+/// The arguments of a calibration, and everything derived from the corners before adjustment.
+pub(super) struct Inputs<'a> {
+    pub(super) views: Cow<'a, [Vec<Corner>]>,
+    pub(super) board: &'a Checkerboard,
+    pub(super) board_m: &'a [Point2<f64>],
+    pub(super) image_size: ImageSize,
+    pub(super) params: &'a CalibrationParams,
+    pub(super) observations: Observations,
+    pub(super) as_seen: AsSeen,
+    pub(super) free: Option<FreeHomographies>,
+    pub(super) distinct: usize,
+    /// Views given, those of one held pose included.
+    pub(super) given: usize,
+    /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
+    pub(super) excess_px: f64,
+    /// Smallest [`noise_factor`](crate::Bundle::noise_factor) that is believed.
+    pub(super) noise_floor: f64,
+    /// Weights of the corners, if their errors have heavy tails. `observations` carry them, `views` don't.
+    pub(super) tails: Option<TailWeights>,
+    /// The family whose models are fitted.
+    pub(super) family: LensFamily,
+    /// Other families that explain the corners nearly as well.
+    pub(super) rivals: Vec<Rival>,
+    /// What the calibration allows for.
+    pub(super) correction: Option<&'a Correction>,
+}
+
+/// The lens models fitted, and which priors that took.
+pub(super) struct Solution {
+    pub(super) choice: ModelChoice,
+    pub(super) prior_used: bool,
+    pub(super) focal_prior_used: bool,
+}

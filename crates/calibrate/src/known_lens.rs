@@ -1,0 +1,220 @@
+//! An earlier calibration of a lens that nobody has touched since: a new one is held to it.
+//!
+//! A board that stays small can't fix the lens of an installed camera, but an earlier calibration may know it. The two are
+//! combined by their covariances, as two measurements of the same lens. If they contradict each other, the lens has
+//! changed, and the new calibration stands alone.
+
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::solve::lens_model::LensModel;
+use boresight_geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensKind};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+type LensVector = SVector<f64, LENS_PARAMETERS>;
+
+/// Probability with which two calibrations of the same lens agree.
+const AGREEMENT: f64 = 0.999;
+/// Directions in which the two covariances together are below this share of the largest, each parameter in units of its
+/// own standard deviation, aren't compared: neither calibration estimates them.
+const UNESTIMATED: f64 = 1e-9;
+
+/// A lens and what is known about it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "StoredLens", into = "StoredLens")]
+pub struct KnownLens {
+    /// What the coefficients act on.
+    pub kind: LensKind,
+    /// Lens parameters: see [`Camera::lens_parameters`].
+    pub parameters: [f64; LENS_PARAMETERS],
+    /// Their covariance.
+    pub covariance: [[f64; LENS_PARAMETERS]; LENS_PARAMETERS],
+}
+
+/// [`KnownLens`] in a file: nine parameters if it has only those of Brown's model, else all.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredLens {
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    fisheye: bool,
+    parameters: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
+}
+
+impl From<KnownLens> for StoredLens {
+    fn from(lens: KnownLens) -> Self {
+        let beyond = |i: usize| lens.parameters[i] != 0.0 || lens.covariance[i][i] != 0.0;
+        let is_brown = !(BROWN_PARAMETERS..LENS_PARAMETERS).any(beyond);
+        let count = if is_brown { BROWN_PARAMETERS } else { LENS_PARAMETERS };
+        Self {
+            fisheye: lens.kind == LensKind::Fisheye,
+            parameters: lens.parameters[..count].to_vec(),
+            covariance: lens.covariance[..count].iter().map(|row| row[..count].to_vec()).collect(),
+        }
+    }
+}
+
+impl TryFrom<StoredLens> for KnownLens {
+    type Error = &'static str;
+
+    fn try_from(stored: StoredLens) -> Result<Self, Self::Error> {
+        let count = stored.parameters.len();
+        let is_square = stored.covariance.len() == count
+            && stored.covariance.iter().all(|row| row.len() == count);
+        if !matches!(count, BROWN_PARAMETERS | LENS_PARAMETERS) || !is_square {
+            return Err("a known lens has 9 or 12 parameters, and a square covariance of them");
+        }
+        let at = |row: &[f64], i: usize| row.get(i).copied().unwrap_or(0.0);
+        Ok(Self {
+            kind: if stored.fisheye { LensKind::Fisheye } else { LensKind::Perspective },
+            parameters: std::array::from_fn(|i| at(&stored.parameters, i)),
+            covariance: std::array::from_fn(|i| {
+                let row = stored.covariance.get(i).map_or(&[][..], Vec::as_slice);
+                std::array::from_fn(|j| at(row, j))
+            }),
+        })
+    }
+}
+
+/// What two calibrations of the same lens say together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Combined {
+    /// The lens that both support.
+    pub camera: Camera,
+    /// Covariance of its parameters.
+    pub covariance: LensMatrix,
+    /// `dᵀ (C₁ + C₂)⁻¹ d` of their difference, χ² if both measure the same lens.
+    pub statistic: f64,
+    /// Its 0.999 quantile.
+    pub limit: f64,
+}
+
+impl KnownLens {
+    /// The lens `camera` with the `covariance` of its parameters.
+    pub fn new(camera: &Camera, covariance: &LensMatrix) -> Self {
+        Self {
+            kind: camera.distortion.kind,
+            parameters: camera.lens_parameters(),
+            covariance: std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)])),
+        }
+    }
+
+    /// The lens.
+    pub fn camera(&self) -> Camera {
+        Camera::from_lens_parameters(self.kind, &self.parameters)
+    }
+
+    /// Covariance of its parameters.
+    pub fn covariance(&self) -> LensMatrix {
+        LensMatrix::from_fn(|i, j| self.covariance[i][j])
+    }
+
+    /// Combines it with a newer calibration: `x = x₁ + K (x₂ − x₁)`, `K = C₁ (C₁ + C₂)⁻¹`, `C = C₁ − K C₁`. `None` if
+    /// a covariance isn't finite or isn't positive, or if the lenses are of different kinds.
+    pub fn combined_with(&self, camera: &Camera, covariance: &LensMatrix) -> Option<Combined> {
+        if self.kind != camera.distortion.kind {
+            return None;
+        }
+        let (ours, theirs) = (self.covariance(), *covariance);
+        let sum = ours + theirs;
+        if !sum.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        let to_unit =
+            LensVector::from_fn(
+                |i, _| if sum[(i, i)] > 0.0 { sum[(i, i)].sqrt().recip() } else { 0.0 },
+            );
+        let to_unit = LensMatrix::from_diagonal(&to_unit);
+        let eigen = (to_unit * sum * to_unit).symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        if !(largest > 0.0) || eigen.eigenvalues.min() < -1e-6 * largest {
+            return None;
+        }
+        let is_compared = |value: f64| value > UNESTIMATED * largest;
+        let compared = eigen.eigenvalues.iter().filter(|value| is_compared(**value)).count();
+        let inverted =
+            eigen.eigenvalues.map(|value| if is_compared(value) { value.recip() } else { 0.0 });
+        let directions = to_unit * eigen.eigenvectors;
+        let inverse = directions * LensMatrix::from_diagonal(&inverted) * directions.transpose();
+        let newer = camera.lens_parameters();
+        let difference = LensVector::from_fn(|i, _| newer[i] - self.parameters[i]);
+        let gain = ours * inverse;
+        let shift = gain * difference;
+        let parameters = std::array::from_fn(|i| self.parameters[i] + shift[i]);
+        let combined = ours - gain * ours;
+        Some(Combined {
+            camera: camera.with_lens_parameters(&parameters),
+            covariance: (combined + combined.transpose()) * 0.5,
+            statistic: (difference.transpose() * inverse * difference).x,
+            limit: ChiSquared::new(compared as f64).ok()?.inverse_cdf(AGREEMENT),
+        })
+    }
+}
+
+impl Combined {
+    /// Whether the two calibrations measure the same lens, as far as they can tell.
+    pub fn agrees(&self) -> bool {
+        self.statistic <= self.limit
+    }
+
+    /// The simplest model with all coefficients of the lens.
+    pub(super) fn model(&self) -> LensModel {
+        let parameters = self.camera.lens_parameters();
+        let holds = |model: &LensModel| {
+            let free = model.freedom(false).free;
+            model.kind() == self.camera.distortion.kind
+                && (4..LENS_PARAMETERS).all(|i| free[i] || parameters[i] == 0.0)
+        };
+        LensModel::ALL.into_iter().find(holds).unwrap_or(match self.camera.distortion.kind {
+            LensKind::Perspective => LensModel::Rational,
+            LensKind::Fisheye => LensModel::FisheyeK1K2K3K4,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point2;
+
+    use super::*;
+
+    fn diagonal(sd: [f64; LENS_PARAMETERS]) -> LensMatrix {
+        LensMatrix::from_diagonal(&LensVector::from(sd.map(|sd| sd * sd)))
+    }
+
+    const SD: [f64; LENS_PARAMETERS] =
+        [4.0, 4.0, 3.0, 3.0, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+
+    #[test]
+    fn two_equal_measurements_meet_in_the_middle_with_half_the_variance() {
+        let one = Camera::pinhole(1000.0, Point2::new(640.0, 360.0));
+        let two = Camera::pinhole(1004.0, Point2::new(642.0, 360.0));
+        let both = KnownLens::new(&one, &diagonal(SD)).combined_with(&two, &diagonal(SD));
+        let both = both.expect("positive");
+        assert!((both.camera.f_px.x - 1002.0).abs() < 1e-9 && both.agrees());
+        assert!((both.camera.pp_px.x - 641.0).abs() < 1e-9);
+        assert!((both.covariance - diagonal(SD) * 0.5).amax() < 1e-9);
+    }
+
+    #[test]
+    fn what_one_knows_exactly_stands() {
+        let one = Camera::pinhole(1000.0, Point2::new(640.0, 360.0));
+        let two = Camera::pinhole(1010.0, Point2::new(650.0, 360.0));
+        let wide = diagonal(SD.map(|sd| 1000.0 * sd));
+        let both =
+            KnownLens::new(&one, &diagonal(SD)).combined_with(&two, &wide).expect("positive");
+        assert!((both.camera.f_px.x - 1000.0).abs() < 1e-3 && both.agrees());
+    }
+
+    #[test]
+    fn a_lens_that_has_changed_contradicts() {
+        let one = Camera::pinhole(1000.0, Point2::new(640.0, 360.0));
+        let two = Camera::pinhole(1040.0, Point2::new(640.0, 360.0));
+        let both = KnownLens::new(&one, &diagonal(SD)).combined_with(&two, &diagonal(SD));
+        let both = both.expect("positive");
+        assert!(!both.agrees());
+        // Five parameters have a variance: the quantile of the tables.
+        assert!((both.limit / 20.515 - 1.0).abs() < 1e-4, "{}", both.limit);
+    }
+}

@@ -1,0 +1,143 @@
+//! Two calibrations of one camera compared by what they state: the statistic of a check, without its views.
+
+use nalgebra::{Matrix3, Point2, Vector2, Vector3};
+
+use super::{
+    drift::{DriftVerdict, LIMIT, RELEVANT_SHIFT_FRACTION},
+    solve::schur_lm::inverse,
+};
+use boresight_geometry::{cell_centres_px, frame::ImageSize};
+
+/// Focal length and principal point with their covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StatedLens {
+    /// Focal length and principal point x, y in pixels.
+    pub f_pp_px: Vector3<f64>,
+    /// Their covariance, px².
+    pub covariance_px2: Matrix3<f64>,
+}
+
+impl StatedLens {
+    /// The mean of calibrations of one lens, each with the weight of its covariance. If they scatter more than they
+    /// state, the mean's covariance grows by as much. `None` without any, or if a covariance isn't positive definite.
+    pub fn mean(lenses: &[Self]) -> Option<Self> {
+        let informations: Vec<Matrix3<f64>> =
+            lenses.iter().map(|lens| inverse(&lens.covariance_px2)).collect::<Option<_>>()?;
+        if let [only] = lenses {
+            return Some(*only);
+        }
+        let covariance_px2 = inverse(&informations.iter().sum())?;
+        let weighted = lenses.iter().zip(&informations).map(|(lens, w)| w * lens.f_pp_px);
+        let f_pp_px = covariance_px2 * weighted.sum::<Vector3<f64>>();
+        let scatter: f64 = lenses
+            .iter()
+            .zip(&informations)
+            .map(|(lens, w)| {
+                let off_px = lens.f_pp_px - f_pp_px;
+                (off_px.transpose() * w * off_px).x
+            })
+            .sum();
+        let freedom = 3.0 * (lenses.len() - 1) as f64;
+        let excess = (scatter / freedom).max(1.0);
+        Some(Self { f_pp_px, covariance_px2: covariance_px2 * excess })
+    }
+}
+
+/// How two calibrations differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LensDifference {
+    /// Whether it's more than chance, and whether it matters.
+    pub verdict: DriftVerdict,
+    /// New less old focal length and principal point, in pixels.
+    pub change_px: Vector3<f64>,
+    /// Standard deviations of the change.
+    pub sd_px: Vector3<f64>,
+    /// `dᵀS⁻¹d` of the change d with covariance S, the sum of both: χ² with 3 degrees of freedom if nothing changed.
+    pub statistic: f64,
+    /// Largest displacement of the image of a ray over the picture.
+    pub displacement_px: f64,
+}
+
+impl LensDifference {
+    /// Compares two calibrations of pictures of `image_size`; `None` if a covariance isn't positive definite or a number
+    /// isn't finite. The limits are those of [`drift`](super::drift::drift), whose statistic takes the information of
+    /// new views in place of the covariance of the new calibration.
+    pub fn of(old: &StatedLens, new: &StatedLens, image_size: ImageSize) -> Option<Self> {
+        let covariance = old.covariance_px2 + new.covariance_px2;
+        let change_px = new.f_pp_px - old.f_pp_px;
+        let information = inverse(&covariance)?;
+        let statistic = (change_px.transpose() * information * change_px).x;
+        let old_pp_px = Point2::from(old.f_pp_px.yz());
+        let displacement = |px: Point2<f64>| -> Vector2<f64> {
+            (px - old_pp_px) * (change_px.x / old.f_pp_px.x) + change_px.yz()
+        };
+        let displacement_px =
+            cell_centres_px(image_size).map(|px| displacement(px).norm()).fold(0.0, f64::max);
+        let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
+        let verdict = match statistic > LIMIT {
+            true if displacement_px > matters_px => DriftVerdict::Recalibrate,
+            true => DriftVerdict::Watch,
+            false => DriftVerdict::Ok,
+        };
+        let sd_px = covariance.diagonal().map(f64::sqrt);
+        (statistic.is_finite() && displacement_px.is_finite()).then_some(Self {
+            verdict,
+            change_px,
+            sd_px,
+            statistic,
+            displacement_px,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
+
+    fn lens(f_px: f64, x: f64, y: f64, sd_px: f64) -> StatedLens {
+        let covariance_px2 = Matrix3::identity() * sd_px * sd_px;
+        StatedLens { f_pp_px: Vector3::new(f_px, x, y), covariance_px2 }
+    }
+
+    #[test]
+    fn a_change_counts_against_the_uncertainty_of_both() {
+        let old = lens(1000.0, 640.0, 360.0, 0.3);
+        let found = LensDifference::of(&old, &lens(1000.5, 640.0, 360.0, 0.4), SIZE);
+        let found = found.expect("compared");
+        assert!((found.statistic - 1.0).abs() < 1e-9);
+        assert_eq!(found.verdict, DriftVerdict::Ok);
+        // Far beyond chance, and at the picture's edge 6 px.
+        let far = LensDifference::of(&old, &lens(1010.0, 640.0, 360.0, 0.4), SIZE);
+        assert_eq!(far.expect("compared").verdict, DriftVerdict::Recalibrate);
+        // Beyond chance, but too small to matter.
+        let sharp = lens(1000.0, 640.0, 360.0, 0.01);
+        let small = LensDifference::of(&sharp, &lens(1000.1, 640.0, 360.0, 0.01), SIZE);
+        assert_eq!(small.expect("compared").verdict, DriftVerdict::Watch);
+    }
+
+    #[test]
+    fn a_mean_knows_more_unless_its_parts_disagree() {
+        let alike = [lens(1000.0, 640.0, 360.0, 0.4), lens(1000.3, 640.0, 360.0, 0.2)];
+        let mean = StatedLens::mean(&alike).expect("a mean");
+        // The better one counts four times as much.
+        assert!((mean.f_pp_px.x - 1000.24).abs() < 1e-9);
+        assert!((mean.covariance_px2[(0, 0)] - 0.032).abs() < 1e-9);
+        let apart = [lens(1000.0, 640.0, 360.0, 0.4), lens(1006.0, 640.0, 360.0, 0.4)];
+        let mean = StatedLens::mean(&apart).expect("a mean");
+        // Their χ² is 112.5 where 3 is expected.
+        assert!((mean.covariance_px2[(0, 0)] - 0.08 * 37.5).abs() < 1e-9);
+        assert_eq!(StatedLens::mean(&alike[..1]), Some(alike[0]));
+        assert!(StatedLens::mean(&[]).is_none());
+        assert!(StatedLens::mean(&[alike[0], lens(f64::NAN, 640.0, 360.0, f64::NAN)]).is_none());
+    }
+
+    #[test]
+    fn what_states_nonsense_is_not_compared() {
+        let old = lens(1000.0, 640.0, 360.0, 0.0);
+        assert!(LensDifference::of(&old, &old, SIZE).is_none());
+        let nan = lens(f64::NAN, 640.0, 360.0, 1.0);
+        assert!(LensDifference::of(&nan, &old, SIZE).is_none());
+    }
+}

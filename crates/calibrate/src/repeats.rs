@@ -1,0 +1,78 @@
+//! Pictures of one held pose count once.
+//!
+//! Copies of a picture have its noise, and pictures of a board that nobody moved share what the noise model doesn't
+//! know: the board's shape, and what the lens does there. Counted as independent, they would make the lens look more
+//! certain than it is, and too well known for its model.
+
+use nalgebra::Point2;
+
+use super::{result::Calibration, solve::initial_guess::first_alike};
+use boresight_geometry::{Corner, fit_pose, frame::ImageSize, seen_count};
+
+/// Two views whose corners differ by less than this fraction of the picture's width (root mean square) show one held
+/// pose: 1.3 px at 1280.
+const HELD: f64 = 0.001;
+
+/// Which views repeat earlier ones.
+pub(super) struct Repeats {
+    /// The views that repeat none, in order.
+    kept: Vec<usize>,
+    /// For each view, the place in `kept` of the view that it is or repeats.
+    place: Vec<usize>,
+}
+
+impl Repeats {
+    /// `None` if no view repeats another.
+    pub(super) fn among(views: &[Vec<Corner>], image_size: ImageSize) -> Option<Self> {
+        let (kept, place) = first_alike(views, HELD * f64::from(image_size.width_px));
+        (kept.len() < views.len()).then_some(Self { kept, place })
+    }
+
+    /// The views that repeat none.
+    pub(super) fn without(&self, views: &[Vec<Corner>]) -> Vec<Vec<Corner>> {
+        self.kept.iter().map(|index| views[*index].clone()).collect()
+    }
+
+    /// The number of a view among all, from its place among those that repeat none.
+    pub(super) fn number(&self, place: usize) -> usize {
+        self.kept.get(place).copied().unwrap_or(place)
+    }
+
+    /// `found`, from the views that repeat none, as the result of all `views`: each gets its own pose and residual.
+    pub(super) fn restored(
+        &self,
+        found: Calibration,
+        views: &[Vec<Corner>],
+        board_m: &[Point2<f64>],
+    ) -> Calibration {
+        let result_of = |index: usize| {
+            let place = self.place[index];
+            let mut result = found.views[place].clone();
+            let corners = &views[index];
+            if *corners == views[self.number(place)] {
+                return result;
+            }
+            let camera = found.camera_of(place);
+            if let Ok(fit) = fit_pose(&camera, board_m, corners) {
+                result.cam_from_board = fit.cam_from_board;
+                let squares: f64 = corners
+                    .iter()
+                    .zip(board_m)
+                    .filter(|(corner, _)| corner.is_seen())
+                    .filter_map(|(corner, point_m)| {
+                        let px = camera.px_from_board(&fit.cam_from_board, point_m)?;
+                        Some((corner.px - px).norm_squared())
+                    })
+                    .sum();
+                result.residual_rms_px = (squares / (2 * seen_count(corners)).max(1) as f64).sqrt();
+            }
+            result
+        };
+        let all = (0..views.len()).map(result_of).collect();
+        let mut findings = found.findings.clone();
+        for finding in &mut findings {
+            finding.code.renumber(&|place| self.number(place));
+        }
+        Calibration { views: all, findings, ..found }
+    }
+}

@@ -1,0 +1,164 @@
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2};
+
+use super::{
+    acceptance::Acceptance,
+    check::{
+        finding::{Finding, Verdict},
+        projection_sd::ProjectionSd,
+    },
+    solve::{lens_model::LensModel, model_choice::ModelFit},
+};
+use boresight_geometry::{Camera, FocalLength, LENS_PARAMETERS, PrincipalLine, frame::ImageSize};
+
+/// One estimate of the principal point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalPointEstimate {
+    /// The point, in pixels.
+    pub px: Point2<f64>,
+    /// Covariance in px², where the method gives one.
+    pub covariance_px2: Option<Matrix2<f64>>,
+    /// Focal length along x and y in pixels, where the method gives one.
+    pub f_px: Option<Vector2<f64>>,
+}
+
+/// The principal point by every method, for comparison. The result is `bundle`, or `free_homography` if
+/// the focal length varies.
+///
+/// The `pl_` estimates use distorted corners: distortion biases them towards the mean position of the boards
+/// (`docs/method.md`, section 0, offset law).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PrincipalPoints {
+    /// Intersection of the principal lines with equal weights.
+    pub pl_unweighted: Option<PrincipalPointEstimate>,
+    /// Intersection of the principal lines, weighted by their variances.
+    pub pl_weighted: Option<PrincipalPointEstimate>,
+    /// From principal lines and the ring of ±45° vanishing points.
+    pub pl_ring: Option<PrincipalPointEstimate>,
+    /// Intersection of the principal lines of corners undistorted by the free homographies, which assume no common focal
+    /// length.
+    pub free_homography: Option<PrincipalPointEstimate>,
+    /// Bundle adjustment.
+    pub bundle: Option<PrincipalPointEstimate>,
+    /// Zhang's method, refined with k1, k2 and independent fx, fy.
+    pub zhang: Option<PrincipalPointEstimate>,
+}
+
+/// The result for one view.
+#[derive(Clone, Debug)]
+pub struct ViewResult {
+    /// Pose of the board, metres.
+    pub cam_from_board: Isometry3<f64>,
+    /// Root mean square residual per coordinate, in pixels.
+    pub residual_rms_px: f64,
+    /// Angle between image plane and board, `[0, π/2]`.
+    pub tilt_rad: f64,
+    /// Direction in the image in which the board recedes, `[0, 2π)`; arbitrary at tilt 0.
+    pub tilt_azimuth_rad: f64,
+    /// Principal line of the distorted corners. `None` if the board faces the camera.
+    pub principal_line: Option<PrincipalLine>,
+    /// Signed distance of this line from [`PrincipalPoints::pl_weighted`], in pixels.
+    pub pl_residual_px: Option<f64>,
+    /// Focal length of this view alone, from its undistorted corners and the resulting principal point.
+    pub focal: Option<FocalLength>,
+    /// The same from the distorted corners and [`PrincipalPoints::pl_unweighted`], as in Chuang 2021.
+    pub focal_as_seen: Option<FocalLength>,
+}
+
+/// Whether all views share one focal length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Focal {
+    /// All views have the camera's focal length.
+    Common,
+    /// Every view has its own, [`ViewResult::focal`]; the camera has their mean.
+    Varying {
+        /// Sample standard deviation over the views, in pixels.
+        scatter_px: f64,
+    },
+}
+
+/// A lens with stated and checked uncertainty.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// Size of the picture for which the calibration holds.
+    pub image_size: ImageSize,
+    /// The lens model chosen.
+    pub model: LensModel,
+    /// The lens.
+    pub camera: Camera,
+    /// Whether the camera's focal length is that of every view.
+    pub focal: Focal,
+    /// 9×9 covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included;
+    /// zero for parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully
+    /// correlated. If the focal length varies, its variance is that of a single view's estimate, not the scatter.
+    pub covariance: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
+    /// The same, including the uncertainty of parameters that `model` fixes at zero.
+    pub covariance_all: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
+    /// Root mean square reprojection residual per coordinate, in pixels.
+    pub rms_px: f64,
+    /// σ₀ of the adjustment, see [`Bundle::noise_factor`](crate::Bundle::noise_factor).
+    pub noise_factor: f64,
+    /// Typical standard deviation of a corner coordinate in pixels: `noise_factor` times the root mean square of the stated
+    /// ones.
+    pub noise_px: f64,
+    /// Standard deviation in pixels of errors that the detector can't see: of the print, the flatness of the board or the
+    /// fine shape of the lens. Zero if the residuals show none.
+    pub excess_px: f64,
+    /// All models fitted, simplest first.
+    pub candidates: Vec<ModelFit>,
+    /// The principal point by every method.
+    pub principal_point: PrincipalPoints,
+    /// One per view given, in order.
+    pub views: Vec<ViewResult>,
+    /// Standard deviation of projection over the picture.
+    pub projection_sd: ProjectionSd,
+    /// 95 % quantile of the root mean square error of projection over the part of the picture that boards have covered, in
+    /// pixels; [`ProjectionSd::bound_px`] is that of the whole picture. `None` if no cell of the grid is covered.
+    pub covered_bound_px: Option<f64>,
+    /// Relative change of the focal length from the first view to the last that would have been reported. `None` if the
+    /// views are too few to tell.
+    pub visible_drift: Option<f64>,
+    /// Observed over expected shift of the principal point when each view is left out in turn; near 1 if the views agree.
+    /// `None` below four different views.
+    pub skip_one_ratio: Option<f64>,
+    /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still; `None` if it
+    /// wasn't measured.
+    pub noise_floor_px: Option<f64>,
+    /// Whether the goal is met; `None` without a goal.
+    pub acceptance: Option<Acceptance>,
+    /// Fraction of the picture covered by at least one board, 0 to 1.
+    pub coverage: f64,
+    /// Results of the trust checks.
+    pub findings: Vec<Finding>,
+    /// The worst of the findings.
+    pub verdict: Verdict,
+}
+
+impl Calibration {
+    /// The camera of one view: with the view's own focal length if it varies.
+    pub fn camera_of(&self, view: usize) -> Camera {
+        let of_view = self.views.get(view).and_then(|view| view.focal);
+        match (self.focal, of_view) {
+            (Focal::Varying { .. }, Some(of_view)) => {
+                Camera { f_px: Vector2::repeat(of_view.f_px), ..self.camera }
+            }
+            _ => self.camera,
+        }
+    }
+
+    /// 95 % quantile of the root mean square error of projection over the picture, in pixels. `None` if the lens model folds
+    /// inside the picture, where nothing bounds the error.
+    pub fn picture_bound_px(&self) -> Option<f64> {
+        let sd = &self.projection_sd;
+        (sd.unmapped == 0).then_some(sd.bound_px)
+    }
+
+    /// Standard deviation of each lens parameter, in the order of [`LENS_PARAMETERS`].
+    pub fn sd(&self) -> [f64; LENS_PARAMETERS] {
+        std::array::from_fn(|i| self.covariance[(i, i)].max(0.0).sqrt())
+    }
+
+    /// 2×2 covariance of the principal point, px².
+    pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
+        self.covariance.fixed_view::<2, 2>(2, 2).into()
+    }
+}

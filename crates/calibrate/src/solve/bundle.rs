@@ -1,0 +1,486 @@
+//! Bundle adjustment: fits the lens and all board poses to the corners by least squares.
+//!
+//! Minimises `Σ |L⁻¹ (measured − predicted)|²`, with `L Lᵀ` the covariance of each corner, by Levenberg–Marquardt with a
+//! Schur complement over the views. Efficient (reaches the Cramér–Rao bound) if the lens model is right.
+
+use std::ops::Range;
+
+use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector3};
+
+use super::{
+    gram::{Gram, Row},
+    lens_model::{LensFreedom, LensPrior},
+    schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
+};
+use boresight_geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS, parallel};
+
+type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+type LensVector = SVector<f64, LENS_PARAMETERS>;
+
+/// Coordinates that a thread takes at once, about: 16 views of 54 corners.
+const COORDINATES_AT_ONCE: usize = 1728;
+/// Below this, starting threads takes longer than they save: 200 views of 54 corners.
+const COORDINATES_WORTH_THREADS: usize = 20_000;
+
+/// The corners of all views with their board points, prepared for adjustment.
+#[derive(Clone, Debug)]
+pub struct Observations {
+    board_m: Vec<Point2<f64>>,
+    views: Vec<Vec<Whitened>>,
+    /// Threads to adjust them with.
+    threads: usize,
+}
+
+/// A corner with the square root of its information matrix.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Whitened {
+    /// Number of the corner on the board.
+    pub(crate) place: usize,
+    pub(crate) board_m: Point2<f64>,
+    pub(crate) px: Point2<f64>,
+    /// `L⁻¹`, 1/px.
+    pub(crate) whitener: Matrix2<f64>,
+}
+
+/// Why corners can't be adjusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InvalidCorners {
+    /// A view doesn't have exactly one corner per board corner.
+    Count {
+        /// The view.
+        view: usize,
+        /// Corners it has.
+        got: usize,
+        /// Corners of the board.
+        want: usize,
+    },
+    /// A corner isn't finite, or its covariance isn't positive definite.
+    Value {
+        /// The view.
+        view: usize,
+        /// The corner.
+        corner: usize,
+    },
+}
+
+impl Observations {
+    /// Checks and prepares the corners (distorted pixels) of all views, each in the order of `board_m` (metres). Unseen
+    /// corners are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidCorners`] names the first view or corner that can't be used.
+    pub fn new(board_m: &[Point2<f64>], views: &[&[Corner]]) -> Result<Self, InvalidCorners> {
+        let mut whitened = Vec::with_capacity(views.len());
+        for (view, corners) in views.iter().enumerate() {
+            let (got, want) = (corners.len(), board_m.len());
+            if got != want {
+                return Err(InvalidCorners::Count { view, got, want });
+            }
+            let seen = corners.iter().zip(board_m).enumerate().filter(|(_, (c, _))| c.is_seen());
+            let prepared = seen.map(|(place, (corner, board_m))| {
+                whiten(place, corner, board_m).ok_or(InvalidCorners::Value { view, corner: place })
+            });
+            whitened.push(prepared.collect::<Result<_, _>>()?);
+        }
+        Ok(Self { board_m: board_m.to_vec(), views: whitened, threads: 1 })
+    }
+
+    /// Adjusts the corners with that many threads where they are many. The result doesn't depend on it.
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        Self { threads, ..self }
+    }
+
+    /// `of` each view, in order.
+    pub(crate) fn by_view<T: Send>(
+        &self,
+        of: impl Fn(usize) -> Option<T> + Sync,
+    ) -> Option<Vec<T>> {
+        self.by_chunk(|views| views.map(&of).collect::<Option<Vec<T>>>()).into_iter().try_fold(
+            Vec::with_capacity(self.views.len()),
+            |mut all, some| {
+                all.append(&mut some?);
+                Some(all)
+            },
+        )
+    }
+
+    /// `of` each few consecutive views, in order. How they are divided doesn't depend on the
+    /// number of threads.
+    pub(crate) fn by_chunk<T: Send>(&self, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+        let (coordinates, count) = (self.coordinate_count().max(1), self.views.len());
+        let threads = if coordinates >= COORDINATES_WORTH_THREADS { self.threads } else { 1 };
+        let chunk = (COORDINATES_AT_ONCE * count / coordinates).max(1);
+        parallel::map(threads, count.div_ceil(chunk), |number| {
+            of(number * chunk..count.min((number + 1) * chunk))
+        })
+    }
+
+    /// Number of measured coordinates: two per corner.
+    pub fn coordinate_count(&self) -> usize {
+        2 * self.views.iter().map(Vec::len).sum::<usize>()
+    }
+
+    /// Number of views.
+    pub fn view_count(&self) -> usize {
+        self.views.len()
+    }
+
+    /// All board points in metres, in corner order.
+    pub(crate) fn board_m(&self) -> &[Point2<f64>] {
+        &self.board_m
+    }
+
+    /// Corners of one view that are seen, in corner order.
+    pub(crate) fn view(&self, index: usize) -> &[Whitened] {
+        &self.views[index]
+    }
+
+    /// Root mean square residual of each view per coordinate, in pixels.
+    pub fn residual_rms_px(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Vec<f64> {
+        poses
+            .iter()
+            .enumerate()
+            .map(|(view, pose)| self.view_residual_rms_px(view, camera, pose))
+            .collect()
+    }
+
+    /// Root mean square residual of one view per coordinate, in pixels. Corners behind the camera are left out.
+    pub fn view_residual_rms_px(&self, view: usize, camera: &Camera, pose: &Isometry3<f64>) -> f64 {
+        let corners = &self.views[view];
+        let sum: f64 = corners
+            .iter()
+            .filter_map(|corner| {
+                let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
+                Some((corner.px - predicted).norm_squared())
+            })
+            .sum();
+        (sum / (2 * corners.len()).max(1) as f64).sqrt()
+    }
+
+    /// Sum of squared whitened residuals. `None` if a corner is behind the camera.
+    pub fn cost(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Option<f64> {
+        let mut cost = 0.0;
+        for (corners, pose) in self.views.iter().zip(poses) {
+            for corner in corners {
+                let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
+                cost += (corner.whitener * (corner.px - predicted)).norm_squared();
+            }
+        }
+        cost.is_finite().then_some(cost)
+    }
+}
+
+fn whiten(place: usize, corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
+    let c = &corner.covariance_px2;
+    let l11 = c[(0, 0)].sqrt();
+    let l21 = c[(1, 0)] / l11;
+    let l22 = (c[(1, 1)] - l21 * l21).sqrt();
+    let whitener = Matrix2::new(1.0 / l11, 0.0, -l21 / (l11 * l22), 1.0 / l22);
+    let px = corner.px;
+    let usable =
+        whitener.iter().chain(px.coords.iter()).all(|x| x.is_finite()) && l11 > 0.0 && l22 > 0.0;
+    usable.then_some(Whitened { place, board_m: *board_m, px, whitener })
+}
+
+/// A lens and the poses of all views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundleState {
+    /// The lens.
+    pub camera: Camera,
+    /// Rigid motion from board to camera for each view, in metres.
+    pub cam_from_board: Vec<Isometry3<f64>>,
+}
+
+/// Result of [`adjust`].
+#[derive(Clone, Debug)]
+pub struct Bundle {
+    /// The lens and poses at the minimum.
+    pub state: BundleState,
+    /// The lens parameters that were estimated.
+    pub freedom: LensFreedom,
+    /// Sum of squared whitened residuals, without priors.
+    pub cost: f64,
+    /// Measured coordinates minus estimated parameters; at least 1.
+    pub degrees_of_freedom: usize,
+    /// Whether the next step would be below 1e-9 standard deviations.
+    pub converged: bool,
+    /// Information of the corners about the free lens parameters, poses marginalised out.
+    information: LensMatrix,
+    /// Information of the prior.
+    prior_information: LensVector,
+    /// Contribution of each view to `information` and to the gradient.
+    view_information: Vec<(LensMatrix, LensVector)>,
+}
+
+struct BundleProblem<'a> {
+    observations: &'a Observations,
+    freedom: &'a LensFreedom,
+    prior: Option<&'a LensPrior>,
+    /// Variance of the corners as a multiple of the stated covariances.
+    noise_variance: f64,
+}
+
+/// Least noise variance against which a prior is weighed; keeps a prior effective when corners are exact.
+pub(super) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
+
+/// Minimises the reprojection error from `start`, one pose per view.
+///
+/// A prior is weighed against the actual noise of the corners rather than the stated one, so with a prior a second pass
+/// follows the first.
+///
+/// `None` without views, if `start` puts a corner behind the camera, or if corners and prior leave a lens parameter
+/// undetermined.
+pub fn adjust(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    prior: Option<&LensPrior>,
+    start: BundleState,
+) -> Option<Bundle> {
+    adjust_from(observations, freedom, prior, start, Start::Guess)
+}
+
+/// [`adjust`] from a state of which it's known how near the minimum it is.
+pub(super) fn adjust_from(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    prior: Option<&LensPrior>,
+    start: BundleState,
+    how: Start,
+) -> Option<Bundle> {
+    if observations.view_count() == 0 || start.cam_from_board.len() != observations.view_count() {
+        return None;
+    }
+    // Brown's model takes matrices of half the size.
+    if freedom.free[BROWN_PARAMETERS..].contains(&true) {
+        adjust_sized::<LENS_PARAMETERS>(observations, freedom, prior, start, how)
+    } else {
+        adjust_sized::<BROWN_PARAMETERS>(observations, freedom, prior, start, how)
+    }
+}
+
+/// [`adjust`] of the first `S` lens parameters.
+fn adjust_sized<const S: usize>(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    prior: Option<&LensPrior>,
+    start: BundleState,
+    how: Start,
+) -> Option<Bundle> {
+    let parameters = freedom.count() + 6 * observations.view_count();
+    let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
+    let mut problem = BundleProblem { observations, freedom, prior, noise_variance: 1.0 };
+    let mut minimum = minimise::<_, S, 6>(&problem, start, how)?;
+    if prior.is_some() {
+        let BundleState { camera, cam_from_board } = &minimum.state;
+        let cost = observations.cost(camera, cam_from_board)?;
+        problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
+        minimum = minimise::<_, S, 6>(&problem, minimum.state, Start::Guess)?;
+    }
+    let mut prior_information = LensVector::zeros();
+    if let Some(prior) = prior {
+        for i in (0..LENS_PARAMETERS).filter(|i| freedom.free[*i]) {
+            prior_information[i] = prior.information[i];
+        }
+    }
+    let reduced = minimum.normal.reduced()?;
+    inverse(&reduced)?;
+    let mut information =
+        widened(&reduced) - LensMatrix::from_diagonal(&prior_information) * problem.noise_variance;
+    for i in (0..LENS_PARAMETERS).filter(|i| !freedom.free[*i]) {
+        information[(i, i)] = 0.0;
+    }
+    let of_view = |view: &ViewBlock<S, 6>| {
+        let (information, gradient) = view.reduced()?;
+        let mut all = LensVector::zeros();
+        all.rows_mut(0, S).copy_from(&gradient);
+        Some((widened(&information), all))
+    };
+    let view_information = minimum.normal.views.iter().map(of_view).collect::<Option<Vec<_>>>()?;
+    let state = minimum.state;
+    Some(Bundle {
+        cost: observations.cost(&state.camera, &state.cam_from_board)?,
+        state,
+        freedom: *freedom,
+        degrees_of_freedom,
+        converged: minimum.converged,
+        information,
+        prior_information,
+        view_information,
+    })
+}
+
+/// The information about the first `S` lens parameters as one about all of them.
+fn widened<const S: usize>(information: &SMatrix<f64, S, S>) -> LensMatrix {
+    let mut all = LensMatrix::zeros();
+    all.view_mut((0, 0), (S, S)).copy_from(information);
+    all
+}
+
+/// Information and gradient of all free parameters at `state`, poses marginalised out. Nothing is adjusted.
+///
+/// `None` if a corner is behind the camera.
+pub(crate) fn information_at(
+    observations: &Observations,
+    freedom: &LensFreedom,
+    state: &BundleState,
+) -> Option<(LensMatrix, LensVector)> {
+    let problem = BundleProblem { observations, freedom, prior: None, noise_variance: 1.0 };
+    let normal: NormalEquations<LENS_PARAMETERS, 6> = problem.linearise(state)?.1;
+    let mut gradient = LensVector::zeros();
+    for view in &normal.views {
+        gradient += view.reduced()?.1;
+    }
+    Some((normal.reduced()?, gradient))
+}
+
+impl Bundle {
+    /// The a-posteriori standard deviation of unit weight, σ₀ = `√(cost / dof)`: the actual error of the corners as a
+    /// multiple of the stated one. 1 if the covariances of the corners are right.
+    ///
+    /// Every `noise_factor` in this module has this meaning.
+    pub fn noise_factor(&self) -> f64 {
+        (self.cost / self.degrees_of_freedom as f64).sqrt()
+    }
+
+    /// Covariance of the lens parameters, in the order of [`LENS_PARAMETERS`], for corners with `noise_factor` times
+    /// the stated error. Zero for fixed parameters; with square pixels `fy` equals `fx`. `None` if singular.
+    pub fn covariance(&self, noise_factor: f64) -> Option<LensMatrix> {
+        self.covariance_of(&self.information, noise_factor)
+    }
+
+    /// Change and covariance of the lens parameters when one view is left out, to first order.
+    ///
+    /// One Gauss–Newton step from the full minimum: `δ = (I − Iᵢ)⁻¹ (−gᵢ)`.
+    pub fn without_view(&self, view: usize, noise_factor: f64) -> Option<(LensVector, LensMatrix)> {
+        let (information, gradient) = self.view_information.get(view)?;
+        let covariance = self.covariance_of(&(self.information - information), noise_factor)?;
+        let mut shift = covariance * gradient / -(noise_factor * noise_factor);
+        if self.freedom.square_pixels {
+            shift[1] = shift[0];
+        }
+        Some((shift, covariance))
+    }
+
+    /// Contribution of each view to [`Self::information`] and to the gradient.
+    pub(crate) fn view_information(&self) -> &[(LensMatrix, LensVector)] {
+        &self.view_information
+    }
+
+    /// Information about the free lens parameters for corners with the stated error, poses marginalised out.
+    pub fn information(&self) -> &LensMatrix {
+        &self.information
+    }
+
+    fn covariance_of(&self, information: &LensMatrix, noise_factor: f64) -> Option<LensMatrix> {
+        let mut full = information / (noise_factor * noise_factor)
+            + LensMatrix::from_diagonal(&self.prior_information);
+        for i in (0..LENS_PARAMETERS).filter(|i| !self.freedom.free[*i]) {
+            full[(i, i)] = 1.0;
+        }
+        let mut covariance = inverse(&full)?;
+        for i in (0..LENS_PARAMETERS).filter(|i| !self.freedom.free[*i]) {
+            covariance.row_mut(i).fill(0.0);
+            covariance.column_mut(i).fill(0.0);
+        }
+        if self.freedom.square_pixels {
+            let row = covariance.row(0).clone_owned();
+            covariance.row_mut(1).copy_from(&row);
+            let column = covariance.column(0).clone_owned();
+            covariance.column_mut(1).copy_from(&column);
+        }
+        Some(covariance)
+    }
+}
+
+impl BundleProblem<'_> {
+    /// Cost and normal equations of a view of `S + 6` parameters, at most `4 T − 1`.
+    fn block<const S: usize, const T: usize>(
+        &self,
+        view: usize,
+        state: &BundleState,
+    ) -> Option<(f64, ViewBlock<S, 6>)> {
+        let pose = &state.cam_from_board[view];
+        let corners = &self.observations.views[view];
+        let mut rows: Vec<Row<T>> = Vec::with_capacity(2 * corners.len());
+        for corner in corners {
+            let predicted = state.camera.project_board_point(pose, &corner.board_m)?;
+            let mut jac_lens = predicted.jac_lens;
+            self.freedom.restrict(&mut jac_lens);
+            let by_lens = corner.whitener * jac_lens.fixed_columns::<S>(0);
+            let by_pose = corner.whitener * predicted.jac_pose;
+            let residual = corner.whitener * (corner.px - predicted.px);
+            for axis in 0..2 {
+                let mut row = Row::zeros();
+                (0..S).for_each(|i| row.set(i, by_lens[(axis, i)]));
+                (0..6).for_each(|i| row.set(S + i, by_pose[(axis, i)]));
+                row.set(S + 6, residual[axis]);
+                rows.push(row);
+            }
+        }
+        Some(Gram::of(&rows).split())
+    }
+}
+
+impl<const S: usize> Problem<S, 6> for BundleProblem<'_> {
+    type State = BundleState;
+
+    fn linearise(&self, state: &BundleState) -> Option<(f64, NormalEquations<S, 6>)> {
+        if state.camera.f_px.min() <= 1.0 {
+            return None;
+        }
+        let views = self.observations.by_view(|view| match S {
+            BROWN_PARAMETERS => self.block::<S, 4>(view, state),
+            _ => self.block::<S, 5>(view, state),
+        })?;
+        let (mut normal, mut cost) = NormalEquations::from_views(views);
+        let parameters = state.camera.lens_parameters();
+        for (i, value) in parameters.iter().enumerate().take(S) {
+            if !self.freedom.free[i] {
+                // Keeps the matrix invertible; the step remains zero.
+                normal.shared[(i, i)] = 1.0;
+            } else if let Some(prior) = self.prior {
+                let miss = prior.mean[i] - value;
+                let information = prior.information[i] * self.noise_variance;
+                normal.shared[(i, i)] += information;
+                normal.gradient[i] += information * miss;
+                cost += information * miss * miss;
+            }
+        }
+        cost.is_finite().then_some((cost, normal))
+    }
+
+    fn moved(&self, state: &BundleState, step: &Step<S, 6>) -> BundleState {
+        let mut parameters = state.camera.lens_parameters();
+        for (parameter, change) in parameters.iter_mut().zip(step.shared.iter()) {
+            *parameter += change;
+        }
+        if self.freedom.square_pixels {
+            parameters[1] = parameters[0];
+        }
+        let cam_from_board = state
+            .cam_from_board
+            .iter()
+            .zip(&step.views)
+            .map(|(pose, step)| {
+                let turn_rad: Vector3<f64> = step.fixed_rows::<3>(0).into();
+                let shift_m: Vector3<f64> = step.fixed_rows::<3>(3).into();
+                Camera::moved(pose, &turn_rad, &shift_m)
+            })
+            .collect();
+        BundleState { camera: state.camera.with_lens_parameters(&parameters), cam_from_board }
+    }
+}
+
+impl LensFreedom {
+    /// Zeroes the derivatives of fixed parameters; with square pixels, adds the derivative by fy to that by fx.
+    pub(crate) fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
+        if self.square_pixels {
+            jac_lens[(1, 0)] = jac_lens[(1, 1)];
+        }
+        for i in (0..LENS_PARAMETERS).filter(|i| !self.free[*i]) {
+            jac_lens.column_mut(i).fill(0.0);
+        }
+    }
+}

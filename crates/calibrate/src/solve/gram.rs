@@ -1,0 +1,114 @@
+//! Sums of products of the columns of a tall matrix: what normal equations are made of.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::schur_lm::ViewBlock;
+
+/// Columns whose sums stay in registers together.
+const TILE: usize = 4;
+
+/// Rows that stay in the processor's nearest cache while they are multiplied.
+const CACHED: usize = 64;
+
+type Tile = [[f64; TILE]; TILE];
+
+/// A row of `4 T` columns.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row<const T: usize>([[f64; TILE]; T]);
+
+impl<const T: usize> Row<T> {
+    pub(crate) fn zeros() -> Self {
+        Self([[0.0; TILE]; T])
+    }
+
+    pub(crate) fn set(&mut self, column: usize, value: f64) {
+        self.0[column / TILE][column % TILE] = value;
+    }
+}
+
+/// `Σ rowᵀ row`.
+#[derive(Clone, Debug)]
+pub(crate) struct Gram<const T: usize> {
+    /// Those on and above the diagonal.
+    tiles: [[Tile; T]; T],
+}
+
+impl<const T: usize> Gram<T> {
+    /// The order of summation is that of the rows.
+    pub(crate) fn of(rows: &[Row<T>]) -> Self {
+        let mut tiles = [[[[0.0; TILE]; TILE]; T]; T];
+        for rows in rows.chunks(CACHED) {
+            for (i, tiles) in tiles.iter_mut().enumerate() {
+                for (j, sums) in tiles.iter_mut().enumerate().skip(i) {
+                    *sums = with_products(*sums, rows, i, j);
+                }
+            }
+        }
+        Self { tiles }
+    }
+
+    /// Sum of the products of two columns.
+    pub(crate) fn at(&self, i: usize, j: usize) -> f64 {
+        let (i, j) = (i.min(j), i.max(j));
+        self.tiles[i / TILE][j / TILE][i % TILE][j % TILE]
+    }
+
+    /// The normal equations of a view, and its cost, from columns for the shared parameters, those of the view, and the
+    /// residual.
+    pub(crate) fn split<const S: usize, const L: usize>(&self) -> (f64, ViewBlock<S, L>) {
+        let residual = S + L;
+        let block = ViewBlock {
+            shared: SMatrix::from_fn(|i, j| self.at(i, j)),
+            shared_gradient: SVector::from_fn(|i, _| self.at(i, residual)),
+            cross: SMatrix::from_fn(|i, j| self.at(i, S + j)),
+            local: SMatrix::from_fn(|i, j| self.at(S + i, S + j)),
+            gradient: SVector::from_fn(|i, _| self.at(S + i, residual)),
+        };
+        (self.at(residual, residual), block)
+    }
+}
+
+/// `sums` with the products of two groups of columns added.
+fn with_products<const T: usize>(mut sums: Tile, rows: &[Row<T>], i: usize, j: usize) -> Tile {
+    for row in rows {
+        let (first, second) = (&row.0[i], &row.0[j]);
+        for (sums, first) in sums.iter_mut().zip(first) {
+            for (sum, second) in sums.iter_mut().zip(second) {
+                *sum += first * second;
+            }
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_are_those_of_the_columns() {
+        let value = |row: usize, column: usize| ((3 * row + 5 * column) % 11) as f64 - 4.0;
+        let count = CACHED + 7;
+        let rows: Vec<Row<3>> = (0..count)
+            .map(|row| {
+                let mut all = Row::zeros();
+                (0..12).for_each(|column| all.set(column, value(row, column)));
+                all
+            })
+            .collect();
+        let gram = Gram::of(&rows);
+        for i in 0..12 {
+            for j in 0..12 {
+                let sum: f64 = (0..count).map(|row| value(row, i) * value(row, j)).sum();
+                assert_eq!(gram.at(i, j), sum);
+            }
+        }
+        let (cost, block) = gram.split::<5, 6>();
+        assert_eq!(cost, gram.at(11, 11));
+        assert_eq!(block.shared[(4, 1)], gram.at(4, 1));
+        assert_eq!(block.cross[(2, 3)], gram.at(2, 8));
+        assert_eq!(block.local[(1, 5)], gram.at(6, 10));
+        assert_eq!(block.shared_gradient[3], gram.at(3, 11));
+        assert_eq!(block.gradient[3], gram.at(8, 11));
+    }
+}

@@ -1,0 +1,216 @@
+//! The families of lens models, nested within each family, and priors on their parameters.
+
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, frame::ImageSize};
+
+/// The distortion coefficients that are estimated, and what they act on. Within a [`LensFamily`] the models are nested: each
+/// contains the ones before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LensModel {
+    /// No distortion.
+    Pinhole,
+    /// Radial, r².
+    K1,
+    /// Radial, r² and r⁴.
+    K1K2,
+    /// Radial r², r⁴, and tangential.
+    K1K2P1P2,
+    /// Radial r², r⁴, r⁶, and tangential.
+    K1K2P1P2K3,
+    /// The same over a denominator with r², r⁴, r⁶.
+    Rational,
+    /// The height in the picture is proportional to the angle to the optical axis.
+    Fisheye,
+    /// The same with θ³.
+    FisheyeK1,
+    /// The same with θ³ and θ⁵.
+    FisheyeK1K2,
+    /// The same with θ³, θ⁵, θ⁷ and θ⁹.
+    FisheyeK1K2K3K4,
+}
+
+/// Lens models of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LensFamily {
+    /// A polynomial of the distance from the optical axis, with tangential terms (Brown 1971).
+    Brown,
+    /// A quotient of two, for wide lenses (Claus & Fitzgibbon 2005).
+    Rational,
+    /// A polynomial of the angle to the optical axis (Kannala & Brandt 2006).
+    Fisheye,
+}
+
+/// The lens parameters that an adjustment estimates, in the order of [`LENS_PARAMETERS`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LensFreedom {
+    /// Whether each parameter is estimated. With square pixels, `fy` isn't: it follows `fx`.
+    pub free: [bool; LENS_PARAMETERS],
+    /// Whether `fy = fx`, one parameter.
+    pub square_pixels: bool,
+}
+
+/// Prior on the lens parameters: independent normal distributions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LensPrior {
+    /// Means.
+    pub mean: [f64; LENS_PARAMETERS],
+    /// Information 1/sd² of each; zero for no prior.
+    pub information: [f64; LENS_PARAMETERS],
+}
+
+impl LensModel {
+    /// All models, family by family, simplest first.
+    pub const ALL: [Self; 10] = [
+        Self::Pinhole,
+        Self::K1,
+        Self::K1K2,
+        Self::K1K2P1P2,
+        Self::K1K2P1P2K3,
+        Self::Rational,
+        Self::Fisheye,
+        Self::FisheyeK1,
+        Self::FisheyeK1K2,
+        Self::FisheyeK1K2K3K4,
+    ];
+
+    /// Its family.
+    pub fn family(self) -> LensFamily {
+        match self {
+            Self::Pinhole | Self::K1 | Self::K1K2 | Self::K1K2P1P2 | Self::K1K2P1P2K3 => {
+                LensFamily::Brown
+            }
+            Self::Rational => LensFamily::Rational,
+            Self::Fisheye | Self::FisheyeK1 | Self::FisheyeK1K2 | Self::FisheyeK1K2K3K4 => {
+                LensFamily::Fisheye
+            }
+        }
+    }
+
+    /// What its coefficients act on.
+    pub fn kind(self) -> LensKind {
+        self.family().kind()
+    }
+
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Pinhole => "none",
+            Self::K1 => "k1",
+            Self::K1K2 => "k1k2",
+            Self::K1K2P1P2 => "k1k2p1p2",
+            Self::K1K2P1P2K3 => "k1k2p1p2k3",
+            Self::Rational => "rational",
+            Self::Fisheye => "fisheye",
+            Self::FisheyeK1 => "fisheye_k1",
+            Self::FisheyeK1K2 => "fisheye_k1k2",
+            Self::FisheyeK1K2K3K4 => "fisheye_k1k2k3k4",
+        }
+    }
+
+    /// Number of distortion coefficients.
+    pub fn coefficients(self) -> usize {
+        self.estimated().len()
+    }
+
+    /// The distortion coefficients that are estimated, by their place among [`LENS_PARAMETERS`].
+    fn estimated(self) -> &'static [usize] {
+        match self {
+            Self::Pinhole | Self::Fisheye => &[],
+            Self::K1 | Self::FisheyeK1 => &[4],
+            Self::K1K2 | Self::FisheyeK1K2 => &[4, 5],
+            Self::K1K2P1P2 => &[4, 5, 6, 7],
+            Self::K1K2P1P2K3 => &[4, 5, 6, 7, 8],
+            Self::Rational => &[4, 5, 6, 7, 8, 9, 10, 11],
+            Self::FisheyeK1K2K3K4 => &[4, 5, 8, 9],
+        }
+    }
+
+    /// `camera` with zero for the coefficients that this model doesn't estimate.
+    pub fn without_others(self, camera: &Camera) -> Camera {
+        let free = self.freedom(false).free;
+        let mut parameters = camera.lens_parameters();
+        for (value, _) in parameters.iter_mut().zip(free).filter(|(_, is_free)| !is_free) {
+            *value = 0.0;
+        }
+        Camera::from_lens_parameters(self.kind(), &parameters)
+    }
+
+    /// Frees focal length, principal point and the coefficients of this model.
+    pub fn freedom(self, square_pixels: bool) -> LensFreedom {
+        let mut free = [false; LENS_PARAMETERS];
+        for i in (0..4).chain(self.estimated().iter().copied()) {
+            free[i] = true;
+        }
+        free[1] = !square_pixels;
+        LensFreedom { free, square_pixels }
+    }
+}
+
+impl LensFamily {
+    /// All families.
+    pub const ALL: [Self; 3] = [Self::Brown, Self::Rational, Self::Fisheye];
+
+    /// Stable name.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Brown => "brown",
+            Self::Rational => "rational",
+            Self::Fisheye => "fisheye",
+        }
+    }
+
+    /// What the coefficients of its models act on.
+    pub fn kind(self) -> LensKind {
+        match self {
+            Self::Brown | Self::Rational => LensKind::Perspective,
+            Self::Fisheye => LensKind::Fisheye,
+        }
+    }
+
+    /// Its models, simplest first.
+    pub fn models(self) -> Vec<LensModel> {
+        LensModel::ALL.into_iter().filter(|model| model.family() == self).collect()
+    }
+}
+
+impl LensFreedom {
+    /// Number of free parameters.
+    pub fn count(&self) -> usize {
+        self.free.iter().filter(|free| **free).count()
+    }
+}
+
+impl LensPrior {
+    /// A weak prior that makes few views sufficient, `docs/method.md`, section 2: PP at the image centre ± 100 px (in
+    /// proportion for pictures wider than 1920 px), k1 0 ± 0.4, p1 and p2 0 ± 0.01, the other
+    /// coefficients 0 ± 0.6.
+    pub fn weak(image_size: ImageSize) -> Self {
+        let centre = image_size.centre_px();
+        let pp_sd_px = 100.0_f64.max(100.0 * f64::from(image_size.width_px) / 1920.0);
+        let mut prior = Self { mean: [0.0; LENS_PARAMETERS], information: [0.0; LENS_PARAMETERS] };
+        prior.mean[2] = centre.x;
+        prior.mean[3] = centre.y;
+        let sds = [pp_sd_px, pp_sd_px, 0.4, 0.6, 0.01, 0.01, 0.6, 0.6, 0.6, 0.6];
+        for (information, sd) in prior.information[2..].iter_mut().zip(sds) {
+            *information = 1.0 / (sd * sd);
+        }
+        prior
+    }
+
+    /// The prior under which a rational lens is fitted: its numerator and denominator can nearly cancel, so that their
+    /// coefficients grow without changing the lens. k4, k5, k6 are 0 ± 3.
+    pub fn of_quotient() -> Self {
+        let mut prior = Self { mean: [0.0; LENS_PARAMETERS], information: [0.0; LENS_PARAMETERS] };
+        prior.information[9..].fill(1.0 / 9.0);
+        prior
+    }
+
+    /// Adds a prior on the focal length along both axes: `f_px` ± `sd_px`.
+    #[must_use]
+    pub fn with_focal_length(mut self, f_px: f64, sd_px: f64) -> Self {
+        for i in 0..2 {
+            self.mean[i] = f_px;
+            self.information[i] = 1.0 / (sd_px * sd_px);
+        }
+        self
+    }
+}

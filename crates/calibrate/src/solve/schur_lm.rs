@@ -1,0 +1,273 @@
+//! Levenberg–Marquardt for parameters shared by all views and parameters of single views.
+//!
+//! The normal matrix has the shape of an arrow, so the parameters of the views are eliminated by a Schur complement
+//! (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, section 6). The loop and its end test are those of
+//! `geometry::least_squares`, whose problems have no views.
+
+use nalgebra::{SMatrix, SVector};
+
+/// First damping of the steps from a guess.
+const GUESS_DAMPING: f64 = 1e-4;
+
+/// Normal equations `H δ = g` of `S` shared parameters and `L` parameters per view.
+///
+/// ```text
+/// H = | U    W₁  W₂ … |     Schur complement  U − Σ Wᵢ Vᵢ⁻¹ Wᵢᵀ: the information about the shared
+///     | W₁ᵀ  V₁       |     parameters once every view has settled.
+///     | W₂ᵀ      V₂   |
+/// ```
+#[derive(Clone, Debug)]
+pub(crate) struct NormalEquations<const S: usize, const L: usize> {
+    /// `U`, priors included.
+    pub(crate) shared: SMatrix<f64, S, S>,
+    /// Shared part of `g`.
+    pub(crate) gradient: SVector<f64, S>,
+    /// One block per view.
+    pub(crate) views: Vec<ViewBlock<S, L>>,
+}
+
+/// Contribution of one view to [`NormalEquations`].
+#[derive(Clone, Debug)]
+pub(crate) struct ViewBlock<const S: usize, const L: usize> {
+    /// Contribution to `U`.
+    pub(crate) shared: SMatrix<f64, S, S>,
+    /// Contribution to the shared part of `g`.
+    pub(super) shared_gradient: SVector<f64, S>,
+    /// `W`.
+    pub(crate) cross: SMatrix<f64, S, L>,
+    /// `V`.
+    pub(crate) local: SMatrix<f64, L, L>,
+    /// Local part of `g`.
+    pub(crate) gradient: SVector<f64, L>,
+}
+
+/// Solution `δ` of [`NormalEquations`].
+pub(crate) struct Step<const S: usize, const L: usize> {
+    pub(crate) shared: SVector<f64, S>,
+    pub(crate) views: Vec<SVector<f64, L>>,
+    /// `δᵀ g`: squared length of the step in standard deviations.
+    pub(crate) decrement: f64,
+}
+
+impl<const S: usize, const L: usize> ViewBlock<S, L> {
+    /// `V⁻¹`, with the diagonal of `V` multiplied by `1 + damping`. `None` if singular.
+    pub(super) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
+        let mut local = self.local;
+        for i in 0..L {
+            local[(i, i)] *= 1.0 + damping;
+        }
+        inverse(&local)
+    }
+
+    /// Information and gradient of this view for the shared parameters, its local ones marginalised out.
+    pub(crate) fn reduced(&self) -> Option<(SMatrix<f64, S, S>, SVector<f64, S>)> {
+        let gain = self.cross * self.local_inverse(0.0)?;
+        Some((
+            self.shared - gain * self.cross.transpose(),
+            self.shared_gradient - gain * self.gradient,
+        ))
+    }
+}
+
+impl<const S: usize, const L: usize> NormalEquations<S, L> {
+    /// Sums up the views, each given with its cost; the second value is that of all.
+    pub(crate) fn from_views(views: Vec<(f64, ViewBlock<S, L>)>) -> (Self, f64) {
+        let mut shared = SMatrix::zeros();
+        let mut gradient = SVector::zeros();
+        let mut cost = 0.0;
+        for (of_view, view) in &views {
+            shared += view.shared;
+            gradient += view.shared_gradient;
+            cost += of_view;
+        }
+        let views = views.into_iter().map(|(_, view)| view).collect();
+        (Self { shared, gradient, views }, cost)
+    }
+
+    /// The damped step. `None` if the damped matrix isn't positive definite.
+    pub(crate) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
+        let mut reduced = self.shared;
+        for i in 0..S {
+            reduced[(i, i)] *= 1.0 + damping;
+        }
+        let mut gradient = self.gradient;
+        let mut inverses = Vec::with_capacity(self.views.len());
+        for view in &self.views {
+            let inverse = view.local_inverse(damping)?;
+            let gain = view.cross * inverse;
+            reduced -= gain * view.cross.transpose();
+            gradient -= gain * view.gradient;
+            inverses.push(inverse);
+        }
+        let shared = inverse(&reduced)? * gradient;
+        let mut decrement = shared.dot(&self.gradient);
+        let views = self
+            .views
+            .iter()
+            .zip(&inverses)
+            .map(|(view, inverse)| {
+                let step = inverse * (view.gradient - view.cross.transpose() * shared);
+                decrement += step.dot(&view.gradient);
+                step
+            })
+            .collect();
+        decrement.is_finite().then_some(Step { shared, views, decrement })
+    }
+
+    /// Information about the shared parameters, priors included, local ones marginalised out.
+    pub(crate) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
+        let mut reduced = self.shared;
+        for view in &self.views {
+            let gain = view.cross * view.local_inverse(0.0)?;
+            reduced -= gain * view.cross.transpose();
+        }
+        Some(reduced)
+    }
+}
+
+/// Inverse of a symmetric positive definite matrix, computed after scaling to a unit diagonal. `None` if a pivot shows that
+/// it is singular.
+pub(crate) fn inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let mut scale = SVector::<f64, N>::zeros();
+    for i in 0..N {
+        let diagonal = matrix[(i, i)];
+        if !(diagonal > 0.0 && diagonal.is_finite()) {
+            return None;
+        }
+        scale[i] = 1.0 / diagonal.sqrt();
+    }
+    let rescaled = |matrix: &SMatrix<f64, N, N>| {
+        SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j])
+    };
+    let unscaled = solve_spd(&rescaled(matrix))?;
+    let inverse = rescaled(&unscaled);
+    inverse.iter().all(|x| x.is_finite()).then_some(inverse)
+}
+
+/// Inverse by Cholesky factors. `None` if a pivot is below what rounding alone produces: `nalgebra`'s decomposition only
+/// refuses pivots that aren't positive.
+fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let mut lower = SMatrix::<f64, N, N>::zeros();
+    for j in 0..N {
+        let mut pivot = matrix[(j, j)];
+        for k in 0..j {
+            pivot -= lower[(j, k)] * lower[(j, k)];
+        }
+        if pivot <= 1e-14 || !pivot.is_finite() {
+            return None;
+        }
+        let root = pivot.sqrt();
+        lower[(j, j)] = root;
+        for i in j + 1..N {
+            let mut value = matrix[(i, j)];
+            for k in 0..j {
+                value -= lower[(i, k)] * lower[(j, k)];
+            }
+            lower[(i, j)] = value / root;
+        }
+    }
+    // Columns of L⁻¹, then L⁻ᵀ L⁻¹.
+    let mut inverse_lower = SMatrix::<f64, N, N>::zeros();
+    for j in 0..N {
+        inverse_lower[(j, j)] = 1.0 / lower[(j, j)];
+        for i in j + 1..N {
+            let mut sum = 0.0;
+            for k in j..i {
+                sum += lower[(i, k)] * inverse_lower[(k, j)];
+            }
+            inverse_lower[(i, j)] = -sum / lower[(i, i)];
+        }
+    }
+    Some(inverse_lower.transpose() * inverse_lower)
+}
+
+/// A sum of squares over views.
+pub(crate) trait Problem<const S: usize, const L: usize> {
+    /// Values of all parameters.
+    type State: Clone;
+    /// Cost and normal equations at `state`. `None` where the model is undefined.
+    fn linearise(&self, state: &Self::State) -> Option<(f64, NormalEquations<S, L>)>;
+    /// `state` moved by `step`.
+    fn moved(&self, state: &Self::State, step: &Step<S, L>) -> Self::State;
+}
+
+/// Where [`minimise`] ended. `cost` and `normal` always belong to `state`.
+pub(crate) struct Minimum<State, const S: usize, const L: usize> {
+    pub(crate) state: State,
+    pub(crate) cost: f64,
+    pub(crate) normal: NormalEquations<S, L>,
+    pub(crate) converged: bool,
+}
+
+/// How far a start is from the minimum: the damping of the first step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Start {
+    /// A guess.
+    Guess,
+    /// The minimum of nearly the same problem: damping would only shorten steps along what the corners hardly determine.
+    Near,
+}
+
+/// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started; deterministic.
+///
+/// Converged means that the next step is below 1e-9 standard deviations. `None` if the model is undefined at `start`.
+pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    how: Start,
+) -> Option<Minimum<P::State, S, L>> {
+    let first_damping = match how {
+        Start::Guess => GUESS_DAMPING,
+        Start::Near => 1e-8,
+    };
+    minimise_from(problem, start, first_damping, 1e-18)
+}
+
+/// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard deviations, is at most
+/// `negligible_step`.
+pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    negligible_step: f64,
+) -> Option<Minimum<P::State, S, L>> {
+    minimise_from(problem, start, GUESS_DAMPING, negligible_step)
+}
+
+fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    first_damping: f64,
+    negligible_step: f64,
+) -> Option<Minimum<P::State, S, L>> {
+    let (cost, normal) = problem.linearise(&start)?;
+    let mut at = Minimum { state: start, cost, normal, converged: false };
+    let mut damping = first_damping;
+    for _ in 0..100 {
+        let accepted = at.normal.solve(damping).and_then(|step| {
+            if step.decrement <= negligible_step {
+                at.converged = true;
+                return None;
+            }
+            let state = problem.moved(&at.state, &step);
+            let (cost, normal) = problem.linearise(&state)?;
+            (cost <= at.cost * (1.0 + 1e-13)).then_some((state, cost, normal, step.decrement))
+        });
+        if at.converged {
+            break;
+        }
+        if let Some((state, cost, normal, decrement)) = accepted {
+            // The cost no longer falls measurably, and rounding keeps the steps from shrinking further.
+            let stalled = at.cost - cost <= 1e-13 * at.cost && decrement <= 1e-15;
+            at = Minimum { state, cost, normal, converged: stalled };
+            damping = if damping > 1e-10 { damping * 0.1 } else { 0.0 };
+        } else if damping > 1e9 {
+            break;
+        } else {
+            damping = (damping * 10.0).max(1e-6);
+        }
+        if at.converged {
+            break;
+        }
+    }
+    Some(at)
+}

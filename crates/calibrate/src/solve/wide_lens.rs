@@ -1,0 +1,224 @@
+//! Wide lenses: their initial guess, and whether Brown's polynomial is the wrong family.
+//!
+//! Brown's model is a power series of `tan θ`, which no longer converges where the angle θ to the optical axis is large. A
+//! fisheye model is a series of θ itself, a rational one a quotient. Both are tried where the picture is wide, and one is
+//! taken if the corners clearly ask for it.
+
+use nalgebra::{Isometry3, Matrix6, Point2, Vector3, Vector6};
+
+use super::{
+    bundle::{Bundle, BundleState, Observations, adjust},
+    lens_model::{LensFamily, LensModel, LensPrior},
+    reversal::with_better_tilts,
+};
+use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_from_rays};
+
+/// Focal lengths from which a fisheye lens is adjusted, relative to the longer side of the picture: it shows about
+/// `1/share` radians of the world, 48° to 215°.
+const FOCAL_SHARES: [f64; 8] = [1.2, 0.95, 0.75, 0.6, 0.48, 0.38, 0.31, 0.265];
+/// Starts that are adjusted.
+const BEST_STARTS: usize = 2;
+/// Gain in BIC that another family than Brown's needs: decisive evidence (Kass & Raftery 1995), twice. It needs none where
+/// Brown's model doesn't reach the corners of the picture.
+const CLEAR_GAIN: f64 = 20.0;
+/// Gain that the rational model needs over a fisheye: most wide lenses are made to show angles.
+const RATIONAL_GAIN: f64 = 10.0;
+/// Rays this far from the optical axis make a picture wide, in radians: 40°. There, `tan θ` is longer than θ by a fifth.
+const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+
+/// The lens and poses from which a family of wide lenses is adjusted, under its richest model.
+#[derive(Clone, Debug)]
+pub(crate) struct WideLens {
+    pub(crate) family: LensFamily,
+    pub(crate) state: BundleState,
+    bic: f64,
+    /// Gain in BIC over Brown's richest model; infinite without one.
+    pub(crate) gain: f64,
+    /// Other families that explain the corners, too.
+    pub(crate) rivals: Vec<Rival>,
+}
+
+/// The best lens of a family that wasn't chosen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rival {
+    pub(crate) camera: Camera,
+    /// Its probability over that of the family chosen, by BIC; at most 1.
+    pub(crate) odds: f64,
+}
+
+/// Whether the lens sees so much that Brown's model may not hold it: a corner of the picture has no ray, or is more than 40°
+/// from the axis.
+pub(crate) fn is_wide(camera: &Camera, image_size: ImageSize) -> bool {
+    corners_px(image_size)
+        .iter()
+        .any(|px| camera.ray_from_px(px).is_none_or(|ray| off_axis_rad(&ray) > WIDE_RAD))
+}
+
+/// Angle between a ray and the optical axis.
+fn off_axis_rad(ray: &Vector3<f64>) -> f64 {
+    ray.xy().norm().atan2(ray.z)
+}
+
+fn corners_px(image_size: ImageSize) -> [Point2<f64>; 4] {
+    let (right, bottom) =
+        (f64::from(image_size.width_px) - 1.0, f64::from(image_size.height_px) - 1.0);
+    [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| Point2::new(x, y))
+}
+
+/// The arguments of [`better_family`].
+pub(crate) struct WideSearch<'a> {
+    pub(crate) observations: &'a Observations,
+    pub(crate) image_size: ImageSize,
+    pub(crate) square_pixels: bool,
+    pub(crate) prior: Option<&'a LensPrior>,
+    /// Smallest noise factor that is believed.
+    pub(crate) noise_floor: f64,
+    /// Models that may be chosen.
+    pub(crate) allowed: &'a [LensModel],
+}
+
+/// The family of wide lenses that explains the corners best, if it does so clearly better than `brown`, the fit of the
+/// richest of Brown's models. If none of those is allowed, the best of the families that are.
+pub(crate) fn better_family(
+    search: &WideSearch<'_>,
+    brown: Option<&BundleState>,
+) -> Option<WideLens> {
+    let brown = brown.and_then(|state| search.adjusted(LensModel::K1K2P1P2K3, state.clone()));
+    let may_be_brown = search.allowed.iter().any(|model| model.family() == LensFamily::Brown);
+    let wanted_bic = brown.as_ref().filter(|_| may_be_brown).map_or(f64::INFINITY, |brown| {
+        let camera = &brown.state.camera;
+        let folds = corners_px(search.image_size).iter().any(|px| camera.ray_from_px(px).is_none());
+        search.bic(brown) - if folds { 0.0 } else { CLEAR_GAIN }
+    });
+    let fisheye = search.fisheye();
+    let is_allowed = |family| search.allowed.iter().any(|model| model.family() == family);
+    let mut found: Vec<WideLens> = Vec::new();
+    if is_allowed(LensFamily::Rational) {
+        let starts = [
+            brown.as_ref().map(|bundle| bundle.state.clone()),
+            fisheye.as_ref().and_then(|bundle| as_rational(&bundle.state, search.image_size)),
+        ];
+        let fits = starts.into_iter().flatten();
+        found.extend(
+            fits.filter_map(|start| search.adjusted(LensModel::Rational, start))
+                .map(|bundle| search.wide(LensFamily::Rational, bundle))
+                .min_by(|a, b| a.bic.total_cmp(&b.bic)),
+        );
+    }
+    if is_allowed(LensFamily::Fisheye) {
+        found.extend(fisheye.map(|bundle| search.wide(LensFamily::Fisheye, bundle)));
+    }
+    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let mut found = found.into_iter();
+    let best = found.next().filter(|best| best.bic < wanted_bic)?;
+    let gain = brown.map_or(f64::INFINITY, |brown| search.bic(&brown) - best.bic);
+    let rival = |other: WideLens| Rival {
+        camera: other.state.camera,
+        odds: (-0.5 * (other.bic - best.bic)).exp(),
+    };
+    Some(WideLens { rivals: found.map(rival).collect(), gain, ..best })
+}
+
+impl WideSearch<'_> {
+    fn adjusted(&self, model: LensModel, mut start: BundleState) -> Option<Bundle> {
+        start.camera = model.without_others(&start.camera);
+        let freedom = model.freedom(self.square_pixels);
+        let of_quotient = LensPrior::of_quotient();
+        let is_quotient = model.family() == LensFamily::Rational;
+        let prior = self.prior.or(is_quotient.then_some(&of_quotient));
+        let bundle = adjust(self.observations, &freedom, prior, start)?;
+        let Some(state) = with_better_tilts(self.observations, &bundle.state, 1.5) else {
+            return Some(bundle);
+        };
+        let again = adjust(self.observations, &freedom, prior, state);
+        Some(again.filter(|again| again.cost < bundle.cost).unwrap_or(bundle))
+    }
+
+    fn bic(&self, bundle: &Bundle) -> f64 {
+        let n = self.observations.coordinate_count() as f64;
+        let cost = (bundle.cost / n).max(self.noise_floor * self.noise_floor);
+        n * cost.ln() + bundle.freedom.count() as f64 * n.ln()
+    }
+
+    fn wide(&self, family: LensFamily, bundle: Bundle) -> WideLens {
+        let handicap = if family == LensFamily::Rational { RATIONAL_GAIN } else { 0.0 };
+        let (bic, state) = (self.bic(&bundle) + handicap, bundle.state);
+        WideLens { family, state, bic, gain: 0.0, rivals: Vec::new() }
+    }
+
+    /// The richest fisheye lens, from the best of several focal lengths.
+    fn fisheye(&self) -> Option<Bundle> {
+        let width_px = f64::from(self.image_size.width_px.max(self.image_size.height_px));
+        let mut starts: Vec<(f64, BundleState)> = FOCAL_SHARES
+            .into_iter()
+            .filter_map(|share| {
+                let camera = Camera {
+                    distortion: Distortion { kind: LensKind::Fisheye, ..Distortion::default() },
+                    ..Camera::pinhole(share * width_px, self.image_size.centre_px())
+                };
+                let cam_from_board = self.poses(&camera)?;
+                let cost = self.observations.cost(&camera, &cam_from_board)?;
+                Some((cost, BundleState { camera, cam_from_board }))
+            })
+            .collect();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts
+            .into_iter()
+            .take(BEST_STARTS)
+            .filter_map(|(_, start)| {
+                // The focal length settles before the coefficients are free.
+                let settled = self.adjusted(LensModel::Fisheye, start)?;
+                let bent = self.adjusted(LensModel::FisheyeK1K2, settled.state)?;
+                self.adjusted(LensModel::FisheyeK1K2K3K4, bent.state)
+            })
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    fn poses(&self, camera: &Camera) -> Option<Vec<Isometry3<f64>>> {
+        (0..self.observations.view_count())
+            .map(|view| {
+                let corners = self.observations.view(view);
+                let rays: Vec<Vector3<f64>> = corners
+                    .iter()
+                    .map(|corner| camera.ray_from_px(&corner.px))
+                    .collect::<Option<_>>()?;
+                let board_m: Vec<Point2<f64>> =
+                    corners.iter().map(|corner| corner.board_m).collect();
+                pose_from_rays(&board_m, &rays)
+            })
+            .collect()
+    }
+}
+
+/// The rational lens nearest to a fisheye one over the picture, with the same poses: its coefficients solve linear equations
+/// `m (1 + k4 r² + k5 r⁴ + k6 r⁶) = 1 + k1 r² + k2 r⁴ + k3 r⁶`. `None` if none is near.
+fn as_rational(fisheye: &BundleState, image_size: ImageSize) -> Option<BundleState> {
+    /// Angles at which both lenses are compared, and the largest, in radians.
+    const STEPS: u32 = 40;
+    const WIDEST_RAD: f64 = 1.3;
+    let camera = &fisheye.camera;
+    let widest_rad = corners_px(image_size)
+        .map(|px| camera.ray_from_px(&px).map_or(WIDEST_RAD, |ray| off_axis_rad(&ray)))
+        .into_iter()
+        .fold(0.0, f64::max)
+        .min(WIDEST_RAD);
+    // Slightly regular: numerator and denominator may share a factor.
+    let mut normal = Matrix6::identity() * 1e-9;
+    let mut right = Vector6::zeros();
+    for step in 1..=STEPS {
+        let angle_rad = widest_rad * f64::from(step) / f64::from(STEPS);
+        let seen = camera.distortion.apply(&Point2::new(angle_rad, 0.0)).x;
+        let r = angle_rad.tan();
+        let m = seen / r;
+        let (r2, r4, r6) = (r * r, r.powi(4), r.powi(6));
+        // In proportion to the height in the picture.
+        let row = Vector6::from([r2, r4, r6, -m * r2, -m * r4, -m * r6]);
+        let weight = (r / (1.0 + r6)).powi(2);
+        normal += row * row.transpose() * weight;
+        right += row * ((m - 1.0) * weight);
+    }
+    let [k1, k2, k3, k4, k5, k6] = normal.cholesky()?.solve(&right).into();
+    let distortion = Distortion { k1, k2, k3, k4, k5, k6, ..Distortion::default() };
+    let camera = Camera { distortion, ..*camera };
+    Some(BundleState { camera, cam_from_board: fisheye.cam_from_board.clone() })
+}

@@ -1,0 +1,577 @@
+//! Anything that ffmpeg reads: network streams and video files, through the program itself.
+//!
+//! Linking ffmpeg would bring a decoder for every format of the world into this process; as a child it can
+//! crash, hang or be fed nonsense and costs no more than a frame. It is always ended: when this source is
+//! dropped, when it is silent for too long, and when it ends by itself.
+//!
+//! A file ends. A network stream is lost, and asked for again until it is back: cameras on a network
+//! restart, and cables are pulled.
+
+use std::{
+    collections::VecDeque,
+    io::Read,
+    process::{Child, ChildStderr, ChildStdout, Command, Stdio},
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use image::GrayImage;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+use super::{
+    Arrival, CaptureError, FrameSource, SourceIdentity,
+    address::{is_address, without_secrets},
+    reader_words::{known, meaning, refusal},
+};
+use boresight_geometry::{
+    device::{CameraEvent, Fault, Mode, PixelLayout},
+    frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
+};
+
+/// The program, found by the system's search path.
+const PROGRAM: &str = "ffmpeg";
+/// Longest wait for the first picture: cameras on a network take their time.
+const START_PATIENCE: Duration = Duration::from_secs(15);
+/// Longest wait for the next one.
+const STEADY_PATIENCE: Duration = Duration::from_secs(5);
+/// Largest side of a picture.
+const LARGEST_SIDE_PX: u32 = 8192;
+/// Bytes kept of the program's messages: the last ones.
+const MESSAGES_KEPT: usize = 4096;
+/// Bytes taken from the pipe at once.
+const CHUNK: usize = 1 << 18;
+/// Leaves out pictures that come sooner than 1/31 s after the one before (they cost work and add no views),
+/// unless the stream's time starts again; then writes one line with the stream's own time, in microseconds, for
+/// every picture that passes.
+const FILTERS: &str = "settb=1/1000000,select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t),\
+metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1";
+
+/// Pauses before a lost stream is asked for again.
+const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+
+/// A network stream or a video file.
+pub struct Ffmpeg {
+    program: String,
+    /// With user and password, which only the program gets to see.
+    name: String,
+    is_live: bool,
+    size: ImageSize,
+    /// `None` while a lost stream is not asked for.
+    run: Option<Run>,
+    /// A picture that came and was not yet handed over.
+    in_hand: Option<Timed>,
+    /// Pictures of the runs before this one.
+    count_before: u64,
+    /// Time of the first picture of this run.
+    run_began_nanos: u64,
+    /// Time of the newest picture.
+    last_nanos: u64,
+    /// Checksum of the newest picture of this run.
+    last_checksum: Option<u32>,
+    /// Time since the stream was lost.
+    away: Duration,
+    /// Silence, or pause, so far.
+    waited: Duration,
+    pause: Duration,
+    /// Why the stream is lost, as last reported.
+    lost: Option<Fault>,
+    events: VecDeque<CameraEvent>,
+}
+
+impl Ffmpeg {
+    /// Starts the program and waits for the first picture, which tells the size of all.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError::Camera`] if the program is not installed or reads nothing.
+    pub fn open(name: &str) -> Result<Self, CaptureError> {
+        Self::open_with(PROGRAM, name)
+    }
+
+    /// As [`Ffmpeg::open`], with another program.
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    pub fn open_with(program: &str, name: &str) -> Result<Self, CaptureError> {
+        let failed = |(fault, detail): Loss| CaptureError::Camera { fault, detail };
+        let is_live = is_address(name);
+        let mut run = Run::start(program, name, is_live).map_err(failed)?;
+        let first = match run.pictures.next(START_PATIENCE, false) {
+            Ok(Next::Picture(first)) => first,
+            Ok(Next::Nothing) => return Err(failed((Fault::NoFirstFrame, without_secrets(name)))),
+            Ok(Next::End) => return Err(failed(meaning(&run.pictures.words(), name))),
+            Err(err) => return Err(failed((Fault::ReaderFailed, err.to_string()))),
+        };
+        let mut source = Self {
+            program: program.into(),
+            name: name.into(),
+            is_live,
+            size: ImageSize::of(&first.image),
+            run: Some(run),
+            in_hand: Some(first),
+            count_before: 0,
+            run_began_nanos: 1,
+            last_nanos: 0,
+            last_checksum: None,
+            away: Duration::ZERO,
+            waited: Duration::ZERO,
+            pause: SHORTEST_PAUSE,
+            lost: None,
+            events: VecDeque::new(),
+        };
+        if is_live {
+            source.events.push_back(CameraEvent::Started { mode: source.mode() });
+        }
+        Ok(source)
+    }
+
+    /// ffmpeg doesn't report the frame rate of a live stream.
+    fn mode(&self) -> Mode {
+        Mode { size: self.size, layout: PixelLayout::Decoded, interval_secs: None }
+    }
+
+    /// Number of the newest picture.
+    fn id(&self) -> FrameId {
+        let count = self.run.as_ref().map_or(0, |run| run.pictures.count);
+        FrameId((self.count_before + count).saturating_sub(1))
+    }
+
+    /// Time of a picture: the stream's own, counted from the first picture; later than that of the one before.
+    fn time(&mut self, since_first: Duration) -> CaptureTime {
+        let nanos = self.run_began_nanos.saturating_add(since_first.as_nanos() as u64);
+        self.last_nanos = nanos.max(self.last_nanos + 1);
+        CaptureTime { nanos: self.last_nanos }
+    }
+
+    /// Ends the program and says that the stream is lost, once for each reason.
+    fn lose(&mut self, (fault, detail): Loss) {
+        self.count_before += self.run.take().map_or(0, |run| run.pictures.count);
+        // A stream that returns may begin with the picture that it ended with; that's a new frame.
+        self.last_checksum = None;
+        self.away += std::mem::take(&mut self.waited);
+        if self.lost != Some(fault) {
+            self.lost = Some(fault);
+            self.events.push_back(CameraEvent::Lost { fault, detail });
+        } else {
+            self.pause = (2 * self.pause).min(LONGEST_PAUSE);
+        }
+    }
+
+    /// Waits at most `patience`, then asks for the lost stream again if it is time.
+    fn ask_again(&mut self, patience: Duration) {
+        let wait = patience.min(self.pause.saturating_sub(self.waited));
+        // A signal may end it early; then the next time comes a little sooner.
+        poll(&mut [], Some(&timespec(wait))).ok();
+        self.waited += wait;
+        if self.waited < self.pause {
+            return;
+        }
+        self.away += std::mem::take(&mut self.waited);
+        match Run::start(&self.program, &self.name, self.is_live) {
+            Ok(run) => self.run = Some(run),
+            Err(loss) => self.lose(loss),
+        }
+    }
+
+    /// There is no next picture: a stream is lost, a file is broken.
+    fn broken(&mut self, loss: Loss) -> Result<Arrival, CaptureError> {
+        if self.is_live {
+            self.lose(loss);
+            return Ok(Arrival::NothingYet);
+        }
+        let (fault, detail) = loss;
+        Err(CaptureError::Camera { fault, detail })
+    }
+}
+
+/// Why there are no pictures, and details.
+type Loss = (Fault, String);
+
+/// The program at work; dropping it ends it.
+struct Run {
+    child: Child,
+    pictures: Pictures,
+}
+
+impl Run {
+    fn start(program: &str, name: &str, is_live: bool) -> Result<Self, Loss> {
+        let broken = |err: std::io::Error| {
+            let missing = err.kind() == std::io::ErrorKind::NotFound;
+            (if missing { Fault::NoReader } else { Fault::ReaderFailed }, err.to_string())
+        };
+        let mut child = command(program, name, is_live).spawn().map_err(broken)?;
+        let (Some(out), Some(err)) = (child.stdout.take(), child.stderr.take()) else {
+            end(&mut child);
+            return Err((Fault::ReaderFailed, "it has no output".into()));
+        };
+        let pictures = Pictures {
+            out,
+            bytes: Vec::new(),
+            ended: false,
+            count: 0,
+            messages: Messages { err, line: Vec::new(), kept: Vec::new(), ended: false },
+            times: VecDeque::new(),
+            has_times: !has_no_times(name),
+            first: None,
+        };
+        Ok(Self { child, pictures })
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        end(&mut self.child);
+    }
+}
+
+fn timespec(wait: Duration) -> Timespec {
+    Timespec {
+        tv_sec: wait.as_secs().try_into().unwrap_or(i64::MAX),
+        tv_nsec: wait.subsec_nanos().into(),
+    }
+}
+
+/// Brightness only, in a plain container that says the size once and then sends whole pictures.
+fn command(program: &str, name: &str, is_live: bool) -> Command {
+    let mut command = Command::new(program);
+    command.args(["-nostdin", "-hide_banner", "-loglevel", "error"]);
+    if name.starts_with("rtsp") {
+        // Lost packets would be damaged pictures.
+        command.args(["-rtsp_transport", "tcp"]);
+    }
+    if is_live {
+        command.args(["-fflags", "nobuffer", "-flags", "low_delay"]);
+    }
+    if has_no_times(name) {
+        // ffmpeg would take them for 25 pictures per second, whatever they are. As it is, it counts them in steps of
+        // 1/25 s, enough to leave some out; their times are those of their arrival.
+        command.args(["-use_wallclock_as_timestamps", "1"]);
+    }
+    // A damaged picture is left out, not repaired.
+    command.args(["-err_detect", "explode", "-fflags", "+discardcorrupt", "-i", name]);
+    command.args(["-an", "-sn", "-dn", "-map", "0:v:0"]);
+    // Neither repeats pictures nor drops any, whatever the stream's rate.
+    command.args(["-fps_mode", "passthrough", "-vf", FILTERS]);
+    command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Whether the stream is one of plain pictures without times, as motion JPEG over HTTP is.
+fn has_no_times(name: &str) -> bool {
+    const TIMED: [&str; 8] = [".m3u8", ".mpd", ".ts", ".mp4", ".flv", ".mkv", ".webm", ".m4s"];
+    let name = without_secrets(name).to_ascii_lowercase();
+    let is_http = ["http://", "https://"].iter().any(|scheme| name.starts_with(scheme));
+    is_http && !TIMED.iter().any(|ending| name.ends_with(ending))
+}
+
+/// A picture, and its time since the first one of its run.
+#[derive(Debug)]
+struct Timed {
+    image: GrayImage,
+    since_first: Duration,
+}
+
+/// The program's output.
+struct Pictures {
+    out: ChildStdout,
+    /// Bytes that are not yet a whole picture.
+    bytes: Vec<u8>,
+    ended: bool,
+    /// Pictures so far, also those that newer ones replaced.
+    count: u64,
+    messages: Messages,
+    /// Times in the stream of pictures that have not come yet.
+    times: VecDeque<Option<i64>>,
+    /// Whether these are worth more than the time of arrival.
+    has_times: bool,
+    /// Time in the stream and arrival of the first picture.
+    first: Option<(Option<i64>, Instant)>,
+}
+
+enum Next {
+    Picture(Timed),
+    Nothing,
+    End,
+}
+
+impl Pictures {
+    /// Waits at most `patience` for a picture; the newest one that is there if `newest`.
+    fn next(&mut self, patience: Duration, newest: bool) -> std::io::Result<Next> {
+        let mut picture = None;
+        loop {
+            while newest || picture.is_none() {
+                match self.cut_off()? {
+                    Some(next) => picture = Some(next),
+                    None => break,
+                }
+            }
+            let wait = if picture.is_some() { Duration::ZERO } else { patience };
+            let more = (newest || picture.is_none()) && !self.ended && self.is_readable(wait)?;
+            if more {
+                let before = self.bytes.len();
+                self.bytes.resize(before + CHUNK, 0);
+                let got = self.out.read(&mut self.bytes[before..]);
+                self.bytes.truncate(before + *got.as_ref().unwrap_or(&0));
+                self.ended = got? == 0;
+                continue;
+            }
+            return Ok(match picture {
+                Some(picture) => Next::Picture(picture),
+                None if self.ended => Next::End,
+                None => Next::Nothing,
+            });
+        }
+    }
+
+    /// Waits at most `patience` for bytes of pictures. Messages are read meanwhile: a full pipe would stop the
+    /// program.
+    fn is_readable(&mut self, patience: Duration) -> std::io::Result<bool> {
+        let until = Instant::now() + patience;
+        loop {
+            let wait = timespec(until.saturating_duration_since(Instant::now()));
+            let mut sources = [
+                PollFd::new(&self.out, PollFlags::IN),
+                PollFd::new(&self.messages.err, PollFlags::IN),
+            ];
+            let watched = if self.messages.ended { 1 } else { 2 };
+            match poll(&mut sources[..watched], Some(&wait)) {
+                Ok(0) => return Ok(false),
+                Ok(_) => {}
+                // A signal came between; the caller asks again.
+                Err(rustix::io::Errno::INTR) => return Ok(false),
+                Err(err) => return Err(err.into()),
+            }
+            let [pictures, messages] = sources.map(|source| !source.revents().is_empty());
+            if messages {
+                self.times.extend(self.messages.read());
+            }
+            if pictures {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Takes a whole picture from the bytes; `None` while there is none.
+    fn cut_off(&mut self) -> std::io::Result<Option<Timed>> {
+        let bad = |what: &str| std::io::Error::new(std::io::ErrorKind::InvalidData, what);
+        let Some((numbers, header)) = header(&self.bytes).map_err(bad)? else { return Ok(None) };
+        let [width, height, largest] = numbers;
+        let believable = |side: u32| (1..=LARGEST_SIDE_PX).contains(&side);
+        if !believable(width) || !believable(height) || largest != 255 {
+            return Err(bad("not a picture of bytes"));
+        }
+        let end = header + width as usize * height as usize;
+        if self.bytes.len() < end {
+            return Ok(None);
+        }
+        let pixels = self.bytes[header..end].to_vec();
+        self.bytes.drain(..end);
+        self.count += 1;
+        let since_first = self.since_first();
+        Ok(GrayImage::from_raw(width, height, pixels).map(|image| Timed { image, since_first }))
+    }
+
+    /// Time of the next picture since the first one: in the stream, or by arrival if the stream states none.
+    fn since_first(&mut self) -> Duration {
+        // The filter writes a picture's time before the encoder writes the picture.
+        while self.times.is_empty() && self.messages.is_readable() {
+            self.times.extend(self.messages.read());
+        }
+        let time = self.times.pop_front().flatten().filter(|_| self.has_times);
+        let (first, came) = *self.first.get_or_insert((time, Instant::now()));
+        match time.zip(first) {
+            Some((time, first)) => {
+                Duration::from_micros(time.saturating_sub(first).try_into().unwrap_or(0))
+            }
+            None => came.elapsed(),
+        }
+    }
+
+    /// The program's last messages.
+    fn words(&mut self) -> String {
+        while self.messages.is_readable() {
+            self.times.extend(self.messages.read());
+        }
+        let text = [&self.messages.kept[..], &self.messages.line[..]].concat();
+        String::from_utf8_lossy(&text).into_owned()
+    }
+}
+
+/// The program's standard error: the time of each picture, and messages.
+struct Messages {
+    err: ChildStderr,
+    /// The line that is not complete yet.
+    line: Vec<u8>,
+    /// The last complete lines that are no times.
+    kept: Vec<u8>,
+    ended: bool,
+}
+
+impl Messages {
+    /// Whether reading doesn't wait and brings something.
+    fn is_readable(&self) -> bool {
+        let zero = timespec(Duration::ZERO);
+        !self.ended
+            && poll(&mut [PollFd::new(&self.err, PollFlags::IN)], Some(&zero)).is_ok_and(|n| n > 0)
+    }
+
+    /// Reads what is there, and returns the times in it.
+    fn read(&mut self) -> Vec<Option<i64>> {
+        let mut chunk = [0; 4096];
+        let got = self.err.read(&mut chunk).unwrap_or(0);
+        self.ended = got == 0;
+        let mut times = Vec::new();
+        for byte in &chunk[..got] {
+            // A line without an end must not grow without bound.
+            if *byte != b'\n' && self.line.len() < MESSAGES_KEPT {
+                self.line.push(*byte);
+                continue;
+            }
+            let line = std::mem::take(&mut self.line);
+            match picture_time(&String::from_utf8_lossy(&line)) {
+                Some(time) => times.push(time),
+                None if line.starts_with(METADATA.as_bytes()) => {}
+                None => {
+                    self.kept.extend(line);
+                    self.kept.push(b'\n');
+                    let surplus = self.kept.len().saturating_sub(MESSAGES_KEPT);
+                    self.kept.drain(..surplus);
+                }
+            }
+        }
+        times
+    }
+}
+
+/// The line that follows a picture's time.
+const METADATA: &str = "boresight=";
+
+/// The time in a line such as `frame:3 pts:1200000 pts_time:1.2`, in microseconds; `Some(None)` if the stream
+/// states none. `pts_time` has six digits only: after three hours that is a tenth of a second.
+fn picture_time(line: &str) -> Option<Option<i64>> {
+    let (_, rest) = line.split_once("frame:")?;
+    let (_, rest) = rest.split_once("pts:")?;
+    rest.contains("pts_time:").then(|| rest.split_whitespace().next()?.parse().ok())
+}
+
+/// Longest header of a picture.
+const HEADER_BYTES: usize = 64;
+
+/// Width, height and largest value of a binary PGM picture, and where its pixels begin; `None` while the
+/// bytes do not reach so far.
+fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
+    if !bytes.starts_with(&b"P5"[..bytes.len().min(2)]) {
+        return Err("not a picture");
+    }
+    // Without a bound, digits without end would be read again with every chunk.
+    let bytes = &bytes[..bytes.len().min(HEADER_BYTES)];
+    let (mut numbers, mut at) = ([0_u32; 3], 2);
+    for number in &mut numbers {
+        while bytes.get(at).is_some_and(u8::is_ascii_whitespace) {
+            at += 1;
+        }
+        let digits = at;
+        while let Some(digit) = bytes.get(at).filter(|byte| byte.is_ascii_digit()) {
+            *number = number.saturating_mul(10).saturating_add(u32::from(digit - b'0'));
+            at += 1;
+        }
+        match bytes.get(at) {
+            None if bytes.len() == HEADER_BYTES => return Err("not a picture"),
+            None => return Ok(None),
+            Some(byte) if byte.is_ascii_whitespace() && at > digits => {}
+            Some(_) => return Err("not a picture"),
+        }
+    }
+    Ok(Some((numbers, at + 1)))
+}
+
+fn end(child: &mut Child) {
+    // It may have ended by itself; it is waited for in any case, so that nothing of it is left.
+    child.kill().ok();
+    child.wait().ok();
+}
+
+impl FrameSource for Ffmpeg {
+    fn identity(&self) -> SourceIdentity {
+        SourceIdentity { name: without_secrets(&self.name), image_size: Some(self.size) }
+    }
+
+    fn waits(&self) -> bool {
+        !self.is_live
+    }
+
+    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
+        if let Some(event) = self.events.pop_front() {
+            return Ok(Arrival::Event(event));
+        }
+        let Some(run) = &mut self.run else {
+            self.ask_again(patience);
+            return Ok(Arrival::NothingYet);
+        };
+        let next = match self.in_hand.take() {
+            Some(picture) => Ok(Next::Picture(picture)),
+            None => run.pictures.next(patience, self.is_live),
+        };
+        let picture = match next {
+            Ok(Next::Picture(picture)) => picture,
+            Ok(Next::Nothing) => {
+                self.waited += patience;
+                let limit = if run.pictures.count == 0 { START_PATIENCE } else { STEADY_PATIENCE };
+                if self.waited < limit {
+                    return Ok(Arrival::NothingYet);
+                }
+                let fault = if self.is_live { Fault::StreamLost } else { Fault::Stalled };
+                let detail = format!("nothing for {} s", limit.as_secs());
+                return self.broken((fault, detail));
+            }
+            Ok(Next::End) => {
+                let words = run.pictures.words();
+                if self.is_live {
+                    let fault = refusal(&words).unwrap_or(Fault::StreamLost);
+                    return self.broken((fault, String::new()));
+                }
+                let count = run.pictures.count;
+                if count > 0 && known(&words).is_some() {
+                    let detail = format!("it's damaged after picture {count}");
+                    return self.broken((Fault::ReaderFailed, detail));
+                }
+                return match meaning(&words, &self.name) {
+                    (_, detail) if detail.is_empty() => Ok(Arrival::End),
+                    loss => self.broken(loss),
+                };
+            }
+            Err(err) => {
+                return self.broken((Fault::ReaderFailed, err.to_string()));
+            }
+        };
+        let waited = std::mem::take(&mut self.waited);
+        if self.lost.is_some() {
+            self.away += waited;
+        }
+        if ImageSize::of(&picture.image) != self.size {
+            let detail = format!("the pictures are now {:?}", picture.image.dimensions());
+            return self.broken((Fault::OtherMode, detail));
+        }
+        if self.lost.take().is_some() {
+            self.pause = SHORTEST_PAUSE;
+            let away = std::mem::take(&mut self.away);
+            self.run_began_nanos = self.last_nanos + (away.as_nanos() as u64).max(1);
+            let good_from = CaptureTime { nanos: self.run_began_nanos };
+            self.in_hand = Some(picture);
+            let mode = self.mode();
+            return Ok(Arrival::Event(CameraEvent::Returned { mode, good_from }));
+        }
+        let Timed { image, since_first } = picture;
+        // A sensor has noise: the same bytes are the same picture, sent again.
+        let checksum = crc32fast::hash(image.as_raw());
+        if self.last_checksum.replace(checksum) == Some(checksum) {
+            return Ok(Arrival::NothingYet);
+        }
+        let (id, captured_at) = (self.id(), self.time(since_first));
+        let (kind, name) = (FrameKind::Video, String::new());
+        Ok(Arrival::Frame(Arc::new(Frame { id, captured_at, kind, name, image })))
+    }
+}

@@ -1,0 +1,140 @@
+//! Pictures from files: each one a photograph for itself.
+
+use std::{
+    io::{BufRead, BufReader, Cursor, Read, Seek},
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
+
+use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, ImageResult, Limits};
+
+use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
+use boresight_files::{FileError, Links, open};
+use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
+
+/// Longest side of a picture that is read; beyond it a file is more likely hostile than a photograph.
+pub const PICTURE_LIMIT_PX: u32 = 16_384;
+
+/// Most bytes of a JPEG: as many as it has pixels at the largest size.
+const PICTURE_LIMIT_BYTES: u64 = 1 << 28;
+
+/// The pictures of a folder, in the order of their names.
+#[derive(Debug)]
+pub struct ImageFolder {
+    identity: SourceIdentity,
+    files: std::vec::IntoIter<PathBuf>,
+    next: u64,
+}
+
+impl ImageFolder {
+    /// Lists the pictures of `folder`.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError`] if it cannot be listed, holds no picture, or its first one cannot be read.
+    pub fn open(folder: &Path) -> Result<Self, CaptureError> {
+        let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
+        let mut files = Vec::new();
+        for entry in folder.read_dir().map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+            if path.is_file() && matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) {
+                files.push(path);
+            }
+        }
+        files.sort();
+        let first =
+            files.first().ok_or_else(|| CaptureError::NoPictures { path: folder.to_path_buf() })?;
+        let image_size = Some(ImageSize::of(&read_picture(first)?));
+        let identity = SourceIdentity { name: folder.display().to_string(), image_size };
+        Ok(Self { identity, files: files.into_iter(), next: 0 })
+    }
+}
+
+impl FrameSource for ImageFolder {
+    fn identity(&self) -> SourceIdentity {
+        self.identity.clone()
+    }
+
+    fn next_frame(&mut self, _patience: Duration) -> Result<Arrival, CaptureError> {
+        let Some(path) = self.files.next() else { return Ok(Arrival::End) };
+        let image = read_picture(&path)?;
+        let id = FrameId(self.next);
+        self.next += 1;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        // A second apart: photographs have no motion between them.
+        let captured_at = CaptureTime { nanos: id.0 * 1_000_000_000 };
+        let kind = FrameKind::Photograph;
+        Ok(Arrival::Frame(Arc::new(Frame { id, captured_at, kind, name, image })))
+    }
+}
+
+/// Reads a PNG or JPEG as brightness, in the orientation in which the sensor delivered it.
+///
+/// # Errors
+///
+/// [`CaptureError::Read`], or [`CaptureError::Decode`] if the file is no picture, is cut, or is larger
+/// than [`PICTURE_LIMIT_PX`] on a side.
+pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
+    let read = |source| CaptureError::Read { source, path: path.to_path_buf() };
+    let decode = |reason: String| CaptureError::Decode { reason, path: path.to_path_buf() };
+    let file = open(path, Links::Followed).map_err(|err| match err {
+        FileError::Read { source, path } => CaptureError::Read { source, path },
+        FileError::NotAFile { what, .. } => decode(format!("this is {what}, not a file")),
+        other => decode(other.to_string()),
+    })?;
+    let reader = ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(read)?;
+    let Some(format) = reader.format() else {
+        return Err(decode("its contents are neither PNG nor JPEG".into()));
+    };
+    let mut file = reader.into_inner();
+    let image = if format == ImageFormat::Jpeg {
+        let mut bytes = Vec::new();
+        file.by_ref().take(PICTURE_LIMIT_BYTES).read_to_end(&mut bytes).map_err(read)?;
+        if !is_whole_jpeg(&bytes) {
+            return Err(decode("it is cut short".into()));
+        }
+        decoded(Cursor::new(bytes), format)
+    } else {
+        decoded(file, format)
+    };
+    image.map(DynamicImage::into_luma8).map_err(|err| decode(err.to_string()))
+}
+
+fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> ImageResult<DynamicImage> {
+    let mut reader = ImageReader::with_format(bytes, format);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(PICTURE_LIMIT_PX);
+    limits.max_image_height = Some(PICTURE_LIMIT_PX);
+    reader.limits(limits);
+    // EXIF orientation is ignored on purpose: a calibration is of the sensor's pixels.
+    reader.decode()
+}
+
+/// Whether a JPEG goes on to its end-of-image marker; decoders fill what is missing with grey.
+///
+/// Segments are stepped over by their lengths: the thumbnail in one of them has its own end. Some
+/// cameras append data after the marker.
+fn is_whole_jpeg(bytes: &[u8]) -> bool {
+    const START_OF_SCAN: u8 = 0xDA;
+    const END_OF_IMAGE: u8 = 0xD9;
+    let mut at = 2;
+    let mut in_scan = false;
+    while let Some(&byte) = bytes.get(at) {
+        let Some(&marker) = bytes.get(at + 1) else { return false };
+        match (byte, marker) {
+            (0xFF, END_OF_IMAGE) => return true,
+            // A stuffed byte, a fill byte, a restart: the scan goes on.
+            (0xFF, 0x00 | 0xFF | 0xD0..=0xD7) => at += if marker == 0xFF { 1 } else { 2 },
+            (0xFF, _) => {
+                let Some(&[high, low]) = bytes.get(at + 2..at + 4) else { return false };
+                at += 2 + usize::from(u16::from_be_bytes([high, low]));
+                in_scan = marker == START_OF_SCAN;
+            }
+            _ if in_scan => at += 1,
+            _ => return false,
+        }
+    }
+    false
+}

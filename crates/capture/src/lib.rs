@@ -1,0 +1,135 @@
+//! Frames in: every source of pictures behind one trait.
+
+mod adapted;
+mod address;
+mod camera_mode;
+#[cfg(all(unix, feature = "live"))]
+mod ffmpeg;
+#[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
+mod health;
+mod image_folder;
+pub mod integrity;
+#[cfg(feature = "nokhwa")]
+pub mod nokhwa;
+mod pixel_format;
+#[cfg(all(unix, feature = "live"))]
+mod reader_words;
+mod recorded;
+#[cfg(all(target_os = "linux", feature = "live"))]
+pub mod v4l2;
+
+pub use adapted::{preceded, renumbered};
+pub use address::{is_address, without_secrets};
+pub use camera_mode::{CameraMode, choose, layout};
+#[cfg(all(unix, feature = "live"))]
+pub use ffmpeg::Ffmpeg;
+pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+pub use pixel_format::Unpacker;
+pub use recorded::Recorded;
+
+use std::{sync::Arc, time::Duration};
+
+use boresight_geometry::{
+    device::{Adjustable, CameraEvent, CameraInfo, Control, ControlBefore, Fault},
+    frame::{Frame, ImageSize},
+};
+
+/// Where frames come from.
+///
+/// Called from one thread only. A source that is dropped ends what it started.
+pub trait FrameSource: Send {
+    /// What a person and a recording call this source, and the size of its pictures.
+    fn identity(&self) -> SourceIdentity;
+
+    /// True if the source may be paced by the consumer, as files and the simulated camera do. A live
+    /// camera does not: its newest frame is worth more than an old one.
+    fn waits(&self) -> bool {
+        true
+    }
+
+    /// What is known of the live camera; `None` if it is none.
+    fn camera_facts(&self) -> Option<CameraInfo> {
+        None
+    }
+
+    /// The controls that can be set; none unless it is a live camera.
+    fn adjustables(&mut self) -> Vec<Adjustable> {
+        Vec::new()
+    }
+
+    /// Sets a control. What came of it is an event once the picture has settled; frames before it are held
+    /// back. Does nothing without such a control, or while the camera is away.
+    fn adjust(&mut self, control: Control, value: i64) {
+        let _ = (control, value);
+    }
+
+    /// When the source is dropped, puts the camera's controls back to how they stood `before`: an earlier run of
+    /// the session found them so, and may have ended without doing it. Does nothing without such controls.
+    fn put_back_at_end(&mut self, before: &[ControlBefore]) {
+        let _ = before;
+    }
+
+    /// Waits at most `patience` for a frame.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError`] if the source is broken; the frames delivered before stay good.
+    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError>;
+}
+
+/// What a source delivers.
+#[derive(Clone, Debug)]
+pub enum Arrival {
+    /// A picture. The source may reuse its memory once every clone of the `Arc` is gone.
+    Frame(Arc<Frame>),
+    /// A live camera has something to say.
+    Event(CameraEvent),
+    /// Nothing came in time; ask again.
+    NothingYet,
+    /// There will be no more frames.
+    End,
+}
+
+/// Name and shape of a source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceIdentity {
+    /// Stable name: a device identity, a path, `sim:` and the scene's name.
+    pub name: String,
+    /// Size of every picture it delivers, if known before the first.
+    pub image_size: Option<ImageSize>,
+}
+
+/// Why a source broke.
+#[derive(Debug, thiserror::Error)]
+pub enum CaptureError {
+    /// A file or folder could not be read.
+    #[error("could not read {path:?}")]
+    Read {
+        /// What the system said.
+        source: std::io::Error,
+        /// The file.
+        path: std::path::PathBuf,
+    },
+    /// A file is not a picture that can be decoded.
+    #[error("not a readable picture ({reason}): {path:?}")]
+    Decode {
+        /// What the decoder said.
+        reason: String,
+        /// The file.
+        path: std::path::PathBuf,
+    },
+    /// A camera cannot be used.
+    #[error("{}{}", fault.code(), if detail.is_empty() { String::new() } else { format!(": {detail}") })]
+    Camera {
+        /// What is wrong with it.
+        fault: Fault,
+        /// Details; may be empty.
+        detail: String,
+    },
+    /// A folder without a picture.
+    #[error("there is no PNG or JPEG picture in {path:?}")]
+    NoPictures {
+        /// The folder.
+        path: std::path::PathBuf,
+    },
+}

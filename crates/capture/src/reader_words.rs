@@ -1,0 +1,127 @@
+//! What ffmpeg's messages mean to a person.
+//!
+//! They name libraries, addresses of memory and whole addresses with passwords; a person needs the cause.
+
+use boresight_geometry::device::Fault;
+
+use super::address::words_without_secrets;
+
+/// Words in ffmpeg's messages, what they mean, and the cause in our words. The first that fits counts.
+const MEANINGS: [(&[&str], Fault, &str); 10] = [
+    (&["401 unauthorized", "403 forbidden"], Fault::NotLoggedIn, ""),
+    (&["404 not found"], Fault::NoSuchStream, ""),
+    (&["connection refused"], Fault::Unreachable, "connection refused"),
+    (&["failed to resolve", "name or service not known"], Fault::Unreachable, "unknown host name"),
+    (&["no route to host", "network is unreachable"], Fault::Unreachable, "no route to it"),
+    (&["timed out"], Fault::Unreachable, "no answer"),
+    (
+        &["server returned 5", "5xx server error"],
+        Fault::ReaderFailed,
+        "the server reports an error",
+    ),
+    (&["moov atom not found"], Fault::ReaderFailed, "the file is incomplete"),
+    (&["matches no streams"], Fault::ReaderFailed, "there is no video in it"),
+    (
+        &["invalid data found", "unable to find a suitable", "could not find codec"],
+        Fault::ReaderFailed,
+        "not a video that ffmpeg can read",
+    ),
+];
+
+/// Libraries whose words are about single packets.
+const DECODERS: [&str; 8] = ["h264", "hevc", "mjpeg", "mpeg", "vp8", "vp9", "av1", "swscaler"];
+
+/// The cause that ffmpeg's messages tell, with details for a person; `None` if it isn't a known one.
+pub(super) fn known(words: &str) -> Option<(Fault, &'static str)> {
+    let low = words.to_ascii_lowercase();
+    let found = MEANINGS.iter().find(|(signs, ..)| signs.iter().any(|sign| low.contains(sign)));
+    found.map(|(_, fault, detail)| (*fault, *detail))
+}
+
+/// The cause that ffmpeg's messages `words` about the source called `name` tell, with details for a person; what
+/// isn't known comes as [`Fault::ReaderFailed`] in ffmpeg's own words, without its internals.
+pub(super) fn meaning(words: &str, name: &str) -> (Fault, String) {
+    match known(words) {
+        Some((fault, detail)) => (fault, detail.to_owned()),
+        None => (Fault::ReaderFailed, plain(&words_without_secrets(words, name))),
+    }
+}
+
+/// Why a stream that is being asked for again doesn't come; `None` if it simply is still away.
+pub(super) fn refusal(words: &str) -> Option<Fault> {
+    let (fault, _) = known(words)?;
+    matches!(fault, Fault::NotLoggedIn | Fault::NoSuchStream).then_some(fault)
+}
+
+/// Messages in one line: those of libraries about single packets are left out, the same one isn't repeated, and
+/// none has an address of memory.
+fn plain(text: &str) -> String {
+    let mut kept: Vec<&str> = Vec::new();
+    for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        // `[h264 @ 0x55d2c8] co located POCs unavailable`
+        let of_library = line.strip_prefix('[').and_then(|rest| rest.split_once("] "));
+        let (library, words) = match of_library {
+            Some((library, words)) if library.contains(" @ 0x") => (Some(library), words),
+            _ => (None, line),
+        };
+        let is_decoder = library
+            .is_some_and(|library| DECODERS.iter().any(|decoder| library.starts_with(decoder)));
+        if !is_decoder && !words.contains("0x") && !kept.contains(&words) {
+            kept.push(words);
+        }
+    }
+    kept.join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAME: &str = "rtsp://admin:s3cret@cam/1";
+
+    /// Messages as ffmpeg 5.1 writes them.
+    #[test]
+    fn what_ffmpeg_says_is_understood() {
+        for (said, fault, detail) in [
+            (
+                "[rtsp @ 0x55f] method DESCRIBE failed: 401 Unauthorized\n\
+                 rtsp://admin:s3cret@cam/1: Server returned 401 Unauthorized (authorization failed)",
+                Fault::NotLoggedIn,
+                "",
+            ),
+            ("[http @ 0x55f] HTTP error 403 Forbidden", Fault::NotLoggedIn, ""),
+            ("x: Server returned 404 Not Found", Fault::NoSuchStream, ""),
+            (
+                "[tcp @ 0x5] Connection to tcp://cam:554?timeout=0 failed: Connection refused",
+                Fault::Unreachable,
+                "connection refused",
+            ),
+            (
+                "[tcp @ 0x5] Failed to resolve hostname cam: Name or service not known\n\
+                 http://cam/: Input/output error",
+                Fault::Unreachable,
+                "unknown host name",
+            ),
+            (
+                "http://cam/: Invalid data found when processing input",
+                Fault::ReaderFailed,
+                "not a video that ffmpeg can read",
+            ),
+            (
+                "[mov,mp4,m4a,3gp,3g2,mj2 @ 0x55] moov atom not found\n\
+                 cut.mp4: Invalid data found when processing input",
+                Fault::ReaderFailed,
+                "the file is incomplete",
+            ),
+            (
+                "[h264 @ 0x55ff01] co located POCs unavailable\n\
+                 [tcp @ 0x55ff02] tcp://admin:s3cret@cam:554?timeout=0 is odd\nodd\nodd\n",
+                Fault::ReaderFailed,
+                "tcp://cam:554 is odd; odd",
+            ),
+            ("", Fault::ReaderFailed, ""),
+        ] {
+            assert_eq!(meaning(said, NAME), (fault, detail.to_owned()), "{said}");
+        }
+    }
+}

@@ -1,0 +1,381 @@
+//! Focus, zoom, exposure, gain and white balance: locked after settling, read back, put back at the end.
+//!
+//! Controls are known by number: names change with kernels and makers. A camera may accept a value
+//! and not apply it, or switch an automatic on again by itself; so what counts is what is read.
+
+use std::collections::BTreeMap;
+
+use super::{
+    kernel::{ControlRange, Errno, Handle, Kernel},
+    queue::{again, gone},
+};
+use boresight_geometry::device::{Adjustable, Control, ControlBefore, Lock, Locks};
+
+/// An automatic that moves a control, and the value that switches it off.
+type Automatic = (u32, i64);
+
+const FOCUS: u32 = 0x009a_090a;
+const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
+const ZOOM: u32 = 0x009a_090d;
+const EXPOSURE: u32 = 0x009a_0902;
+const EXPOSURE_AUTOMATIC: u32 = 0x009a_0901;
+/// Lets the exposure lengthen the time from picture to picture.
+const EXPOSURE_SLOWS: u32 = 0x009a_0903;
+const GAIN: u32 = 0x0098_0913;
+const GAIN_AUTOMATIC: u32 = 0x0098_0912;
+const WHITE_BALANCE: u32 = 0x0098_091a;
+const WHITE_BALANCE_AUTOMATIC: u32 = 0x0098_090c;
+
+/// Number of a control, and the automatics that move it.
+pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {
+    match control {
+        Control::Focus => (FOCUS, &[(FOCUS_AUTOMATIC, 0)]),
+        Control::Zoom => (ZOOM, &[]),
+        // 1 is "manual" in the menu.
+        Control::Exposure => (EXPOSURE, &[(EXPOSURE_AUTOMATIC, 1), (EXPOSURE_SLOWS, 0)]),
+        Control::Gain => (GAIN, &[(GAIN_AUTOMATIC, 0)]),
+        Control::WhiteBalance => (WHITE_BALANCE, &[(WHITE_BALANCE_AUTOMATIC, 0)]),
+    }
+}
+
+/// How a control stands, for a person to see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlState {
+    /// Which.
+    pub control: Control,
+    /// What it can be.
+    pub range: ControlRange,
+    /// What it is; `None` if it cannot be read.
+    pub value: Option<i64>,
+    /// Whether the camera moves it by itself; `None` if it has no such automatic.
+    pub automatic: Option<bool>,
+}
+
+/// The controls of a camera that matter here.
+pub fn control_states(kernel: &mut dyn Kernel, device: Handle) -> Vec<ControlState> {
+    Survey::of(kernel, device).states()
+}
+
+/// Every control of a camera, read once: each transfer may take seconds.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Survey {
+    /// A number of a control or of one of its automatics, in the order of [`Control::ALL`].
+    found: Vec<Found>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    control: Control,
+    id: u32,
+    range: ControlRange,
+    value: Option<i64>,
+}
+
+impl Survey {
+    /// Reads the controls of an open camera.
+    pub(super) fn of(kernel: &mut dyn Kernel, device: Handle) -> Self {
+        let mut found = Vec::new();
+        for control in Control::ALL {
+            for id in all_numbers(control) {
+                let Ok(range) = again(|| kernel.control_range(device, id)) else { continue };
+                let value = again(|| kernel.control(device, id)).ok();
+                found.push(Found { control, id, range, value });
+            }
+        }
+        Self { found }
+    }
+
+    /// How each control stands.
+    pub(super) fn states(&self) -> Vec<ControlState> {
+        let of = |id: u32| self.found.iter().find(|found| found.id == id);
+        let state = |control: Control| {
+            let (number, automatics) = numbers(control);
+            let Found { range, value, .. } = *of(number)?;
+            let automatic = automatics.first().and_then(|(id, off)| Some(of(*id)?.value? != *off));
+            Some(ControlState { control, range, value, automatic })
+        };
+        Control::ALL.into_iter().filter_map(state).collect()
+    }
+
+    /// How each control stood, for a recording.
+    pub(super) fn before(&self) -> Vec<ControlBefore> {
+        self.states()
+            .into_iter()
+            .map(|ControlState { control, value, automatic, .. }| ControlBefore {
+                control,
+                value,
+                automatic,
+                exact: self.restorable().filter(|(of, ..)| *of == control).map(exact).collect(),
+            })
+            .collect()
+    }
+
+    /// Controls that the camera lets one set.
+    pub(super) fn adjustables(&self) -> Vec<Adjustable> {
+        self.states()
+            .into_iter()
+            .filter(|standing| standing.range.max > standing.range.min)
+            .filter(|standing| standing.range.writable || standing.automatic == Some(true))
+            .map(|ControlState { control, range, .. }| Adjustable {
+                control,
+                min: range.min,
+                max: range.max,
+                step: range.step.max(1),
+            })
+            .collect()
+    }
+
+    /// What can be put back, values first: a camera takes them only while its automatic is off.
+    fn restorable(&self) -> impl Iterator<Item = (Control, u32, i64)> + '_ {
+        // Only what can be read can be put back.
+        let restorable = |found: &Found| {
+            found
+                .value
+                .filter(|_| found.range.writable)
+                .map(|value| (found.control, found.id, value))
+        };
+        self.found.iter().filter_map(restorable)
+    }
+}
+
+fn exact((_, id, value): (Control, u32, i64)) -> (u32, i64) {
+    (id, value)
+}
+
+/// The number of a control, then those of its automatics.
+fn all_numbers(control: Control) -> impl Iterator<Item = u32> {
+    let (number, automatics) = numbers(control);
+    std::iter::once(number).chain(automatics.iter().map(|(id, _)| *id))
+}
+
+/// Value of each control that can be read, and whether an automatic moves it.
+pub(super) type Readings = BTreeMap<Control, (i64, bool)>;
+
+/// The controls of one open camera.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ControlLock {
+    /// What was set before, in the order in which it is put back.
+    before: Vec<(u32, i64)>,
+    /// What is to stay.
+    kept: BTreeMap<Control, i64>,
+    /// How each control was last read.
+    last: Readings,
+    /// The same, for [`Self::moved_freely`].
+    free: BTreeMap<Control, i64>,
+}
+
+/// A control that no longer has its locked value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Deviation {
+    pub(super) control: Control,
+    pub(super) from: i64,
+    pub(super) to: i64,
+}
+
+impl ControlLock {
+    /// Remembers how the controls stand.
+    pub(super) fn remember(survey: &Survey) -> Self {
+        Self { before: survey.restorable().map(exact).collect(), ..Self::default() }
+    }
+
+    /// At the end puts back what an earlier run of the session found, which may have ended without doing so.
+    pub(super) fn put_back(&mut self, before: &[ControlBefore]) {
+        for earlier in before {
+            let entries = match earlier.exact.as_slice() {
+                [] => guessed(earlier),
+                exact => exact.to_vec(),
+            };
+            let own: Vec<u32> = all_numbers(earlier.control).collect();
+            let entries = entries.into_iter().filter(|(id, _)| own.contains(id));
+            let entries: Vec<(u32, i64)> = entries.collect();
+            self.before.retain(|(id, _)| entries.iter().all(|(other, _)| other != id));
+            self.before.extend(entries);
+        }
+        // Values first, as always.
+        let is_automatic = |id: u32| {
+            Control::ALL.into_iter().any(|control| numbers(control).1.iter().any(|(a, _)| *a == id))
+        };
+        self.before.sort_by_key(|(id, _)| is_automatic(*id));
+    }
+
+    /// Switches the automatics of `control` off and holds it at the value that it has now, or had when it was
+    /// locked first.
+    ///
+    /// # Errors
+    ///
+    /// If the device is gone.
+    pub(super) fn lock(
+        &mut self,
+        kernel: &mut dyn Kernel,
+        device: Handle,
+        control: Control,
+    ) -> Result<(), Errno> {
+        let (number, automatics) = numbers(control);
+        let range = match again(|| kernel.control_range(device, number)) {
+            Ok(range) => range,
+            Err(errno) if gone(errno) => return Err(errno),
+            Err(_) => return Ok(()),
+        };
+        for (id, off) in automatics {
+            if writable(kernel, device, *id).is_some() {
+                again(|| kernel.set_control(device, *id, *off)).or_else(unless_gone)?;
+            }
+        }
+        let now = match self.kept.get(&control) {
+            Some(kept) => Ok(*kept),
+            None => again(|| kernel.control(device, number)),
+        };
+        let value = match now {
+            Ok(value) => value.clamp(range.min, range.max.max(range.min)),
+            Err(errno) => return unless_gone(errno),
+        };
+        self.kept.insert(control, value);
+        if range.writable {
+            again(|| kernel.set_control(device, number, value)).or_else(unless_gone)?;
+        }
+        Ok(())
+    }
+
+    /// From now on holds `control` at `value`, or at what the camera makes of it.
+    pub(super) fn want(&mut self, control: Control, value: i64) {
+        self.kept.insert(control, value);
+    }
+
+    /// How a control stands that was set on request: what the camera made of the request is kept.
+    pub(super) fn granted(&mut self, readings: &Readings, control: Control) -> Lock {
+        match readings.get(&control) {
+            Some((value, false)) => {
+                self.kept.insert(control, *value);
+                Lock::Locked { value: *value }
+            }
+            Some((_, true)) | None => Lock::Free,
+        }
+    }
+
+    /// How each control stands.
+    pub(super) fn locks(&self, readings: &Readings) -> Locks {
+        let mut locks = Locks::default();
+        for control in Control::ALL {
+            let lock = match self.kept.get(&control) {
+                None => Lock::Absent,
+                Some(&set) => match readings.get(&control) {
+                    Some((read, _)) if *read != set => Lock::Ignored { set, read: *read },
+                    Some((_, true)) | None => Lock::Free,
+                    Some((_, false)) => Lock::Locked { value: set },
+                },
+            };
+            locks.note(control, lock);
+        }
+        locks
+    }
+
+    /// Controls that are not as they were locked.
+    pub(super) fn deviations(&self, readings: &Readings, locks: &Locks) -> Vec<Deviation> {
+        let mut found = Vec::new();
+        for control in Control::ALL {
+            // What never obeyed cannot break its word; what it reads is its word.
+            let (from, was_free) = match locks.of(control) {
+                Lock::Locked { value } => (value, false),
+                Lock::Ignored { read, .. } => (read, true),
+                Lock::Unknown | Lock::Absent | Lock::Free => continue,
+            };
+            if let Some(&(to, automatic)) = readings.get(&control)
+                && (to != from || (automatic && !was_free))
+            {
+                found.push(Deviation { control, from, to });
+            }
+        }
+        found
+    }
+
+    /// Focus or zoom that can't be locked, read otherwise than at the last call: control, before, now.
+    pub(super) fn moved_freely(
+        &mut self,
+        readings: &Readings,
+        locks: &Locks,
+    ) -> Vec<(Control, i64, i64)> {
+        let mut moved = Vec::new();
+        for (control, (now, _)) in readings {
+            let is_free = matches!(locks.of(*control), Lock::Free) && control.moves_geometry();
+            let before = self.free.insert(*control, *now);
+            moved.extend(before.filter(|b| is_free && b != now).map(|b| (*control, b, *now)));
+        }
+        moved
+    }
+
+    /// Value of a control and whether an automatic moves it; `None` if it cannot be read.
+    ///
+    /// # Errors
+    ///
+    /// If the device is gone.
+    pub(super) fn read(
+        &mut self,
+        kernel: &mut dyn Kernel,
+        device: Handle,
+        control: Control,
+    ) -> Result<Option<(i64, bool)>, Errno> {
+        let (number, automatics) = numbers(control);
+        let mut automatic = false;
+        for (id, off) in automatics.iter().take(1) {
+            match again(|| kernel.control(device, *id)) {
+                Ok(value) => automatic |= value != *off,
+                Err(errno) if gone(errno) => return Err(errno),
+                Err(_) => {}
+            }
+        }
+        match again(|| kernel.control(device, number)) {
+            Ok(value) => {
+                self.last.insert(control, (value, automatic));
+                Ok(Some((value, automatic)))
+            }
+            Err(errno) if gone(errno) => Err(errno),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// Restores every control to its value before the session. What stands there already is left alone: each
+    /// transfer may take seconds.
+    pub(super) fn restore(&self, kernel: &mut dyn Kernel, device: Handle) {
+        for (id, value) in &self.before {
+            if self.stands_at(*id, *value) {
+                continue;
+            }
+            if let Err(errno) = again(|| kernel.set_control(device, *id, *value))
+                && gone(errno)
+            {
+                return;
+            }
+        }
+    }
+
+    /// Whether a control was last read at `value`, or its automatic as off as before.
+    fn stands_at(&self, id: u32, value: i64) -> bool {
+        Control::ALL.into_iter().any(|control| {
+            let (number, automatics) = numbers(control);
+            let Some((read, automatic)) = self.last.get(&control) else { return false };
+            let first = automatics.first().is_some_and(|(a, off)| *a == id && value == *off);
+            (number == id && *read == value) || (first && !automatic)
+        })
+    }
+}
+
+/// What stood before, of a recording that doesn't say it exactly: an automatic that was on.
+fn guessed(before: &ControlBefore) -> Vec<(u32, i64)> {
+    let (number, automatics) = numbers(before.control);
+    let mut entries: Vec<(u32, i64)> =
+        before.value.map(|value| (number, value)).into_iter().collect();
+    if before.automatic == Some(true) {
+        // 3 is "aperture priority" in the menu, which leaves the time to the camera.
+        let on = if before.control == Control::Exposure { 3 } else { 1 };
+        entries.extend(automatics.first().map(|(id, _)| (*id, on)));
+    }
+    entries
+}
+
+fn unless_gone(errno: Errno) -> Result<(), Errno> {
+    if gone(errno) { Err(errno) } else { Ok(()) }
+}
+
+fn writable(kernel: &mut dyn Kernel, device: Handle, id: u32) -> Option<ControlRange> {
+    again(|| kernel.control_range(device, id)).ok().filter(|range| range.writable)
+}

@@ -1,0 +1,54 @@
+//! Whether a camera that is found, or a mode that is granted, is the one that was asked for.
+
+use super::super::{
+    discovery::{Camera, Found, Identity, discover_those},
+    kernel::Kernel,
+    stream::Loss,
+};
+use crate::{CameraMode, layout};
+use boresight_geometry::device::{Fault, Mode};
+
+/// The camera of that identity, if it is there.
+pub(crate) fn found_again(kernel: &mut dyn Kernel, identity: &Identity) -> Result<Camera, Loss> {
+    let found = discover_those(kernel, |node| identity.may_be(node));
+    same(&found, identity)
+}
+
+/// The camera of that identity among those that are there.
+fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
+    let mut fitting: Vec<_> =
+        found.cameras.iter().filter_map(|c| identity.fit(c).map(|fit| (fit, c))).collect();
+    fitting.sort_by_key(|(fit, _)| std::cmp::Reverse(*fit));
+    match fitting.as_slice() {
+        [(_, one)] => Ok((*one).clone()),
+        [(best, one), (next, _), ..] if best > next => Ok((*one).clone()),
+        [(_, one), ..] => Err((Fault::Twin, one.stable_name())),
+        [] => {
+            let other = found.cameras.iter().find(|camera| identity.is_place_of(camera));
+            match (other, found.others.first()) {
+                (Some(other), _) => {
+                    Err((Fault::OtherCamera, format!("{}, {}", other.name, other.stable_name())))
+                }
+                // The node is there again, but may not be opened yet, or is another program's.
+                (None, Some(other)) if matches!(other.why, Fault::Busy | Fault::NotPermitted) => {
+                    Err((other.why, other.detail.clone()))
+                }
+                (None, _) => Err((Fault::NotFound, String::new())),
+            }
+        }
+    }
+}
+
+/// How the granted mode differs from the one asked for; `None` if it does not.
+pub(super) fn other_than_asked(offer: &CameraMode, mode: &Mode) -> Option<String> {
+    let asked =
+        Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };
+    let rates = asked.rate_hz().zip(mode.rate_hz());
+    let other_rate = rates.is_some_and(|(a, b)| (a - b).abs() > 0.02 * a);
+    let named = |mode: &Mode| {
+        let rate = mode.rate_hz().map_or(String::new(), |hz| format!(" at {hz:.0} fps"));
+        format!("{}x{} {}{rate}", mode.size.width_px, mode.size.height_px, mode.layout.name())
+    };
+    ((asked.size, asked.layout) != (mode.size, mode.layout) || other_rate)
+        .then(|| format!("asked for {}, granted {}", named(&asked), named(mode)))
+}

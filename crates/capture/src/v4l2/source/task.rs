@@ -1,0 +1,51 @@
+//! What is done with all controls, one after the other.
+
+use super::super::{
+    controls::{ControlLock, Readings},
+    kernel::{Errno, Handle, Kernel},
+};
+use boresight_geometry::device::Control;
+
+/// What is done with each control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Task {
+    /// Set it to what it's kept at.
+    Lock,
+    /// Read it.
+    Read,
+}
+
+/// A task on its way through the controls.
+#[derive(Clone, Debug)]
+pub(super) struct ControlWork {
+    pub(super) task: Task,
+    pub(super) readings: Readings,
+    /// When it began: what is read was so later.
+    pub(super) began_nanos: u64,
+    next: usize,
+}
+
+impl ControlWork {
+    pub(super) fn new(task: Task, now: u64) -> Self {
+        Self { task, readings: Readings::default(), began_nanos: now, next: 0 }
+    }
+
+    /// The next control, or `None` after the last.
+    pub(super) fn step(
+        &mut self,
+        kernel: &mut dyn Kernel,
+        device: Handle,
+        keeper: &mut ControlLock,
+    ) -> Result<Option<()>, Errno> {
+        let Some(control) = Control::ALL.get(self.next).copied() else { return Ok(None) };
+        self.next += 1;
+        match self.task {
+            Task::Lock => keeper.lock(kernel, device, control)?,
+            Task::Read => {
+                let reading = keeper.read(kernel, device, control)?;
+                self.readings.extend(reading.map(|reading| (control, reading)));
+            }
+        }
+        Ok(Some(()))
+    }
+}

@@ -1,0 +1,352 @@
+//! Runs the stages of the detector in order.
+
+use image::GrayImage;
+
+use super::{
+    grid_search::GridSearch,
+    marker_cells::Polarity,
+    outcome::{Detection, Miss},
+    params::DetectorParams,
+    picture_quality,
+    reduce::{Grow, Halved, double, grow, halve, negate},
+    refine::Refiner,
+    track::{Prediction, Tracker},
+};
+use boresight_geometry::{board::Checkerboard, seen_count};
+
+/// Wider pictures are halved before the search.
+const SEARCH_WIDTH_PX: u32 = 1000;
+/// Larger pictures aren't doubled.
+const MOST_DOUBLED_PX: usize = 2_200_000;
+/// Where a board has smaller squares, those of a larger pattern beyond it may be too small to be seen, in pixels.
+const SMALL_SQUARE_PX: f64 = 8.0;
+
+/// Where [`Detector::search`] starts, and when it gives up.
+#[derive(Clone, Copy)]
+pub struct Search<'a> {
+    /// Where to search first, unless everywhere is wanted; everywhere if the board isn't there. Also says which corners
+    /// a part of the board has.
+    pub near: Option<&'a Prediction>,
+    /// Called between steps of the work, every few tenths of a millisecond; returning `false` ends the search
+    /// with [`Miss::OutOfTime`].
+    pub keep_on: &'a dyn Fn() -> bool,
+}
+
+impl Search<'_> {
+    /// The whole picture, without a time limit.
+    pub const FULL: Self = Self { near: None, keep_on: &|| true };
+}
+
+/// What is searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pass {
+    /// The picture, halved this many times.
+    Level(usize),
+    /// The same, with its dark or light squares grown.
+    Grown(usize, Grow),
+    /// The picture at twice its size.
+    Doubled,
+}
+
+impl Pass {
+    fn level(self) -> Option<usize> {
+        match self {
+            Self::Level(level) | Self::Grown(level, _) => Some(level),
+            Self::Doubled => None,
+        }
+    }
+
+    fn halved(self) -> Halved {
+        self.level().map_or(Halved::doubled(), Halved::whole)
+    }
+}
+
+/// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
+#[derive(Clone, Debug, Default)]
+pub struct Detector {
+    params: DetectorParams,
+    /// `levels[0]` is half the picture.
+    levels: Vec<GrayImage>,
+    /// A level in which dark or light squares were grown, or that was doubled, and a buffer for that.
+    grown: GrayImage,
+    grown_rows: Vec<u8>,
+    /// The picture with black and white exchanged, if the board is printed white on black.
+    negative: GrayImage,
+    grids: GridSearch,
+    /// Corners in the full picture, as the search found them.
+    rough: Vec<Option<[f64; 2]>>,
+    /// Corners at search size where they were predicted; none without a prediction.
+    expected: Vec<[f32; 2]>,
+    /// Widths of edges in a picture without a board.
+    edge_widths: Vec<f32>,
+    tracker: Tracker,
+    refiner: Refiner,
+}
+
+/// Finds `board` anywhere in `image`: its corners, or the reason why not.
+///
+/// Allocates its buffers; for a stream of pictures use a [`Detector`].
+///
+/// # Errors
+///
+/// [`Miss`], as [`Detector::detect`].
+///
+/// # Examples
+///
+/// ```
+/// use boresight::{
+///     detection::{DetectorParams, detect},
+///     simulation::{Scene, render_view},
+/// };
+/// use nalgebra::{Isometry3, Vector3};
+///
+/// let scene = Scene::default_720p(1);
+/// let cam_from_board = Isometry3::new(Vector3::new(0.01, 0.0, 0.35), Vector3::new(0.5, 0.3, 0.0));
+/// let image = render_view(&scene, &cam_from_board);
+///
+/// let detection = detect(&image, &scene.board, DetectorParams::default()).expect("the board is visible");
+/// for (corner, point_m) in detection.corners.iter().zip(scene.board.corners_in_board_m()) {
+///     let truth_px = scene.camera.px_from_board(&cam_from_board, &point_m).expect("in front");
+///     assert!((corner.px - truth_px).norm() < 0.3);
+/// }
+/// assert!(detection.quality.contrast > 20.0);
+/// ```
+pub fn detect(
+    image: &GrayImage,
+    board: &Checkerboard,
+    params: DetectorParams,
+) -> Result<Detection, Miss> {
+    Detector::new(params).detect(image, board)
+}
+
+impl Detector {
+    /// Creates a detector with empty buffers.
+    pub fn new(params: DetectorParams) -> Self {
+        Self { params, ..Self::default() }
+    }
+
+    /// Finds `board` anywhere in `image`: its corners, or the reason why not. Corners that are covered or outside of the
+    /// picture are [unseen](boresight_geometry::Corner::unseen).
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`], never [`Miss::OutOfTime`]. With several candidate grids, the reason of the one that came closest to
+    /// the board.
+    pub fn detect(&mut self, image: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
+        self.search(image, board, Search::FULL)
+    }
+
+    /// Finds `board` in `image`, first where it is predicted, then anywhere.
+    ///
+    /// The result depends on the arguments alone, not on earlier pictures.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`], as [`detect`](Self::detect), and [`Miss::OutOfTime`].
+    pub fn search(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        search: Search<'_>,
+    ) -> Result<Detection, Miss> {
+        if let Some(near) = search.near.filter(|near| !near.everywhere && board.markers().is_none())
+            && self.tracker.follow(image, board, near, &mut self.rough)
+        {
+            let seen = self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on);
+            if let Ok(detection) = seen {
+                return Ok(detection);
+            }
+        }
+        let is_marked = board.markers().is_some();
+        let mut best_miss = Miss::NoBoard;
+        let [primary, coarser, finer] =
+            if is_marked { self.fine_levels(image) } else { self.search_levels(image) };
+        let levels = [primary, coarser, finer].into_iter().flatten().map(Pass::Level);
+        // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
+        // Markers don't survive growth.
+        let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
+        let grown = grown.into_iter().filter(|_| !is_marked);
+        let grown = grown.filter_map(|(level, what)| Some(Pass::Grown(level?, what)));
+        // The gaps around markers may be narrower than the ring.
+        let doubled = (is_marked && image.len() <= MOST_DOUBLED_PX).then_some(Pass::Doubled);
+        let mut best_part: Option<Detection> = None;
+        for pass in levels.chain(grown).chain(doubled) {
+            if best_part.is_some() && pass.level() != coarser {
+                break;
+            }
+            if matches!(pass, Pass::Grown(..)) && !may_be_grown(&best_miss) {
+                break;
+            }
+            // A coarser picture would hide the markers that contradict.
+            if matches!(best_miss, Miss::OtherSquares { .. }) {
+                break;
+            }
+            let halved = pass.halved();
+            self.expected.clear();
+            if let Some(near) = search.near.filter(|near| near.names_corners) {
+                self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
+            }
+            let found = self.search_pass(image, pass, board, search.keep_on).and_then(|polarity| {
+                self.rough.clear();
+                let full_px = |corner: &Option<[f32; 2]>| corner.map(|at| halved.full_px(at));
+                self.rough.extend(self.grids.corners().iter().map(full_px));
+                let mut image = image;
+                if polarity == Polarity::Negative {
+                    negate(image, &mut self.negative);
+                    image = &self.negative;
+                }
+                self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on)
+            });
+            let is_coarse = matches!(pass, Pass::Grown(..)) || pass.level() > primary;
+            let found = found.and_then(|detection| {
+                if !is_marked && self.rough.iter().all(Option::is_some) {
+                    let is_small = || {
+                        let side_px = shortest_side_px(&self.rough, board.columns());
+                        side_px < SMALL_SQUARE_PX * halved.scale
+                    };
+                    let sharper = if is_coarse { primary } else { finer.filter(|_| is_small()) };
+                    self.check_whole(image, sharper, board, &detection)?;
+                }
+                Ok(detection)
+            });
+            match found {
+                Ok(detection) => {
+                    let seen = seen_count(&detection.corners);
+                    if seen == detection.corners.len() || is_marked {
+                        return Ok(detection);
+                    }
+                    if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {
+                        best_part = Some(detection);
+                    }
+                }
+                Err(Miss::OutOfTime) => return best_part.ok_or(Miss::OutOfTime),
+                Err(miss) => best_miss = best_miss.or_closer(miss),
+            }
+        }
+        if let Some(part) = best_part.filter(|_| !matches!(best_miss, Miss::OtherBoard { .. })) {
+            return Ok(part);
+        }
+        let says_little =
+            matches!(best_miss, Miss::NoBoard | Miss::PartialBoard { cut_off_by: None, .. });
+        let clearer =
+            says_little.then(|| self.clearer_reason(image, primary, search.near)).flatten();
+        Err(clearer.unwrap_or(best_miss))
+    }
+
+    /// Looks for more of the pattern in a sharper picture than the one in which the board was found: what is too small for
+    /// a coarse one, or grown together, isn't seen there.
+    fn check_whole(
+        &mut self,
+        image: &GrayImage,
+        level: Option<usize>,
+        board: &Checkerboard,
+        detection: &Detection,
+    ) -> Result<(), Miss> {
+        let Some(level) = level else { return Ok(()) };
+        let picture = if level == 0 { image } else { &self.levels[level - 1] };
+        let halved = Halved::whole(level);
+        let corners = detection.corners.iter().map(|corner| halved.at([corner.px.x, corner.px.y]));
+        self.grids.check_whole(picture, board, corners)
+    }
+
+    /// What the picture says, where no grid says why there is no board.
+    fn clearer_reason(
+        &mut self,
+        image: &GrayImage,
+        level: Option<usize>,
+        near: Option<&Prediction>,
+    ) -> Option<Miss> {
+        let level = level?;
+        let picture = if level == 0 { image } else { &self.levels[level - 1] };
+        let halved = Halved::whole(level);
+        let region = near.map(|near| {
+            let ends = near.corners_px.iter().map(|corner| halved.at(*corner));
+            let start = [f32::MAX, f32::MAX, 0.0, 0.0];
+            let ends = ends.fold(start, |[left, top, right, bottom], [x, y]| {
+                [left.min(x), top.min(y), right.max(x), bottom.max(y)]
+            });
+            ends.map(|end| end.max(0.0) as usize)
+        });
+        picture_quality::reason(picture, region, halved.scale, &mut self.edge_widths)
+    }
+
+    /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
+    /// many columns as rows. `None` without such a board.
+    pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
+        self.search_levels(image).into_iter().flatten().find_map(|level| {
+            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            self.grids.count(picture, &self.params)
+        })
+    }
+
+    /// Builds the halved pictures. Returns the levels to search, most promising first.
+    fn search_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
+        let mut primary = 0;
+        while image.width() >> primary > SEARCH_WIDTH_PX {
+            primary += 1;
+        }
+        let coarsest = primary + 1;
+        if self.levels.len() < coarsest {
+            self.levels.resize_with(coarsest, GrayImage::default);
+        }
+        for level in 0..coarsest {
+            let (finer, coarser) = self.levels.split_at_mut(level);
+            halve(finer.last().unwrap_or(image), &mut coarser[0]);
+        }
+        let wide_enough = image.width() >> coarsest >= 160;
+        [Some(primary), wide_enough.then_some(coarsest), primary.checked_sub(1)]
+    }
+
+    /// As [`search_levels`](Self::search_levels), for boards with markers: the gap between corner and marker should hold
+    /// the search ring, so the finest level comes first.
+    fn fine_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
+        let [primary, coarser, finer] = self.search_levels(image);
+        if finer.is_some() { [finer, primary, coarser] } else { [primary, coarser, None] }
+    }
+
+    fn search_pass(
+        &mut self,
+        image: &GrayImage,
+        pass: Pass,
+        board: &Checkerboard,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<Polarity, Miss> {
+        let Self { params, levels, grown, grown_rows, grids, expected, .. } = self;
+        let at = |level: usize| if level == 0 { image } else { &levels[level - 1] };
+        let picture = match pass {
+            Pass::Level(level) => at(level),
+            Pass::Grown(level, what) => {
+                grow(at(level), what, grown_rows, grown);
+                grown
+            }
+            Pass::Doubled => {
+                double(image, grown);
+                grown
+            }
+        };
+        let full_px = pass.halved().scale;
+        grids.find((picture, full_px), board, params, expected, keep_on)
+    }
+}
+
+/// Shortest distance of neighbours in the rows and columns of a whole board.
+fn shortest_side_px(corners: &[Option<[f64; 2]>], columns: usize) -> f64 {
+    let length = |one: usize, other: usize| {
+        let ([x, y], [to_x, to_y]) = (corners[one]?, (*corners.get(other)?)?);
+        Some((to_x - x).hypot(to_y - y))
+    };
+    let along =
+        |index: usize| (!(index + 1).is_multiple_of(columns)).then(|| length(index, index + 1))?;
+    let sides = (0..corners.len()).flat_map(|index| [along(index), length(index, index + columns)]);
+    sides.flatten().fold(f64::MAX, f64::min)
+}
+
+/// Whether squares that don't touch may be the reason.
+fn may_be_grown(miss: &Miss) -> bool {
+    match miss {
+        Miss::NoBoard => true,
+        Miss::PartialBoard { cut_off_by, .. } => cut_off_by.is_none(),
+        Miss::Glare { .. } => true,
+        _ => false,
+    }
+}

@@ -1,0 +1,351 @@
+//! The pixels around a corner, and the residuals of the edge model on them.
+
+use image::GrayImage;
+
+use nalgebra::{SMatrix, SVector};
+
+use super::{erf::erf, patch::Patch, simd};
+use boresight_geometry::least_squares::Linearised;
+
+/// Parameters of the edge model.
+pub(super) const PARAMETERS: usize = 9;
+pub(super) type Vector = SVector<f64, PARAMETERS>;
+/// `extra`: sum of the products of each residual and the next one in the row.
+type Linear = Linearised<PARAMETERS, f64>;
+
+/// Pixels of a patch, padded with zero weight to a multiple of the lanes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pixels {
+    /// Offset from the patch's centre, brightness, weight.
+    pub(super) x: Vec<f32>,
+    pub(super) y: Vec<f32>,
+    pub(super) value: Vec<f32>,
+    weight: Vec<f32>,
+    /// Light that was added to the brightness in place of markers' frames.
+    frames: Vec<f32>,
+    pub(super) count: usize,
+}
+
+/// Fixed number of accumulators, so that results don't depend on the vector width.
+const LANES: usize = 8;
+/// Pixels processed together, so that their derivatives stay in the first-level cache.
+const CHUNK: usize = 16 * LANES;
+const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
+
+impl Pixels {
+    /// The `wanted` pixels of the patch in every row and column whose offset is a multiple of `step_px`.
+    pub(super) fn gather(
+        &mut self,
+        image: &GrayImage,
+        patch: &Patch,
+        step_px: i32,
+        wanted: impl Fn(i32, i32) -> bool,
+    ) {
+        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
+            row.clear();
+        }
+        self.frames.clear();
+        let (cx, cy) = patch.centre_px;
+        let (width, height) = image.dimensions();
+        let top = (-patch.radius_px).max(-cy);
+        let bottom = patch.radius_px.min(height as i32 - 1 - cy);
+        let from = |first: i32| first + (-first).rem_euclid(step_px);
+        for dy in (from(top)..=bottom).step_by(step_px as usize) {
+            let row = (cy + dy) as usize * width as usize;
+            let raw = &image.as_raw()[row..row + width as usize];
+            for (first, last) in patch.runs(image, dy) {
+                for dx in (from(first)..=last).step_by(step_px as usize) {
+                    if wanted(dx, dy) {
+                        self.x.push(dx as f32);
+                        self.y.push(dy as f32);
+                        self.value.push(f32::from(raw[(cx + dx) as usize]));
+                    }
+                }
+            }
+        }
+        self.count = self.x.len();
+        let filled = self.count.next_multiple_of(LANES);
+        self.weight.resize(self.count, 1.0);
+        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
+            row.resize(filled, 0.0);
+        }
+    }
+
+    /// All pixels near the edges, and a quarter of the others.
+    pub(super) fn gather_informative(&mut self, image: &GrayImage, patch: &Patch, rough: &Vector) {
+        let (s1, c1) = (rough[2].sin() as f32, rough[2].cos() as f32);
+        let (s2, c2) = (rough[3].sin() as f32, rough[3].cos() as f32);
+        let (x, y) = (rough[0] as f32, rough[1] as f32);
+        let band_px = 2.2 * rough[4].exp() as f32 + 0.6;
+        self.gather(image, patch, 1, |dx, dy| {
+            let (fx, fy) = (dx as f32 - x, dy as f32 - y);
+            (fy * c1 - fx * s1).abs() < band_px
+                || (fy * c2 - fx * s2).abs() < band_px
+                || (dx % 2 == 0 && dy % 2 == 0)
+        });
+    }
+
+    /// Adds the light that the black frames of markers in the two light squares take away, for the edge model at `at`:
+    /// dark beyond `gaps_px` from both edges, with the blur of the edges. Replaces what was added before.
+    pub(super) fn remove_frames(&mut self, at: &Vector, gaps_px: [f64; 2]) {
+        self.frames.resize(self.x.len(), 0.0);
+        simd::widest(RemovingFrames { pixels: self, at, gaps_px });
+    }
+
+    #[inline(always)]
+    fn remove_frames_here(&mut self, at: &Vector, gaps_px: [f64; 2]) {
+        let [x0, y0, _, _, _, a, _, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
+        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let (s2, c2) = (s2 * a.signum(), c2 * a.signum());
+        let inverse_s = (-at[4]).exp() as f32;
+        let [gap1, gap2] = gaps_px.map(|gap| gap as f32 * inverse_s);
+        let mut row = [0.0_f32; CHUNK];
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(self.x.len());
+            let places = self.x[start..end].iter().zip(&self.y[start..end]);
+            for ((x, y), frames) in places.zip(&mut row) {
+                let (dx, dy) = (x - x0, y - y0);
+                let d1 = (dy * c1 - dx * s1) * inverse_s;
+                let d2 = (dy * c2 - dx * s2) * inverse_s;
+                // Twice the share of a frame's darkness, across each edge to both sides.
+                let above1 = 1.0 + erf(d1 - gap1).0;
+                let below1 = 1.0 + erf(-d1 - gap1).0;
+                let above2 = 1.0 + erf(d2 - gap2).0;
+                let below2 = 1.0 + erf(-d2 - gap2).0;
+                let light = 0.5 * a.abs() * (1.0 + gx * dx + gy * dy);
+                *frames = light * (above1 * above2 + below1 * below2);
+            }
+            let added = self.frames[start..end].iter_mut().zip(&row);
+            for (value, (added, frames)) in self.value[start..end].iter_mut().zip(added) {
+                *value += frames - *added;
+                *added = *frames;
+            }
+        }
+    }
+
+    /// Cost, gradient and normal matrix at `at`, in squared grey levels; `extra` is the sum of the products of
+    /// each residual and the next one in its row.
+    ///
+    /// Single precision, summed in a fixed order: identical results on every machine.
+    pub(super) fn linearise(&self, at: &Vector) -> Linear {
+        simd::widest(Linearising { pixels: self, at })
+    }
+
+    /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.
+    pub(super) fn split_step(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
+        simd::widest(Splitting { pixels: self, at, log_s })
+    }
+
+    #[inline(always)]
+    fn split_step_here(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
+        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let inverse_s = log_s.map(|log_s| (-log_s).exp() as f32);
+        let mut sums = [[0.0_f32; LANES]; 5];
+        let mut rows = [[0.0_f32; CHUNK]; 3];
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(self.x.len());
+            let [r1, r2, r3] = &mut rows;
+            let places = self.x[start..end].iter().zip(&self.y[start..end]);
+            let seen = self.value[start..end].iter().zip(&self.weight[start..end]);
+            let out = r1.iter_mut().zip(r2).zip(r3.iter_mut());
+            for (((x, y), (value, weight)), ((r1, r2), r3)) in places.zip(seen).zip(out) {
+                let (dx, dy) = (x - x0, y - y0);
+                let d1 = (dy * c1 - dx * s1) * inverse_s[0];
+                let d2 = (dy * c2 - dx * s2) * inverse_s[1];
+                let (e1, bell1) = erf(d1);
+                let (e2, bell2) = erf(d2);
+                let light = (1.0 + gx * dx + gy * dy) * weight;
+                let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
+                *r1 = scaled * bell1 * e2 * d1;
+                *r2 = scaled * e1 * bell2 * d2;
+                *r3 = value * weight - (b + a * e1 * e2) * light;
+            }
+            for (sum, (i, j)) in sums.iter_mut().zip([(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)]) {
+                add_products(&rows[i][..end - start], &rows[j][..end - start], sum);
+            }
+        }
+        let [n11, n12, n22, g1, g2] =
+            sums.map(|sum| sum.iter().fold(0.0, |total, lane| total + f64::from(*lane)));
+        let determinant = (n11 * n22 - n12 * n12).max(1e-9);
+        [(n22 * g1 - n12 * g2) / determinant, (n11 * g2 - n12 * g1) / determinant]
+    }
+
+    #[inline(always)]
+    fn linearise_here(&self, at: &Vector) -> Linear {
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
+        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let inverse_s = (-at[4]).exp() as f32;
+        let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
+        let mut sums = [[0.0_f32; LANES]; SUMS];
+        let mut next = [0.0_f32; LANES];
+        let mut rows = [[0.0_f32; CHUNK]; PARAMETERS + 1];
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(self.x.len());
+            let (x, y) = (&self.x[start..end], &self.y[start..end]);
+            let (value, weight) = (&self.value[start..end], &self.weight[start..end]);
+            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9] = &mut rows;
+            let places = x.iter().zip(y).zip(value.iter().zip(weight));
+            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut());
+            let second = r5.iter_mut().zip(r6).zip(r7.iter_mut().zip(r8)).zip(r9.iter_mut());
+            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
+                let (((r0, r1), (r2, r3)), r4) = first;
+                let (((r5, r6), (r7, r8)), r9) = second;
+                let (dx, dy) = (x - x0, y - y0);
+                let d1 = dy * c1 - dx * s1;
+                let d2 = dy * c2 - dx * s2;
+                let (e1, bell1) = erf(d1 * inverse_s);
+                let (e2, bell2) = erf(d2 * inverse_s);
+                let (g1, g2) = (slope * bell1, slope * bell2);
+                let light = (1.0 + gx * dx + gy * dy) * weight;
+                let product = e1 * e2;
+                let pattern = (b + a * product) * weight;
+                let scaled = light * a;
+                let (across1, across2) = (scaled * g1 * e2, scaled * e1 * g2);
+                *r0 = across1 * s1 + across2 * s2 - pattern * gx;
+                *r1 = -(across1 * c1 + across2 * c2) - pattern * gy;
+                *r2 = -across1 * (dx * c1 + dy * s1);
+                *r3 = -across2 * (dx * c2 + dy * s2);
+                *r4 = -(across1 * d1 + across2 * d2);
+                *r5 = light * product;
+                *r6 = light;
+                *r7 = pattern * dx;
+                *r8 = pattern * dy;
+                *r9 = value * weight - (b + a * product) * light;
+            }
+            let off = &rows[PARAMETERS][..end - start];
+            add_products(off, &off[1..], &mut next);
+            let mut sum = sums.iter_mut();
+            for i in 0..=PARAMETERS {
+                for j in 0..=i {
+                    let Some(sum) = sum.next() else { break };
+                    add_products(&rows[i][..end - start], &rows[j][..end - start], sum);
+                }
+            }
+        }
+        let total =
+            |lanes: &[f32; LANES]| lanes.iter().fold(0.0, |total, lane| total + f64::from(*lane));
+        let next_products = total(&next);
+        let mut totals = sums.iter().map(total);
+        let mut next = || totals.next().unwrap_or(0.0);
+        let mut normal_matrix = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        for i in 0..PARAMETERS {
+            for j in 0..=i {
+                let value = next();
+                (normal_matrix[(i, j)], normal_matrix[(j, i)]) = (value, value);
+            }
+        }
+        let gradient = Vector::from_fn(|_, _| next());
+        Linearised { normal_matrix, gradient, cost: next(), extra: next_products }
+    }
+}
+
+struct Linearising<'a> {
+    pixels: &'a Pixels,
+    at: &'a Vector,
+}
+
+impl simd::Loop for Linearising<'_> {
+    type Output = Linear;
+
+    #[inline(always)]
+    fn run(self) -> Linear {
+        self.pixels.linearise_here(self.at)
+    }
+}
+
+struct RemovingFrames<'a> {
+    pixels: &'a mut Pixels,
+    at: &'a Vector,
+    gaps_px: [f64; 2],
+}
+
+impl simd::Loop for RemovingFrames<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.pixels.remove_frames_here(self.at, self.gaps_px);
+    }
+}
+
+struct Splitting<'a> {
+    pixels: &'a Pixels,
+    at: &'a Vector,
+    log_s: [f64; 2],
+}
+
+impl simd::Loop for Splitting<'_> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run(self) -> [f64; 2] {
+        self.pixels.split_step_here(self.at, self.log_s)
+    }
+}
+
+/// Adds the products of two rows, lane by lane.
+#[inline(always)]
+fn add_products(one: &[f32], two: &[f32], sum: &mut [f32; LANES]) {
+    let mut total = *sum;
+    for (one, two) in one.chunks_exact(LANES).zip(two.chunks_exact(LANES)) {
+        for lane in 0..LANES {
+            total[lane] += one[lane] * two[lane];
+        }
+    }
+    *sum = total;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A corner at (20.3, 19.6), blurred, with noise.
+    fn pixels() -> (Pixels, Vector) {
+        let image = GrayImage::from_fn(41, 41, |x, y| {
+            let (dx, dy) = (f64::from(x) - 20.3, f64::from(y) - 19.6);
+            let step = (dx * 0.9 - dy * 0.2).tanh() * (dy * 0.9 + dx * 0.3).tanh();
+            let noise = f64::from((x * 7919 + y * 104_729) % 13) - 6.0;
+            image::Luma([(120.0 + 80.0 * step + noise) as u8])
+        });
+        let mut pixels = Pixels::default();
+        let axes = [[40.0, 3.0], [-2.0, 40.0]];
+        let patch =
+            Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20), f64::INFINITY).expect("axes");
+        pixels.gather(&image, &patch, 1, |_, _| true);
+        let at = Vector::from([0.2, -0.5, 0.1, 1.4, 0.4, 75.0, 121.0, 1e-3, -2e-3]);
+        (pixels, at)
+    }
+
+    #[test]
+    fn every_vector_width_gives_the_same_bits() {
+        let (pixels, at) = pixels();
+        let widest = pixels.linearise(&at);
+        let least = simd::Loop::run(Linearising { pixels: &pixels, at: &at });
+        assert_eq!(widest.cost.to_bits(), least.cost.to_bits());
+        assert_eq!(widest.extra.to_bits(), least.extra.to_bits());
+        assert_eq!(widest.normal_matrix.map(f64::to_bits), least.normal_matrix.map(f64::to_bits));
+        assert_eq!(widest.gradient.map(f64::to_bits), least.gradient.map(f64::to_bits));
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_cost() {
+        let (pixels, at) = pixels();
+        let analytic = pixels.linearise(&at).gradient;
+        for i in 0..PARAMETERS {
+            let step = [1e-2, 1e-2, 1e-3, 1e-3, 1e-2, 0.5, 0.5, 1e-3, 1e-3][i];
+            let cost = |sign: f64| {
+                let mut moved = at;
+                moved[i] += sign * step;
+                pixels.linearise(&moved).cost
+            };
+            // The gradient of the fit is −½ dcost/dparameter.
+            let numeric = -(cost(1.0) - cost(-1.0)) / (4.0 * step);
+            let size = analytic[i].abs().max(0.02 * analytic.amax());
+            assert!((numeric - analytic[i]).abs() < 0.03 * size, "{i}: {numeric} {}", analytic[i]);
+        }
+    }
+}

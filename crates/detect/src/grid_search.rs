@@ -1,0 +1,236 @@
+//! Searches one picture for the board: junctions, grids of them, and the grid that matches.
+
+use image::GrayImage;
+
+use super::{
+    board_match::{count_board, is_no_part, match_board},
+    grow::Grower,
+    junction::{self, Junction},
+    lattice::Lattice,
+    marked_board::name_corners,
+    marker_cells::Polarity,
+    outcome::Miss,
+    params::DetectorParams,
+    response::{Peak, peaks as find_peaks, respond},
+};
+use boresight_geometry::{board::Checkerboard, markers::Markers};
+
+/// Smaller grids tried once no grid with most of the board matched, and their least size.
+const GRIDS_KEPT: usize = 4;
+const LEAST_GRID: usize = 6;
+/// Smallest grid whose markers are read.
+const LEAST_MARKED_GRID: usize = 4;
+/// Grids with most of the board that are tried; a tiled wall has no end of them.
+const LARGE_GRIDS: usize = 4;
+/// Markers with smaller cells, in pixels of the full-size picture, aren't read reliably.
+const LEAST_CELL_PX: f64 = 2.5;
+/// Longest side of a board that is counted, and most corners.
+const LONGEST_COUNTED: usize = 40;
+const MOST_COUNTED: usize = 1000;
+
+/// Finds the board in one picture, to about a pixel. Reuses its buffers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GridSearch {
+    response: Vec<i16>,
+    peaks: Vec<Peak>,
+    junctions: Vec<Junction>,
+    grower: Grower,
+    lattice: Lattice,
+    /// Grids with less than most of the board, largest first.
+    kept: Vec<Lattice>,
+    corners: Vec<Option<[f32; 2]>>,
+    /// The largest part of the board so far.
+    part: Vec<Option<[f32; 2]>>,
+}
+
+impl GridSearch {
+    /// What [`find`](Self::find) found: the corners of the whole board, or of the largest part, row by row in pixels of
+    /// the picture that was searched; `None` for those that aren't seen.
+    pub(super) fn corners(&self) -> &[Option<[f32; 2]>] {
+        &self.corners
+    }
+
+    /// Searches `picture`, each of whose pixels is `full_px` wide in the full-size picture, for `board`. Corners that are
+    /// `expected` somewhere (none, or all of the board) say which part of a board is seen. Returns the polarity of its
+    /// markers, if it has some.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`] of the grid that came closest to the board.
+    pub(super) fn find(
+        &mut self,
+        (picture, full_px): (&GrayImage, f64),
+        board: &Checkerboard,
+        params: &DetectorParams,
+        expected: &[[f32; 2]],
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<Polarity, Miss> {
+        self.start(picture, params);
+        if !keep_on() {
+            return Err(Miss::OutOfTime);
+        }
+        match board.markers() {
+            None => {
+                self.match_grids(picture, board, params.max_seeds, expected, keep_on)?;
+                Ok(Polarity::Positive)
+            }
+            Some(markers) => {
+                self.read_grids((picture, full_px), (board, markers), params.max_seeds, keep_on)
+            }
+        }
+    }
+
+    /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
+    /// many columns as rows. `None` without such a board.
+    pub(super) fn count(
+        &mut self,
+        picture: &GrayImage,
+        params: &DetectorParams,
+    ) -> Option<(usize, usize)> {
+        self.start(picture, params);
+        let Self { junctions, grower, lattice, .. } = self;
+        let limits = (LONGEST_COUNTED, MOST_COUNTED);
+        while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
+            let counted = count_board(picture, lattice, LONGEST_COUNTED as i32);
+            if counted.is_some() {
+                return counted;
+            }
+        }
+        None
+    }
+
+    /// Whether the `corners` of a whole board without markers, row by row in pixels of `picture`, are all of the pattern
+    /// there. Corners without a position are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`] if they are a part of a larger one.
+    pub(super) fn check_whole(
+        &mut self,
+        picture: &GrayImage,
+        board: &Checkerboard,
+        corners: impl Iterator<Item = [f32; 2]>,
+    ) -> Result<(), Miss> {
+        let columns = board.columns();
+        self.lattice.clear(grid_limits(board).0);
+        for (index, at) in corners.enumerate().filter(|(_, at)| at[0].is_finite()) {
+            self.lattice.insert(((index % columns) as i32, (index / columns) as i32), at);
+        }
+        is_no_part(picture, &mut self.lattice)
+    }
+
+    /// Finds the junctions of `picture`.
+    fn start(&mut self, picture: &GrayImage, params: &DetectorParams) {
+        let (width, height) = picture.dimensions();
+        respond(picture, &mut self.response);
+        let limits = (params.min_response, params.max_candidates);
+        find_peaks(&self.response, width as usize, limits.0, limits.1, &mut self.peaks);
+        self.junctions.clear();
+        self.junctions.extend(self.peaks.iter().filter_map(|peak| junction::read(picture, peak)));
+        self.grower.start(&self.junctions, width, height);
+    }
+
+    /// The first grid whose markers say where on the board it lies.
+    fn read_grids(
+        &mut self,
+        (picture, full_px): (&GrayImage, f64),
+        (board, markers): (&Checkerboard, Markers),
+        max_seeds: usize,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<Polarity, Miss> {
+        let Self { junctions, grower, lattice, corners, .. } = self;
+        let limits = grid_limits(board);
+        let mut best_miss = Miss::NoBoard;
+        while grower.next_grid(junctions, max_seeds, limits, lattice).is_some() {
+            if !keep_on() {
+                return Err(Miss::OutOfTime);
+            }
+            if lattice.len() < LEAST_MARKED_GRID {
+                continue;
+            }
+            match name_corners(picture, lattice, board, markers, corners) {
+                Ok(polarity) => return Ok(polarity),
+                Err(miss) => {
+                    let square_px = lattice.mean_height() * full_px;
+                    best_miss = best_miss.or_closer(or_too_small(miss, markers, square_px));
+                }
+            }
+        }
+        Err(best_miss)
+    }
+
+    /// The first grid that is the whole board, or the largest part of one.
+    fn match_grids(
+        &mut self,
+        picture: &GrayImage,
+        board: &Checkerboard,
+        max_seeds: usize,
+        expected: &[[f32; 2]],
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<(), Miss> {
+        let Self { junctions, grower, lattice, kept, corners, part, .. } = self;
+        let (wanted, limits) = (board.corner_count(), grid_limits(board));
+        kept.resize_with(GRIDS_KEPT, Lattice::default);
+        kept.iter_mut().for_each(|lattice| lattice.clear(limits.0));
+        part.clear();
+        let mut best_miss = Miss::NoBoard;
+        let mut is_whole = |lattice: &mut Lattice| {
+            if let Err(miss) = match_board(picture, lattice, board, expected, corners) {
+                best_miss = best_miss.or_closer(miss);
+                return false;
+            }
+            let seen = |corners: &[Option<[f32; 2]>]| corners.iter().flatten().count();
+            if seen(corners) > seen(part) {
+                part.clone_from(corners);
+            }
+            seen(corners) == wanted
+        };
+        let mut large = 0;
+        while grower.next_grid(junctions, max_seeds, limits, lattice).is_some() {
+            if !keep_on() {
+                return Err(Miss::OutOfTime);
+            }
+            // A grid with most of the board is judged at once; smaller ones wait for a better one.
+            if 4 * lattice.len() >= 3 * wanted && large < LARGE_GRIDS {
+                large += 1;
+                if is_whole(lattice) {
+                    return Ok(());
+                }
+            } else if let Some(place) = kept.iter().position(|kept| kept.len() < lattice.len()) {
+                kept[place..].rotate_right(1);
+                std::mem::swap(&mut kept[place], lattice);
+            }
+        }
+        for lattice in kept.iter_mut().filter(|lattice| lattice.len() >= LEAST_GRID) {
+            if !keep_on() {
+                return Err(Miss::OutOfTime);
+            }
+            if is_whole(lattice) {
+                return Ok(());
+            }
+        }
+        // Beside another board, a part of this one is probably something else.
+        if part.is_empty() || matches!(best_miss, Miss::OtherBoard { .. }) {
+            return Err(best_miss);
+        }
+        corners.clone_from(part);
+        Ok(())
+    }
+}
+
+/// Longest side and most nodes of a grid that may hold `board`.
+fn grid_limits(board: &Checkerboard) -> (usize, usize) {
+    (board.columns().max(board.rows()), 3 * board.corner_count() + 100)
+}
+
+/// [`Miss::TooSmall`] instead of other markers than the board's, if they are too small to read.
+fn or_too_small(miss: Miss, markers: Markers, square_px: f64) -> Miss {
+    let cells = markers.dictionary.side_cells() + 2;
+    let needed_px = LEAST_CELL_PX * cells as f64 / markers.side_squares;
+    match miss {
+        Miss::OtherMarkers { markers: 1.. } if square_px < needed_px => {
+            Miss::TooSmall { square_px, needed_px }
+        }
+        miss => miss,
+    }
+}

@@ -1,0 +1,185 @@
+//! The code in the margin of a printed board.
+//!
+//! The corners say where the strip is: a homography, and one coefficient of the lens, carry the board's plane a little
+//! beyond them. Each cell is compared with the white margin and the nearest dark square beside it.
+
+use image::GrayImage;
+use nalgebra::{Point2, Vector2};
+
+use boresight_geometry::{
+    Corner, Homography,
+    board::Checkerboard,
+    board_code::{BoardCode, CELLS, Edge, FAR, NEAR, place_in_cell},
+    frame::ImageSize,
+};
+
+/// Difference between white and black that can be read, in grey levels.
+const MIN_CONTRAST: f64 = 24.0;
+/// A cell is unclear if it's closer to the middle between black and white, as a share of their difference.
+const UNCLEAR: f64 = 0.04;
+/// Bounds of the division model's coefficient at the corner of the picture: fisheye to pincushion.
+const LENS: (f64, f64) = (-0.9, 0.4);
+const LENS_STEPS: usize = 11;
+
+/// The code beside a board whose `corners` were found in `image`; `None` if there is none, or it can't be read.
+///
+/// It names a board of as many corners as `board`, whose size of squares doesn't matter.
+pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) -> Option<BoardCode> {
+    if corners.len() != board.corner_count() {
+        return None;
+    }
+    let points_m = board.corners_in_board_m();
+    let pairs = points_m.iter().copied().zip(corners);
+    let seen =
+        pairs.filter(|(_, corner)| corner.is_seen()).map(|(point, corner)| (point, corner.px));
+    let plane = Plane::through(&seen, ImageSize::of(image))?;
+    let size = (board.columns(), board.rows());
+    let middle = (Vector2::new(size.0 as f64, size.1 as f64) + Vector2::repeat(1.0)) / 2.0;
+    let square_m = board.square_m();
+    let px_of = |(x, y): (f64, f64)| plane.px(&((Vector2::new(x, y) - middle) * square_m).into());
+    codes(image, size, &px_of).map(|(code, _)| code).next()
+}
+
+/// Whether the code of `board` is seen beside it, and the right way round if nothing else tells. `px_of` is where a place
+/// is in the picture, in squares from the board's top-left corner.
+pub(super) fn is_named_by_code(image: &GrayImage, board: &Checkerboard, px_of: &PxOf<'_>) -> bool {
+    let size = (board.columns(), board.rows());
+    let either_way = !board.looks_the_same_upside_down();
+    codes(image, size, px_of).any(|(_, forwards)| forwards || either_way)
+}
+
+/// Where in the picture a place is; `None` if the lens has no such place.
+type PxOf<'a> = dyn Fn((f64, f64)) -> Option<Point2<f64>> + 'a;
+
+/// The codes of a board of this size, and whether they run along its columns or rows, not against them.
+fn codes(
+    image: &GrayImage,
+    size: (usize, usize),
+    px_of: &PxOf<'_>,
+) -> impl Iterator<Item = (BoardCode, bool)> {
+    Edge::ALL.into_iter().filter_map(move |edge| {
+        let mut cells = strip(image, px_of, size, edge)?;
+        let forwards = BoardCode::read(&cells);
+        let code = forwards.or_else(|| {
+            cells.reverse();
+            BoardCode::read(&cells)
+        })?;
+        // A board that is turned by a quarter is numbered the other way round.
+        let named = code.board()?;
+        let seen = [(named.columns(), named.rows()), (named.rows(), named.columns())];
+        seen.contains(&size).then_some((code, forwards.is_some()))
+    })
+}
+
+fn strip(
+    image: &GrayImage,
+    px_of: &PxOf<'_>,
+    size: (usize, usize),
+    edge: Edge,
+) -> Option<[bool; CELLS]> {
+    let level = |along: f64, outside: f64| grey(image, &px_of(edge.place(size, along, outside))?);
+    // Cheaper than to find the end outside of the picture last.
+    level(1.0, FAR)?;
+    let squares = match edge {
+        Edge::Top | Edge::Bottom => size.0 + 1,
+        Edge::Left | Edge::Right => size.1 + 1,
+    };
+    let mut cells = [false; CELLS];
+    for (index, cell) in cells.iter_mut().enumerate() {
+        let middle = place_in_cell(index, 0.5);
+        let white = level(middle, 0.5 * NEAR)?;
+        // One of two neighbouring squares is black.
+        let square = ((middle * squares as f64) as usize).min(squares - 2);
+        let centre = |square: usize| level((square as f64 + 0.5) / squares as f64, -0.5);
+        let black = centre(square)?.min(centre(square + 1)?);
+        if white - black < MIN_CONTRAST {
+            return None;
+        }
+        let mut sum = 0.0;
+        for within in [0.3, 0.5, 0.7] {
+            for across in [0.3, 0.5, 0.7] {
+                sum += level(place_in_cell(index, within), NEAR + across * (FAR - NEAR))?;
+            }
+        }
+        let whiteness = (sum / 9.0 - black) / (white - black);
+        if (whiteness - 0.5).abs() < UNCLEAR {
+            return None;
+        }
+        *cell = whiteness < 0.5;
+    }
+    Some(cells)
+}
+
+/// Brightness between pixels; `None` outside of the picture.
+fn grey(image: &GrayImage, px: &Point2<f64>) -> Option<f64> {
+    let inside = px.x >= 0.0
+        && px.y >= 0.0
+        && px.x < f64::from(image.width()) - 1.0
+        && px.y < f64::from(image.height()) - 1.0;
+    if !inside {
+        return None;
+    }
+    let (x, y) = (px.x as u32, px.y as u32);
+    let (right, down) = (px.x - f64::from(x), px.y - f64::from(y));
+    let at = |dx, dy| f64::from(image.get_pixel(x + dx, y + dy).0[0]);
+    let above = at(0, 0) * (1.0 - right) + at(1, 0) * right;
+    let below = at(0, 1) * (1.0 - right) + at(1, 1) * right;
+    Some(above * (1.0 - down) + below * down)
+}
+
+/// The board's plane in a picture of a lens that bends lines: a homography after Fitzgibbon's division model
+/// (2001) about the middle of the picture.
+pub(super) struct Plane {
+    homography: Homography,
+    bend: f64,
+    centre_px: Point2<f64>,
+    radius_px: f64,
+}
+
+impl Plane {
+    /// The plane whose points, in any unit, are seen at these pixels; their origin is in front of the camera. Allocates
+    /// nothing. `None` if the pairs don't determine it.
+    pub(super) fn through(
+        pairs: &(impl Iterator<Item = (Point2<f64>, Point2<f64>)> + Clone),
+        image_size: ImageSize,
+    ) -> Option<Self> {
+        let centre_px = image_size.centre_px();
+        let radius_px = centre_px.coords.norm().max(1.0);
+        let fit = |bend: f64| {
+            let straight = |(point, px): (Point2<f64>, Point2<f64>)| {
+                let off = (px - centre_px) / radius_px;
+                (point, centre_px + radius_px * off / (1.0 + bend * off.norm_squared()))
+            };
+            Homography::fit_unweighted(pairs.clone().map(straight)).ok()
+        };
+        let cost = |bend: f64| fit(bend).map_or(f64::INFINITY, |fit| fit.rms_px());
+        // Golden-section search.
+        let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+        let (mut low, mut high) = LENS;
+        let mut inner = [high - golden * (high - low), low + golden * (high - low)];
+        let mut costs = inner.map(cost);
+        for _ in 0..LENS_STEPS {
+            if costs[0] < costs[1] {
+                high = inner[1];
+                inner = [high - golden * (high - low), inner[0]];
+                costs = [cost(inner[0]), costs[0]];
+            } else {
+                low = inner[0];
+                inner = [inner[1], low + golden * (high - low)];
+                costs = [costs[1], cost(inner[1])];
+            }
+        }
+        let bend = (low + high) / 2.0;
+        Some(Self { homography: fit(bend)?, bend, centre_px, radius_px })
+    }
+
+    /// Pixel of a point of the plane.
+    pub(super) fn px(&self, point: &Point2<f64>) -> Option<Point2<f64>> {
+        let straight = self.homography.map(point)?;
+        let off = (straight - self.centre_px) / self.radius_px;
+        // off = bent / (1 + bend · |bent|²), solved for the bent radius.
+        let discriminant = 1.0 - 4.0 * self.bend * off.norm_squared();
+        let stretch = 2.0 / (1.0 + discriminant.max(0.0).sqrt());
+        (discriminant >= 0.0).then(|| self.centre_px + self.radius_px * stretch * off)
+    }
+}

@@ -1,0 +1,355 @@
+//! Fits the edge model to every corner of the full-size picture, and checks that the corners form one board.
+
+use image::GrayImage;
+use nalgebra::Point2;
+
+use super::{
+    bent_edges::BentEdges,
+    edge_model::{self, EdgeFit, Known},
+    motion::motion_px,
+    neighbours::{between_neighbours_px, expected_px, smooth},
+    outcome::{Detection, Miss, Quality},
+    params::DetectorParams,
+};
+use boresight_geometry::{Corner, board::Checkerboard, expect_unseen};
+
+/// Blur above this fraction of a square leaves no plateau between its edges.
+const BLUR_LIMIT_SQUARES: f64 = 0.25;
+/// Least brightness step of a corner, as a fraction of the board's median; small, because light is uneven.
+const LEAST_OF_MEDIAN: f64 = 0.04;
+/// Corners whose residual exceeds this multiple of the board's median are dropped: noise affects all corners, clutter
+/// only some.
+const RESIDUAL_OVER_MEDIAN: f64 = 1.6;
+
+/// A corner is vague if its standard deviation exceeds this multiple of the board's median, and this many pixels.
+const VAGUE_OVER_MEDIAN: f64 = 20.0;
+const VAGUE_FROM_PX: f64 = 0.3;
+/// How far a corner may be off the place between its neighbours: in squares, or in standard deviations.
+const OFF_SQUARES: f64 = 0.1;
+const OFF_SIGMAS: f64 = 5.0;
+/// Largest residual, as a fraction of the contrast, of a corner that is fitted again.
+const AGAIN_RESIDUAL: f64 = 0.5;
+/// A corner beside one that isn't seen may fit so much worse than the median, in residual and standard deviation.
+const TOUCHED_RESIDUAL: f64 = 1.5;
+const TOUCHED_SIGMA: f64 = 3.0;
+/// Fewer corners don't make a board, and not if more than one in so many of those looked at can't be measured.
+const LEAST_CORNERS: usize = 12;
+const LOST_SHARE: usize = 8;
+const LOST_SHARE_OF_PART: usize = 3;
+/// The same where markers say which corners are seen.
+const LEAST_CORNERS_WITH_MARKERS: usize = 6;
+const LOST_SHARE_WITH_MARKERS: usize = 2;
+
+/// Refines the corners of a board. Reuses its buffers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Refiner {
+    fits: Vec<Option<EdgeFit>>,
+    sorted: Vec<f64>,
+    scratch: edge_model::Scratch,
+    bent_edges: BentEdges,
+}
+
+/// Where the corners roughly are.
+#[derive(Clone, Copy)]
+struct Rough<'a> {
+    /// Pixels of the full-size picture, row by row; `None` where a corner isn't seen.
+    corners_px: &'a [Option<[f64; 2]>],
+    columns: usize,
+    /// Distance of markers from the edges of their squares; infinite without markers.
+    gap_squares: f64,
+}
+
+impl Refiner {
+    /// Measures the board whose corners are near `rough` (pixels of the full-size picture, row by row; `None` where a
+    /// corner isn't seen). Corners that can't be measured well are unseen, too.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`] if too many corners can't be measured, or if the corners don't form one board.
+    pub(super) fn refine(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        rough: &[Option<[f64; 2]>],
+        params: &DetectorParams,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<Detection, Miss> {
+        let columns = board.columns();
+        let gap_squares = board.markers().map_or(f64::INFINITY, |it| it.gap_squares());
+        let rough = Rough { corners_px: rough, columns, gap_squares };
+        let mut shortest_px = f64::MAX;
+        self.fits.clear();
+        for (index, start) in rough.corners_px.iter().enumerate() {
+            if index % columns == 0 && !keep_on() {
+                return Err(Miss::OutOfTime);
+            }
+            let fit = start.zip(Window::around(rough, index)).and_then(|(start, window)| {
+                shortest_px = shortest_px.min(window.side_px);
+                window.fit(image, start, Known::Nothing, &mut self.scratch)
+            });
+            self.fits.push(fit);
+        }
+        let needed_px = params.min_square_px;
+        if shortest_px < needed_px {
+            return Err(Miss::TooSmall { square_px: shortest_px, needed_px });
+        }
+        let median_residual = self.median(|_, fit| fit.residual).unwrap_or(0.0);
+        let limit = (RESIDUAL_OVER_MEDIAN * median_residual).clamp(params.max_residual, 1.0);
+        // Positive if the squares between the board's axes at corner 0 are light.
+        let median_step =
+            self.median(|index, fit| fit.step() * sign(index, columns)).unwrap_or(0.0);
+        for (index, fit) in self.fits.iter_mut().enumerate() {
+            let step = median_step * sign(index, columns);
+            *fit = fit.take().filter(|fit| fit.residual <= limit && agrees(fit, step));
+        }
+        let median_blur_px = self.median(|_, fit| fit.blur_px());
+        self.retry(image, rough, (limit, median_step), median_blur_px);
+        self.drop_doubtful(image, rough, median_blur_px);
+        let tried = rough.corners_px.iter().flatten().count();
+        if self.fits.iter().any(Option::is_none) {
+            self.drop_touched(image, columns, median_residual, board.markers().is_some());
+            self.drop_strays(rough);
+        }
+        let (found, wanted) = (self.fits.iter().flatten().count(), rough.corners_px.len());
+        let blur_px = self.median(|_, fit| fit.blur_px()).unwrap_or(params.max_blur_px);
+        let limit_px = params.max_blur_px.min(BLUR_LIMIT_SQUARES * shortest_px);
+        if blur_px > params.max_blur_px || (found < tried && blur_px > limit_px) {
+            return Err(Miss::Blurred { blur_px, limit_px });
+        }
+        // At the rim of what covers a part, more are lost.
+        let (share, least) = match (board.markers().is_some(), tried < wanted) {
+            (true, _) => (LOST_SHARE_WITH_MARKERS, LEAST_CORNERS_WITH_MARKERS),
+            (false, true) => (LOST_SHARE_OF_PART, LEAST_CORNERS),
+            (false, false) => (LOST_SHARE, LEAST_CORNERS),
+        };
+        if found < least.min(wanted) || share * (tried - found) > tried {
+            return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
+        }
+        let contrast = self.median(|_, fit| fit.contrast()).unwrap_or(0.0);
+        if contrast < params.min_contrast {
+            return Err(Miss::LowContrast { contrast, needed: params.min_contrast });
+        }
+        if !smooth(&self.fits, columns) {
+            return Err(Miss::NoBoard);
+        }
+        let fits = || self.fits.iter().flatten();
+        let glare = fits().filter(|fit| fit.light() >= 252.0).count() as f64 / found as f64;
+        let nowhere = Corner::unseen(Point2::new(f64::NAN, f64::NAN));
+        let mut corners = Vec::with_capacity(wanted);
+        corners.extend(self.fits.iter().map(|fit| fit.as_ref().map_or(nowhere, |fit| fit.corner)));
+        if found < wanted {
+            expect_unseen(&board.corners_in_board_m(), &mut corners);
+            // Without a plane, it's no board.
+            if corners.iter().any(|corner| !corner.px.x.is_finite()) {
+                return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
+            }
+        }
+        self.bent_edges.correct(&self.fits, columns, &mut corners);
+        corners.iter_mut().for_each(|corner| *corner = corner.in_few_digits());
+        let motion_px = motion_px(image, &self.fits, &mut self.scratch);
+        Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
+    }
+
+    /// Repeats failed fits at the position that the neighbours predict: blur can hide the edges of a small square
+    /// from a fit that starts elsewhere.
+    fn retry(
+        &mut self,
+        image: &GrayImage,
+        rough: Rough<'_>,
+        (limit, median_step): (f64, f64),
+        median_blur_px: Option<f64>,
+    ) {
+        let columns = rough.columns;
+        for (index, corner) in rough.corners_px.iter().enumerate() {
+            let Some(expected) = expected_px(&self.fits, columns, index) else { continue };
+            let Some(window) = corner.and_then(|_| Window::around(rough, index)) else { continue };
+            let allowed_px = 0.08 * window.side_px + 0.3;
+            let off_px = |fit: &EdgeFit| {
+                (fit.corner.px.x - expected[0]).hypot(fit.corner.px.y - expected[1])
+            };
+            if self.fits[index].as_ref().is_some_and(|fit| off_px(fit) <= allowed_px) {
+                continue;
+            }
+            let helped =
+                median_blur_px.map(|blur_px| [Known::Blur(blur_px), Known::BlurAndEdges(blur_px)]);
+            let all = [Known::Nothing].into_iter().chain(helped.into_iter().flatten());
+            let again = all.into_iter().find_map(|known| {
+                window
+                    .fit(image, expected, known, &mut self.scratch)
+                    .filter(|fit| fit.residual <= limit && off_px(fit) <= allowed_px)
+                    .filter(|fit| agrees(fit, median_step * sign(index, columns)))
+            });
+            if again.is_some() {
+                self.fits[index] = again;
+            }
+        }
+    }
+
+    /// Fits corners again, from where their neighbours predict them, that are far less certain than the others or that
+    /// contradict their neighbours; drops them if that doesn't help. An edge beside a corner, or a line that crosses it
+    /// at a small angle, can make such a fit.
+    fn drop_doubtful(&mut self, image: &GrayImage, rough: Rough<'_>, median_blur_px: Option<f64>) {
+        let columns = rough.columns;
+        let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
+        let is_vague = |fit: &EdgeFit| {
+            let sigma_px = fit.corner.sigma_px();
+            sigma_px > VAGUE_OVER_MEDIAN * median_sigma_px && sigma_px > VAGUE_FROM_PX
+        };
+        // The worst first: a wrong corner also makes its neighbours look wrong.
+        for _ in 0..self.fits.len() / LOST_SHARE + 1 {
+            let worst = (0..self.fits.len())
+                .filter_map(|index| {
+                    let fit = self.fits[index].as_ref()?;
+                    if is_vague(fit) {
+                        return Some((f64::INFINITY, index));
+                    }
+                    let side_px = Window::around(rough, index)?.side_px;
+                    let expected = between_neighbours_px(&self.fits, columns, index)?;
+                    let off_px = (fit.corner.px - Point2::from(expected)).norm();
+                    let allowed_px =
+                        (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
+                    Some((off_px / allowed_px, index))
+                })
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, index)) = worst.filter(|(ratio, _)| *ratio > 1.0) else { return };
+            let before = self.fits[index].take();
+            let again = expected_px(&self.fits, columns, index)
+                .zip(Window::around(rough, index))
+                .zip(median_blur_px)
+                .and_then(|((expected, window), blur_px)| {
+                    let known = Known::BlurAndEdges(blur_px);
+                    let fit = window.fit(image, expected, known, &mut self.scratch)?;
+                    let off_px = (fit.corner.px - Point2::from(expected)).norm();
+                    let is_sound = !is_vague(&fit)
+                        && off_px <= OFF_SQUARES * window.side_px + 0.3
+                        && before.is_some_and(|before| before.step() * fit.step() > 0.0)
+                        && fit.residual < AGAIN_RESIDUAL;
+                    is_sound.then_some(fit)
+                });
+            self.fits[index] = again;
+        }
+    }
+
+    /// Drops corners beside unseen ones that are covered, for what covers them reaches into the squares beside, and those
+    /// beside the edge of the picture that fit worse than the others. On a board `with_markers`, where only narrow bands
+    /// along the edges are looked at, all corners that fit as well as the others stay.
+    fn drop_touched(
+        &mut self,
+        image: &GrayImage,
+        columns: usize,
+        median_residual: f64,
+        with_markers: bool,
+    ) {
+        let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
+        let rows = self.fits.len() / columns;
+        let (right, bottom) = (f64::from(image.width()) - 1.0, f64::from(image.height()) - 1.0);
+        let is_covered = |index: usize| {
+            self.fits[index].is_none()
+                && expected_px(&self.fits, columns, index)
+                    .is_some_and(|[x, y]| (0.0..=right).contains(&x) && (0.0..=bottom).contains(&y))
+        };
+        let mut touched = Vec::new();
+        for (index, fit) in self.fits.iter().enumerate() {
+            let Some(fit) = fit else { continue };
+            let (column, row) = (index % columns, index / columns);
+            let beside =
+                |count: usize, place: usize| place.saturating_sub(1)..(place + 2).min(count);
+            let is_beside = |is: &dyn Fn(usize) -> bool| {
+                beside(rows, row).any(|row| beside(columns, column).any(|c| is(row * columns + c)))
+            };
+            let beside_unseen = is_beside(&|index| self.fits[index].is_none());
+            let fits_worse = fit.residual > TOUCHED_RESIDUAL * median_residual + 0.02
+                || fit.corner.sigma_px() > TOUCHED_SIGMA * median_sigma_px + 0.02;
+            if (beside_unseen && fits_worse) || (!with_markers && is_beside(&is_covered)) {
+                touched.push(index);
+            }
+        }
+        for index in touched {
+            self.fits[index] = None;
+        }
+    }
+
+    /// Drops corners of a part that stray from where the corners in their row and column put them; also those at its rim,
+    /// which only extrapolation checks.
+    fn drop_strays(&mut self, rough: Rough<'_>) {
+        let strays = |index: &usize| {
+            let (Some(fit), Some(expected)) =
+                (&self.fits[*index], expected_px(&self.fits, rough.columns, *index))
+            else {
+                return false;
+            };
+            let side_px = Window::around(rough, *index).map_or(0.0, |it| it.side_px);
+            let allowed_px = (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
+            (fit.corner.px - Point2::from(expected)).norm() > allowed_px
+        };
+        let found: Vec<usize> = (0..self.fits.len()).filter(strays).collect();
+        for index in found {
+            self.fits[index] = None;
+        }
+    }
+
+    /// Median over the fitted corners of `value(index, fit)`.
+    fn median(&mut self, value: impl Fn(usize, &EdgeFit) -> f64) -> Option<f64> {
+        self.sorted.clear();
+        let fits = self.fits.iter().enumerate();
+        self.sorted.extend(fits.filter_map(|(index, fit)| Some(value(index, fit.as_ref()?))));
+        self.sorted.sort_unstable_by(f64::total_cmp);
+        self.sorted.get(self.sorted.len() / 2).copied()
+    }
+}
+
+/// +1 or −1: the colours around corners alternate.
+fn sign(index: usize, columns: usize) -> f64 {
+    if (index % columns + index / columns).is_multiple_of(2) { 1.0 } else { -1.0 }
+}
+
+/// Whether a corner has the sign of `step` and enough of its contrast not to be a reflection of a corner.
+fn agrees(fit: &EdgeFit, step: f64) -> bool {
+    fit.step() * step > 0.0 && fit.contrast() > LEAST_OF_MEDIAN * step.abs()
+}
+
+/// Axes and size of the neighbourhood of a corner.
+struct Window {
+    axes_px: [[f64; 2]; 2],
+    side_px: f64,
+    gap_squares: f64,
+}
+
+impl Window {
+    /// Local axes, in pixels per square, and the side of the squares around a corner of the rough grid. `None` if no
+    /// neighbour is seen along an axis.
+    fn around(rough: Rough<'_>, index: usize) -> Option<Self> {
+        let Rough { corners_px, columns, gap_squares } = rough;
+        let rows = corners_px.len() / columns;
+        let (column, row) = (index % columns, index / columns);
+        let at = |column: usize, row: usize| corners_px[row * columns + column];
+        let here = at(column, row);
+        // From the neighbour before to the one after, or from or to the corner itself.
+        let per_square = |before: Option<[f64; 2]>, after: Option<[f64; 2]>| {
+            let (from, to, steps) = match (before, after) {
+                (Some(before), Some(after)) => (before, after, 2.0),
+                (Some(before), None) => (before, here?, 1.0),
+                (None, after) => (here?, after?, 1.0),
+            };
+            Some([(to[0] - from[0]) / steps, (to[1] - from[1]) / steps])
+        };
+        let left = column.checked_sub(1).and_then(|left| at(left, row));
+        let right = (column + 1 < columns).then(|| at(column + 1, row)).flatten();
+        let above = row.checked_sub(1).and_then(|above| at(column, above));
+        let below = (row + 1 < rows).then(|| at(column, row + 1)).flatten();
+        let (u, v) = (per_square(left, right)?, per_square(above, below)?);
+        let (long, wide) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
+        let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
+        Some(Self { axes_px: [u, v], side_px: long.min(wide).min(height), gap_squares })
+    }
+
+    fn fit(
+        &self,
+        image: &GrayImage,
+        start: [f64; 2],
+        known: Known,
+        scratch: &mut edge_model::Scratch,
+    ) -> Option<EdgeFit> {
+        edge_model::fit(image, start, self.axes_px, self.gap_squares, known, scratch)
+    }
+}

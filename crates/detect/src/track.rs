@@ -1,0 +1,170 @@
+//! Follows the board from frame to frame.
+//!
+//! Hands move boards by many pixels between frames but change speed slowly, so each corner is predicted at constant
+//! speed. (Predicting it at rest fails on every frame of a moving board.) The saddle point nearest to the prediction
+//! must lie within half a square of it, and the colours of all squares must alternate as on the board. After a sudden
+//! move this fails, and the whole picture is searched.
+
+use image::GrayImage;
+
+use super::{
+    board_match::all_colours_alternate,
+    lattice::Lattice,
+    outcome::{Detection, Miss},
+    reduce::{Halved, Part, halve, halve_part},
+    saddle::settle,
+};
+use boresight_geometry::{
+    board::Checkerboard,
+    frame::{CaptureTime, FrameKind},
+};
+
+/// Pictures are halved until squares have about this size, which is enough to follow corners.
+const FOLLOWED_SQUARE_PX: f32 = 12.0;
+/// Every how many frames the whole picture is searched, even if the board could be followed.
+const FULL_SEARCH_EVERY: u32 = 10;
+/// Gap between frames after which a prediction is useless.
+const LONGEST_GAP_SECS: f64 = 0.25;
+
+/// Gap between frames after which a prediction may be off by a square, so that it doesn't tell corners apart.
+const LONGEST_NAMING_GAP_SECS: f64 = 0.12;
+
+/// Predicted positions of the board's corners.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// Every inner corner in the board's numbering, in pixels `[x, y]`.
+    pub corners_px: Vec<[f64; 2]>,
+    /// Whether the whole picture should be searched, nevertheless.
+    pub everywhere: bool,
+    /// Whether the prediction is good enough to tell which corners a part of the board has.
+    pub names_corners: bool,
+}
+
+/// Recent detections, from which [`Prediction`]s are made. Depends on nothing else.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    /// The last two detections. They outlast a miss: what a prediction from them is worth depends on how old they are.
+    newest: Option<(CaptureTime, Vec<[f64; 2]>)>,
+    before: Option<(CaptureTime, Vec<[f64; 2]>)>,
+    followed: u32,
+}
+
+impl Track {
+    /// Adds the result for the next frame; a miss adds nothing. A photograph clears the track: photographs aren't a sequence.
+    pub fn add(&mut self, kind: FrameKind, at: CaptureTime, seen: &Result<Detection, Miss>) {
+        match seen {
+            Ok(detection) if kind == FrameKind::Video => {
+                self.followed += 1;
+                let oldest = std::mem::replace(&mut self.before, self.newest.take());
+                let mut corners = oldest.map_or_else(Vec::new, |(_, corners)| corners);
+                corners.clear();
+                corners.extend(detection.corners.iter().map(|corner| [corner.px.x, corner.px.y]));
+                self.newest = Some((at, corners));
+            }
+            Err(_) if kind == FrameKind::Video => {}
+            _ => *self = Self::default(),
+        }
+    }
+
+    /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole picture should be
+    /// searched.
+    pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
+        let (then, newest) = self.newest.as_ref().filter(|_| kind == FrameKind::Video)?;
+        let ahead_secs = now.secs_since(*then);
+        if !(0.0..LONGEST_GAP_SECS).contains(&ahead_secs) {
+            return None;
+        }
+        let steps = self.before.as_ref().and_then(|(earlier, before)| {
+            let passed_secs = then.secs_since(*earlier);
+            let near = passed_secs > 0.0 && passed_secs < LONGEST_GAP_SECS;
+            (near && before.len() == newest.len()).then(|| (before, ahead_secs / passed_secs))
+        });
+        let corners_px = match steps {
+            Some((before, steps)) => newest
+                .iter()
+                .zip(before)
+                .map(|(new, old)| std::array::from_fn(|k| new[k] + steps * (new[k] - old[k])))
+                .collect(),
+            None => newest.clone(),
+        };
+        Some(Prediction {
+            names_corners: steps.is_some() && ahead_secs < LONGEST_NAMING_GAP_SECS,
+            everywhere: self.followed.is_multiple_of(FULL_SEARCH_EVERY),
+            corners_px,
+        })
+    }
+}
+
+/// Finds the corners near a [`Prediction`]. Reuses its buffers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tracker {
+    levels: Vec<GrayImage>,
+    lattice: Lattice,
+}
+
+impl Tracker {
+    /// Writes the corners to `into`, accurate to about half a pixel; `false` if the board isn't there.
+    pub(super) fn follow(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        near: &Prediction,
+        into: &mut Vec<Option<[f64; 2]>>,
+    ) -> bool {
+        let corners = &near.corners_px;
+        let (columns, rows) = (board.columns(), board.rows());
+        if corners.len() != columns * rows {
+            return false;
+        }
+        let Some(side_px) = shortest_side_px(corners, columns) else { return false };
+        let mut level = 0;
+        while side_px / f64::from(2_u32 << level) >= f64::from(FOLLOWED_SQUARE_PX) {
+            level += 1;
+        }
+        let scale = 1_u32 << level;
+        let Some(part) = Part::around(corners, side_px, scale, image) else { return false };
+        self.levels.resize_with(level.max(self.levels.len()), GrayImage::default);
+        for k in 0..level {
+            let (finer, coarser) = self.levels.split_at_mut(k);
+            match finer.last() {
+                None => halve_part(image, &part, &mut coarser[0]),
+                Some(finer) => halve(finer, &mut coarser[0]),
+            }
+        }
+        let whole = Halved::whole(level);
+        let (picture, halved) = match level {
+            0 => (image, whole),
+            _ => {
+                let origin_px = [f64::from(part.left), f64::from(part.top)];
+                (&self.levels[level - 1], Halved { origin_px, ..whole })
+            }
+        };
+        let side = (side_px / halved.scale) as f32;
+        self.lattice.clear(columns.max(rows));
+        for (index, corner) in corners.iter().enumerate() {
+            let guess = halved.at(*corner);
+            let found = settle(picture, guess, 1.4 * side);
+            let moved = (found[0] - guess[0]).hypot(found[1] - guess[1]);
+            let node = ((index % columns) as i32, (index / columns) as i32);
+            if !(moved < 0.5 * side) || !self.lattice.insert(node, found) {
+                return false;
+            }
+        }
+        if !all_colours_alternate(picture, &self.lattice, board) {
+            return false;
+        }
+        into.clear();
+        let found = self.lattice.nodes().iter().filter_map(|node| self.lattice.get(*node));
+        into.extend(found.map(|at| Some(halved.full_px(at))));
+        into.len() == corners.len()
+    }
+}
+
+/// Shortest distance between neighbours in rows and columns; `None` if it is below 4 px or not finite.
+fn shortest_side_px(corners: &[[f64; 2]], columns: usize) -> Option<f64> {
+    let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let along = corners.chunks(columns).flat_map(|row| row.windows(2).map(|p| apart(p[0], p[1])));
+    let down = corners.iter().zip(corners.iter().skip(columns)).map(|(a, b)| apart(*a, *b));
+    let shortest = along.chain(down).fold(f64::MAX, f64::min);
+    (4.0..1e4).contains(&shortest).then_some(shortest)
+}

@@ -1,0 +1,43 @@
+//! The only place that opens and writes files: those of a session, and those that a person names.
+//!
+//! | | a session's files | files that a person names |
+//! |---|---|---|
+//! | links | refused | followed to read, refused to replace |
+//! | devices, FIFOs, sockets, folders | refused | refused |
+//! | size | bounded | bounded |
+//! | mode | by the umask; a replaced file keeps its mode | the same |
+//! | written | beside the target, synced, renamed, folder synced | the same |
+//!
+//! A session folder may come from somebody else: nothing in it may lead out of it, block, or fill the memory.
+//!
+//! ```
+//! use boresight::files::{Links, Overwrite, read_text, save};
+//!
+//! let place = tempfile::tempdir()?;
+//! let path = place.path().join("result.json");
+//! save(&path, b"{}", Overwrite::Never)?;
+//! assert_eq!(read_text(&path, 1 << 20, Links::Refused)?, "{}");
+//! assert!(save(&path, b"[]", Overwrite::Never).is_err());
+//! assert!(read_text(&path, 1, Links::Refused).is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod append;
+mod disk_log;
+mod error;
+mod folder;
+mod plain;
+mod private;
+mod read;
+mod save;
+mod scratch;
+
+pub use append::Appending;
+#[cfg(feature = "disk-log")]
+pub use disk_log::{DiskLog, LoggedChange};
+pub use error::FileError;
+pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_folder};
+pub use private::read_or_make_private;
+pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
+pub use save::{FileStream, Overwrite, copy, may_save, save, save_streamed};
+pub use scratch::Scratch;

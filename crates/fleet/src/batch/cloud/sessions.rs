@@ -1,0 +1,287 @@
+//! Sessions below a prefix, and copies of them.
+
+use std::{
+    collections::BTreeMap,
+    future::Future,
+    io::ErrorKind,
+    path::{Path as FilePath, PathBuf},
+    pin::Pin,
+    sync::{Arc, Mutex, PoisonError, atomic::AtomicBool},
+    time::Duration,
+};
+
+use futures_util::{StreamExt, TryStreamExt, stream};
+use object_store::ObjectMeta;
+
+use super::{
+    super::{
+        address::Address,
+        item::{Content, END_BYTES, HEADER, HEADER_LIMIT, Item, JOURNAL},
+    },
+    client::{AT_ONCE, Client, Waited},
+    objects::{COPY_LIMIT, Listing, Prefix, copy, listing, path, read, read_range},
+};
+use boresight_app::RESULT_FILE;
+use boresight_files::{FileError, Scratch, TEXT_LIMIT};
+
+/// What a session's files may hold beside the journal and the pictures.
+const FILES: [(&str, u64); 3] =
+    [(HEADER, HEADER_LIMIT), (RESULT_FILE, TEXT_LIMIT), ("check.json", TEXT_LIMIT)];
+const FRAMES: &str = "frames";
+const PICTURE_LIMIT: u64 = 512 << 20;
+/// Folders that are looked into before their sessions are handed on.
+const CHUNK: usize = 8 * AT_ONCE;
+/// Objects of a session that are fetched at a time.
+const PIECES_AT_ONCE: usize = 8;
+
+type Found<'a> = &'a mut dyn FnMut(&Item) -> anyhow::Result<()>;
+
+impl Prefix {
+    /// Finds the sessions at and below the prefix, in the order of their keys, and hands each to `found`.
+    ///
+    /// # Errors
+    ///
+    /// [`CloudError`](super::CloudError), or what `found` fails with.
+    pub(in super::super) fn sessions(&self, found: Found<'_>) -> anyhow::Result<()> {
+        let client = &self.client;
+        client.wait(async {
+            match look(client, self.address.key.clone()).await? {
+                Place::Session(item) => found(&item),
+                Place::Folders(folders) => walk(client, folders, found).await,
+            }
+        })
+    }
+}
+
+enum Place {
+    Session(Item),
+    Folders(Vec<String>),
+}
+
+/// What is at the key `at`.
+async fn look(client: &Client, at: String) -> anyhow::Result<Place> {
+    let failed = |err: object_store::Error| client.error(&err, &at);
+    let Listing { objects, folders } = listing(client, &at).await.map_err(failed)?;
+    let size = |name: &str| {
+        let object = objects.iter().find(|object| object.location.filename() == Some(name));
+        object.map(|object| object.size)
+    };
+    let Some(header_size) = size(HEADER) else { return Ok(Place::Folders(folders)) };
+    let address = Address { bucket: client.bucket.clone(), key: at.clone() };
+    let header = path(&address.key_of(HEADER))?;
+    let header = match header_size {
+        size if size > HEADER_LIMIT => Err(TOO_LARGE),
+        _ => read(client, &header, HEADER_LIMIT).await?.ok_or(MISSING),
+    };
+    let journal = match size(JOURNAL) {
+        None => Err(MISSING),
+        Some(size) => {
+            let journal = path(&address.key_of(JOURNAL))?;
+            let end = size.saturating_sub(END_BYTES)..size;
+            match read_range(client, &journal, end).await.map_err(failed)? {
+                Some(end) => Ok((size, end)),
+                None => Err(MISSING),
+            }
+        }
+    };
+    let content = Content { header, journal, result: size(RESULT_FILE) };
+    Ok(Place::Session(content.item(address.to_string())))
+}
+
+/// As `FileError` names them, so that a session counts the same wherever it is.
+const MISSING: &str = "FILE-MISSING";
+const TOO_LARGE: &str = "FILE-TOO-LARGE";
+
+/// Looks into each of `folders`, many at a time.
+fn walk<'a>(
+    client: &'a Client,
+    folders: Vec<String>,
+    found: Found<'a>,
+) -> Pin<Box<dyn Future<Output = anyhow::Result<()>> + 'a>> {
+    Box::pin(async move {
+        for chunk in folders.chunks(CHUNK) {
+            let looks = stream::iter(chunk).map(|folder| look(client, folder.clone()));
+            // All of them before the next: a request that nobody waits for would run out of time.
+            let places: Vec<Place> = looks.buffered(AT_ONCE).try_collect().await?;
+            for place in places {
+                match place {
+                    Place::Session(item) => found(&item)?,
+                    Place::Folders(folders) => walk(client, folders, found).await?,
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// How fetching a session ended.
+pub(in super::super) enum Fetched {
+    /// It's there.
+    Whole,
+    /// It's larger than this many bytes.
+    TooLarge(u64),
+    /// It took longer than allowed.
+    TooLong,
+    /// It was asked to stop.
+    Stopped,
+}
+
+/// The buckets of sessions, opened when the first session is fetched.
+#[derive(Debug, Default)]
+pub(in super::super) struct Sessions {
+    buckets: Mutex<BTreeMap<String, Arc<Client>>>,
+}
+
+impl Sessions {
+    fn bucket(&self, name: &str) -> anyhow::Result<Arc<Client>> {
+        let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(client) = buckets.get(name) {
+            return Ok(Arc::clone(client));
+        }
+        let client = Client::open(name)?;
+        buckets.insert(name.to_owned(), Arc::clone(&client));
+        Ok(client)
+    }
+
+    /// Copies the session at the address `session` into `scratch`, where it's found under that address as a relative
+    /// path. Nothing but the files of a session is copied; without `pictures`, they have their names and lengths only.
+    ///
+    /// # Errors
+    ///
+    /// [`CloudError`](super::CloudError), or if the copy can't be written.
+    pub(in super::super) fn fetch(
+        &self,
+        session: &str,
+        pictures: bool,
+        scratch: &Scratch,
+        (budget, stop): (Duration, &AtomicBool),
+    ) -> anyhow::Result<Fetched> {
+        let address = Address::parse(session)?;
+        let client = self.bucket(&address.bucket)?;
+        let fetch = fetch(&client, &address, pictures, scratch);
+        match client.wait_within(fetch, budget, stop) {
+            Waited::Done(fetched) => fetched,
+            Waited::TooLong => Ok(Fetched::TooLong),
+            Waited::Stopped => Ok(Fetched::Stopped),
+        }
+    }
+}
+
+async fn fetch(
+    client: &Client,
+    address: &Address,
+    pictures: bool,
+    scratch: &Scratch,
+) -> anyhow::Result<Fetched> {
+    let failed = |err: object_store::Error| client.error(&err, &address.key);
+    let here = listing(client, &address.key).await.map_err(failed)?;
+    let frames = address.key_of(FRAMES);
+    let mut wanted = here.objects;
+    if here.folders.contains(&frames) {
+        wanted.extend(listing(client, &frames).await.map_err(failed)?.objects);
+    }
+    let wanted: Vec<(ObjectMeta, Part)> = wanted
+        .into_iter()
+        .filter_map(|object| {
+            let part = Part::of(object.location.as_ref().strip_prefix(&address.key)?)?;
+            Some((object, part))
+        })
+        .collect();
+    let is_copied = |part: &Part, size: u64| {
+        size > 0 && size <= part.limit_bytes && (pictures || !part.is_picture)
+    };
+    let bytes = wanted.iter().filter(|(object, part)| is_copied(part, object.size));
+    let bytes = bytes.fold(0_u64, |sum, (object, _)| sum.saturating_add(object.size));
+    if bytes > COPY_LIMIT {
+        return Ok(Fetched::TooLarge(COPY_LIMIT));
+    }
+    let copies = wanted.iter().map(|(object, part)| async move {
+        let to = relative(address, &part.name);
+        if is_copied(part, object.size) {
+            let copied = copy(client, &object.location, object.size, scratch, &to).await;
+            return copied.map(|_| ()).or_else(unless_unnameable);
+        }
+        // Its length is all that is looked at.
+        let made = scratch.create(&to);
+        let made = made.and_then(|file| file.set_len(object.size).map_err(FileError::writing(&to)));
+        made.map_err(Into::into).or_else(unless_unnameable)
+    });
+    stream::iter(copies).buffer_unordered(PIECES_AT_ONCE).try_collect::<()>().await?;
+    Ok(Fetched::Whole)
+}
+
+/// A name that no file can have, or that another one has here, is a matter of the session: it comes out as a different
+/// one.
+fn unless_unnameable(err: anyhow::Error) -> anyhow::Result<()> {
+    match err.downcast_ref::<FileError>() {
+        Some(FileError::Exists { .. }) => Ok(()),
+        Some(FileError::Write { source, .. }) if source.kind() == ErrorKind::InvalidFilename => {
+            Ok(())
+        }
+        _ => Err(err),
+    }
+}
+
+/// The address of a session as a relative path, and a file below it.
+fn relative(address: &Address, name: &str) -> PathBuf {
+    FilePath::new(&address.to_string()).join(name)
+}
+
+/// A file that a session may hold.
+#[derive(Debug, PartialEq, Eq)]
+struct Part {
+    name: String,
+    limit_bytes: u64,
+    is_picture: bool,
+}
+
+impl Part {
+    /// The file that is called `below` a session; `None` for anything else.
+    fn of(below: &str) -> Option<Self> {
+        let name = below.trim_start_matches('/');
+        let part =
+            |limit_bytes, is_picture| Some(Self { name: name.to_owned(), limit_bytes, is_picture });
+        if name == JOURNAL {
+            return part(COPY_LIMIT, false);
+        }
+        if let Some((_, limit_bytes)) = FILES.iter().find(|(known, _)| *known == name) {
+            return part(*limit_bytes, false);
+        }
+        let picture = name.strip_prefix("frames/")?.strip_suffix(".png")?;
+        let is_plain = !picture.is_empty() && picture.len() <= 100 && !picture.contains('/');
+        if is_plain { part(PICTURE_LIMIT, true) } else { None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_but_the_files_of_a_session_is_fetched() {
+        for name in ["session.toml", "journal.jsonl", "calibration.json", "check.json"] {
+            assert!(Part::of(&format!("/{name}")).is_some_and(|part| !part.is_picture), "{name}");
+        }
+        let picture = Part::of("/frames/00000018.png").expect("a picture");
+        assert_eq!((picture.name.as_str(), picture.is_picture), ("frames/00000018.png", true));
+        for other in [
+            "/truth.json",
+            "/report.html",
+            "/frames/notes.txt",
+            "/frames/.png",
+            "/frames/a/b.png",
+            "/more/session.toml",
+            "",
+        ] {
+            assert_eq!(Part::of(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn codes_are_those_of_files() {
+        let missing = std::io::ErrorKind::NotFound.into();
+        assert_eq!(FileError::reading(FilePath::new("x"))(missing).code(), MISSING);
+        let large = FileError::TooLarge { limit_bytes: 1, path: "x".into() };
+        assert_eq!(large.code(), TOO_LARGE);
+    }
+}

@@ -1,0 +1,173 @@
+//! Where a thread has items worked on: a worker process, and copies of what is in an object store.
+
+use std::{
+    path::Path,
+    sync::atomic::AtomicBool,
+    time::{Duration, Instant},
+};
+
+use super::{
+    address::{Address, is_cloud},
+    buckets::{Fetched, Sessions},
+    child::{Answer, Worker},
+    item::Item,
+    job::{Action, Job},
+    store::Store,
+};
+use boresight_files::Scratch;
+
+/// How often an item is tried whose worker ended: a worker may have been killed for no fault of the item.
+const TRIES: usize = 3;
+/// Where a worker leaves files for an object store, below its own folder.
+const OUT: &str = "out";
+
+/// What items are worked on with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tools<'a> {
+    /// The program whose `batch worker` works.
+    pub(super) program: &'a Path,
+    /// What is done.
+    pub(super) job: &'a Job,
+    /// Where results go, as the person wrote it.
+    pub(super) out: &'a Path,
+    /// The results in `out`.
+    pub(super) store: &'a Store,
+    /// The longest that an item may take.
+    pub(super) budget: Duration,
+}
+
+/// A worker process, and its own folder if something has to be fetched or handed over.
+pub(super) struct Desk<'a> {
+    tools: Tools<'a>,
+    fetches: bool,
+    worker: Option<Worker>,
+    scratch: Option<Scratch>,
+}
+
+/// What came of an item.
+pub(super) enum Outcome {
+    /// Its row, with the line's end.
+    Row(Vec<u8>),
+    /// It was asked to stop.
+    Stopped,
+    /// Nothing, and why.
+    NotDone {
+        /// Stable name.
+        code: &'static str,
+        /// In words.
+        message: String,
+        /// The next action.
+        next: &'static str,
+    },
+}
+
+impl<'a> Desk<'a> {
+    /// A desk for `tools`; `fetches` if some sessions are in an object store.
+    pub(super) fn new(tools: Tools<'a>, fetches: bool) -> anyhow::Result<Self> {
+        let needs_copies = fetches || tools.store.is_remote();
+        let scratch = if needs_copies { Some(Scratch::new()?) } else { None };
+        Ok(Self { tools, fetches, worker: None, scratch })
+    }
+
+    /// Has `item` worked on.
+    ///
+    /// # Errors
+    ///
+    /// If no worker can be started, or an object store can't be used.
+    pub(super) fn work(
+        &mut self,
+        sessions: &Sessions,
+        item: &Item,
+        stop: &AtomicBool,
+    ) -> anyhow::Result<Outcome> {
+        let began = Instant::now();
+        let Some(scratch) = self.scratch.as_ref().filter(|_| is_cloud(Path::new(&item.session)))
+        else {
+            return self.work_here(item, began, stop);
+        };
+        if let Err(err) = Address::parse(&item.session) {
+            let next = "Plan again: boresight batch plan";
+            return Ok(Outcome::NotDone { code: "FILE-MISSING", message: err.to_string(), next });
+        }
+        // The only actions that look at pictures.
+        let pictures = matches!(self.tools.job.action, Action::Redetect | Action::Report);
+        let limits = (self.tools.budget, stop);
+        let outcome = match sessions.fetch(&item.session, pictures, scratch, limits)? {
+            Fetched::Whole => self.work_here(item, began, stop),
+            Fetched::TooLong => Ok(self.too_long()),
+            Fetched::Stopped => Ok(Outcome::Stopped),
+            Fetched::TooLarge(limit) => Ok(Outcome::NotDone {
+                code: "FILE-TOO-LARGE",
+                message: format!("the session is larger than {limit} bytes"),
+                next: "Fetch it, and work on it on this computer.",
+            }),
+        };
+        if let Some(scratch) = &self.scratch {
+            scratch.remove(Path::new(&item.session))?;
+        }
+        outcome
+    }
+
+    /// Has `item` worked on by the worker, which reads the session under its name: of one that was fetched, this is a
+    /// path relative to the worker's own folder.
+    fn work_here(
+        &mut self,
+        item: &Item,
+        began: Instant,
+        stop: &AtomicBool,
+    ) -> anyhow::Result<Outcome> {
+        for _ in 0..TRIES {
+            let working = match self.worker.take() {
+                Some(working) => working,
+                None => self.start()?,
+            };
+            let working = self.worker.insert(working);
+            let left = self.tools.budget.saturating_sub(began.elapsed());
+            match working.work(item, left, stop) {
+                Answer::Row(line) => return Ok(Outcome::Row(line)),
+                Answer::Stopped => return Ok(Outcome::Stopped),
+                Answer::TooLong => {
+                    self.worker = None;
+                    return Ok(self.too_long());
+                }
+                Answer::Crashed => self.worker = None,
+            }
+        }
+        Ok(Outcome::NotDone {
+            code: "CRASHED",
+            message: format!("the worker ended {TRIES} times, perhaps because memory ran out"),
+            next: "Allow more memory, and run it with --again.",
+        })
+    }
+
+    fn start(&self) -> anyhow::Result<Worker> {
+        let Tools { program, job, out, store, .. } = self.tools;
+        let Some(scratch) = &self.scratch else { return Worker::start(program, job, out, None) };
+        let out =
+            if store.is_remote() { scratch.path().join(OUT) } else { std::path::absolute(out)? };
+        // Sessions that are fetched are named relative to it; otherwise, it's where the person is.
+        let at = self.fetches.then(|| scratch.path());
+        Worker::start(program, job, &out, at)
+    }
+
+    fn too_long(&self) -> Outcome {
+        Outcome::NotDone {
+            code: "TIME-BUDGET",
+            message: format!("longer than {} s", self.tools.budget.as_secs_f64()),
+            next: "Allow more: --budget, with --again",
+        }
+    }
+
+    /// Hands the file `below`, which the work on `id` has written, over to the results, if they are in an object store.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be read or stored.
+    pub(super) fn hand_over(&self, id: &str, below: &str) -> anyhow::Result<()> {
+        let Some(scratch) = self.scratch.as_ref().filter(|_| self.tools.store.is_remote()) else {
+            return Ok(());
+        };
+        self.tools.store.take_file(id, below, &scratch.path().join(OUT))?;
+        Ok(scratch.remove(&Path::new(OUT).join(below))?)
+    }
+}

@@ -1,0 +1,100 @@
+//! A session as a line of a manifest.
+
+use std::{
+    io::{Read, Seek, SeekFrom},
+    path::Path,
+};
+
+use serde::{Deserialize, Serialize};
+
+use boresight_app::RESULT_FILE;
+use boresight_files::{FileError, Links, open, read};
+
+/// Whose presence makes a folder a session.
+pub(super) const HEADER: &str = "session.toml";
+/// The journal of a session.
+pub(super) const JOURNAL: &str = "journal.jsonl";
+/// The largest header that counts.
+pub(super) const HEADER_LIMIT: u64 = 1 << 20;
+/// Bytes at the end of a journal that count. They hold the numbers of the last decision.
+pub(super) const END_BYTES: u64 = 2048;
+
+/// A line of a manifest: one session.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Item {
+    /// The session's folder: an absolute path, or `s3://BUCKET/PREFIX`.
+    pub session: String,
+    /// Hash of what the session holds: all of `session.toml`; length and end of the journal, whose lines are numbered
+    /// and only appended; length of the result.
+    pub content: String,
+    /// Length of the journal.
+    pub bytes: u64,
+}
+
+/// What counts of a session's files: of each its bytes, or the stable name of why it can't be read.
+pub(super) struct Content {
+    /// All of `session.toml`.
+    pub(super) header: Result<Vec<u8>, &'static str>,
+    /// Length of the journal, and its last [`END_BYTES`].
+    pub(super) journal: Result<(u64, Vec<u8>), &'static str>,
+    /// Length of the result, if there is one.
+    pub(super) result: Option<u64>,
+}
+
+impl Content {
+    /// The session by the name `session` that holds this.
+    pub(super) fn item(self, session: String) -> Item {
+        let mut hash = hmac_sha256::Hash::new();
+        match self.header {
+            Ok(header) => {
+                hash.update((header.len() as u64).to_le_bytes());
+                hash.update(header);
+            }
+            Err(code) => hash.update(code),
+        }
+        let mut bytes = 0;
+        match self.journal {
+            Ok((length, end)) => {
+                bytes = length;
+                hash.update(length.to_le_bytes());
+                hash.update(end);
+            }
+            Err(code) => hash.update(code),
+        }
+        hash.update(self.result.map_or(0, |length| length + 1).to_le_bytes());
+        Item { session, content: hex(&hash.finalize()[..16]), bytes }
+    }
+}
+
+impl Item {
+    /// The session in the folder `session`, as it is now; `None` if the name isn't UTF-8. What can't be read counts
+    /// by its error, so that every session becomes a row.
+    pub fn of(session: &Path) -> Option<Self> {
+        let name = session.to_str()?.to_owned();
+        let header = read(&session.join(HEADER), HEADER_LIMIT, Links::Refused);
+        let result = session.join(RESULT_FILE).symlink_metadata();
+        let content = Content {
+            header: header.map_err(|err| err.code()),
+            journal: end_of(&session.join(JOURNAL)).map_err(|err| err.code()),
+            result: result.ok().map(|there| there.len()),
+        };
+        Some(content.item(name))
+    }
+}
+
+/// Length and last bytes of the file at `path`.
+fn end_of(path: &Path) -> Result<(u64, Vec<u8>), FileError> {
+    let reading = FileError::reading(path);
+    let mut file = open(path, Links::Refused)?;
+    let length = file.metadata().map_err(&reading)?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(END_BYTES))).map_err(&reading)?;
+    let mut end = Vec::with_capacity(END_BYTES as usize);
+    file.take(END_BYTES).read_to_end(&mut end).map_err(&reading)?;
+    Ok((length, end))
+}
+
+/// Digits of `bytes`.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

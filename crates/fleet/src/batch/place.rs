@@ -1,0 +1,119 @@
+//! Where sessions and results are: a folder, or a prefix in an object store.
+
+use std::path::{Path, PathBuf};
+
+use super::{address::is_cloud, buckets::Prefix};
+use boresight_files::{FileError, Links, Overwrite, make_folder, read, save};
+use boresight_geometry::parallel;
+
+/// Files read at a time: what waits for a disk or a file server waits together.
+const READERS: usize = 8;
+
+/// A folder, or a prefix in an object store. Names below it have slashes.
+#[derive(Clone, Debug)]
+pub(super) enum Place {
+    /// A folder.
+    Folder(PathBuf),
+    /// A prefix.
+    Cloud(Prefix),
+}
+
+impl Place {
+    /// The place that `path` names.
+    ///
+    /// # Errors
+    ///
+    /// If it's in an object store, and this build, the settings or the credentials don't suffice for that.
+    pub(super) fn at(path: &Path) -> anyhow::Result<Self> {
+        if is_cloud(path) {
+            return Ok(Self::Cloud(Prefix::open(path)?));
+        }
+        Ok(Self::Folder(path.to_path_buf()))
+    }
+
+    /// What is called `below`, for a person; the place itself if that is empty.
+    pub(super) fn path(&self, below: &str) -> PathBuf {
+        match self {
+            Self::Folder(folder) if below.is_empty() => folder.clone(),
+            Self::Folder(folder) => folder.join(below),
+            Self::Cloud(prefix) => PathBuf::from(prefix.name(below)),
+        }
+    }
+
+    /// Reads a file of at most `limit_bytes`; `None` if it isn't there.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be read.
+    pub(super) fn read(&self, below: &str, limit_bytes: u64) -> anyhow::Result<Option<Vec<u8>>> {
+        match self {
+            Self::Folder(folder) => read_there(&folder.join(below), limit_bytes),
+            Self::Cloud(prefix) => prefix.read(below, limit_bytes),
+        }
+    }
+
+    /// As [`Place::read`] for each of `below`, in their order.
+    ///
+    /// # Errors
+    ///
+    /// If an object store doesn't answer; what is wrong with one file is in its place.
+    pub(super) fn read_each(
+        &self,
+        below: &[String],
+        limit_bytes: u64,
+    ) -> anyhow::Result<Vec<anyhow::Result<Option<Vec<u8>>>>> {
+        match self {
+            Self::Folder(folder) => Ok(parallel::map(READERS, below.len(), |index| {
+                read_there(&folder.join(&below[index]), limit_bytes)
+            })),
+            Self::Cloud(prefix) => prefix.read_each(below, limit_bytes),
+        }
+    }
+
+    /// Stores a file that isn't there yet; false if it is, which is then left alone.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be stored.
+    pub(super) fn create(&self, below: &str, bytes: &[u8]) -> anyhow::Result<bool> {
+        match self {
+            Self::Folder(folder) => match save_there(folder, below, bytes, Overwrite::Never) {
+                Ok(()) => Ok(true),
+                Err(FileError::Exists { .. }) => Ok(false),
+                Err(err) => Err(err.into()),
+            },
+            Self::Cloud(prefix) => prefix.create(below, bytes),
+        }
+    }
+
+    /// Stores a file, in place of the one that may be there.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be stored.
+    pub(super) fn replace(&self, below: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        match self {
+            Self::Folder(folder) => Ok(save_there(folder, below, bytes, Overwrite::Allowed)?),
+            Self::Cloud(prefix) => prefix.replace(below, bytes),
+        }
+    }
+}
+
+fn read_there(path: &Path, limit_bytes: u64) -> anyhow::Result<Option<Vec<u8>>> {
+    match read(path, limit_bytes, Links::Refused) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(err) if err.is_missing() => Ok(None),
+        Err(err) => Err(err.into()),
+    }
+}
+
+fn save_there(
+    folder: &Path,
+    below: &str,
+    bytes: &[u8],
+    overwrite: Overwrite,
+) -> Result<(), FileError> {
+    let path = folder.join(below);
+    make_folder(path.parent().unwrap_or(folder))?;
+    save(&path, bytes, overwrite)
+}

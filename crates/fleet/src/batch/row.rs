@@ -1,0 +1,150 @@
+//! One result of a batch.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::job::Action;
+use boresight_formats::{CalibrationFile, CheckFile, DistortionEntry, SigmaEntry};
+
+/// Name and version of the format.
+pub const ROW_SCHEMA: &str = "boresight.batch-row/1";
+/// Code of a row whose work was done.
+pub(super) const OK: &str = "OK";
+
+/// What came of one session. Equal sessions, settings and versions give equal rows, on whatever machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Row {
+    /// [`ROW_SCHEMA`].
+    #[cfg_attr(feature = "schemas", schemars(extend("const" = "boresight.batch-row/1")))]
+    pub schema: String,
+    /// Hash of all that determines the row.
+    pub id: String,
+    /// The session's folder.
+    pub session: String,
+    /// What was done.
+    pub action: Action,
+    /// `OK`, or the stable name of why the work couldn't be done.
+    pub code: String,
+    /// Why, in words; null if it was done.
+    pub message: Option<String>,
+    /// What to do about it.
+    pub next: Option<String>,
+    /// When the session began, UTC.
+    pub created: Option<String>,
+    /// The session's source.
+    pub source: Option<String>,
+    /// Name of a live camera, its model.
+    pub model: Option<String>,
+    /// USB vendor and product.
+    pub usb: Option<String>,
+    /// Serial number.
+    pub serial: Option<String>,
+    /// Width and height of the picture.
+    pub image_size: Option<[u32; 2]>,
+    /// `good`, `care` or `untrustworthy`; null if nothing was calibrated.
+    pub verdict: Option<String>,
+    /// The verdict in the session's own `calibration.json`.
+    pub recorded_verdict: Option<String>,
+    /// Codes of the findings.
+    pub findings: Vec<String>,
+    /// Views that the calibration uses.
+    pub views: Option<usize>,
+    /// The lens.
+    pub lens: Option<LensRow>,
+    /// How the decisions compare with the recorded ones.
+    pub decisions: Option<DecisionsEntry>,
+    /// The comparison with an older calibration.
+    pub check: Option<CheckFile>,
+    /// The file that was written, below the folder of results.
+    pub file: Option<String>,
+}
+
+/// The lens.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LensRow {
+    /// Stable name of the lens model.
+    pub model: String,
+    /// Focal length along x and y.
+    pub f_px: [f64; 2],
+    /// Principal point.
+    pub pp_px: [f64; 2],
+    /// OpenCV's distortion coefficients.
+    pub distortion: DistortionEntry,
+    /// Standard deviations.
+    pub sigma: Option<SigmaEntry>,
+    /// Root mean square reprojection residual per coordinate.
+    pub rms_px: Option<f64>,
+}
+
+/// How decisions compare with the recorded ones.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct DecisionsEntry {
+    /// Lines of the journal.
+    pub count: usize,
+    /// Lines whose decisions differ by more than rounding.
+    pub different: usize,
+    /// Lines whose decisions differ by rounding only.
+    pub rounded: usize,
+    /// The differences by kind, `before -> after`, of the first thousand.
+    pub kinds: BTreeMap<String, usize>,
+    /// Checksum of all decisions; null if they weren't compared by text.
+    pub crc32: Option<String>,
+}
+
+impl Row {
+    /// A row of `session` with nothing in it yet.
+    pub fn new(id: String, session: &str, action: Action) -> Self {
+        Self {
+            schema: ROW_SCHEMA.into(),
+            id,
+            session: session.into(),
+            action,
+            code: OK.into(),
+            message: None,
+            next: None,
+            created: None,
+            source: None,
+            model: None,
+            usb: None,
+            serial: None,
+            image_size: None,
+            verdict: None,
+            recorded_verdict: None,
+            findings: Vec::new(),
+            views: None,
+            lens: None,
+            decisions: None,
+            check: None,
+            file: None,
+        }
+    }
+
+    /// The same row, of work that couldn't be done.
+    pub fn failed(self, code: &str, message: impl Into<String>, next: Option<String>) -> Self {
+        Self { code: code.into(), message: Some(message.into()), next, ..self }
+    }
+
+    /// Whether the work was done.
+    pub fn is_ok(&self) -> bool {
+        self.code == OK
+    }
+
+    /// Notes what a calibration found.
+    pub(super) fn calibrated(&mut self, file: &CalibrationFile) {
+        self.verdict = Some(file.verdict.clone()).filter(|verdict| !verdict.is_empty());
+        self.findings = file.findings.iter().map(|finding| finding.code.clone()).collect();
+        self.views = Some(file.used().count());
+        self.lens = file.result.as_ref().map(|lens| LensRow {
+            model: lens.model.clone(),
+            f_px: lens.f_px,
+            pp_px: lens.pp_px,
+            distortion: lens.distortion,
+            sigma: lens.sigma,
+            rms_px: lens.rms_px,
+        });
+    }
+}

@@ -1,0 +1,295 @@
+//! The results of a batch.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use serde::Deserialize;
+
+use super::{
+    address::{FETCHED, missing},
+    buckets::Prefix,
+    job::Job,
+    manifest::ManifestFile,
+    place::Place,
+    row::OK,
+};
+use boresight_files::{FileError, LineReader, Links, Overwrite, TEXT_LIMIT, copy, read};
+
+const JOB: &str = "batch.json";
+const MANIFEST: &str = "manifest.jsonl";
+const ROWS: &str = "items";
+const FILES: &str = "files";
+/// The largest row.
+const ROW_LIMIT: u64 = 16 << 20;
+
+/// A folder that holds results of something else.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "this folder holds the results of a different batch ({why}); choose a different one with --out: {path:?}"
+)]
+pub struct OtherJob {
+    /// What differs.
+    pub why: String,
+    /// The folder.
+    pub path: PathBuf,
+}
+
+/// The results of a batch, in a folder or an object store: `batch.json`, `manifest.jsonl`, `items/AB/ID.json`, and
+/// `files/AB/…` for what items write beside their rows.
+#[derive(Clone, Debug)]
+pub struct Store {
+    place: Place,
+    /// The rows that were there at [`Store::look`], sorted; `None` if each is looked up.
+    seen: Option<Arc<Vec<u128>>>,
+}
+
+impl Store {
+    /// The results in `path`, a folder or `s3://BUCKET/PREFIX`.
+    ///
+    /// # Errors
+    ///
+    /// For an object store: if this build has none, or the settings or credentials don't suffice.
+    pub fn at(path: &Path) -> anyhow::Result<Self> {
+        Ok(Self { place: Place::at(path)?, seen: None })
+    }
+
+    /// Makes the folder, or takes one that is there, for the results of `job` for the items of the manifest at
+    /// `manifest`.
+    ///
+    /// # Errors
+    ///
+    /// [`OtherJob`], [`FileError`], or if an object store can't be used.
+    pub fn prepare(&self, job: &Job, manifest: &Path) -> anyhow::Result<()> {
+        let text = serde_json::to_string_pretty(job)? + "\n";
+        // Usually it's there: a write that is refused would cost as much as many items that are done.
+        let there = match self.place.read(JOB, TEXT_LIMIT)? {
+            Some(bytes) => Some(self.job_of(&bytes)?),
+            None if self.place.create(JOB, text.as_bytes())? => None,
+            None => Some(self.job()?),
+        };
+        if let Some(why) = there.and_then(|there| difference(&there, job)) {
+            return Err(OtherJob { why, path: self.place.path("") }.into());
+        }
+        match &self.place {
+            Place::Folder(folder) => {
+                let own = folder.join(MANIFEST);
+                if !is_same(manifest, &own)? {
+                    copy(manifest, &own, Overwrite::Allowed)?;
+                }
+                Ok(())
+            }
+            Place::Cloud(prefix) => store_manifest(prefix, manifest),
+        }
+    }
+
+    /// What the results are of.
+    ///
+    /// # Errors
+    ///
+    /// If there are no results, or those of another version.
+    pub fn job(&self) -> anyhow::Result<Job> {
+        let file = self.place.path(JOB);
+        self.job_of(&self.place.read(JOB, TEXT_LIMIT)?.ok_or_else(|| missing(&file))?)
+    }
+
+    fn job_of(&self, job: &[u8]) -> anyhow::Result<Job> {
+        let file = self.place.path(JOB);
+        let job: Result<Job, _> = serde_json::from_slice(job);
+        job.map_err(|err| anyhow::anyhow!("no batch that this version can read ({err}): {file:?}"))
+    }
+
+    /// The manifest that was run last.
+    ///
+    /// # Errors
+    ///
+    /// If it's in an object store and can't be fetched.
+    pub(super) fn manifest(&self) -> anyhow::Result<ManifestFile> {
+        ManifestFile::at(&self.place.path(MANIFEST))
+    }
+
+    /// Whether the results are in an object store.
+    pub(super) fn is_remote(&self) -> bool {
+        matches!(self.place, Place::Cloud(_))
+    }
+
+    /// Notes which rows are there, if it would take long to look up each.
+    ///
+    /// # Errors
+    ///
+    /// If an object store can't be used.
+    pub(super) fn look(&mut self) -> anyhow::Result<()> {
+        let Place::Cloud(prefix) = &self.place else { return Ok(()) };
+        let names = prefix.names(ROWS)?;
+        let mut seen: Vec<u128> = names.iter().filter_map(|name| number_of(name)).collect();
+        seen.sort_unstable();
+        self.seen = Some(Arc::new(seen));
+        Ok(())
+    }
+
+    /// Whether the row is there; with `again`, whether it's there and says that the work was done.
+    ///
+    /// # Errors
+    ///
+    /// If an object store can't be used.
+    pub(super) fn is_done(&self, id: &str, again: bool) -> anyhow::Result<bool> {
+        if let Some(seen) = &self.seen {
+            let is_seen = number_of(id).is_some_and(|id| seen.binary_search(&id).is_ok());
+            if !is_seen || !again {
+                return Ok(is_seen);
+            }
+        }
+        if let (Place::Folder(folder), false) = (&self.place, again) {
+            return Ok(folder.join(row_name(id)).symlink_metadata().is_ok());
+        }
+        let row = self.rows(&[id.to_owned()])?.pop();
+        Ok(matches!(row, Some(Ok(Some(row))) if row.is_ok()))
+    }
+
+    /// Stores a row. If another worker has stored it meanwhile, that one stays, unless it's to be replaced.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be stored.
+    pub fn save_row(&self, id: &str, line: &[u8], replace: bool) -> anyhow::Result<()> {
+        if replace {
+            return self.place.replace(&row_name(id), line);
+        }
+        self.place.create(&row_name(id), line).map(|_| ())
+    }
+
+    /// Stores a file beside the row of that name, before it. Returns its path below the folder.
+    pub(super) fn save_file(&self, id: &str, name: &str, bytes: &[u8]) -> anyhow::Result<String> {
+        let below = format!("{FILES}/{}/{name}", &id[..2]);
+        self.place.replace(&below, bytes)?;
+        Ok(below)
+    }
+
+    /// Takes the file `below`, which the work on `id` left in the folder `scratch`, over into an object store.
+    ///
+    /// # Errors
+    ///
+    /// If it isn't a file of that row, or can't be read or stored.
+    pub(super) fn take_file(&self, id: &str, below: &str, scratch: &Path) -> anyhow::Result<()> {
+        let beginning = format!("{FILES}/{}/{id}", &id[..2]);
+        let rest = below.strip_prefix(&beginning);
+        anyhow::ensure!(rest.is_some_and(|rest| !rest.contains('/')), "a worker left a wrong file");
+        let bytes = read(&scratch.join(below), TEXT_LIMIT, Links::Refused)?;
+        // Another worker may have stored the same.
+        self.place.create(below, &bytes).map(|_| ())
+    }
+
+    /// The rows of `ids`: each `None` if it isn't there, or an error if it can't be read or isn't that row.
+    ///
+    /// # Errors
+    ///
+    /// If an object store can't be used.
+    pub(super) fn rows(
+        &self,
+        ids: &[String],
+    ) -> anyhow::Result<Vec<anyhow::Result<Option<StoredRow>>>> {
+        let names: Vec<String> = ids.iter().map(|id| row_name(id)).collect();
+        let read = self.place.read_each(&names, ROW_LIMIT)?;
+        let rows = ids.iter().zip(&names).zip(read);
+        let parsed = rows.map(|((id, name), bytes)| {
+            bytes?.map(|bytes| self.parsed(id, name, bytes)).transpose()
+        });
+        Ok(parsed.collect())
+    }
+
+    fn parsed(&self, id: &str, name: &str, bytes: Vec<u8>) -> anyhow::Result<StoredRow> {
+        let path = || self.place.path(name);
+        let text = String::from_utf8(bytes).map_err(|_| FileError::NotText { path: path() })?;
+        let head: Head = serde_json::from_str(&text)
+            .map_err(|err| anyhow::anyhow!("a row is damaged ({err}): {:?}", path()))?;
+        anyhow::ensure!(head.id == id, "a row has a different name than its file: {:?}", path());
+        Ok(StoredRow { text, code: head.code })
+    }
+}
+
+/// Where the row of that name is.
+fn row_name(id: &str) -> String {
+    format!("{ROWS}/{}/{id}.json", &id[..2])
+}
+
+/// An id as a number; `name` may end like a row's.
+fn number_of(name: &str) -> Option<u128> {
+    let id = name.strip_suffix(".json").unwrap_or(name);
+    if id.len() == 32 { u128::from_str_radix(id, 16).ok() } else { None }
+}
+
+/// Stores the manifest at `manifest` as that of the batch at `prefix`, unless it is.
+fn store_manifest(prefix: &Prefix, manifest: &Path) -> anyhow::Result<()> {
+    loop {
+        if let Some(there) = prefix.fetched(MANIFEST)? {
+            if is_same(manifest, &there.path().join(FETCHED))? {
+                return Ok(());
+            }
+            return prefix.replace_file(MANIFEST, manifest);
+        }
+        if prefix.create_file(MANIFEST, manifest)? {
+            return Ok(());
+        }
+        // Another worker was faster: look again.
+    }
+}
+
+#[derive(Deserialize)]
+struct Head {
+    id: String,
+    code: String,
+}
+
+/// A row as it's stored.
+pub(super) struct StoredRow {
+    text: String,
+    code: String,
+}
+
+impl StoredRow {
+    /// The line, without its end.
+    pub(super) fn line(&self) -> &str {
+        self.text.trim_end()
+    }
+
+    /// Whether it says that the work was done.
+    pub(super) fn is_ok(&self) -> bool {
+        self.code == OK
+    }
+}
+
+/// What differs between two jobs; `None` if nothing does.
+fn difference(there: &Job, job: &Job) -> Option<String> {
+    if there == job {
+        return None;
+    }
+    let (theirs, ours) = (serde_json::to_value(there).ok()?, serde_json::to_value(job).ok()?);
+    let fields = theirs.as_object()?.iter();
+    let differs = |(name, value): (&String, &serde_json::Value)| {
+        (ours.get(name) != Some(value)).then(|| {
+            let ours = ours.get(name).cloned().unwrap_or_default();
+            format!("{name}: {value} there, {ours} here")
+        })
+    };
+    Some(fields.filter_map(differs).collect::<Vec<_>>().join("; "))
+}
+
+/// Whether the file at `copy` holds the same lines as that at `path`; false if there is no copy.
+fn is_same(path: &Path, copy: &Path) -> Result<bool, FileError> {
+    if copy.symlink_metadata().is_err() {
+        return Ok(false);
+    }
+    let mut given = LineReader::open(path, 1 << 16, Links::Followed)?;
+    let mut own = LineReader::open(copy, 1 << 16, Links::Refused)?;
+    let (mut one, mut other) = (Vec::new(), Vec::new());
+    loop {
+        let (more, also) = (given.read(&mut one)?, own.read(&mut other)?);
+        if one != other {
+            return Ok(false);
+        }
+        if !more && !also {
+            return Ok(true);
+        }
+    }
+}

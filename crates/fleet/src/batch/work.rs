@@ -1,0 +1,179 @@
+//! One item of a batch, from its session to its row.
+
+use std::{
+    collections::BTreeMap,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+};
+
+use anyhow::Context;
+use serde::Deserialize;
+
+use super::{
+    item::Item,
+    job::{Action, Job},
+    row::{DecisionsEntry, Row},
+    store::Store,
+};
+#[cfg(not(feature = "report"))]
+use boresight_app::MissingFeature;
+use boresight_app::{
+    Announcer, JournalReading, RESULT_FILE, SavedSession, comparison, error_code,
+    export::{FORMATS, export},
+    redetect::{kind, redetect},
+    result::calibration_file,
+};
+use boresight_files::{Links, read_text};
+use boresight_geometry::panic_message::panic_message;
+use boresight_run::recording::{Header, Replayed};
+
+/// The largest result whose verdict is looked up.
+const RESULT_LIMIT: u64 = 16 << 20;
+
+/// Why an item can't be worked on, beside the errors of its session.
+#[derive(Debug, thiserror::Error)]
+enum NotWorked {
+    #[error("the session has changed since the manifest was written")]
+    Changed,
+    #[error("the session names no older calibration to be compared with")]
+    NoOldCalibration,
+}
+
+/// Does what `job` says with the session of `item`. Files beside the row go into `store`. Whatever happens becomes the
+/// row: nothing in a session stops a batch.
+pub fn work(job: &Job, store: &Store, item: &Item) -> Row {
+    let id = job.id_of(item).to_string();
+    let blank = Row::new(id, &item.session, job.action);
+    let worked = catch_unwind(AssertUnwindSafe(|| {
+        let mut row = blank.clone();
+        let worked = fill(&mut row, job, store, item);
+        match worked {
+            Ok(()) => row,
+            Err(err) => {
+                let next = next_action(&err).or_else(|| crate::explain(&err));
+                row.failed(code(&err), format!("{err:#}"), next)
+            }
+        }
+    }));
+    worked.unwrap_or_else(|payload| {
+        let message = panic_message(&*payload).unwrap_or_else(|| "no message".into());
+        blank.failed("PROGRAM-ERROR", message, Some("Please report it with the session.".into()))
+    })
+}
+
+/// Stable name of an error.
+fn code(err: &anyhow::Error) -> &'static str {
+    match err.downcast_ref::<NotWorked>() {
+        Some(NotWorked::Changed) => "SESSION-CHANGED",
+        Some(NotWorked::NoOldCalibration) => "NO-OLD-CALIBRATION",
+        None => error_code(err),
+    }
+}
+
+fn next_action(err: &anyhow::Error) -> Option<String> {
+    let action = match err.downcast_ref::<NotWorked>()? {
+        NotWorked::Changed => "Plan again: boresight batch plan",
+        NotWorked::NoOldCalibration => "Name the older calibration: --against FILE",
+    };
+    Some(action.into())
+}
+
+fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<()> {
+    let path = Path::new(&item.session);
+    if Item::of(path).is_none_or(|now| now.content != item.content) {
+        return Err(NotWorked::Changed.into());
+    }
+    row.recorded_verdict = recorded_verdict(path);
+    let mut journal = JournalReading::of(path)?;
+    describe(row, &journal.header);
+    let config = match job.action {
+        // They concern the page.
+        Action::Report => journal.header.config.clone(),
+        _ => journal.header.config.with(&job.settings)?,
+    };
+    match job.action {
+        Action::Replay | Action::Redetect => {
+            if job.action == Action::Redetect {
+                redetect(&mut journal, &config.board()?, 1, || ())?;
+            }
+            let (again, crc32) = journal.decide_again_summed(&config, |_, _| ())?;
+            let count = journal.contents.lines.len();
+            row.decisions =
+                Some(DecisionsEntry { crc32: Some(crc32), ..compared(&again.replayed, count) });
+            row.calibrated(&calibration_file(&again.session, &journal.header));
+        }
+        Action::Calibrate | Action::Check | Action::Report => {
+            journal.header.config = config;
+            let saved = journal.session()?;
+            row.decisions = Some(compared(&saved.replayed, saved.contents.lines.len()));
+            row.calibrated(&calibration_file(&saved.session, &saved.header));
+            match job.action {
+                Action::Check => check(row, job, &saved)?,
+                Action::Report => row.file = Some(report(job, store, path, &row.id)?),
+                _ => {}
+            }
+        }
+        Action::Export => {
+            let wanted = job.format.as_deref().unwrap_or_default();
+            let format = FORMATS.into_iter().find(|format| format.code() == wanted);
+            let format = format.context("there is no such format")?;
+            let exported = export(path, format, None, &Announcer::silent())?;
+            let name = format!("{}-{}", row.id, format.file());
+            row.file = Some(store.save_file(&row.id, &name, exported.text.as_bytes())?);
+            row.verdict.clone_from(&row.recorded_verdict);
+        }
+    }
+    Ok(())
+}
+
+fn describe(row: &mut Row, header: &Header) {
+    row.created = Some(header.created.clone());
+    row.source = Some(header.source.clone());
+    row.image_size = Some(header.image_size_px);
+    if let Some(camera) = &header.camera {
+        row.model = Some(camera.name().to_owned());
+        row.usb = camera.usb().map(str::to_owned);
+        row.serial = Some(camera.serial().to_owned()).filter(|serial| !serial.is_empty());
+    }
+}
+
+fn compared(replayed: &Replayed, count: usize) -> DecisionsEntry {
+    let mut kinds = BTreeMap::new();
+    for difference in &replayed.differences {
+        *kinds.entry(kind(difference)).or_insert(0) += 1;
+    }
+    let different = replayed.different_lines.len();
+    DecisionsEntry { count, different, rounded: replayed.rounding.count, kinds, crc32: None }
+}
+
+/// The verdict in the session's own result; `None` if there is none.
+fn recorded_verdict(session: &Path) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Judged {
+        verdict: String,
+    }
+    let text = read_text(&session.join(RESULT_FILE), RESULT_LIMIT, Links::Refused).ok()?;
+    serde_json::from_str::<Judged>(&text).ok().map(|judged| judged.verdict)
+}
+
+fn check(row: &mut Row, job: &Job, saved: &SavedSession) -> anyhow::Result<()> {
+    let against = job.against.as_ref().or(saved.header.against.as_ref());
+    let against = Path::new(against.ok_or(NotWorked::NoOldCalibration)?);
+    let old = comparison::read(against)?;
+    let found = comparison::compare(&saved.session, &old);
+    let (_, action) = comparison::words(&found);
+    row.check = Some(comparison::check_file(against, &saved.header.source, &old, &found, action));
+    Ok(())
+}
+
+#[cfg(feature = "report")]
+fn report(job: &Job, store: &Store, session: &Path, id: &str) -> anyhow::Result<String> {
+    let stated = boresight_run::config::Config::load(None, &job.settings)?.certificate;
+    let report = boresight_app::session_report::of_folder(session, &stated)?;
+    store.save_file(id, &format!("{id}.html"), boresight_present::report::page(&report).as_bytes())
+}
+
+#[cfg(not(feature = "report"))]
+fn report(_: &Job, _: &Store, _: &Path, _: &str) -> anyhow::Result<String> {
+    Err(MissingFeature::REPORT.into())
+}

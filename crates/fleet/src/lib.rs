@@ -1,0 +1,16 @@
+//! Many sessions at once, and many cameras over time.
+
+#![forbid(unsafe_code)]
+
+pub mod batch;
+#[cfg(feature = "history")]
+pub mod history;
+
+/// The next action for an error of this crate or of [`boresight_app`], if one is known.
+pub fn explain(err: &anyhow::Error) -> Option<String> {
+    #[cfg(feature = "cloud")]
+    if let Some(err) = err.chain().find_map(|cause| cause.downcast_ref::<batch::CloudError>()) {
+        return Some(err.next_action().into());
+    }
+    boresight_app::explain(err)
+}

@@ -1,0 +1,329 @@
+//! A calibration in memory → its file.
+
+use nalgebra::Point2;
+
+use super::{
+    calibration_file::{
+        AcceptanceEntry, BoardEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile,
+        CandidateEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry,
+        LineEntry, MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
+        ViewEntry,
+    },
+    named_covariance::NamedCovariance,
+};
+use boresight_calibrate::{
+    Calibration, Finding, Focal, ModelFit, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
+    Severity, Verdict, ViewResult,
+    acceptance::{Acceptance, AcceptanceGoal, acceptance},
+};
+use boresight_geometry::{
+    BROWN_PARAMETERS, BoardOutline, Camera, PrincipalLine, board::Checkerboard, frame::ImageSize,
+};
+
+/// A picture and whether it was used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ViewName {
+    /// File name of the picture.
+    pub name: String,
+    /// Why it was not used; `None` if it was.
+    pub reason: Option<String>,
+}
+
+/// The words for findings: what was found, and what to do.
+#[derive(Clone, Copy, Debug)]
+pub struct FindingWords {
+    /// Of a finding.
+    pub finding: fn(&Finding) -> (String, &'static str),
+    /// Of the reason why there is no calibration.
+    pub not_calibrated: fn(&NotCalibrated) -> (String, &'static str),
+    /// Of the verdict on a goal: what was found, and what to do, empty if nothing.
+    pub acceptance: fn(&Acceptance) -> (String, &'static str),
+}
+
+impl CalibrationFile {
+    /// The file of a calibration from pictures of `image_size` with the used ones of `views`, in their order.
+    ///
+    /// Without a calibration the verdict is `untrustworthy`, and the reason is the only finding.
+    pub fn of(
+        result: Result<&Calibration, &NotCalibrated>,
+        image_size: ImageSize,
+        board: &Checkerboard,
+        views: &[ViewName],
+        words: FindingWords,
+    ) -> Self {
+        let file = Self::without_result(image_size, board, views);
+        match result {
+            Ok(calibration) => Self {
+                verdict: calibration.verdict.code().into(),
+                findings: calibration
+                    .findings
+                    .iter()
+                    .map(|finding| {
+                        let severity = finding.severity;
+                        entry(finding.code.code(), severity, (words.finding)(finding))
+                    })
+                    .collect(),
+                result: Some(LensEntry::of(calibration)),
+                candidates: Some(calibration.candidates.iter().map(CandidateEntry::of).collect()),
+                principal_point: Some(PrincipalPointEntry::of(&calibration.principal_point)),
+                projection_sd_px: Some(projection(calibration)),
+                bound_px: Some(BoundEntry {
+                    picture: calibration.picture_bound_px(),
+                    covered: calibration.covered_bound_px,
+                }),
+                visible_drift: calibration.visible_drift,
+                acceptance: calibration
+                    .acceptance
+                    .as_ref()
+                    .map(|judged| AcceptanceEntry::of(judged, (words.acceptance)(judged))),
+                coverage: Some(calibration.coverage),
+                views: view_entries(calibration, board, views),
+                ..file
+            },
+            Err(reason) => Self {
+                findings: vec![entry(reason.code(), Severity::Bad, (words.not_calibrated)(reason))],
+                ..file
+            },
+        }
+    }
+
+    fn without_result(image_size: ImageSize, board: &Checkerboard, views: &[ViewName]) -> Self {
+        Self {
+            schema: CALIBRATION_SCHEMA.into(),
+            image_size: [image_size.width_px, image_size.height_px],
+            board: Some(BoardEntry {
+                columns: count(board.columns()),
+                rows: count(board.rows()),
+                square_mm: 1000.0 * board.square_m(),
+                markers: board.markers().map(|markers| MarkersEntry {
+                    dictionary: markers.dictionary.to_string(),
+                    side_mm: 1000.0 * board.square_m() * markers.side_squares,
+                }),
+            }),
+            verdict: Verdict::Untrustworthy.code().into(),
+            findings: Vec::new(),
+            result: None,
+            candidates: None,
+            principal_point: None,
+            projection_sd_px: None,
+            bound_px: None,
+            visible_drift: None,
+            acceptance: None,
+            coverage: None,
+            views: views.iter().map(unused).collect(),
+            source: None,
+            replaces: None,
+            camera: None,
+        }
+    }
+}
+
+impl CalibrationFile {
+    /// Judges the calibration by `goal`, with `scale_sd` the relative standard deviation of the board's square size.
+    /// `None` if the file has no lens, or doesn't state its covariance.
+    pub fn judged(&self, goal: AcceptanceGoal, scale_sd: f64) -> Option<Acceptance> {
+        let lens = self.result.as_ref()?;
+        let covariance = lens.full_covariance()?;
+        let [width_px, height_px] = self.image_size;
+        let image_size = ImageSize { width_px, height_px };
+        Some(acceptance(goal, &lens.camera(), &covariance, image_size, scale_sd))
+    }
+}
+
+impl AcceptanceEntry {
+    /// The entry of a verdict, with its words: what was found, and what to do.
+    pub fn of(judged: &Acceptance, (message, action): (String, &str)) -> Self {
+        let (unit, per_unit) = match judged.goal {
+            AcceptanceGoal::Projection { .. } => ("px", 1.0),
+            AcceptanceGoal::Length { .. } => ("mm", 1000.0),
+        };
+        let bound = judged.bound;
+        Self {
+            goal: judged.goal.to_string(),
+            met: judged.is_met(),
+            unit: unit.into(),
+            limit: per_unit * judged.goal.limit(),
+            bound: bound.map(|bound| per_unit * bound.total),
+            lens: bound.map(|bound| per_unit * bound.lens),
+            scale: bound.map(|bound| per_unit * bound.scale),
+            message,
+            action: action.into(),
+        }
+    }
+}
+
+/// A board's side has at most 65 535 corners.
+fn count(corners: usize) -> u32 {
+    u32::try_from(corners).unwrap_or(u32::MAX)
+}
+
+fn entry(code: &str, severity: Severity, (message, action): (String, &str)) -> FindingEntry {
+    let severity = severity.code().into();
+    FindingEntry { code: code.into(), severity, message, action: action.into() }
+}
+
+fn unused(view: &ViewName) -> ViewEntry {
+    ViewEntry { name: view.name.clone(), reason: view.reason.clone(), ..ViewEntry::default() }
+}
+
+fn pair(px: Point2<f64>) -> [f64; 2] {
+    [px.x, px.y]
+}
+
+impl LensEntry {
+    fn of(calibration: &Calibration) -> Self {
+        let camera = &calibration.camera;
+        let sd = calibration.sd();
+        let square_pixels = sd[0] == sd[1] && camera.f_px.x == camera.f_px.y;
+        let named = |covariance, keep: &dyn Fn(usize) -> bool| {
+            Some(NamedCovariance::of(covariance, square_pixels, keep))
+        };
+        Self {
+            model: calibration.model.code().into(),
+            focal: Some(match calibration.focal {
+                Focal::Common => FocalEntry { varies: false, scatter_px: None },
+                Focal::Varying { scatter_px } => {
+                    FocalEntry { varies: true, scatter_px: Some(scatter_px) }
+                }
+            }),
+            f_px: [camera.f_px.x, camera.f_px.y],
+            pp_px: pair(camera.pp_px),
+            distortion: camera.distortion.into(),
+            sigma: Some(SigmaEntry {
+                f_px: [sd[0], sd[1]],
+                pp_px: [sd[2], sd[3]],
+                k1: sd[4],
+                k2: sd[5],
+                p1: sd[6],
+                p2: sd[7],
+                k3: sd[8],
+                k4: sd[9],
+                k5: sd[10],
+                k6: sd[11],
+            }),
+            covariance: named(&calibration.covariance, &|i| sd[i] > 0.0),
+            covariance_all: named(&calibration.covariance_all, &|i| {
+                i < BROWN_PARAMETERS || calibration.covariance_all[(i, i)] > 0.0
+            }),
+            rms_px: Some(calibration.rms_px),
+            noise_px: Some(calibration.noise_px),
+            excess_px: Some(calibration.excess_px),
+            noise_factor: Some(calibration.noise_factor),
+            noise_floor_px: calibration.noise_floor_px,
+        }
+    }
+}
+
+impl CandidateEntry {
+    fn of(fit: &ModelFit) -> Self {
+        let camera = &fit.camera;
+        Self {
+            model: fit.model.code().into(),
+            weight: Some(fit.weight),
+            cost: Some(fit.cost),
+            noise_factor: Some(fit.noise_factor),
+            f_px: [camera.f_px.x, camera.f_px.y],
+            pp_px: pair(camera.pp_px),
+            distortion: camera.distortion.into(),
+        }
+    }
+}
+
+impl PrincipalPointEntry {
+    fn of(points: &PrincipalPoints) -> Self {
+        let entry = |estimate: &Option<PrincipalPointEstimate>| estimate.map(EstimateEntry::of);
+        Self {
+            pl_unweighted: entry(&points.pl_unweighted),
+            pl_weighted: entry(&points.pl_weighted),
+            pl_ring: entry(&points.pl_ring),
+            free_homography: entry(&points.free_homography),
+            bundle: entry(&points.bundle),
+            zhang: entry(&points.zhang),
+        }
+    }
+}
+
+impl EstimateEntry {
+    fn of(estimate: PrincipalPointEstimate) -> Self {
+        let covariance = estimate.covariance_px2;
+        let sd = |variance: f64| variance.max(0.0).sqrt();
+        Self {
+            px: pair(estimate.px),
+            sigma_px: covariance.map(|c| [sd(c[(0, 0)]), sd(c[(1, 1)])]),
+            covariance_px2: covariance.map(|c| [[c[(0, 0)], c[(0, 1)]], [c[(1, 0)], c[(1, 1)]]]),
+            f_px: estimate.f_px.map(|f| {
+                if f.x == f.y { FocalLengths::Common(f.x) } else { FocalLengths::Each([f.x, f.y]) }
+            }),
+        }
+    }
+}
+
+fn projection(calibration: &Calibration) -> ProjectionEntry {
+    let sd = &calibration.projection_sd;
+    let grid = sd.grid.iter().map(|point| [point.px.x, point.px.y, point.sd_px]).collect();
+    ProjectionEntry { mean: sd.mean_px, max: sd.max_px, grid }
+}
+
+/// The used pictures carry the numbers of the calibration's views, which are in the same order.
+fn view_entries(
+    calibration: &Calibration,
+    board: &Checkerboard,
+    views: &[ViewName],
+) -> Vec<ViewEntry> {
+    let mut results = calibration.views.iter().enumerate();
+    views
+        .iter()
+        .map(|view| match if view.reason.is_none() { results.next() } else { None } {
+            Some((number, result)) => {
+                used(&view.name, &calibration.camera_of(number), board, result)
+            }
+            None => unused(view),
+        })
+        .collect()
+}
+
+fn used(name: &str, camera: &Camera, board: &Checkerboard, result: &ViewResult) -> ViewEntry {
+    let t = &result.cam_from_board.translation.vector;
+    let q = result.cam_from_board.rotation.quaternion();
+    ViewEntry {
+        name: name.into(),
+        used: true,
+        reason: None,
+        cam_from_board: Some(PoseEntry {
+            rotation_wxyz: [q.w, q.i, q.j, q.k],
+            translation_m: [t.x, t.y, t.z],
+        }),
+        outline_px: outline_px(camera, board, result),
+        tilt_deg: Some(result.tilt_rad.to_degrees()),
+        slot_deg: Some(result.tilt_azimuth_rad.to_degrees()),
+        rms_px: Some(result.residual_rms_px),
+        pl: result.principal_line.as_ref().map(LineEntry::of),
+        pl_residual_px: result.pl_residual_px,
+        focal_px: result.focal.map(|focal| focal.f_px),
+        focal_sigma_px: result.focal.map(|focal| focal.sigma_px),
+        focal_as_seen_px: result.focal_as_seen.map(|focal| focal.f_px),
+    }
+}
+
+impl LineEntry {
+    fn of(line: &PrincipalLine) -> Self {
+        Self {
+            phi_rad: line.phi_rad,
+            c_px: line.c_px,
+            sigma_phi_rad: Some(line.sigma_phi_rad()),
+            sigma_c_px: Some(line.sigma_c_px()),
+            x0_px: pair(line.origin_px),
+            foot_px: Some(pair(line.origin_px + line.normal() * line.c_px)),
+        }
+    }
+}
+
+/// Image of the board's outermost inner corners, in order around it; `None` if the lens model does not reach
+/// all corners.
+fn outline_px(camera: &Camera, board: &Checkerboard, view: &ViewResult) -> Option<[[f64; 2]; 4]> {
+    let image =
+        |point_m| camera.project_board_point(&view.cam_from_board, point_m).map(|image| image.px);
+    let px: Vec<_> = board.corners_in_board_m().iter().map(image).collect::<Option<_>>()?;
+    let outline = BoardOutline::of(&px, board.columns())?;
+    Some(outline.corners_px().map(pair))
+}

@@ -1,0 +1,80 @@
+use serde_json::Value;
+
+use super::{
+    numbers::{exactly, first, fisheye_lens, lens, list},
+    old_calibration::{NotImported, OldCalibration, OldFormat},
+};
+use boresight_geometry::LensKind;
+
+/// Reads what OpenCV, its Python users and ROS write: a camera matrix, coefficients and the picture's size.
+///
+/// Names as in OpenCV's samples and tutorials through the years, as Python programs dump them (`K`, `dist`), and
+/// as in the ROS message. ROS files without a `distortion_model` are `plumb_bob`, as ROS itself reads them. OpenCV's own
+/// sample marks the coefficients of `cv::fisheye` by `fisheye_model`, ROS by `equidistant`.
+pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
+    let matrix = first(tree, &["cameramatrix", "intrinsicmatrix", "k", "mtx"])
+        .ok_or(NotImported::UnknownFormat)?;
+    let missing = |name, wanted| NotImported::Missing { name, wanted };
+    let is_ros =
+        first(tree, &["distortionmodel", "cameraname", "projectionmatrix", "rectificationmatrix"])
+            .is_some();
+    let kind = lens_kind(tree, is_ros)?;
+    let [fx, skew, cx, m10, fy, cy, m20, m21, m22] =
+        exactly(matrix).ok_or(missing("the camera matrix", "3 x 3 finite numbers"))?;
+    for (name, value, wanted) in [
+        ("the camera matrix's skew", skew, 0.0),
+        ("the camera matrix's second row's first number", m10, 0.0),
+        ("the camera matrix's last row's first number", m20, 0.0),
+        ("the camera matrix's last row's second number", m21, 0.0),
+        ("the camera matrix's last number", m22, 1.0),
+    ] {
+        if value != wanted {
+            return Err(NotImported::Nonsense { name, value: value.to_string() });
+        }
+    }
+    let coefficients = first(
+        tree,
+        &["distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff", "d", "dist"],
+    )
+    .and_then(list)
+    .filter(|coefficients| matches!(coefficients.len(), 0 | 4 | 5 | 8 | 12 | 14))
+    .ok_or(missing("distortion_coefficients", "4, 5 or 8 finite numbers"))?;
+    let side = |names| first(tree, names).and_then(Value::as_f64);
+    let size = match (side(&["imagewidth", "width"]), side(&["imageheight", "height"])) {
+        (Some(width), Some(height)) => Some([width, height]),
+        _ => first(tree, &["imagesize", "imgsize"]).and_then(exactly),
+    }
+    .ok_or(missing("the picture's size, image_width and image_height,", "two numbers"))?;
+    let format = if is_ros { OldFormat::Ros } else { OldFormat::OpenCv };
+    let intrinsics = [fx, fy, cx, cy];
+    let lens = match kind {
+        LensKind::Perspective => lens(intrinsics, &coefficients)?,
+        LensKind::Fisheye => {
+            let four = coefficients.try_into();
+            let four = four.map_err(|_| missing("distortion_coefficients", "4 finite numbers"))?;
+            fisheye_lens(intrinsics, four)
+        }
+    };
+    let mut old = OldCalibration::new(format, kind, &lens, size)?;
+    old.rms_px = first(tree, &["avgreprojectionerror"]).and_then(Value::as_f64);
+    old.source = first(tree, &["cameraname"]).and_then(Value::as_str).map(Into::into);
+    Ok(old)
+}
+
+/// The kind of the lens model that is named. Refuses those that are not OpenCV's.
+fn lens_kind(tree: &Value, is_ros: bool) -> Result<LensKind, NotImported> {
+    if let Some(model) = first(tree, &["distortionmodel"]) {
+        return match model.as_str().filter(|_| is_ros) {
+            Some("plumb_bob" | "plumb bob" | "rational_polynomial") => Ok(LensKind::Perspective),
+            Some("equidistant" | "fisheye") => Ok(LensKind::Fisheye),
+            _ => {
+                let found = model.as_str().unwrap_or("without a name").to_owned();
+                Err(NotImported::Model { found })
+            }
+        };
+    }
+    let fisheye = first(tree, &["fisheyemodel"]);
+    let is_fisheye =
+        fisheye.is_some_and(|fisheye| fisheye.as_f64() != Some(0.0) && *fisheye != false);
+    Ok(if is_fisheye { LensKind::Fisheye } else { LensKind::Perspective })
+}

@@ -1,0 +1,172 @@
+//! A calibration read from a file of any format, and why a file is refused.
+
+use crate::named_covariance::{LENS_PARAMETER_NAMES, LensCovariance};
+use boresight_calibrate::Verdict;
+use boresight_geometry::{
+    BoardOutline, Camera, LENS_PARAMETERS, LensKind, board::Checkerboard, frame::ImageSize,
+};
+
+/// A calibration read from a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OldCalibration {
+    /// The file's format.
+    pub format: OldFormat,
+    /// The lens.
+    pub camera: Camera,
+    /// Size of the picture that the lens belongs to.
+    pub image_size: ImageSize,
+    /// Covariance of the lens parameters, zero for those held fixed. Only this program's files state it.
+    pub covariance: Option<LensCovariance>,
+    /// Where the boards were; empty if the file doesn't say.
+    pub outlines: Vec<BoardOutline>,
+    /// Root mean square reprojection residual, if the file says.
+    pub rms_px: Option<f64>,
+    /// The verdict, if the file states one.
+    pub verdict: Option<Verdict>,
+    /// The board, if the file states one.
+    pub board: Option<Checkerboard>,
+    /// Name of the camera, if the file states one: this program's `source`, ROS's `camera_name`, Kalibr's topic.
+    pub source: Option<String>,
+    /// Values at which focus and zoom were locked, if the file states them.
+    pub locked: LockedLens,
+    /// True if each view has its own focal length and the camera's is their mean.
+    pub focal_varies: bool,
+    /// Number of cameras in the file; this is the first.
+    pub camera_count: usize,
+}
+
+/// Locked controls that the calibration depends on, in the driver's units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LockedLens {
+    /// Distance at which the lens is sharp.
+    pub focus: Option<i64>,
+    /// Focal length.
+    pub zoom: Option<i64>,
+}
+
+/// Formats that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OldFormat {
+    /// `boresight.calibration/1`.
+    Own,
+    /// What OpenCV's `FileStorage` writes, YAML or JSON.
+    OpenCv,
+    /// What ROS's `camera_calibration` writes.
+    Ros,
+    /// A Kalibr camchain.
+    Kalibr,
+    /// An mrcal `.cameramodel`.
+    Mrcal,
+}
+
+/// Why a text can't be used as a calibration.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NotImported {
+    /// More than [`MAX_BYTES`](super::MAX_BYTES).
+    #[error("it has {bytes} bytes, which no calibration has")]
+    TooLong {
+        /// Length in bytes.
+        bytes: usize,
+    },
+    /// None of the formats.
+    #[error("it is in none of the formats that can be read: {FORMATS}")]
+    UnknownFormat,
+    /// The text breaks the rules of its format.
+    #[error("not well formed: {reason}")]
+    Malformed {
+        /// What is wrong.
+        reason: String,
+    },
+    /// A later version of this program's own schema.
+    #[error("its schema is {found:?}, this version reads \"boresight.calibration/1\"")]
+    Schema {
+        /// The schema named.
+        found: String,
+    },
+    /// The session ended without a calibration.
+    #[error("it holds no result")]
+    NoResult,
+    /// A value is missing, no number, or not as many numbers as it should be.
+    #[error("{name} is missing or not {wanted}")]
+    Missing {
+        /// Name in the file.
+        name: &'static str,
+        /// What it should be.
+        wanted: &'static str,
+    },
+    /// A lens model that is none of OpenCV's.
+    #[error("its lens model is {found:?}; {KNOWN_LENS}")]
+    Model {
+        /// The model named.
+        found: String,
+    },
+    /// A coefficient beyond k1, k2, p1, p2, k3, k4, k5, k6 that is not zero.
+    #[error("its lens has {coefficient} = {value}; {KNOWN_LENS}")]
+    Coefficient {
+        /// Name of the coefficient.
+        coefficient: &'static str,
+        /// Its value, as text.
+        value: String,
+    },
+    /// Numbers that no camera has.
+    #[error("{name} is {value}, which no camera has")]
+    Nonsense {
+        /// Name of the number.
+        name: &'static str,
+        /// Its value, as text.
+        value: String,
+    },
+}
+
+const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel";
+const KNOWN_LENS: &str =
+    "only pinholes with k1, k2, p1, p2, k3, k4, k5, k6 and OpenCV's fisheye model can be read";
+
+impl OldFormat {
+    /// Its name as people know it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own => "boresight",
+            Self::OpenCv => "OpenCV",
+            Self::Ros => "ROS camera_info",
+            Self::Kalibr => "Kalibr camchain",
+            Self::Mrcal => "mrcal cameramodel",
+        }
+    }
+}
+
+impl OldCalibration {
+    /// Checks what every format holds.
+    pub(super) fn new(
+        format: OldFormat,
+        kind: LensKind,
+        lens: &[f64; LENS_PARAMETERS],
+        size: [f64; 2],
+    ) -> Result<Self, NotImported> {
+        let nonsense = |name, value: f64| NotImported::Nonsense { name, value: value.to_string() };
+        for (name, value) in LENS_PARAMETER_NAMES.into_iter().zip(lens) {
+            if !value.is_finite() || (name.starts_with('f') && *value <= 1.0) {
+                return Err(nonsense(name, *value));
+            }
+        }
+        let [width_px, height_px] = size.map(|side| {
+            let whole = side.fract() == 0.0 && (1.0..=1e5).contains(&side);
+            // A whole number up to 100 000 fits.
+            if whole { Ok(side as u32) } else { Err(nonsense("the picture's size", side)) }
+        });
+        Ok(Self {
+            format,
+            camera: Camera::from_lens_parameters(kind, lens),
+            image_size: ImageSize { width_px: width_px?, height_px: height_px? },
+            covariance: None,
+            outlines: Vec::new(),
+            rms_px: None,
+            verdict: None,
+            board: None,
+            source: None,
+            locked: LockedLens::default(),
+            focal_varies: false,
+            camera_count: 1,
+        })
+    }
+}

@@ -1,0 +1,149 @@
+use std::borrow::Cow;
+
+use nalgebra::{Matrix2, Point2, Vector2};
+
+/// A measured board corner, with the covariance of its error; or the place of one that isn't seen.
+///
+/// The corners of a view fill the whole board, in its order. One that is covered, or outside of the picture, is
+/// [`unseen`](Self::unseen): fits leave it out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// Position in distorted pixels, as the camera delivers them. Of an unseen corner, where it's expected: no
+    /// number where nothing says so.
+    pub px: Point2<f64>,
+    /// Covariance of the position error, px². Positive definite; infinite for an unseen corner.
+    pub covariance_px2: Matrix2<f64>,
+}
+
+/// Steps of a position in few digits, per pixel: a hundredth of the smallest error that a detector reaches.
+const STEPS_PER_PX: f64 = 1e5;
+/// Digits of a covariance in few digits.
+const COVARIANCE_DIGITS: i32 = 4;
+/// Share by which few digits may change the determinant of a covariance.
+const DETERMINANT_CHANGE: f64 = 0.02;
+
+impl Corner {
+    /// A corner with independent errors of standard deviation `sigma_px` along both axes.
+    pub fn isotropic(px: Point2<f64>, sigma_px: f64) -> Self {
+        Self { px, covariance_px2: Matrix2::from_diagonal_element(sigma_px * sigma_px) }
+    }
+
+    /// A corner that isn't seen, expected at `px`, which may lie outside of the picture.
+    pub fn unseen(px: Point2<f64>) -> Self {
+        Self { px, covariance_px2: Matrix2::from_diagonal_element(f64::INFINITY) }
+    }
+
+    /// Whether the corner was measured.
+    pub fn is_seen(&self) -> bool {
+        self.covariance_px2[(0, 0)] != f64::INFINITY
+    }
+
+    /// Standard deviation of the error along one axis, root mean square over directions.
+    pub fn sigma_px(&self) -> f64 {
+        (self.covariance_px2.trace() / 2.0).sqrt()
+    }
+
+    /// The corner in a picture whose rows are scaled by `factor`.
+    pub fn with_rows_scaled(&self, factor: f64) -> Self {
+        let px = Point2::new(self.px.x, self.px.y * factor);
+        if !self.is_seen() {
+            return Self::unseen(px);
+        }
+        let scale = Matrix2::new(1.0, 0.0, 0.0, factor);
+        Self { px, covariance_px2: scale * self.covariance_px2 * scale }
+    }
+
+    /// The corner in few decimal digits, far below its error, so that recordings of it are short: positions to 10⁻⁵ px,
+    /// covariances to four digits of the larger variance. A covariance so narrow that this would change its
+    /// determinant by more than 2 % stays as it is.
+    pub fn in_few_digits(&self) -> Self {
+        let covariance = self.covariance_px2;
+        // Of no number at all, the magnitude doesn't matter: nothing is rounded then.
+        let magnitude = covariance.diagonal().max().log10().floor().clamp(-20.0, 20.0) as i32;
+        let digits = COVARIANCE_DIGITS - 1 - magnitude;
+        let rounded = covariance.map(|value| to_steps(value, 10_f64.powi(digits.clamp(0, 22))));
+        let change = rounded.determinant() / covariance.determinant();
+        let is_same = (change - 1.0).abs() <= DETERMINANT_CHANGE;
+        Self {
+            px: self.px.map(|value| to_steps(value, STEPS_PER_PX)),
+            covariance_px2: if is_same { rounded } else { covariance },
+        }
+    }
+}
+
+fn to_steps(value: f64, steps_per_unit: f64) -> f64 {
+    (value * steps_per_unit).round() / steps_per_unit
+}
+
+/// Mean position of the corners that are seen, in pixels; the origin if there are none.
+pub fn mean_px(corners: &[Corner]) -> Point2<f64> {
+    let seen = || corners.iter().filter(|corner| corner.is_seen());
+    let sum = seen().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
+    Point2::from(sum / seen().count().max(1) as f64)
+}
+
+/// Number of corners that are seen.
+pub fn seen_count(corners: &[Corner]) -> usize {
+    corners.iter().filter(|corner| corner.is_seen()).count()
+}
+
+/// The corners that are seen, with their board points; the same slices if all are.
+pub(super) fn seen<'a>(
+    board_points_m: &'a [Point2<f64>],
+    corners: &'a [Corner],
+) -> (Cow<'a, [Point2<f64>]>, Cow<'a, [Corner]>) {
+    if corners.iter().all(Corner::is_seen) || board_points_m.len() != corners.len() {
+        return (Cow::Borrowed(board_points_m), Cow::Borrowed(corners));
+    }
+    let both = board_points_m.iter().zip(corners).filter(|(_, corner)| corner.is_seen());
+    let (points, corners): (Vec<_>, Vec<_>) = both.unzip();
+    (
+        Cow::Owned(points.into_iter().copied().collect()),
+        Cow::Owned(corners.into_iter().copied().collect()),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_digits_change_less_than_the_error() {
+        let corner = Corner {
+            px: Point2::new(143.898_795_128_915_14, 0.000_012_345),
+            covariance_px2: Matrix2::new(3.694_550_935e-5, 6.308_55e-7, 6.308_55e-7, 3.721_856e-5),
+        };
+        let short = corner.in_few_digits();
+        assert_eq!(short.px, Point2::new(143.8988, 0.00001));
+        assert_eq!(short.covariance_px2, Matrix2::new(3.695e-5, 6.3e-7, 6.3e-7, 3.722e-5));
+        assert_eq!(short.in_few_digits(), short);
+        assert_eq!(serde_json::to_string(&short.px.x).expect("a number"), "143.8988");
+    }
+
+    #[test]
+    fn an_unseen_corner_stays_unseen() {
+        let unseen = Corner::unseen(Point2::new(-3.5, 7.0));
+        assert!(!unseen.is_seen());
+        assert_eq!(unseen.in_few_digits(), unseen);
+        let scaled = unseen.with_rows_scaled(1.5);
+        assert!(!scaled.is_seen() && scaled.px == Point2::new(-3.5, 10.5));
+        let seen = Corner::isotropic(Point2::new(1.0, 2.0), 0.1);
+        assert_eq!(mean_px(&[unseen, seen]), seen.px);
+        assert_eq!(seen_count(&[unseen, seen]), 1);
+    }
+
+    #[test]
+    fn few_digits_never_make_a_covariance_singular() {
+        for narrow in [1e-3, 1e-6, 1e-9, 1e-12] {
+            let (sin, cos) = 0.4_f64.sin_cos();
+            let turn = Matrix2::new(cos, -sin, sin, cos);
+            let along = Matrix2::from_diagonal(&Vector2::new(0.37, 0.37 * narrow));
+            let covariance_px2 = turn * along * turn.transpose();
+            let short = Corner { px: Point2::origin(), covariance_px2 }.in_few_digits();
+            let change = short.covariance_px2.determinant() / covariance_px2.determinant();
+            assert!((0.98..=1.02).contains(&change), "{narrow}: {change}");
+        }
+        let none = Corner { px: Point2::origin(), covariance_px2: Matrix2::zeros() };
+        assert_eq!(none.in_few_digits(), none);
+    }
+}

@@ -1,0 +1,144 @@
+//! The one thing the person should do now.
+
+use serde::Serialize;
+
+use super::{
+    params::GuidanceParams, refusal::Refusal, slots::direction_difference_rad, target::Target,
+    view::View,
+};
+use boresight_geometry::Corner;
+
+/// What to do next, as data; the room `text` has the sentences.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "do")]
+pub enum Advice {
+    /// Bring the whole board into the picture.
+    ShowBoard,
+    /// Bring the whole board into the picture first. The pose asked for leaves the picture, and a part of a board can be told
+    /// only by following the board there.
+    ShowWholeFirst,
+    /// Make the board recede towards another direction.
+    TipTowards {
+        /// Direction in which it recedes now; `None` if it faces the camera.
+        #[serde(rename = "slot_rad")]
+        tilt_azimuth_rad: Option<f64>,
+        /// Direction in which it should recede.
+        wanted_rad: f64,
+    },
+    /// Change the tilt.
+    Tilt {
+        /// Tilt now.
+        tilt_rad: f64,
+        /// Tilt wanted.
+        wanted_rad: f64,
+        /// Direction in which the board should recede.
+        #[serde(rename = "slot_rad")]
+        tilt_azimuth_rad: f64,
+    },
+    /// Change the distance.
+    Distance {
+        /// Share of the picture that the corners span now.
+        #[serde(rename = "fill")]
+        span_fraction: f64,
+        /// Share wanted.
+        wanted: f64,
+    },
+    /// Shift the board in the picture.
+    Shift {
+        /// How far right.
+        right_px: f64,
+        /// How far down.
+        down_px: f64,
+    },
+    /// Stop moving.
+    HoldStill {
+        /// Root mean square speed of the corners; `None` without an earlier frame to compare with.
+        speed_px_per_s: Option<f64>,
+        /// Fastest accepted.
+        wanted_px_per_s: f64,
+    },
+    /// Rest the arms or lean the board on something: holding it freely hasn't been steady enough for a while.
+    SteadyTheBoard,
+    /// Keep still until the view is taken.
+    Holding {
+        /// Share of the hold that has passed.
+        progress: f64,
+    },
+    /// Put right what the refusal says.
+    Mend {
+        /// What is wrong.
+        refusal: Refusal,
+    },
+    /// Nothing: no further view is asked for.
+    Finished,
+}
+
+/// What to do about a frame that was refused for `refusal`, on the way to `target`. `view` is what the frame
+/// measures, if anything; `needs_support` after a long time in a good pose without holding it steadily.
+/// [`Advice::Finished`] without a target.
+pub fn advise(
+    view: Option<&View>,
+    refusal: &Refusal,
+    target: Option<&Target>,
+    needs_support: bool,
+    params: &GuidanceParams,
+) -> Advice {
+    let Some(target) = target else { return Advice::Finished };
+    match *refusal {
+        Refusal::NotFound if target.leaves_picture => return Advice::ShowWholeFirst,
+        Refusal::NotFound => return Advice::ShowBoard,
+        Refusal::Holding { progress } => return Advice::Holding { progress },
+        Refusal::Moving { .. } if needs_support => return Advice::SteadyTheBoard,
+        Refusal::Moving { speed_px_per_s, wanted_px_per_s, .. } => {
+            return Advice::HoldStill { speed_px_per_s, wanted_px_per_s };
+        }
+        Refusal::AtTheEdge { .. } if target.leaves_picture => {}
+        refusal @ (Refusal::Blurred { .. }
+        | Refusal::AtTheEdge { .. }
+        | Refusal::OutsideLens { .. }
+        | Refusal::CameraNotReady) => return Advice::Mend { refusal },
+        _ => {}
+    }
+    let wanted_rad = target.tilt_azimuth_rad;
+    let Some(view) = view else {
+        return Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad };
+    };
+    let tilt_rad = view.tilt_rad.unwrap_or(0.0);
+    let tilt_azimuth_rad = view.tilt_azimuth_rad();
+    let turn_rad = direction_difference_rad(wanted_rad, tilt_azimuth_rad);
+    let corners_px: Vec<_> = view.corners.iter().map(|corner| corner.px).collect();
+    let is_whole = view.corners.iter().all(Corner::is_seen);
+    // The middle of a part isn't that of the board.
+    let board_px = if is_whole { view.mean_px } else { middle_px(&corners_px) };
+    let shift_px = middle_px(&target.ghost_px) - board_px;
+    let size_ratio = rms_radius_px(&target.ghost_px) / rms_radius_px(&corners_px);
+    if tilt_rad < 0.4 * params.min_tilt_rad {
+        Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad }
+    } else if turn_rad.abs() > params.max_slot_error_rad {
+        Advice::TipTowards { tilt_azimuth_rad: Some(tilt_azimuth_rad), wanted_rad }
+    } else if tilt_rad < params.min_tilt_rad || tilt_rad > params.max_tilt_rad {
+        let (wanted_rad, tilt_azimuth_rad) = (target.tilt_rad, target.tilt_azimuth_rad);
+        Advice::Tilt { tilt_rad, wanted_rad, tilt_azimuth_rad }
+    } else if !(0.8..1.3).contains(&size_ratio) {
+        let span_fraction = view.span_fraction;
+        Advice::Distance { span_fraction, wanted: (span_fraction * size_ratio).min(1.0) }
+    } else if shift_px.norm() > params.partner_offset_px
+        || matches!(refusal, Refusal::AtTheEdge { .. })
+    {
+        Advice::Shift { right_px: shift_px.x, down_px: shift_px.y }
+    } else {
+        Advice::Mend { refusal: *refusal }
+    }
+}
+
+fn middle_px(points: &[nalgebra::Point2<f64>]) -> nalgebra::Point2<f64> {
+    let sum = points.iter().fold(nalgebra::Vector2::zeros(), |sum, p| sum + p.coords);
+    nalgebra::Point2::from(sum / points.len().max(1) as f64)
+}
+
+/// Root mean square distance of the points from their middle.
+fn rms_radius_px(points: &[nalgebra::Point2<f64>]) -> f64 {
+    let middle = middle_px(points);
+    let sum: f64 = points.iter().map(|p| (p - middle).norm_squared()).sum();
+    (sum / points.len().max(1) as f64).sqrt().max(1e-9)
+}

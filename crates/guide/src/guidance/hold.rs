@@ -1,0 +1,112 @@
+//! A view worth taking, held still: when is it taken, and which frame of it?
+
+use super::{independence::Role, params::GuidanceParams, stillness::Smear, view::View};
+use boresight_geometry::{Corner, frame::CaptureTime};
+
+/// Share of the picture's width by which corners may be off the best frame's: farther is another pose.
+const SAME_POSE_WIDTHS: f64 = 0.04;
+/// A hold fades at this share of the pace at which it grows.
+const FADING: f64 = 0.5;
+/// No frame counts for longer than this, however long ago the one before came.
+const LONGEST_STEP_SECS: f64 = 0.5;
+
+/// A hold becomes shorter from this long after a pose was asked for …
+const EASED_FROM_SECS: f64 = 1.0;
+/// … at a pace that would end it in this time …
+const EASED_OVER_SECS: f64 = 3.0;
+/// … down to this share of it.
+const SHORTEST: f64 = 0.25;
+
+/// A view that is held. Its progress grows with every good frame and fades with every other one, so that a
+/// moment's unrest costs a moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hold {
+    /// The frame to take as things stand.
+    pub best: HeldFrame,
+    /// For how long the frames have been good, less what has faded.
+    held_secs: f64,
+    /// When the newest frame was judged.
+    judged_at: CaptureTime,
+}
+
+/// One frame of a hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldFrame {
+    /// What it measures.
+    pub view: View,
+    /// What the view is for.
+    pub role: Role,
+    /// File name of its picture, or empty.
+    pub name: String,
+    /// Whether its corners moved rigidly since the frame before.
+    pub is_rigid: bool,
+    /// How it is smeared; `None` for a photograph.
+    pub smear: Option<Smear>,
+}
+
+impl HeldFrame {
+    /// Variance of its blur, the lens's and the motion's together: uniform motion by `m` adds `m²/12`.
+    fn blur_px2(&self) -> f64 {
+        let smear_px = self.smear.map_or(0.0, |smear| smear.smear_px);
+        self.view.blur_px * self.view.blur_px + smear_px * smear_px / 12.0
+    }
+}
+
+impl Hold {
+    /// Starts with `first`, which is taken if no better frame follows.
+    pub fn start(first: HeldFrame) -> Self {
+        let judged_at = first.view.captured_at;
+        Self { best: first, held_secs: 0.0, judged_at }
+    }
+
+    /// Adds a frame of the hold: the sharpest of those that moved rigidly becomes the best one.
+    pub fn add(&mut self, frame: HeldFrame) {
+        self.held_secs += self.step_secs(frame.view.captured_at);
+        let is_sharper = frame.blur_px2() < self.best.blur_px2();
+        if frame.is_rigid && (!self.best.is_rigid || is_sharper) {
+            self.best = frame;
+        }
+    }
+
+    /// Notes a frame that isn't good. Returns whether anything of the hold is left.
+    pub fn fade(&mut self, now: CaptureTime) -> bool {
+        self.held_secs -= FADING * self.step_secs(now);
+        self.held_secs > 0.0
+    }
+
+    fn step_secs(&mut self, now: CaptureTime) -> f64 {
+        let secs = now.secs_since(self.judged_at).clamp(0.0, LONGEST_STEP_SECS);
+        self.judged_at = now;
+        secs
+    }
+
+    /// Whether the hold has lasted for `wanted_secs` and has a frame to take.
+    pub fn is_complete(&self, wanted_secs: f64) -> bool {
+        self.best.is_rigid && self.progress(wanted_secs) >= 1.0
+    }
+
+    /// Whether `corners` show the pose of the best frame, in a picture of that width.
+    pub fn covers(&self, corners: &[Corner], width_px: f64) -> bool {
+        let best = &self.best.view.corners;
+        let far = |(best, now): (&Corner, &Corner)| {
+            let are_seen = best.is_seen() && now.is_seen();
+            are_seen && (now.px - best.px).norm() > SAME_POSE_WIDTHS * width_px
+        };
+        best.len() == corners.len() && !best.iter().zip(corners).any(far)
+    }
+
+    /// Share of the hold that has passed, 0 to 1.
+    pub fn progress(&self, wanted_secs: f64) -> f64 {
+        if wanted_secs > 0.0 { (self.held_secs / wanted_secs).clamp(0.0, 1.0) } else { 1.0 }
+    }
+}
+
+/// How long a hold must last after `waited_secs`: less and less, down to a quarter, for someone who can't hold
+/// longer; no longer than that for someone who hasn't followed the ghost for the last `unfollowed` views.
+pub fn wanted_secs(waited_secs: f64, unfollowed: u32, params: &GuidanceParams) -> f64 {
+    let eased = match unfollowed {
+        0 => (waited_secs - EASED_FROM_SECS) / EASED_OVER_SECS,
+        1.. => 1.0,
+    };
+    params.hold_secs * (1.0 - eased).clamp(SHORTEST, 1.0)
+}

@@ -1,0 +1,169 @@
+//! What one picture of the board measures.
+
+use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
+
+use super::{params::width_scale, refusal::Refusal};
+use boresight_geometry::{
+    Camera, Corner, Homography, LENS_PARAMETERS, PrincipalLine,
+    board::Checkerboard,
+    frame::{CaptureTime, FrameId, ImageSize},
+    mean_px,
+};
+
+/// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras' lies within
+/// 100 pixels of the centre.
+const GUESSED_PP_SD_PX: f64 = 100.0;
+/// One in this many corners may lie where the lens estimate has no ray: beyond 90° no plane does them justice, and a first
+/// estimate may end too early. The others measure the view.
+const ONE_OUTSIDE_IN: usize = 4;
+
+/// The lens as estimated from the accepted views, or a guess before there are any.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LensEstimate {
+    /// Size of the pictures.
+    pub image_size: ImageSize,
+    /// The camera; a guess while [`Self::covariance`] is `None`.
+    pub camera: Camera,
+    /// Covariance of the lens parameters, in the order of `LENS_PARAMETERS`; `None` for a guess.
+    pub covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
+    /// Covariance of the lens parameters before any view, if an earlier calibration of the same lens states it.
+    pub known_covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
+}
+
+impl LensEstimate {
+    /// A pinhole with the principal point at the picture's centre and a usual angle of view, 58° across.
+    pub fn guess(image_size: ImageSize) -> Self {
+        let f_px = 0.9 * f64::from(image_size.width_px.max(image_size.height_px));
+        Self {
+            image_size,
+            camera: Camera::pinhole(f_px, image_size.centre_px()),
+            covariance: None,
+            known_covariance: None,
+        }
+    }
+
+    /// Focal length in picture widths (of a portrait picture: heights).
+    pub fn f_to_width(&self) -> f64 {
+        let ImageSize { width_px, height_px } = self.image_size;
+        self.camera.f_px.x / f64::from(width_px.max(height_px))
+    }
+
+    /// Covariance of the principal point; for a guess ±100 px per axis in a picture 1280 pixels wide.
+    pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
+        match &self.covariance {
+            Some(covariance) => covariance.fixed_view::<2, 2>(2, 2).into_owned(),
+            None => {
+                let sd_px = GUESSED_PP_SD_PX * width_scale(self.image_size);
+                Matrix2::from_diagonal_element(sd_px * sd_px)
+            }
+        }
+    }
+
+    /// Pixels by which the unknown part of the distortion pulls a principal line, for each pixel that the
+    /// board's centre is off the principal point: `2.75 sd(k1)`. Source: `docs/method.md`, section 3.3.
+    pub fn line_bias_per_px(&self) -> f64 {
+        let sigma_k1 =
+            self.covariance.as_ref().map_or(0.3, |c| c[(4, 4)].max(0.0).sqrt().max(0.01));
+        2.75 * sigma_k1
+    }
+}
+
+/// One detected board, measured through a [`LensEstimate`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The frame it was seen in.
+    pub frame_id: FrameId,
+    /// Driver's time stamp of that frame.
+    pub captured_at: CaptureTime,
+    /// Corners as seen, distorted, in the board's numbering order.
+    pub corners: Vec<Corner>,
+    /// Width of the blur of the board's edges.
+    pub blur_px: f64,
+    /// Principal line of the undistorted corners.
+    pub line: PrincipalLine,
+    /// Angle between board and image plane; `None` if the line does not fit the principal point.
+    pub tilt_rad: Option<f64>,
+    /// Mean of the corners that are seen.
+    pub mean_px: Point2<f64>,
+    /// Where the middle of the board is seen, or expected if the board is cut off or covered: the mean of all its corners.
+    pub board_px: Point2<f64>,
+    /// Larger of the shares of the picture's width and height that the corners span that are seen.
+    pub span_fraction: f64,
+    /// Least distance of a corner that is seen from the picture's edge.
+    pub margin_px: f64,
+    /// The frame of the accepted view whose opposed partner this one is, settled at acceptance.
+    pub partner_frame: Option<FrameId>,
+}
+
+impl View {
+    /// Direction in the picture in which the board recedes, clockwise from the right, in `[0, 2π)`.
+    pub fn tilt_azimuth_rad(&self) -> f64 {
+        self.line.tilt_azimuth_rad
+    }
+}
+
+/// Measures the `corners` seen in a frame through the lens estimate.
+///
+/// # Errors
+///
+/// [`Refusal::OutsideLens`] if the lens model has no ray for more than a quarter of the corners, [`Refusal::NoLine`] if the board faces
+/// the camera or its corners fit no plane.
+pub fn measure(
+    (frame_id, captured_at): (FrameId, CaptureTime),
+    corners: &[Corner],
+    blur_px: f64,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+) -> Result<View, Refusal> {
+    let camera = &lens_estimate.camera;
+    let undistorted: Vec<Corner> = corners
+        .iter()
+        .map(|corner| camera.undistort_corner(corner).unwrap_or(Corner::unseen(corner.px)))
+        .collect();
+    let count = |corners: &[Corner]| corners.iter().filter(|corner| corner.is_seen()).count();
+    let of = count(corners);
+    let outside = of - count(&undistorted);
+    if outside > of / ONE_OUTSIDE_IN {
+        return Err(Refusal::OutsideLens { outside, of });
+    }
+    let homography =
+        Homography::fit(&board.corners_in_board_m(), &undistorted).map_err(|_| Refusal::NoLine)?;
+    let centre_px = lens_estimate.image_size.centre_px();
+    let line = PrincipalLine::of(&homography, centre_px, mean_px(&undistorted))
+        .map_err(|_| Refusal::NoLine)?;
+    let tilt_rad = line.tilt_rad(&camera.pp_px);
+    let seen = || corners.iter().filter(|corner| corner.is_seen());
+    let (low, high) = bounds_px(seen().map(|corner| corner.px));
+    let (width, height) = (
+        f64::from(lens_estimate.image_size.width_px),
+        f64::from(lens_estimate.image_size.height_px),
+    );
+    let margin_px = low.x.min(low.y).min(width - 1.0 - high.x).min(height - 1.0 - high.y);
+    Ok(View {
+        frame_id,
+        captured_at,
+        corners: corners.to_vec(),
+        blur_px,
+        line,
+        tilt_rad,
+        mean_px: mean_px(corners),
+        board_px: board_px(corners),
+        span_fraction: ((high.x - low.x) / width).max((high.y - low.y) / height),
+        margin_px,
+        partner_frame: None,
+    })
+}
+
+fn board_px(corners: &[Corner]) -> Point2<f64> {
+    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
+    Point2::from(sum / corners.len().max(1) as f64)
+}
+
+/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner. Without points the
+/// top-left corner lies beyond the bottom-right one.
+pub fn bounds_px(points: impl Iterator<Item = Point2<f64>>) -> (Point2<f64>, Point2<f64>) {
+    let start = (Point2::new(f64::MAX, f64::MAX), Point2::new(f64::MIN, f64::MIN));
+    points.fold(start, |(low, high), p| {
+        (Point2::new(low.x.min(p.x), low.y.min(p.y)), Point2::new(high.x.max(p.x), high.y.max(p.y)))
+    })
+}

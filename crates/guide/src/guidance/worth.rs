@@ -1,0 +1,118 @@
+//! How much would a view tell about the lens that the accepted ones don't? Source: `docs/method.md`, sections 3.4
+//! and 3.8.
+
+use nalgebra::Isometry3;
+
+use super::{
+    information::{
+        CORNER_SIGMA_PX, LensMatrix, information_in_picture, known_information, projection_weight,
+    },
+    params::GuidanceParams,
+    slots::direction_difference_rad,
+    view::{LensEstimate, View},
+};
+use boresight_geometry::{Corner, board::Checkerboard, fit_pose};
+
+/// Least share, at first, of what the pose asked for would tell …
+const FIRST_SHARE: f64 = 0.4;
+/// … halved each time this long has passed …
+const HALVED_EVERY_SECS: f64 = 0.6;
+/// … and multiplied by this for each view that wasn't shown by someone who follows.
+const UNFOLLOWED: f64 = 0.25;
+/// Someone who follows the ghost has the board recede within this angle of the direction asked for.
+const FOLLOWED_WITHIN_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
+/// A view that tells less than this isn't worth a place.
+const LEAST_SHARE: f64 = 0.05;
+
+/// Information about the lens from the accepted views and weak priors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Knowledge {
+    information: LensMatrix,
+    /// Weight of the lens's covariance in [`Self::variance_with`].
+    weight: LensMatrix,
+    /// Expected variance without a further view.
+    variance: f64,
+}
+
+impl Knowledge {
+    /// What the `accepted` views tell, with corner errors of a tenth of a pixel.
+    pub fn new(
+        accepted: &[View],
+        board: &Checkerboard,
+        lens_estimate: &LensEstimate,
+        params: &GuidanceParams,
+    ) -> Self {
+        let poses = accepted.iter().filter_map(|view| pose_of(&view.corners, board, lens_estimate));
+        let information = known_information(poses, board, lens_estimate, CORNER_SIGMA_PX);
+        let (projection, pixels) = projection_weight(lens_estimate);
+        let mut weight =
+            projection / (2.0 * pixels.max(1) as f64 * params.stop_projection_sigma_px.powi(2));
+        let pp_goal_px = params.pp_goal_px(lens_estimate.f_to_width());
+        for index in [1, 2] {
+            weight[(index, index)] += 0.5 / (pp_goal_px * pp_goal_px);
+        }
+        let mut knowledge = Self { information, weight, variance: f64::INFINITY };
+        knowledge.variance = knowledge.variance_with(&LensMatrix::zeros()).unwrap_or(f64::INFINITY);
+        knowledge
+    }
+
+    /// Expected variance in units of the goals, with `more` information: mean squared standard deviation of
+    /// projection over its goal squared, plus the mean variance of the principal point per axis over its goal
+    /// squared. `None` if the sum isn't positive definite.
+    pub fn variance_with(&self, more: &LensMatrix) -> Option<f64> {
+        let covariance = (self.information + more).cholesky()?.inverse();
+        Some((self.weight * covariance).trace())
+    }
+
+    /// [`Self::variance_with`] a view at that pose; the present variance if such a view tells nothing.
+    pub fn variance_after(
+        &self,
+        cam_from_board: &Isometry3<f64>,
+        board: &Checkerboard,
+        lens_estimate: &LensEstimate,
+    ) -> f64 {
+        information_in_picture(cam_from_board, board, lens_estimate, CORNER_SIGMA_PX)
+            .and_then(|view| self.variance_with(&view))
+            .map_or(self.variance, |after| after.min(self.variance))
+    }
+
+    /// What a view tells, as a share of what the pose asked for would tell, from the variances that both would leave:
+    /// the smaller of their ratio, which counts at first, and of the ratio of the logarithms by which they shrink the
+    /// variance, which counts once much is known. 1 if the pose asked for tells nothing.
+    pub fn share(&self, after: f64, after_wanted: f64) -> f64 {
+        let removed = (self.variance / after).ln();
+        let removed_by_wanted = (self.variance / after_wanted).ln();
+        if !(removed_by_wanted > 0.0) {
+            return 1.0;
+        }
+        (removed / removed_by_wanted).min(after_wanted / after)
+    }
+}
+
+/// Pose of the board whose corners appear at `corners`; `None` if they fit no board.
+pub fn pose_of(
+    corners: &[Corner],
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+) -> Option<Isometry3<f64>> {
+    let fit = fit_pose(&lens_estimate.camera, &board.corners_in_board_m(), corners).ok()?;
+    Some(fit.cam_from_board)
+}
+
+/// Least share at which a view is taken, after the pose has been asked for during `waited_secs` with a board in the
+/// picture. `unfollowed` counts the views for which [`is_followed`] was false. Someone on the way to the
+/// pose isn't interrupted; someone who doesn't follow, or can't, gets views all the same.
+pub fn least_share(waited_secs: f64, unfollowed: u32) -> f64 {
+    let patience = 0.5_f64.powf(waited_secs.max(0.0) / HALVED_EVERY_SECS);
+    (FIRST_SHARE * patience * UNFOLLOWED.powi(unfollowed.min(20) as i32)).max(LEAST_SHARE)
+}
+
+/// Whether `view`, which tells `share` of what the pose asked for would, was shown by someone who follows the ghost: it
+/// tells much, and the board recedes about in the direction asked for, `wanted_azimuth_rad`, if any was.
+pub fn is_followed(view: &View, share: f64, wanted_azimuth_rad: Option<f64>) -> bool {
+    let is_turned_away = wanted_azimuth_rad.is_some_and(|wanted_rad| {
+        let off_rad = direction_difference_rad(view.tilt_azimuth_rad(), wanted_rad).abs();
+        off_rad > FOLLOWED_WITHIN_RAD
+    });
+    share >= FIRST_SHARE && !is_turned_away
+}

@@ -1,0 +1,310 @@
+//! Between what each frame asks for and what the person is shown: a prompt that can be read before it changes.
+
+use std::collections::VecDeque;
+
+use super::prompt::Prompt;
+use crate::guidance::Advice;
+use boresight_geometry::frame::CaptureTime;
+
+/// A new prompt is shown once frames have asked for it for this long within [`RECENT_SECS`].
+const PERSIST_SECS: f64 = 0.4;
+/// How far back frames count.
+const RECENT_SECS: f64 = 0.8;
+/// A prompt that was shown stays for this long.
+const DWELL_SECS: f64 = 1.2;
+/// A prompt that no frame has asked for during this time gives way to the commonest one, however short.
+const OUTDATED_SECS: f64 = 1.2;
+/// "Hold still" stays until no frame has asked for it during this time: the pose is really lost.
+const LOST_POSE_SECS: f64 = 0.5;
+/// A frame counts for no longer than this: after a gap in the pictures nothing is known.
+const LONGEST_FRAME_SECS: f64 = 0.2;
+/// A prompt that isn't shown at once waits while this many changes lie within the last [`BUSY_SECS`].
+const MOST_CHANGES: usize = 3;
+/// See [`MOST_CHANGES`].
+const BUSY_SECS: f64 = 5.0;
+
+/// What the person is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// What is asked for.
+    pub prompt: Prompt,
+    /// The newest advice that asks for it, with its amounts; `None` if it doesn't come from advice.
+    pub advice: Option<Advice>,
+}
+
+impl Default for Shown {
+    fn default() -> Self {
+        Self { prompt: Prompt::ShowBoard, advice: Some(Advice::ShowBoard) }
+    }
+}
+
+/// Chooses what is shown from what frames ask for. Time is that of frames, so that a recording shows the same.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Calm {
+    shown: Shown,
+    /// When what is shown came; `None` before the first frame, and for what came without one.
+    since: Option<CaptureTime>,
+    /// When a frame last asked for what is shown.
+    last_asked: Option<CaptureTime>,
+    /// What the last frames asked for, each with the time for which it counts.
+    recent: VecDeque<Asked>,
+    /// When what is shown changed last.
+    changes: VecDeque<CaptureTime>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    at: CaptureTime,
+    secs: f64,
+    prompt: Prompt,
+    advice: Advice,
+}
+
+impl Calm {
+    pub(super) fn shown(&self) -> Shown {
+        self.shown
+    }
+
+    /// Takes note of a state that is shown at once, or that none is. Without one, what was shown of it goes.
+    pub(super) fn note_state(&mut self, state: Option<Prompt>) {
+        match state {
+            Some(prompt) if self.shown.prompt != prompt => {
+                self.shown = Shown { prompt, advice: None };
+                self.since = None;
+                self.recent.clear();
+            }
+            None if self.shown.prompt.is_state() => {
+                self.shown = Shown::default();
+                self.since = None;
+                self.recent.clear();
+            }
+            _ => {}
+        }
+    }
+
+    /// Takes note of what a frame captured at `now` asks for, unless a state is shown.
+    pub(super) fn note_frame(&mut self, now: CaptureTime, prompt: Prompt, advice: Advice) {
+        if self.shown.prompt.is_state() {
+            return;
+        }
+        if self.newest_at().is_some_and(|newest| newest > now) {
+            // The clock started again.
+            self.recent.clear();
+            self.changes.clear();
+            (self.since, self.last_asked) = (None, None);
+        }
+        if prompt == Prompt::Taken {
+            // What was asked for up to here is about the view that is taken now.
+            self.recent.clear();
+            self.show(now, Shown { prompt, advice: None });
+            return;
+        }
+        let before = self.recent.back().map(|asked| asked.at).or(self.since);
+        let secs = before.map_or(0.0, |before| now.secs_since(before)).min(LONGEST_FRAME_SECS);
+        self.recent.push_back(Asked { at: now, secs, prompt, advice });
+        while self.recent.front().is_some_and(|old| now.secs_since(old.at) >= RECENT_SECS) {
+            self.recent.pop_front();
+        }
+        if prompt == self.shown.prompt {
+            self.since.get_or_insert(now);
+            self.last_asked = Some(now);
+            self.shown.advice = Some(advice);
+        } else if let Some(next) = self.next(now, prompt, advice) {
+            self.show(now, next);
+        }
+    }
+
+    /// What is shown instead from now on, if anything.
+    fn next(&self, now: CaptureTime, newest: Prompt, advice: Advice) -> Option<Shown> {
+        let Some(since) = self.since else {
+            return Some(Shown { prompt: newest, advice: Some(advice) });
+        };
+        let shown_secs = now.secs_since(since);
+        if newest == Prompt::HoldStill && self.shown.prompt != Prompt::Taken {
+            return Some(Shown { prompt: newest, advice: Some(advice) });
+        }
+        if shown_secs < DWELL_SECS || self.is_busy(now) {
+            return None;
+        }
+        let (commonest, asked_secs) = self.commonest()?;
+        let outdated_secs = self.last_asked.map_or(shown_secs, |asked| now.secs_since(asked));
+        if self.shown.prompt == Prompt::HoldStill && outdated_secs < LOST_POSE_SECS {
+            return None;
+        }
+        let is_due = asked_secs >= PERSIST_SECS || outdated_secs >= OUTDATED_SECS;
+        (is_due && commonest.prompt != self.shown.prompt)
+            .then_some(Shown { prompt: commonest.prompt, advice: Some(commonest.advice) })
+    }
+
+    /// What the last frames asked for most, as the newest of them said it, and for how long they did.
+    fn commonest(&self) -> Option<(Asked, f64)> {
+        let asked_secs = |prompt: Prompt| -> f64 {
+            self.recent.iter().filter(|asked| asked.prompt == prompt).map(|asked| asked.secs).sum()
+        };
+        self.recent
+            .iter()
+            .map(|asked| (*asked, asked_secs(asked.prompt)))
+            .max_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+
+    fn is_busy(&self, now: CaptureTime) -> bool {
+        let recent = |at: &&CaptureTime| now.secs_since(**at) < BUSY_SECS;
+        self.changes.iter().filter(recent).count() >= MOST_CHANGES
+    }
+
+    fn show(&mut self, now: CaptureTime, shown: Shown) {
+        if shown.prompt != self.shown.prompt {
+            if self.changes.len() > MOST_CHANGES {
+                self.changes.pop_front();
+            }
+            self.changes.push_back(now);
+        }
+        self.shown = shown;
+        (self.since, self.last_asked) = (Some(now), Some(now));
+    }
+
+    fn newest_at(&self) -> Option<CaptureTime> {
+        self.recent.back().map(|asked| asked.at).max(self.since)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::session::prompt::Edge;
+
+    const FRAME_SECS: f64 = 1.0 / 30.0;
+
+    fn at(secs: f64) -> CaptureTime {
+        CaptureTime { nanos: (1e9 * secs) as u64 }
+    }
+
+    /// Shows frames that ask for `prompts`, and returns what was shown after each.
+    fn shown(calm: &mut Calm, from_secs: f64, prompts: &[Prompt]) -> Vec<Prompt> {
+        prompts
+            .iter()
+            .enumerate()
+            .map(|(i, prompt)| {
+                calm.note_frame(at(from_secs + i as f64 * FRAME_SECS), *prompt, Advice::ShowBoard);
+                calm.shown().prompt
+            })
+            .collect()
+    }
+
+    fn frames(prompt: Prompt, secs: f64) -> Vec<Prompt> {
+        vec![prompt; (secs / FRAME_SECS).round() as usize]
+    }
+
+    #[test]
+    fn a_prompt_is_shown_once_it_persists_and_then_stays() {
+        let mut calm = Calm::default();
+        shown(&mut calm, 0.0, &frames(Prompt::Closer, 2.0));
+        assert_eq!(calm.shown().prompt, Prompt::Closer);
+        let next = shown(&mut calm, 2.0, &frames(Prompt::Farther, 0.35));
+        assert_eq!(next.last(), Some(&Prompt::Closer), "it might be over at once");
+        shown(&mut calm, 2.35, &frames(Prompt::Farther, 0.1));
+        assert_eq!(calm.shown().prompt, Prompt::Farther);
+        let next = shown(&mut calm, 2.45, &frames(Prompt::Closer, 1.1));
+        assert_eq!(next.last(), Some(&Prompt::Farther), "it can be read");
+        shown(&mut calm, 3.55, &frames(Prompt::Closer, 0.2));
+        assert_eq!(calm.shown().prompt, Prompt::Closer);
+    }
+
+    #[test]
+    fn hold_still_taken_and_a_lost_camera_come_at_once() {
+        let mut calm = Calm::default();
+        shown(&mut calm, 0.0, &frames(Prompt::Closer, 0.2));
+        assert_eq!(shown(&mut calm, 0.2, &[Prompt::HoldStill]), [Prompt::HoldStill]);
+        assert_eq!(shown(&mut calm, 0.3, &[Prompt::Taken]), [Prompt::Taken]);
+        calm.note_state(Some(Prompt::CameraLost));
+        assert_eq!(calm.shown().prompt, Prompt::CameraLost);
+        assert_eq!(shown(&mut calm, 0.4, &[Prompt::Closer]), [Prompt::CameraLost]);
+        calm.note_state(None);
+        assert_eq!(shown(&mut calm, 0.5, &[Prompt::Closer]), [Prompt::Closer]);
+    }
+
+    #[test]
+    fn hold_still_stays_until_the_pose_is_lost() {
+        let mut calm = Calm::default();
+        shown(&mut calm, 0.0, &frames(Prompt::HoldStill, 2.0));
+        let restless: Vec<Prompt> = (0..90)
+            .map(|i| if i % 12 == 0 { Prompt::HoldStill } else { Prompt::TipMore })
+            .collect();
+        let next = shown(&mut calm, 2.0, &restless);
+        assert!(next.iter().all(|prompt| *prompt == Prompt::HoldStill));
+        shown(&mut calm, 5.0, &frames(Prompt::TipMore, 0.6));
+        assert_eq!(calm.shown().prompt, Prompt::TipMore);
+    }
+
+    #[test]
+    fn after_a_view_only_later_frames_count() {
+        let mut calm = Calm::default();
+        shown(&mut calm, 0.0, &frames(Prompt::HoldStill, 2.0));
+        shown(&mut calm, 2.0, &[Prompt::Taken]);
+        let next = shown(&mut calm, 2.1, &frames(Prompt::Tip(Edge::Left), 1.05));
+        assert!(next.iter().all(|prompt| *prompt == Prompt::Taken));
+        shown(&mut calm, 3.15, &frames(Prompt::Tip(Edge::Left), 0.2));
+        assert_eq!(calm.shown().prompt, Prompt::Tip(Edge::Left));
+    }
+
+    #[test]
+    fn a_prompt_that_nothing_asks_for_any_more_goes_though_none_persists() {
+        let mut calm = Calm::default();
+        shown(&mut calm, 0.0, &frames(Prompt::ShowBoard, 2.0));
+        let flicker: Vec<Prompt> =
+            (0..60).map(|i| [Prompt::Closer, Prompt::TipMore, Prompt::TipLess][i % 3]).collect();
+        let next = shown(&mut calm, 2.0, &flicker);
+        assert_ne!(next.last(), Some(&Prompt::ShowBoard));
+        let changes = next.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert_eq!(changes, 1, "{next:?}");
+    }
+
+    #[test]
+    fn a_clock_that_starts_again_stops_nothing() {
+        let mut calm = Calm::default();
+        shown(&mut calm, 100.0, &frames(Prompt::Closer, 2.0));
+        shown(&mut calm, 0.0, &frames(Prompt::Farther, 0.5));
+        assert_eq!(calm.shown().prompt, Prompt::Farther);
+    }
+
+    #[test]
+    fn the_amounts_are_those_of_the_newest_frame() {
+        let mut calm = Calm::default();
+        let closer = |wanted| Advice::Distance { span_fraction: 0.2, wanted };
+        calm.note_frame(at(0.0), Prompt::Closer, closer(0.5));
+        calm.note_frame(at(0.1), Prompt::Closer, closer(0.6));
+        calm.note_frame(at(0.2), Prompt::Farther, closer(0.1));
+        assert_eq!(calm.shown(), Shown { prompt: Prompt::Closer, advice: Some(closer(0.6)) });
+    }
+
+    proptest! {
+        /// Whatever frames ask for, what isn't shown at once stays for its time and seldom changes.
+        #[test]
+        fn nothing_flickers(asked in proptest::collection::vec(0_usize..6, 1..900)) {
+            const PROMPTS: [Prompt; 6] = [
+                Prompt::ShowBoard,
+                Prompt::Closer,
+                Prompt::Farther,
+                Prompt::TipMore,
+                Prompt::TipLess,
+                Prompt::FollowTheOutline,
+            ];
+            let mut calm = Calm::default();
+            let asked: Vec<Prompt> = asked.iter().map(|i| PROMPTS[*i]).collect();
+            let shown = shown(&mut calm, 0.0, &asked);
+            let changed: Vec<f64> = (1..shown.len())
+                .filter(|i| shown[*i] != shown[i - 1])
+                .map(|i| i as f64 * FRAME_SECS)
+                .collect();
+            for pair in changed.windows(2) {
+                prop_assert!(pair[1] - pair[0] >= DWELL_SECS - 1e-6, "{changed:?}");
+            }
+            for (i, from) in changed.iter().enumerate() {
+                let within = changed[i..].iter().filter(|at| **at - from < 5.0).count();
+                prop_assert!(within <= 5, "{changed:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Applies inputs: commands, camera events and everything that is not a frame.
+
+use super::{
+    camera::CameraState,
+    decision::{Decision, Outcome},
+    input::{Command, Input, Observation},
+    prompt::Prompt,
+    state::{MORE_VIEWS, Session, Tracking},
+    view_number::ViewNumber,
+};
+use crate::guidance::{Advice, Refusal, View};
+use boresight_geometry::device::CameraEvent;
+
+impl Session {
+    /// Applies one input and returns what it decided.
+    pub fn handle(&mut self, input: &Input) -> Decision {
+        let (frame, outcome, advice) = match input {
+            Input::Observed(observation) => {
+                let (outcome, advice) = self.judge_frame(observation);
+                (Some(observation.frame_id.0), outcome, advice)
+            }
+            Input::Command(command) => (None, self.apply_command(*command), None),
+            Input::Camera(event) => (None, self.apply_camera_event(event), None),
+            Input::WorkerFailed { worker, reason } => {
+                self.ground.failures.push((worker.clone(), reason.clone()));
+                (None, Outcome::Noted, None)
+            }
+            Input::Resumed => {
+                self.start_run();
+                (None, Outcome::Noted, None)
+            }
+            Input::SourceEnded => {
+                self.ground.source_ended = true;
+                (None, Outcome::Noted, None)
+            }
+            Input::Stop => (None, Outcome::Noted, None),
+        };
+        let decision = Decision {
+            frame,
+            outcome,
+            advice: advice.unwrap_or_else(|| self.standing_advice()),
+            progress: self.derived.progress,
+            accepted: self.ground.accepted.len(),
+            target_serial: self.ground.changes,
+        };
+        let observation = match input {
+            Input::Observed(observation) => Some(observation),
+            _ => None,
+        };
+        self.prompt(&decision, observation);
+        decision
+    }
+
+    /// Chooses what the person is shown after `decision`, on a frame if `observation` is one.
+    fn prompt(&mut self, decision: &Decision, observation: Option<&Observation>) {
+        let ground = &self.ground;
+        let has_failed = !ground.failures.is_empty();
+        let is_idle = (ground.paused, ground.source_ended);
+        let state = Prompt::of_state(decision.progress, has_failed, &ground.camera, is_idle);
+        self.calm.note_state(state);
+        if let Some(observation) = observation {
+            let prompt = Prompt::of_decision(decision, observation.seen.as_ref().err());
+            self.calm.note_frame(observation.captured_at, prompt, decision.advice);
+        }
+    }
+
+    /// What to do while no frame says more.
+    fn standing_advice(&self) -> Advice {
+        if self.derived.target.is_none() {
+            Advice::Finished
+        } else if self.ground.camera.may_take() {
+            Advice::ShowBoard
+        } else {
+            Advice::Mend { refusal: Refusal::CameraNotReady }
+        }
+    }
+
+    /// Begins another run of the same session: its views stay; what the last run's camera, workers and person
+    /// left is over.
+    fn start_run(&mut self) {
+        let ground = &mut self.ground;
+        ground.source_ended = false;
+        ground.paused = false;
+        ground.failures.clear();
+        ground.camera = CameraState::default();
+        let live = self.tracking.live.take();
+        self.tracking = Tracking { live, ..Tracking::default() };
+    }
+
+    /// Applies a camera event. A geometry-moving control that changed drops every view taken after it was last
+    /// seen in place, whether accepted or removed: a calibration is of one lens.
+    fn apply_camera_event(&mut self, event: &CameraEvent) -> Outcome {
+        let ground = &mut self.ground;
+        let has_views = !(ground.accepted.is_empty() && ground.removed.is_empty());
+        ground.camera.apply(event, has_views);
+        if !ground.camera.may_take() {
+            self.tracking.forget_motion();
+            self.tracking.force_next = false;
+        }
+        let CameraEvent::ControlChanged(change) = event else { return Outcome::Noted };
+        if !change.control.moves_geometry() {
+            return Outcome::Noted;
+        }
+        let is_of_this_lens = |view: &View| view.captured_at <= change.good_until;
+        ground.removed.retain(|(_, removed)| is_of_this_lens(&removed.view));
+        let newest = ground.accepted.iter().rev().find(|taken| !is_of_this_lens(&taken.view));
+        let Some(view) = newest.map(|taken| taken.number) else { return Outcome::Noted };
+        ground.accepted.retain(|taken| is_of_this_lens(&taken.view));
+        self.replan();
+        self.tracking.forget_motion();
+        Outcome::Removed { view }
+    }
+
+    fn apply_command(&mut self, command: Command) -> Outcome {
+        match command {
+            Command::ForceNext => {
+                self.tracking.force_next = true;
+                Outcome::Noted
+            }
+            Command::Pause => {
+                self.ground.paused = true;
+                self.tracking.hold = None;
+                Outcome::Noted
+            }
+            Command::Resume => {
+                self.ground.paused = false;
+                Outcome::Noted
+            }
+            Command::UndoLast => match self.ground.accepted.last().map(|last| last.number) {
+                Some(view) => self.remove(view),
+                None => Outcome::Noted,
+            },
+            Command::Remove { view } => self.remove(view),
+            Command::Restore => self.restore(),
+            Command::TakeMore => {
+                self.ground.wanted_views = self.ground.accepted.len() + MORE_VIEWS;
+                self.replan();
+                self.tracking.forget_motion();
+                Outcome::Noted
+            }
+        }
+    }
+
+    fn remove(&mut self, view: ViewNumber) -> Outcome {
+        let Some(index) = self.ground.accepted.iter().position(|taken| taken.number == view) else {
+            return Outcome::Noted;
+        };
+        let removed = self.ground.accepted.remove(index);
+        self.ground.removed.push((index, removed));
+        self.ground.seen.given_up = false;
+        self.replan();
+        self.tracking.forget_motion();
+        Outcome::Removed { view }
+    }
+
+    fn restore(&mut self) -> Outcome {
+        let Some((index, restored)) = self.ground.removed.pop() else { return Outcome::Noted };
+        let view = restored.number;
+        let accepted = &mut self.ground.accepted;
+        accepted.insert(index.min(accepted.len()), restored);
+        self.replan();
+        self.tracking.forget_motion();
+        Outcome::Restored { view }
+    }
+}

@@ -1,0 +1,72 @@
+use super::view_number::ViewNumber;
+use boresight_detect::{Detection, Miss};
+use boresight_geometry::{
+    device::CameraEvent,
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+};
+
+/// Everything that can happen to a session, in the order it happened.
+///
+/// A recording is a header and a list of these; a replay is a loop over that list.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Input {
+    /// The detector searched a frame.
+    Observed(Observation),
+    /// The person asked for something.
+    Command(Command),
+    /// The live camera reported something. Camera events may overtake frames, so each carries the times from
+    /// or until which frames are good.
+    Camera(CameraEvent),
+    /// A worker thread failed; the views stay.
+    WorkerFailed {
+        /// Its name.
+        worker: String,
+        /// Its error message.
+        reason: String,
+    },
+    /// The session is resumed in another run; the driver's clock may have restarted.
+    Resumed,
+    /// The source has no more frames.
+    SourceEnded,
+    /// The last input of this run.
+    Stop,
+}
+
+/// What the detector found in a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// Number of the frame in this session.
+    pub frame_id: FrameId,
+    /// Driver's time stamp.
+    pub captured_at: CaptureTime,
+    /// Whether the frame is one of a stream or a picture by itself.
+    pub kind: FrameKind,
+    /// File name, or empty.
+    pub name: String,
+    /// Size of the picture.
+    pub image_size: ImageSize,
+    /// The board, or why none was found.
+    pub seen: Result<Detection, Miss>,
+}
+
+/// What a person can ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Take the next frame with a board without checking any limit.
+    ForceNext,
+    /// Remove the newest view.
+    UndoLast,
+    /// Remove one view.
+    Remove {
+        /// Its number.
+        view: ViewNumber,
+    },
+    /// Restore the view that was removed last.
+    Restore,
+    /// Take nothing until [`Command::Resume`].
+    Pause,
+    /// Leave the paused state.
+    Resume,
+    /// Take two more views, where no board has been in the picture, though the plan is complete.
+    TakeMore,
+}

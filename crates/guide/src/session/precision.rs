@@ -1,0 +1,32 @@
+use crate::guidance::Precision;
+use boresight_calibrate::{Calibration, FindingCode, Severity, Verdict};
+use boresight_geometry::frame::ImageSize;
+
+/// How precise a calibration from pictures of `image_size` is, in the terms of the stop rule.
+pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precision {
+    let pp = calibration.covariance.fixed_view::<2, 2>(2, 2);
+    let mut others = calibration.findings.clone();
+    others.retain(|finding| !matches!(finding.code, FindingCode::CoverageLow { .. }));
+    let width_px = image_size.width_px.max(image_size.height_px);
+    // What a small board can't fix, however good the views are.
+    let is_of_size = |code: &FindingCode| {
+        matches!(
+            code,
+            FindingCode::PrincipalPointUncertain { .. }
+                | FindingCode::FocalLengthUncertain { .. }
+                | FindingCode::PriorUsed { .. }
+        )
+    };
+    Precision {
+        pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
+        projection_sigma_px: calibration.projection_sd.mean_px,
+        corner_sigma_px: calibration.projection_sd.max_px,
+        f_to_width: calibration.camera.f_px.x / f64::from(width_px),
+        goal_excess: calibration.acceptance.map(|judged| judged.excess()),
+        trusted: Verdict::of(&others) == Verdict::Good,
+        covered: others.len() == calibration.findings.len(),
+        trusted_far: others
+            .iter()
+            .all(|finding| finding.severity < Severity::Care || is_of_size(&finding.code)),
+    }
+}

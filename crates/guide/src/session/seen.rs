@@ -1,0 +1,155 @@
+//! What frames have shown beside the views taken from them.
+
+use crate::guidance::{
+    GuidanceParams, LensEstimate, Purpose, Scatter, Target, View, params::FAR_SPAN_FRACTION,
+};
+use boresight_geometry::frame::ImageSize;
+
+/// Degrees of freedom from which the measured noise is known to 3 %.
+const NOISE_FREEDOM: f64 = 600.0;
+/// Least tilt at which the focal length of a single view is used.
+const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
+/// A focal length that is known better than this …
+const FOCAL_SIGMA: f64 = 0.12;
+/// … and differs from the guess by more than this is drawn with from then on.
+const FOCAL_CHANGE: f64 = 0.12;
+/// Size of a ghost after it recedes, relative to before, and how often it may recede before a view is taken.
+const RECEDING: f64 = 0.95;
+const MOST_RECEDED: u32 = 14;
+/// A board counts as unable to come nearer if it spans less than this share of what is asked for …
+const SMALL_ENOUGH_TIMES: u32 = 2;
+const TOO_SMALL: f64 = 0.6;
+/// … and the ghost then spans at most this multiple of the largest share seen.
+const A_LITTLE_LARGER: f64 = 1.1;
+
+/// What frames have shown; it changes what is asked for next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    /// What corners strayed from the common motion of a board that was held still.
+    pub(super) noise: Scatter,
+    /// Focal length from single views before the first was accepted, if it isn't the usual one.
+    pub(super) first_f_px: Option<f64>,
+    /// Sum of weights and of weighted focal lengths of such views, and the smallest relative deviation.
+    focal: (f64, f64, Option<f64>),
+    /// Largest share of the picture that the board is asked to span, because it doesn't come nearer.
+    pub(super) span_cap: Option<f64>,
+    /// Whether a board that stays small has shown no further view for so long that none will come.
+    pub(super) given_up: bool,
+    /// Views taken at poses beyond the picture's edge, without their partners, and whether no more can be shown.
+    beyond_edge: usize,
+    pub(super) stays_inside: bool,
+    /// How many views in a row were much smaller than their ghosts, and the largest share that they spanned.
+    small_in_a_row: Option<(u32, f64)>,
+    /// How often the ghost of the pose asked for has receded.
+    receded: u32,
+}
+
+impl Seen {
+    /// Noise of one corner per axis; `None` until enough was seen.
+    pub(super) fn noise_px(&self) -> Option<f64> {
+        self.noise.corner_sigma_px(NOISE_FREEDOM)
+    }
+
+    /// The limits for a board that comes no nearer than it has.
+    pub(super) fn limits(&self, guidance: &GuidanceParams) -> GuidanceParams {
+        let cap = self.span_cap.unwrap_or(1.0);
+        GuidanceParams {
+            target_span_fraction: guidance.target_span_fraction.min(cap),
+            pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(self.beyond_edge),
+            stop_corner_sigma_px: guidance.stop_corner_sigma_px.filter(|_| !self.stays_inside),
+            ..*guidance
+        }
+    }
+
+    /// The limits for a ghost that is one step smaller than that of `target`.
+    pub(super) fn receded_limits(
+        &self,
+        target: &Target,
+        image_size: ImageSize,
+        guidance: &GuidanceParams,
+    ) -> GuidanceParams {
+        let limits = self.limits(guidance);
+        let smaller = RECEDING * target.span_fraction(image_size);
+        // Receding doesn't make a near board a far one.
+        let least = if limits.is_far() { 0.0 } else { FAR_SPAN_FRACTION };
+        GuidanceParams { target_span_fraction: smaller.max(least), ..limits }
+    }
+
+    /// Lets the ghost recede by another step; false if it has receded enough.
+    pub(super) fn recede(&mut self) -> bool {
+        let may = self.receded < MOST_RECEDED;
+        self.receded += u32::from(may);
+        may
+    }
+
+    /// Notes the focal length of a view that was seen before any was accepted. Returns whether the believed one
+    /// should change.
+    pub(super) fn note_first_focal(&mut self, view: &View, lens_estimate: &LensEstimate) -> bool {
+        if !view.tilt_rad.is_some_and(|tilt_rad| tilt_rad >= FOCAL_TILT_RAD) {
+            return false;
+        }
+        let pp_px = lens_estimate.camera.pp_px;
+        let Ok(focal) = view.line.focal_length(&pp_px, &lens_estimate.pp_covariance_px2()) else {
+            return false;
+        };
+        let relative = focal.sigma_px / focal.f_px;
+        if !(relative < FOCAL_SIGMA) {
+            return false;
+        }
+        let weight = 1.0 / (relative * relative).max(1e-6);
+        let (weights, sum, least) = self.focal;
+        let least = least.unwrap_or(relative).min(relative);
+        self.focal = (weights + weight, sum + weight * focal.f_px.ln(), Some(least));
+        let f_px = (self.focal.1 / self.focal.0).exp();
+        let change = (f_px / lens_estimate.camera.f_px.x).ln().abs();
+        if change <= FOCAL_CHANGE {
+            return false;
+        }
+        self.first_f_px = Some(f_px);
+        true
+    }
+
+    /// Notes that the board comes no nearer, if the largest share of the picture that it has spanned while `target`
+    /// was asked for is small. Returns whether it is.
+    pub(super) fn note_small(
+        &mut self,
+        largest_span_fraction: f64,
+        target: &Target,
+        image_size: ImageSize,
+    ) -> bool {
+        let asked = target.span_fraction(image_size);
+        if !(largest_span_fraction > 0.0 && largest_span_fraction < TOO_SMALL * asked) {
+            return false;
+        }
+        self.span_cap = Some(A_LITTLE_LARGER * largest_span_fraction);
+        true
+    }
+
+    /// Notes the size of an accepted view, and the pose that was asked for. A board that is much smaller twice in a row
+    /// comes no nearer; one that has come nearer may be asked to do so again.
+    pub(super) fn note_accepted(
+        &mut self,
+        view: &View,
+        target: Option<&Target>,
+        image_size: ImageSize,
+    ) {
+        self.receded = 0;
+        self.given_up = false;
+        let is_beyond_edge = target.is_some_and(|target| target.purpose == Purpose::BeyondEdge);
+        self.beyond_edge += usize::from(is_beyond_edge);
+        let is_small = target.is_some_and(|target| {
+            !target.leaves_picture
+                && view.span_fraction < TOO_SMALL * target.span_fraction(image_size)
+        });
+        self.small_in_a_row = is_small.then(|| {
+            let (count, largest) = self.small_in_a_row.unwrap_or_default();
+            (count + 1, largest.max(view.span_fraction))
+        });
+        if let Some((SMALL_ENOUGH_TIMES.., largest)) = self.small_in_a_row {
+            self.span_cap = Some(A_LITTLE_LARGER * largest);
+            self.small_in_a_row = None;
+        } else if self.span_cap.is_some_and(|cap| TOO_SMALL * view.span_fraction > cap) {
+            self.span_cap = None;
+        }
+    }
+}

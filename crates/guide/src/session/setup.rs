@@ -1,0 +1,16 @@
+use crate::guidance::GuidanceParams;
+use boresight_calibrate::CalibrationParams;
+use boresight_geometry::{board::Checkerboard, frame::ImageSize};
+
+/// What a session is about. Fixed from its first input to its last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionSetup {
+    /// The board.
+    pub board: Checkerboard,
+    /// Size of the pictures.
+    pub image_size: ImageSize,
+    /// Limits of the planner, for pictures of that size: see [`GuidanceParams::for_image`].
+    pub guidance: GuidanceParams,
+    /// Settings of the solver.
+    pub calibration: CalibrationParams,
+}

@@ -1,0 +1,219 @@
+use std::sync::Arc;
+
+use nalgebra::{Matrix2, Point2};
+
+use super::{
+    accepted::AcceptedView, calm::Shown, camera::CameraState, decision::Decision,
+    far_board::FarBoard, held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup,
+    view_number::ViewNumber,
+};
+use crate::guidance::{LensEstimate, Role, Smear, Target, View, partner_of};
+use boresight_calibrate::Calibration;
+use boresight_detect::Miss;
+use boresight_geometry::{
+    Camera, FocalLength, PrincipalLine,
+    frame::{CaptureTime, FrameId},
+};
+
+/// What a window or a command line shows: plain data, cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// What the session is about, with the limits that views must meet.
+    pub setup: Arc<SessionSetup>,
+    /// The newest decision.
+    pub decision: Decision,
+    /// What the person is asked to do: calmer than the newest decision's advice.
+    pub shown: Shown,
+    /// What the newest frame showed.
+    pub live: Option<Arc<LiveView>>,
+    /// The pose asked for.
+    pub target: Option<Target>,
+    /// What the board can reach, if it stays small in the picture.
+    pub far: Option<FarBoard>,
+    /// Noise of one corner per axis, measured while the board was held; `None` until a hold has shown enough.
+    pub measured_noise_px: Option<f64>,
+    /// How well the newest pair was predicted before it was used.
+    pub held_out: Option<HeldOutPair>,
+    /// Estimate of the principal point; the picture's centre without a calibration.
+    pub pp_px: Point2<f64>,
+    /// Its covariance; `None` while the lens is a guess.
+    pub pp_covariance_px2: Option<Matrix2<f64>>,
+    /// The lens estimate, through which ghosts and lines are drawn.
+    pub lens: Camera,
+    /// The calibration so far.
+    pub calibration: Option<Arc<Calibration>>,
+    /// The accepted views in the order in which they stand in the calibration.
+    pub views: Arc<[ViewSummary]>,
+    /// The opposed pairs among them.
+    pub pairs: Arc<[PairSummary]>,
+    /// The view that would be restored next.
+    pub removed: Option<ViewNumber>,
+    /// Forecast of the views still to take; `None` once the session is over.
+    pub views_to_go: Option<usize>,
+    /// The live camera, if the source is one.
+    pub camera: CameraState,
+    /// Whether the source has no more frames.
+    pub source_ended: bool,
+    /// Whether the person paused.
+    pub paused: bool,
+    /// Workers that failed, with the reason.
+    pub failures: Vec<(String, String)>,
+}
+
+/// What one frame showed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveView {
+    /// The frame.
+    pub frame_id: FrameId,
+    /// Driver's time stamp.
+    pub captured_at: CaptureTime,
+    /// Inner corners as seen, in numbering order, or as expected where they aren't seen; or why no board was found.
+    pub corners_px: Result<Vec<Point2<f64>>, Miss>,
+    /// Numbers of the corners that aren't seen.
+    pub unseen: Vec<usize>,
+    /// What they measure; `None` without a board, if it faces the camera, or beyond the lens model's fold.
+    pub measured: Option<Measured>,
+    /// Width of the blur of the board's edges.
+    pub blur_px: Option<f64>,
+    /// How the board's motion smears the frame; `None` without an earlier frame.
+    pub smear: Option<Smear>,
+}
+
+/// What the corners of a frame measure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Principal line, undistorted by the lens estimate of that time.
+    pub line: PrincipalLine,
+    /// Direction in the picture in which the board recedes, clockwise from the right.
+    pub tilt_azimuth_rad: f64,
+    /// Angle between board and image plane; `None` if the line does not fit the principal point.
+    pub tilt_rad: Option<f64>,
+    /// Larger of the shares of the picture's width and height that the corners span.
+    pub span_fraction: f64,
+    /// Distance of the board's middle from the principal point across the line: see [`lateral_offset_px`].
+    pub lateral_offset_px: f64,
+}
+
+/// An accepted view in short.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewSummary {
+    /// Its number, by which people call it.
+    pub number: ViewNumber,
+    /// The frame it comes from.
+    pub frame_id: FrameId,
+    /// What it is for.
+    pub role: Role,
+    /// Direction in the picture in which the board recedes, clockwise from the right.
+    pub tilt_azimuth_rad: f64,
+    /// Angle between board and image plane; `None` if the line does not fit the principal point.
+    pub tilt_rad: Option<f64>,
+    /// Principal line, undistorted by the newest lens estimate.
+    pub line: PrincipalLine,
+    /// Signed distance of the line from the newest estimate of the principal point.
+    pub pl_residual_px: f64,
+    /// Focal length from this view alone.
+    pub focal: Option<FocalLength>,
+    /// Root mean square reprojection residual, once there is a calibration.
+    pub rms_px: Option<f64>,
+    /// Corners as seen, in numbering order.
+    pub corners_px: Arc<[Point2<f64>]>,
+    /// Number of its opposed partner.
+    pub partner: Option<ViewNumber>,
+}
+
+/// Two opposed views.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairSummary {
+    /// Index of the earlier one among the views.
+    pub first: usize,
+    /// Index of the later one.
+    pub second: usize,
+    /// Mean signed distance of the two lines from the principal point, along one normal: what the pair
+    /// leaves uncancelled.
+    pub balance_px: f64,
+}
+
+/// Signed distance of `middle_px` from `pp_px` across the principal line of a board that recedes towards
+/// `tilt_azimuth_rad`; positive to the right of someone who looks that way.
+pub fn lateral_offset_px(
+    tilt_azimuth_rad: f64,
+    middle_px: &Point2<f64>,
+    pp_px: &Point2<f64>,
+) -> f64 {
+    let offset = middle_px - pp_px;
+    offset.y * tilt_azimuth_rad.cos() - offset.x * tilt_azimuth_rad.sin()
+}
+
+impl LiveView {
+    /// Describes an `observation`; `view` is what it measures, if anything.
+    pub(super) fn of(
+        observation: &Observation,
+        view: Option<&View>,
+        smear: Option<Smear>,
+        pp_px: &Point2<f64>,
+    ) -> Self {
+        let seen = observation.seen.as_ref();
+        Self {
+            frame_id: observation.frame_id,
+            captured_at: observation.captured_at,
+            corners_px: match seen {
+                Ok(seen) => Ok(seen.corners.iter().map(|corner| corner.px).collect()),
+                Err(miss) => Err(*miss),
+            },
+            unseen: seen.map_or_else(
+                |_| Vec::new(),
+                |seen| {
+                    let corners = seen.corners.iter().enumerate();
+                    corners.filter_map(|(i, corner)| (!corner.is_seen()).then_some(i)).collect()
+                },
+            ),
+            measured: view.map(|view| Measured {
+                line: view.line.clone(),
+                tilt_azimuth_rad: view.tilt_azimuth_rad(),
+                tilt_rad: view.tilt_rad,
+                span_fraction: view.span_fraction,
+                lateral_offset_px: lateral_offset_px(view.tilt_azimuth_rad(), &view.mean_px, pp_px),
+            }),
+            blur_px: seen.ok().map(|seen| seen.quality.blur_px),
+            smear,
+        }
+    }
+}
+
+/// The accepted views and their pairs in short. `measured` holds the same views through `lens_estimate`.
+pub(super) fn summaries(
+    accepted: &[AcceptedView],
+    measured: &[View],
+    lens_estimate: &LensEstimate,
+    calibration: Option<&Calibration>,
+) -> (Arc<[ViewSummary]>, Arc<[PairSummary]>) {
+    let pp = lens_estimate.camera.pp_px;
+    let partners: Vec<_> = (0..measured.len()).map(|index| partner_of(index, measured)).collect();
+    let pairs = partners.iter().enumerate().filter_map(|(first, partner)| {
+        let second = partner.filter(|second| *second > first)?;
+        let (one, other) = (&measured[first].line, &measured[second].line);
+        // The sign of a line's normal is arbitrary.
+        let sign = one.normal().dot(&other.normal()).signum();
+        let balance_px = 0.5 * (one.distance_px(&pp) + sign * other.distance_px(&pp));
+        Some(PairSummary { first, second, balance_px })
+    });
+    let pairs = pairs.collect();
+    let numbers: Vec<ViewNumber> = accepted.iter().map(|accepted| accepted.number).collect();
+    let views = accepted.iter().zip(measured).enumerate().map(|(index, (accepted, view))| {
+        let result = calibration.and_then(|calibration| calibration.views.get(index));
+        ViewSummary {
+            number: accepted.number,
+            frame_id: view.frame_id,
+            role: accepted.role,
+            tilt_azimuth_rad: view.tilt_azimuth_rad(),
+            tilt_rad: view.tilt_rad,
+            line: view.line.clone(),
+            pl_residual_px: view.line.distance_px(&pp),
+            focal: result.and_then(|result| result.focal),
+            rms_px: result.map(|result| result.residual_rms_px),
+            corners_px: view.corners.iter().map(|corner| corner.px).collect(),
+            partner: partners[index].map(|partner| numbers[partner]),
+        }
+    });
+    (views.collect(), pairs)
+}

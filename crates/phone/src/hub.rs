@@ -1,0 +1,369 @@
+//! What the program shows and what the pages ask for.
+
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+    },
+    time::Instant,
+};
+
+use serde::{Deserialize, Serialize};
+use tokio::sync::watch;
+
+use boresight_geometry::{frame::Frame, markers::MarkerChoice};
+use boresight_guide::{
+    guidance::Refusal,
+    session::{Command, Outcome, Snapshot},
+};
+use boresight_present::speech::{Narrator, Word};
+use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
+
+/// News that a page which was away is still told.
+const NEWS_KEPT: usize = 64;
+
+/// Between the program and its pages. Nothing here ever waits for a page.
+pub struct Hub {
+    picture: watch::Sender<Option<Picture>>,
+    /// The newest picture, before the session has judged it.
+    unjudged: Mutex<Option<Picture>>,
+    state: watch::Sender<State>,
+    pictures: AtomicU64,
+    teller: Mutex<Teller>,
+    commands: Mutex<Option<CommandLink>>,
+    request: Mutex<Option<Request>>,
+    wants_end: AtomicBool,
+    pages: AtomicUsize,
+    /// When the last page left; `None` before the first came.
+    left: Mutex<Option<Instant>>,
+}
+
+/// The newest picture.
+#[derive(Clone)]
+pub(super) struct Picture {
+    /// Counts pictures over all sessions, from 1.
+    pub(super) number: u64,
+    pub(super) frame: Arc<Frame>,
+    pub(super) came: Instant,
+}
+
+/// What pages see beside the picture.
+#[derive(Clone)]
+pub(super) struct State {
+    pub(super) version: u64,
+    pub(super) stage: Stage,
+    /// The newest snapshot of the session that runs or has run.
+    pub(super) snapshot: Option<Arc<Snapshot>>,
+}
+
+/// Where the program is.
+#[derive(Clone, Debug)]
+pub enum Stage {
+    /// No session: the page may start one.
+    Waiting(Arc<Offer>),
+    /// A session is being opened.
+    Starting,
+    /// A session runs.
+    Guiding,
+    /// Its result is being computed and stored.
+    Ending,
+    /// Its result is stored.
+    Ended(Arc<EndedPage>),
+}
+
+/// What a session can be started with.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Offer {
+    /// The cameras.
+    pub cameras: Vec<OfferedCamera>,
+    /// Dictionaries of ChArUco boards, with the number of their markers.
+    pub dictionaries: Vec<(&'static str, usize)>,
+    /// What was chosen last.
+    pub last: Option<Request>,
+    /// Why the last session didn't start: what happened, and what to do.
+    pub trouble: Option<(String, String)>,
+}
+
+/// A camera.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct OfferedCamera {
+    /// The name that opens it.
+    pub source: String,
+    /// What people call it.
+    pub name: String,
+}
+
+/// The session that a page asks for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// One of the offered cameras.
+    pub source: String,
+    /// Inner corners: columns, rows.
+    pub board: [u16; 2],
+    /// Markers of a ChArUco board; none on a plain one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub markers: Option<MarkerChoice>,
+    /// Side of a square.
+    pub square_m: f64,
+    /// Name of the plan.
+    pub plan: String,
+}
+
+/// A result, as the page shows it.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct EndedPage {
+    /// `good`, `care`, `bad`, or `none` without a calibration.
+    pub verdict: &'static str,
+    /// The verdict in words.
+    pub what: String,
+    /// The next action.
+    pub action: String,
+    /// Names and values.
+    pub lines: Vec<(String, String)>,
+    /// What was found, each with its action.
+    pub findings: Vec<(String, String)>,
+    /// Size of the picture.
+    pub image_size_px: [u32; 2],
+    /// Uncertainty of the projection over the picture: x, y, standard deviation, in pixels.
+    pub map: Vec<[f64; 3]>,
+    /// Whether the page may start another session.
+    pub can_restart: bool,
+    /// To download.
+    pub files: Vec<PageFile>,
+}
+
+/// A file to download, in memory.
+#[derive(Clone, Debug, Serialize)]
+pub struct PageFile {
+    /// The name to save it under.
+    pub name: String,
+    /// What it's for.
+    pub label: String,
+    /// Its type.
+    #[serde(skip)]
+    pub media_type: &'static str,
+    /// Its contents.
+    #[serde(skip)]
+    pub bytes: Arc<[u8]>,
+}
+
+/// What must be seen of every snapshot.
+#[derive(Default)]
+struct Teller {
+    narrator: Narrator,
+    news: VecDeque<News>,
+    next: u64,
+    /// A refusal of each kind, and how often there was one.
+    refused: Vec<(Refusal, u64)>,
+}
+
+/// Something that happened once.
+#[derive(Clone)]
+pub(super) struct News {
+    /// Counts from 1.
+    pub(super) number: u64,
+    pub(super) came: Instant,
+    pub(super) word: Word,
+}
+
+impl Default for Hub {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Hub {
+    /// Shows that a session is being opened.
+    pub fn new() -> Self {
+        let state = State { version: 0, stage: Stage::Starting, snapshot: None };
+        Self {
+            picture: watch::Sender::new(None),
+            unjudged: Mutex::default(),
+            state: watch::Sender::new(state),
+            pictures: AtomicU64::new(0),
+            teller: Mutex::default(),
+            commands: Mutex::default(),
+            request: Mutex::default(),
+            wants_end: AtomicBool::new(false),
+            pages: AtomicUsize::new(0),
+            left: Mutex::default(),
+        }
+    }
+
+    /// Shows where the program is.
+    pub fn show(&self, stage: Stage) {
+        self.wants_end.store(false, Ordering::Relaxed);
+        self.state.send_modify(|state| {
+            state.version += 1;
+            if matches!(stage, Stage::Starting | Stage::Waiting(_)) {
+                state.snapshot = None;
+            }
+            state.stage = stage;
+        });
+    }
+
+    /// The session that a page has asked for, once.
+    pub fn take_request(&self) -> Option<Request> {
+        lock(&self.request).take()
+    }
+
+    /// Pages that follow the events now.
+    pub fn pages(&self) -> usize {
+        self.pages.load(Ordering::Relaxed)
+    }
+
+    /// Seconds since the last page left; `None` if one is there or none has come.
+    pub fn alone_secs(&self) -> Option<f64> {
+        let left = (*lock(&self.left))?;
+        (self.pages() == 0).then(|| left.elapsed().as_secs_f64())
+    }
+
+    pub(super) fn page_came(&self) {
+        self.pages.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(super) fn page_left(&self) {
+        *lock(&self.left) = Some(Instant::now());
+        self.pages.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    /// Hands a picture to the pages.
+    fn publish(&self, picture: Option<Picture>) {
+        if picture.is_some() {
+            // The frame before is freed outside the slot's lock.
+            drop(self.picture.send_replace(picture));
+        }
+    }
+
+    pub(super) fn pictures(&self) -> watch::Receiver<Option<Picture>> {
+        self.picture.subscribe()
+    }
+
+    pub(super) fn states(&self) -> watch::Receiver<State> {
+        self.state.subscribe()
+    }
+
+    /// News after number `seen`, oldest first, and the number of the newest.
+    pub(super) fn news_after(&self, seen: u64) -> (Vec<News>, u64) {
+        let teller = lock(&self.teller);
+        let news = teller.news.iter().filter(|news| news.number > seen).cloned().collect();
+        (news, teller.next)
+    }
+
+    /// A refusal of each kind with its count, the most frequent first.
+    pub(super) fn refused(&self) -> Vec<(Refusal, u64)> {
+        let mut refused = lock(&self.teller).refused.clone();
+        refused.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        refused
+    }
+
+    /// Passes a page's command on.
+    pub(super) fn command(&self, command: Command) -> Result<(), NotSent> {
+        match &*lock(&self.commands) {
+            Some(link) => link.send(command),
+            None => Err(NotSent::Over),
+        }
+    }
+
+    /// Takes note of a page's wish to end the session. False without one.
+    pub(super) fn end(&self) -> bool {
+        let guiding = matches!(self.state.borrow().stage, Stage::Guiding);
+        self.wants_end.store(guiding, Ordering::Relaxed);
+        guiding
+    }
+
+    /// Takes note of a page's wish for a session. False if none can be started now.
+    pub(super) fn start(&self, request: Request) -> bool {
+        let can_start = match &self.state.borrow().stage {
+            Stage::Waiting(offer) => {
+                offer.cameras.iter().any(|camera| camera.source == request.source)
+            }
+            _ => false,
+        };
+        if can_start {
+            *lock(&self.request) = Some(request);
+        }
+        can_start
+    }
+
+    /// Takes note of a page's wish to leave the result. False if there's nothing to go to.
+    pub(super) fn leave(&self) -> bool {
+        let can_leave =
+            matches!(&self.state.borrow().stage, Stage::Ended(ended) if ended.can_restart);
+        if can_leave {
+            self.wants_end.store(true, Ordering::Relaxed);
+        }
+        can_leave
+    }
+}
+
+impl Onlooker for Hub {
+    fn began(&self, commands: CommandLink) {
+        *lock(&self.commands) = Some(commands);
+        // The last session's picture isn't this one's.
+        lock(&self.unjudged).take();
+        self.picture.send_replace(None);
+        let mut teller = lock(&self.teller);
+        // Pages go on counting.
+        *teller = Teller {
+            next: teller.next,
+            news: std::mem::take(&mut teller.news),
+            ..Teller::default()
+        };
+        drop(teller);
+        self.show(Stage::Guiding);
+    }
+
+    fn captured(&self, frame: &Arc<Frame>) {
+        let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
+        let picture = Picture { number, frame: Arc::clone(frame), came: Instant::now() };
+        // Pages make work for the processor. While a picture is judged, that is the detector's; afterwards, it waits
+        // for the next one. A picture that isn't judged by then is shown all the same.
+        let before = lock(&self.unjudged).replace(picture);
+        self.publish(before);
+    }
+
+    fn decided(&self, snapshot: &Snapshot) {
+        let mut teller = lock(&self.teller);
+        for word in teller.narrator.news(snapshot) {
+            teller.next += 1;
+            if teller.news.len() == NEWS_KEPT {
+                teller.news.pop_front();
+            }
+            let (number, came) = (teller.next, Instant::now());
+            teller.news.push_back(News { number, came, word });
+        }
+        if let Outcome::Refused { refusal } = snapshot.decision.outcome {
+            let same = |(kind, _): &&mut (Refusal, u64)| {
+                std::mem::discriminant(kind) == std::mem::discriminant(&refusal)
+            };
+            match teller.refused.iter_mut().find(same) {
+                Some((_, count)) => *count += 1,
+                None => teller.refused.push((refusal, 1)),
+            }
+        }
+        drop(teller);
+        let judged = lock(&self.unjudged).take();
+        self.publish(judged);
+        let snapshot = Some(Arc::new(snapshot.clone()));
+        let before = {
+            let mut before = None;
+            self.state.send_modify(|state| {
+                state.version += 1;
+                before = std::mem::replace(&mut state.snapshot, snapshot);
+            });
+            before
+        };
+        drop(before);
+    }
+
+    fn wants_end(&self) -> bool {
+        self.wants_end.load(Ordering::Relaxed)
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,165 @@
+//! A program that waits for a phone: sessions are started, ended and started again on the page.
+
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use super::Phone;
+use crate::{Offer, OfferedCamera, Request, Stage};
+use boresight_app::{
+    Announcer, Exit, Opening, camera, explain::user_error, opening::new_session_path,
+};
+use boresight_capture::without_secrets;
+use boresight_geometry::markers::Dictionary;
+use boresight_present::text::phone as words;
+use boresight_run::{
+    config::{Config, PlanName},
+    pipeline::{Onlooker, Onlookers},
+};
+
+const LOOK: Duration = Duration::from_millis(50);
+/// How often cameras are looked for.
+const CAMERAS_EVERY: Duration = Duration::from_secs(3);
+/// The source that is always there.
+const SIMULATION: &str = "sim";
+
+/// Sessions that are started on the phone's page.
+pub struct Head {
+    phone: Phone,
+    /// What every session is opened with; source, board and plan are the page's to choose.
+    opening: Opening,
+    onlookers: Onlookers,
+    last: Request,
+    trouble: Option<(String, String)>,
+}
+
+impl Head {
+    /// Serves `phone`; `onlookers` see every session.
+    pub fn new(phone: Phone, opening: Opening, onlookers: Onlookers) -> Self {
+        let board = opening.config.board;
+        let last = Request {
+            source: without_secrets(&opening.source),
+            board: [board.columns, board.rows],
+            markers: board.markers(),
+            square_m: board.square_mm * 1e-3,
+            plan: plan_name(opening.config.guidance.plan).into(),
+        };
+        Self { phone, opening, onlookers, last, trouble: None }
+    }
+
+    /// Waits for sessions and runs them until `stop` is set. Returns how the last one ended.
+    pub fn run(mut self, stop: &AtomicBool, announcer: &Announcer) -> Exit {
+        let mut exit = Exit::Good;
+        announcer.say(words::WAITING);
+        while let Some(request) = self.wait(stop) {
+            self.last = request.clone();
+            self.trouble = None;
+            let opening = self.opening_of(&request);
+            let ended = opening.and_then(|opening| {
+                self.phone.session(&opening, &self.onlookers, (stop, true), announcer)
+            });
+            match ended {
+                Ok(concluded) => {
+                    exit = concluded.exit;
+                    self.until_left(stop);
+                }
+                Err(err) => {
+                    exit = Exit::Failed;
+                    announcer.say(&format!("boresight: {err:#}"));
+                    let trouble = user_error(&err);
+                    self.trouble = Some((trouble.what, trouble.action.unwrap_or_default()));
+                }
+            }
+        }
+        exit
+    }
+
+    /// The next session that a page asks for; `None` once `stop` is set.
+    fn wait(&self, stop: &AtomicBool) -> Option<Request> {
+        let (mut looked, mut shown) = (None::<Instant>, None);
+        // A second tap on Start that came while the session was being opened.
+        drop(self.phone.hub().take_request());
+        while !stop.load(Ordering::Relaxed) {
+            if looked.is_none_or(|looked| looked.elapsed() >= CAMERAS_EVERY) {
+                let offer = self.offer();
+                if shown.as_ref() != Some(&offer) {
+                    self.phone.hub().show(Stage::Waiting(Arc::new(offer.clone())));
+                    shown = Some(offer);
+                }
+                looked = Some(Instant::now());
+            }
+            if let Some(request) = self.phone.hub().take_request() {
+                return Some(request);
+            }
+            std::thread::sleep(LOOK);
+        }
+        None
+    }
+
+    fn offer(&self) -> Offer {
+        let (near, unusable) = camera::near();
+        let named = |(source, name): (String, String)| OfferedCamera { source, name };
+        let mut cameras: Vec<OfferedCamera> = near.into_iter().map(named).collect();
+        let given = self.given();
+        let has_given = cameras.iter().any(|camera| camera.source == given);
+        if given != "auto" && !has_given {
+            let source = given;
+            cameras.insert(0, OfferedCamera { name: source.clone(), source });
+        }
+        let no_camera = || Some((words::NO_CAMERA.to_owned(), words::NO_CAMERA_ACTION.to_owned()));
+        let trouble = self
+            .trouble
+            .clone()
+            .or_else(|| {
+                let (_, name, trouble) = unusable.into_iter().next()?;
+                let what = format!("{name}: {}", trouble.what);
+                Some((what, trouble.action.unwrap_or_default()))
+            })
+            .or_else(|| cameras.is_empty().then(no_camera).flatten());
+        if self.opening.source != SIMULATION {
+            let (source, name) = (SIMULATION.to_owned(), words::SIMULATION.to_owned());
+            cameras.push(OfferedCamera { source, name });
+        }
+        let dictionaries = Dictionary::all().map(|it| (it.name(), it.count())).collect();
+        Offer { cameras, dictionaries, last: Some(self.last.clone()), trouble }
+    }
+
+    /// The source that the command line names, as phones may see it: a camera's password isn't theirs to know.
+    fn given(&self) -> String {
+        without_secrets(&self.opening.source)
+    }
+
+    /// What `request` asks for, checked as a settings file is.
+    fn opening_of(&self, request: &Request) -> anyhow::Result<Opening> {
+        let mut config: Config = self.opening.config.clone();
+        config.board = config.board.chosen(request.board, request.markers);
+        config.board.square_mm = request.square_m * 1e3;
+        let mut config = config.with(&[])?;
+        let plans = [PlanName::Quick, PlanName::Full, PlanName::Adaptive];
+        if let Some(plan) = plans.into_iter().find(|plan| plan_name(*plan) == request.plan) {
+            config.guidance.plan = plan;
+        }
+        let is_given = request.source == self.given();
+        let source = if is_given { &self.opening.source } else { &request.source }.clone();
+        Ok(Opening { source, config, out: Some(new_session_path()), ..self.opening.clone() })
+    }
+
+    fn until_left(&self, stop: &AtomicBool) {
+        while !self.phone.hub().wants_end() && !stop.load(Ordering::Relaxed) {
+            std::thread::sleep(LOOK);
+        }
+    }
+}
+
+/// A plan by the name that the page sends.
+fn plan_name(plan: PlanName) -> &'static str {
+    match plan {
+        PlanName::Quick => "quick",
+        PlanName::Full => "full",
+        PlanName::Adaptive => "adaptive",
+    }
+}

@@ -1,0 +1,118 @@
+//! The phone's page beside a session: its links, and the result that it shows.
+
+mod head;
+mod result;
+
+use std::{
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
+
+pub use head::Head;
+pub use result::ended_page;
+
+use crate::{Hub, Links, QrCode, Server, Setup, Stage};
+use boresight_app::{Announcer, Opening, run::Concluded};
+use boresight_guide::session::Session;
+use boresight_present::text::phone as words;
+use boresight_run::pipeline::Onlookers;
+
+/// How long the result is still served after the last page has left.
+const LINGER_SECS: f64 = 30.0;
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A page that is being served.
+pub struct Phone {
+    hub: Arc<Hub>,
+    server: Server,
+}
+
+impl Phone {
+    /// Serves the page. It says that a session is being opened until one begins.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::ServeError`].
+    pub fn start(setup: &Setup) -> anyhow::Result<Self> {
+        let hub = Arc::new(Hub::new());
+        let server = Server::start(setup, Arc::clone(&hub))?;
+        Ok(Self { hub, server })
+    }
+
+    /// What the pages show and ask for. It looks on at a session.
+    pub fn hub(&self) -> &Arc<Hub> {
+        &self.hub
+    }
+
+    /// The links to the page.
+    pub fn links(&self) -> &[Links] {
+        self.server.links()
+    }
+
+    /// Announces the links, the likeliest one as a QR code, too.
+    pub fn announce(&self, announcer: &Announcer) {
+        let [first, others @ ..] = self.links() else { return };
+        announcer.say(words::SCAN);
+        for line in QrCode::of(&first.owner).iter().flat_map(QrCode::lines) {
+            announcer.say(&line);
+        }
+        announcer.say(&words::link(&first.owner));
+        for other in others {
+            announcer.say(&words::other_link(&other.owner));
+        }
+        announcer.say(&words::watchers(&first.watcher));
+    }
+
+    /// Shows that the result is being computed.
+    pub fn ending(&self) {
+        self.hub.show(Stage::Ending);
+    }
+
+    /// Shows the result of the session in `folder`.
+    pub fn ended(&self, session: &Session, concluded: &Concluded, folder: &Path) {
+        self.hub.show(Stage::Ended(Arc::new(ended_page(session, concluded, folder, false))));
+    }
+
+    /// Opens, runs and concludes a session that the page shows, beside `others` who look on. With `can_restart`, the
+    /// page offers to leave its result for another session.
+    ///
+    /// # Errors
+    ///
+    /// As [`Opening::open`], [`super::Run::carry_out`] and [`super::FinishedRun::conclude`].
+    pub fn session(
+        &self,
+        opening: &Opening,
+        others: &Onlookers,
+        (stop, can_restart): (&AtomicBool, bool),
+        announcer: &Announcer,
+    ) -> anyhow::Result<Concluded> {
+        self.hub.show(Stage::Starting);
+        let run = opening.open(announcer)?.paced();
+        let mut onlookers = others.clone();
+        onlookers.push(Arc::clone(&self.hub) as _);
+        let finished = run.carry_out_before(stop, &onlookers, announcer)?;
+        self.hub.show(Stage::Ending);
+        let (session, folder) = (finished.session.clone(), finished.path.clone());
+        let concluded = finished.conclude(announcer)?;
+        let page = ended_page(&session, &concluded, &folder, can_restart);
+        self.hub.show(Stage::Ended(Arc::new(page)));
+        Ok(concluded)
+    }
+
+    /// Waits until nobody looks at the result any more, or until `stop` is set. Without a page at any time it
+    /// doesn't wait.
+    pub fn linger(&self, stop: &AtomicBool, announcer: &Announcer) {
+        let is_needed =
+            || self.hub.pages() > 0 || self.hub.alone_secs().is_some_and(|secs| secs < LINGER_SECS);
+        if is_needed() {
+            announcer.say(words::LINGERING);
+        }
+        while is_needed() && !stop.load(Ordering::Relaxed) {
+            std::thread::sleep(LOOK);
+        }
+    }
+}

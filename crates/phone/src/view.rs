@@ -1,0 +1,281 @@
+//! A session as the page's JSON: what changes with every frame, and what changes with a view.
+
+use nalgebra::Point2;
+use serde::Serialize;
+
+use super::hub::{Hub, Offer, Stage, State};
+use boresight_guide::{
+    guidance::{Advice, Refusal},
+    session::{Gravity, Outcome, Snapshot},
+};
+use boresight_present::{
+    ghost::{Card, Shade, closeness},
+    speech::{Narrator, Rank, Word},
+    text::{self, Trouble, report::refusal_kind, window as words},
+};
+
+/// Reasons for refusing frames that the page lists.
+const MOST_REASONS: usize = 6;
+
+/// What changes with every frame.
+#[derive(Serialize)]
+pub(super) struct Live<'a> {
+    stage: &'static str,
+    /// Number of the frame that this is about.
+    frame: Option<u64>,
+    /// The sentence, and the same with left and right exchanged.
+    sentence: [String; 2],
+    tone: Gravity,
+    /// How much of the hold is over.
+    hold: Option<f64>,
+    /// How near the board is to the ghost.
+    close: Option<f32>,
+    /// The board's outermost inner corners, in the picture's pixels.
+    board: Option<[[f64; 2]; 4]>,
+    /// Direction in which the board recedes.
+    away_rad: Option<f64>,
+    views: usize,
+    to_go: Option<usize>,
+    paused: bool,
+    /// Why the newest frame wasn't taken.
+    reason: Option<String>,
+    /// What is wrong, and what to do.
+    trouble: Option<(String, String)>,
+    /// What to say as long as this holds.
+    say: Option<Say<'a>>,
+    /// The newest view that can be restored.
+    removed: Option<u32>,
+    /// What a session can be started with.
+    offer: Option<&'a Offer>,
+}
+
+/// Something to say.
+#[derive(Serialize)]
+pub(super) struct Say<'a> {
+    rank: Rank,
+    text: std::borrow::Cow<'a, str>,
+    mirrored: std::borrow::Cow<'a, str>,
+}
+
+impl<'a> Say<'a> {
+    pub(super) fn of(word: &'a Word) -> Self {
+        Self { rank: word.rank, text: (&word.text).into(), mirrored: (&word.mirrored).into() }
+    }
+
+    fn owned(word: Word) -> Self {
+        Self { rank: word.rank, text: word.text.into(), mirrored: word.mirrored.into() }
+    }
+}
+
+/// What changes with a view.
+#[derive(Serialize)]
+pub(super) struct Plan {
+    size: [u32; 2],
+    ghost: Option<Ghost>,
+    views: Vec<View>,
+    wheel: Vec<Slot>,
+    /// Directions of opposed views.
+    pairs: Vec<[f64; 2]>,
+    refused: Vec<(String, u64)>,
+}
+
+/// The card, in the picture's pixels.
+#[derive(Serialize)]
+struct Ghost {
+    /// Card and dark squares: whether it's dark, mean nearness, points around it.
+    squares: Vec<(bool, f64, Vec<[f64; 2]>)>,
+    /// Points and their nearness, closed.
+    rim: Vec<Option<[f64; 3]>>,
+    arrow: Vec<[f64; 2]>,
+    /// Three points each: in place, and waiting.
+    brackets: [Vec<[[f64; 2]; 3]>; 2],
+}
+
+#[derive(Serialize)]
+struct View {
+    number: u32,
+    /// What it's called.
+    name: String,
+    /// The edge that was away, and the same mirrored.
+    edge: [&'static str; 2],
+    direction_rad: f64,
+    partner: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Slot {
+    slot_rad: f64,
+    view: Option<String>,
+    wanted: bool,
+}
+
+/// The live part.
+pub(super) fn live(state: &State) -> Live<'_> {
+    let stage = match state.stage {
+        Stage::Waiting(_) => "waiting",
+        Stage::Starting => "starting",
+        Stage::Guiding => "guiding",
+        Stage::Ending => "ending",
+        Stage::Ended(_) => "ended",
+    };
+    let empty = Live {
+        stage,
+        frame: None,
+        sentence: [words::STARTING.into(), words::STARTING.into()],
+        tone: Gravity::Plain,
+        hold: None,
+        close: None,
+        board: None,
+        away_rad: None,
+        views: 0,
+        to_go: None,
+        paused: false,
+        reason: None,
+        trouble: None,
+        say: None,
+        removed: None,
+        offer: match &state.stage {
+            Stage::Waiting(offer) => Some(offer),
+            _ => None,
+        },
+    };
+    let Some(snapshot) = &state.snapshot else { return empty };
+    let guiding = matches!(state.stage, Stage::Guiding);
+    let seen = snapshot.live.as_ref();
+    let corners = seen.and_then(|live| live.corners_px.as_ref().ok());
+    let board = &snapshot.setup.board;
+    let ghost = snapshot.target.as_ref().map(|target| target.ghost_px.as_slice());
+    let outer = |corners: &Vec<Point2<f64>>| {
+        let (columns, rows) = (board.columns(), board.rows());
+        let at = [0, columns - 1, columns * rows - 1, columns * (rows - 1)];
+        Some([
+            *corners.get(at[0])?,
+            *corners.get(at[1])?,
+            *corners.get(at[2])?,
+            *corners.get(at[3])?,
+        ])
+    };
+    Live {
+        frame: seen.map(|live| live.frame_id.0),
+        sentence: match state.stage {
+            Stage::Ending => [words::ENDING.into(), words::ENDING.into()],
+            _ => [words::sentence(snapshot, false), words::sentence(snapshot, true)],
+        },
+        tone: snapshot.shown.prompt.gravity(),
+        hold: match snapshot.decision.advice {
+            Advice::Holding { progress } => Some(round(progress, 100.0)),
+            _ => None,
+        },
+        close: corners
+            .zip(ghost)
+            .and_then(|(corners, ghost)| closeness(corners, ghost, board))
+            .map(|close| (close * 1e3).round() / 1e3),
+        board: corners.and_then(outer).map(|corners| corners.map(|px| xy(&px))),
+        away_rad: seen
+            .and_then(|live| live.measured.as_ref())
+            .map(|measured| round(measured.tilt_azimuth_rad, 1e3)),
+        views: snapshot.views.len(),
+        to_go: snapshot.views_to_go,
+        paused: snapshot.paused,
+        reason: match &snapshot.decision.outcome {
+            Outcome::Refused { refusal } if *refusal != Refusal::NotFound => {
+                Some(text::refusal(refusal))
+            }
+            _ => None,
+        },
+        trouble: trouble(snapshot),
+        say: Narrator::request(snapshot).filter(|_| guiding).map(Say::owned),
+        removed: snapshot.removed.map(|number| number.0),
+        ..empty
+    }
+}
+
+/// The most important one, with what the device said about it.
+fn trouble(snapshot: &Snapshot) -> Option<(String, String)> {
+    let Trouble { what, action, detail, .. } = text::troubles(snapshot).into_iter().next()?;
+    let what = if detail.is_empty() { what } else { format!("{what} ({detail})") };
+    Some((what, action))
+}
+
+/// The part that changes with a view; `None` before the first frame.
+pub(super) fn plan(state: &State, hub: &Hub) -> Option<Plan> {
+    let snapshot = state.snapshot.as_ref()?;
+    let size = snapshot.setup.image_size;
+    let name = |index: usize| Some(snapshot.views.get(index)?.number.to_string());
+    let refused = hub.refused().into_iter().take(MOST_REASONS);
+    Some(Plan {
+        size: [size.width_px, size.height_px],
+        ghost: ghost(snapshot),
+        views: snapshot
+            .views
+            .iter()
+            .map(|view| View {
+                number: view.number.0,
+                name: view.number.to_string(),
+                edge: [false, true].map(|m| words::direction_name(view.tilt_azimuth_rad, m)),
+                direction_rad: round(view.tilt_azimuth_rad, 1e3),
+                partner: view.partner.map(|partner| partner.to_string()),
+            })
+            .collect(),
+        wheel: snapshot
+            .wheel()
+            .iter()
+            .map(|slot| Slot {
+                slot_rad: round(slot.slot_rad, 1e3),
+                view: slot.view.and_then(name),
+                wanted: slot.wanted,
+            })
+            .collect(),
+        pairs: snapshot
+            .pairs
+            .iter()
+            .filter_map(|pair| {
+                let direction =
+                    |at: usize| Some(round(snapshot.views.get(at)?.tilt_azimuth_rad, 1e3));
+                Some([direction(pair.first)?, direction(pair.second)?])
+            })
+            .collect(),
+        refused: refused.map(|(refusal, count)| (kind(&refusal), count)).collect(),
+    })
+}
+
+/// The kind of a refusal, without its numbers.
+fn kind(refusal: &Refusal) -> String {
+    let value = serde_json::to_value(refusal).unwrap_or_default();
+    refusal_kind(value["why"].as_str().unwrap_or_default()).to_owned()
+}
+
+fn ghost(snapshot: &Snapshot) -> Option<Ghost> {
+    let target = snapshot.target.as_ref()?;
+    let card = Card::new(&target.ghost_px, &snapshot.setup.board, &snapshot.lens)?;
+    let squares = card.squares().map(|(shade, corners)| {
+        let sum: f64 = corners.iter().map(|(_, near)| f64::from(*near)).sum();
+        let near = sum / corners.len().max(1) as f64;
+        let around = corners.iter().map(|(px, _)| xy(px)).collect();
+        (shade == Shade::Dark, round(near, 100.0), around)
+    });
+    let brackets = |waiting| {
+        card.brackets(waiting).map(|(ends, _)| ends.map(|px| xy(&px))).collect::<Vec<_>>()
+    };
+    let rim = card.rim(6).into_iter();
+    Some(Ghost {
+        squares: squares.collect(),
+        rim: rim
+            .map(|seen| {
+                let (px, near) = seen?;
+                let [x, y] = xy(&px);
+                Some([x, y, round(f64::from(near), 100.0)])
+            })
+            .collect(),
+        arrow: card.arrow().iter().map(xy).collect(),
+        brackets: [brackets(0.0), brackets(1.0)],
+    })
+}
+
+fn xy(px: &Point2<f64>) -> [f64; 2] {
+    [round(px.x, 10.0), round(px.y, 10.0)]
+}
+
+fn round(value: f64, steps: f64) -> f64 {
+    if value.is_finite() { (value * steps).round() / steps } else { 0.0 }
+}

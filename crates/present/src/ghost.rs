@@ -1,0 +1,273 @@
+//! The board as it should be held, as a card in space: where its parts are seen, and how near a live board is to it.
+
+use nalgebra::{Isometry3, Point2, Point3};
+
+use boresight_geometry::{Camera, Corner, LensKind, board::Checkerboard, fit_pose};
+
+/// White around the outer squares, in squares.
+const MARGIN: f64 = 0.4;
+/// Length of the arrow, relative to the way from the middle to the edge, and how far it bends aside.
+const ARROW: [f64; 2] = [0.8, 0.35];
+/// How far outside the outermost inner corners, which are always in the picture, the brackets wait; relative.
+const WAITING: f64 = 0.12;
+/// Length of a bracket's arms, in squares.
+const ARM: f64 = 1.0;
+/// Points on each side of the card, and of a dark square, if the lens bends them.
+const BENT_RIM_STEPS: usize = 12;
+const BENT_SQUARE_STEPS: usize = 3;
+
+/// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
+/// `None` without a board in the picture.
+pub fn closeness(
+    live_px: &[Point2<f64>],
+    ghost_px: &[Point2<f64>],
+    board: &Checkerboard,
+) -> Option<f32> {
+    if live_px.len() != ghost_px.len() || ghost_px.is_empty() {
+        return None;
+    }
+    let mean = |points: &mut dyn Iterator<Item = (&Point2<f64>, &Point2<f64>)>| {
+        points.map(|(a, b)| (a - b).norm()).sum::<f64>() / ghost_px.len() as f64
+    };
+    let mut off_px = mean(&mut live_px.iter().zip(ghost_px));
+    if board.looks_the_same_upside_down() {
+        off_px = off_px.min(mean(&mut live_px.iter().rev().zip(ghost_px)));
+    }
+    let span_px = (ghost_px[0] - ghost_px[ghost_px.len() - 1]).norm().max(1.0);
+    Some((1.0 - 2.0 * off_px / span_px).clamp(0.0, 1.0) as f32)
+}
+
+/// The card in space, in front of the lens that shows it.
+#[derive(Clone, Copy, Debug)]
+pub struct Card {
+    cam_from_board: Isometry3<f64>,
+    lens: Camera,
+    square_m: f64,
+    columns: usize,
+    rows: usize,
+    /// Half its width and height, with the white margin.
+    half_m: [f64; 2],
+}
+
+impl Card {
+    /// The card whose inner corners are seen at `ghost_px`. `None` if they aren't those of `board`.
+    pub fn new(ghost_px: &[Point2<f64>], board: &Checkerboard, lens: &Camera) -> Option<Self> {
+        let (columns, rows, square_m) = (board.columns(), board.rows(), board.square_m());
+        if ghost_px.len() != board.corner_count() {
+            return None;
+        }
+        // The ghost is exact: four corners are enough.
+        let outer = [0, columns - 1, columns * (rows - 1), columns * rows - 1];
+        let in_board_m = board.corners_in_board_m();
+        let points: Vec<Point2<f64>> = outer.iter().map(|at| in_board_m[*at]).collect();
+        let corners: Vec<Corner> =
+            outer.iter().map(|at| Corner::isotropic(ghost_px[*at], 1.0)).collect();
+        let cam_from_board = fit_pose(lens, &points, &corners).ok()?.cam_from_board;
+        let half = |corners: usize| (0.5 * (corners + 1) as f64 + MARGIN) * square_m;
+        let half_m = [half(columns), half(rows)];
+        Some(Self { cam_from_board, lens: *lens, square_m, columns, rows, half_m })
+    }
+
+    /// Where a point is seen. Beyond the radius at which the lens model folds back, as a pinhole shows it.
+    fn px(&self, in_board_m: &Point3<f64>) -> Option<Point2<f64>> {
+        let in_cam = self.cam_from_board * in_board_m;
+        if self.lens.distortion.kind == LensKind::Fisheye {
+            return self.lens.project(&in_cam);
+        }
+        if in_cam.z <= 0.0 {
+            return None;
+        }
+        let ideal = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
+        let outwards = Point2::new(ideal.coords.norm(), 0.0);
+        if self.lens.distortion.derivative(&outwards)[(0, 0)] > 0.0 {
+            return self.lens.project(&in_cam);
+        }
+        Some(self.lens.pp_px + ideal.coords.component_mul(&self.lens.f_px))
+    }
+
+    fn depth_m(&self, x_m: f64, y_m: f64) -> f64 {
+        (self.cam_from_board * Point3::new(x_m, y_m, 0.0)).z
+    }
+
+    /// How near a point of the card is to the camera: 0 for its farthest point, 1 for its nearest.
+    fn nearness(&self, x_m: f64, y_m: f64) -> f32 {
+        let [half_x, half_y] = self.half_m;
+        let depths_m = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
+            .map(|(x, y)| self.depth_m(x * half_x, y * half_y));
+        let near_m = depths_m.into_iter().fold(f64::INFINITY, f64::min);
+        let far_m = depths_m.into_iter().fold(0.0, f64::max);
+        let range_m = far_m - near_m;
+        if range_m < 1e-3 * near_m {
+            return 0.5;
+        }
+        ((far_m - self.depth_m(x_m, y_m)) / range_m) as f32
+    }
+
+    /// Points along the rim, closed, `steps` on each side.
+    fn rim_m(&self, steps: usize) -> Vec<[f64; 2]> {
+        let [x, y] = self.half_m;
+        let mut rim: Vec<[f64; 2]> = around([-x, -y], [x, y], steps).collect();
+        rim.push([-x, -y]);
+        rim
+    }
+
+    /// Half the width and height of the inner corners.
+    fn inner_half_m(&self) -> [f64; 2] {
+        [self.columns, self.rows].map(|corners| 0.5 * (corners - 1) as f64 * self.square_m)
+    }
+
+    /// Direction on the board towards its far edge. `None` if it faces the camera.
+    fn away_m(&self) -> Option<[f64; 2]> {
+        let rotation = self.cam_from_board.rotation.to_rotation_matrix();
+        let (x, y) = (rotation[(2, 0)], rotation[(2, 1)]);
+        let norm = x.hypot(y);
+        if norm < 0.05 {
+            return None;
+        }
+        Some([x / norm, y / norm])
+    }
+
+    fn seen_px(&self, x_m: f64, y_m: f64) -> Option<Point2<f64>> {
+        self.px(&Point3::new(x_m, y_m, 0.0))
+    }
+
+    /// The rim, closed, `steps` points on each side: where it's seen, and how near. `None` for what isn't in front
+    /// of the camera.
+    pub fn rim(&self, steps: usize) -> Vec<Option<(Point2<f64>, f32)>> {
+        let near = |[x, y]: [f64; 2]| Some((self.seen_px(x, y)?, self.nearness(x, y)));
+        self.rim_m(steps).into_iter().map(near).collect()
+    }
+
+    /// The card, then its dark squares: points around each as they are seen, with how near they are. Four points each;
+    /// more through a fisheye lens, which bends the sides. Squares that aren't in front of the camera are left out.
+    pub fn squares(&self) -> impl Iterator<Item = (Shade, Vec<(Point2<f64>, f32)>)> {
+        let is_bent = self.lens.distortion.kind == LensKind::Fisheye;
+        let Card { square_m, columns, rows, half_m: [half_x, half_y], .. } = *self;
+        let left = -0.5 * (columns + 1) as f64 * square_m;
+        let top = -0.5 * (rows + 1) as f64 * square_m;
+        let dark = (0..=rows).flat_map(move |row| {
+            (row % 2..=columns).step_by(2).map(move |column| {
+                let at = [left + column as f64 * square_m, top + row as f64 * square_m];
+                (Shade::Dark, at, [at[0] + square_m, at[1] + square_m])
+            })
+        });
+        let card = (Shade::White, [-half_x, -half_y], [half_x, half_y]);
+        std::iter::once(card).chain(dark).filter_map(move |(shade, at, to)| {
+            let steps = match shade {
+                _ if !is_bent => 1,
+                Shade::White => BENT_RIM_STEPS,
+                Shade::Dark => BENT_SQUARE_STEPS,
+            };
+            let seen = |[x, y]: [f64; 2]| Some((self.seen_px(x, y)?, self.nearness(x, y)));
+            let around: Option<Vec<_>> = around(at, to, steps).map(seen).collect();
+            Some((shade, around?))
+        })
+    }
+
+    /// A curved arrow to the edge that is to go away from the camera. It ends at the outermost inner corners, which
+    /// are in the picture; its bend keeps it from reading as a shift. Empty if the card faces the camera.
+    pub fn arrow(&self) -> Vec<Point2<f64>> {
+        let Some([x, y]) = self.away_m() else { return Vec::new() };
+        let [half_x, half_y] = self.inner_half_m();
+        let reach_m = (half_x / x.abs().max(1e-9)).min(half_y / y.abs().max(1e-9));
+        let (length_m, bend_m) = (ARROW[0] * reach_m, ARROW[1] * reach_m);
+        (0..=16)
+            .filter_map(|i| {
+                let share = f64::from(i) / 16.0;
+                let along_m = reach_m - length_m * (1.0 - share);
+                // It arrives at a right angle.
+                let aside_m = bend_m * (1.0 - share) * (1.0 - share);
+                self.seen_px(x * along_m - y * aside_m, y * along_m + x * aside_m)
+            })
+            .collect()
+    }
+
+    /// Brackets around the outermost inner corners: three points each, and how near the corner is. `waiting` is 1
+    /// while the board is far from the card, and 0 once it fits.
+    pub fn brackets(&self, waiting: f64) -> impl Iterator<Item = ([Point2<f64>; 3], f32)> {
+        let scale = 1.0 + WAITING * waiting;
+        let [half_x, half_y] = self.inner_half_m();
+        let arm_m = ARM * self.square_m;
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        corners.into_iter().filter_map(move |(x, y)| {
+            let (corner_x, corner_y) = (x * half_x * scale, y * half_y * scale);
+            let ends = [
+                self.seen_px(corner_x - x * arm_m, corner_y)?,
+                self.seen_px(corner_x, corner_y)?,
+                self.seen_px(corner_x, corner_y - y * arm_m)?,
+            ];
+            Some((ends, self.nearness(corner_x, corner_y)))
+        })
+    }
+}
+
+/// Points around a rectangle from the corner `at`, `steps` on each side.
+fn around(at: [f64; 2], to: [f64; 2], steps: usize) -> impl Iterator<Item = [f64; 2]> {
+    let corners = [at, [to[0], at[1]], to, [at[0], to[1]]];
+    (0..4).flat_map(move |side| {
+        let (from, next) = (corners[side], corners[(side + 1) % 4]);
+        (0..steps).map(move |i| {
+            let share = i as f64 / steps as f64;
+            [from[0] + share * (next[0] - from[0]), from[1] + share * (next[1] - from[1])]
+        })
+    })
+}
+
+/// A part of the card.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shade {
+    /// The card itself.
+    White,
+    /// A dark square.
+    Dark,
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector2, Vector3};
+
+    use super::*;
+
+    #[test]
+    fn a_board_on_the_ghost_is_as_close_as_can_be() {
+        let board = Checkerboard::new(9, 6, 1.0).expect("valid");
+        let ghost: Vec<Point2<f64>> = board
+            .corners_in_board_m()
+            .iter()
+            .map(|p| Point2::new(20.0 * p.x, 20.0 * p.y))
+            .collect();
+        let shifted: Vec<_> = ghost.iter().map(|p| p + Vector2::new(30.0, 0.0)).collect();
+        let far: Vec<_> = ghost.iter().map(|p| p + Vector2::new(300.0, 0.0)).collect();
+        let close = |live: &[Point2<f64>]| closeness(live, &ghost, &board);
+        assert_eq!(close(&ghost), Some(1.0));
+        assert!(close(&shifted).is_some_and(|c| (0.4..0.8).contains(&c)));
+        assert_eq!(close(&far), Some(0.0));
+        assert_eq!(close(&ghost[1..]), None);
+    }
+
+    #[test]
+    fn the_card_is_the_whole_board_in_perspective() {
+        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let lens = Camera::pinhole(980.0, Point2::new(640.0, 360.0));
+        // The right edge is away from the camera.
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -0.7);
+        let pose = Isometry3::from_parts(Vector3::new(0.0, 0.0, 0.4).into(), turn);
+        let ghost: Vec<Point2<f64>> = board
+            .corners_in_board_m()
+            .iter()
+            .map(|point| lens.px_from_board(&pose, point).expect("in front"))
+            .collect();
+        let card = Card::new(&ghost, &board, &lens).expect("a board");
+        for (point, px) in board.corners_in_board_m().iter().zip(&ghost) {
+            let seen = card.px(&Point3::new(point.x, point.y, 0.0)).expect("in front");
+            assert!((seen - px).norm() < 1e-3);
+        }
+        let [x, y] = card.away_m().expect("it is tipped");
+        assert!(x > 0.99 && y.abs() < 0.1, "{x} {y}");
+        assert!(card.nearness(-card.half_m[0], 0.0) > 0.95);
+        assert!(card.nearness(card.half_m[0], 0.0) < 0.05);
+        let outermost = ghost.iter().map(|px| px.x).fold(f64::INFINITY, f64::min);
+        let rim = card.px(&Point3::new(-card.half_m[0], 0.0, 0.0)).expect("in front");
+        assert!(rim.x < outermost - 30.0, "squares and margin lie outside the inner corners");
+    }
+}

@@ -1,0 +1,375 @@
+//! The first sheet, for the customer: what was calibrated, the result with its limits, and who signs.
+
+use super::{
+    Certificate, Report,
+    number::{brief, plain, text},
+    section::section_with,
+};
+use crate::{
+    chart::{escaped, push},
+    text::{
+        certificate::{self as words, name},
+        report as report_words,
+    },
+};
+use boresight_calibrate::Limits;
+use boresight_formats::{CalibrationFile, DistortionEntry, LensEntry};
+use boresight_geometry::frame::ImageSize;
+
+/// Coverage factor of expanded uncertainties.
+const COVERAGE_FACTOR: f64 = 2.0;
+/// Warnings that stand on the sheet; the others are on the next.
+const WARNINGS: usize = 3;
+
+/// The sheet. Empty if the report has no certificate, or there is nothing to certify.
+pub(super) fn sheet(report: &Report) -> String {
+    let (Some(certificate), Some(lens)) = (&report.certificate, &report.calibration.result) else {
+        return String::new();
+    };
+    let calibration = &report.calibration;
+    let is_usable =
+        matches!(calibration.verdict.as_str(), "good" | "care") && !report.camera.simulated;
+    let title = if is_usable { words::TITLE } else { words::NO_CERTIFICATE };
+    let mut body = String::from("<header class=\"masthead\"><div>");
+    if let Some(logo) = &certificate.logo {
+        body += &logo.svg();
+    }
+    if !certificate.company.is_empty() {
+        push(&mut body, format_args!("<p class=\"company\">{}</p>", escaped(&certificate.company)));
+    }
+    push(&mut body, format_args!("</div><div class=\"title\"><h1>{title}</h1>"));
+    if !certificate.number.is_empty() {
+        let number = escaped(&words::number(&certificate.number));
+        push(&mut body, format_args!("<p class=\"lead\">{number}</p>"));
+    }
+    body += "</div></header>\n";
+    if report.camera.simulated {
+        push(
+            &mut body,
+            format_args!(
+                "<div class=\"watermark\" aria-hidden=\"true\">{}</div>\n<p class=\"simulated\">{}</p>\n",
+                words::SIMULATED,
+                report_words::SIMULATED
+            ),
+        );
+    }
+    body += &verdict(calibration);
+    body += &identity(report, certificate);
+    body += &results(calibration, lens);
+    body += &to_paste(lens);
+    if let Some((file, sha256)) = &certificate.file {
+        push(
+            &mut body,
+            format_args!(
+                "<p class=\"checksum\"><b>{}</b> {}</p>\n",
+                name::FILE,
+                escaped(&words::checksum(file, sha256))
+            ),
+        );
+    }
+    push(
+        &mut body,
+        format_args!("<p class=\"note\">{} {}</p>\n", words::UNCERTAINTY_NOTE, words::VALIDITY),
+    );
+    if is_usable {
+        body += "<div class=\"signatures\">";
+        for (who, by) in [(name::SIGNED, certificate.operator.as_str()), (name::APPROVED, "")] {
+            push(
+                &mut body,
+                format_args!(
+                    "<div><p><b>{who}</b> {}</p><p class=\"sign-here\">{}</p></div>",
+                    escaped(by),
+                    name::SIGNATURE
+                ),
+            );
+        }
+        body += "</div>\n";
+    }
+    section_with(report_words::Section::Certificate, "certificate", &body)
+}
+
+/// The content of a CSS string, whatever is in `text`.
+pub(super) fn css_string(text: &str) -> String {
+    let mut safe = String::new();
+    for c in text.chars().filter(|c| !c.is_control()) {
+        if c.is_ascii_alphanumeric() {
+            safe.push(c);
+        } else {
+            push(&mut safe, format_args!("\\{:x} ", u32::from(c)));
+        }
+    }
+    safe
+}
+
+fn verdict(calibration: &CalibrationFile) -> String {
+    let code = calibration.verdict.as_str();
+    let mut body = format!(
+        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong></p>\n",
+        report_words::verdict_sign(code),
+        report_words::verdict(code, calibration.is_unfinished())
+    );
+    let warnings: Vec<&str> = calibration
+        .findings
+        .iter()
+        .filter(|finding| finding.severity != "info")
+        .map(|finding| finding.message.as_str())
+        .collect();
+    if !warnings.is_empty() {
+        let shown = warnings[..warnings.len().min(WARNINGS)].join(". ");
+        let rest = if warnings.len() > WARNINGS { " …" } else { "" };
+        push(
+            &mut body,
+            format_args!("<p><b>{}</b> {}.{rest}</p>\n", words::WARNINGS, escaped(&shown)),
+        );
+    }
+    body
+}
+
+/// Who, where, when; the camera; the board.
+fn identity(report: &Report, certificate: &Certificate) -> String {
+    let calibration = &report.calibration;
+    let row = |name: &str, what: &str| {
+        let what = if what.is_empty() {
+            "<span class=\"blank\"></span>".to_owned()
+        } else {
+            escaped(what)
+        };
+        format!("<tr><th scope=\"row\">{name}</th><td>{what}</td></tr>\n")
+    };
+    let c = certificate;
+    let mut who = row(name::CUSTOMER, &c.customer)
+        + &row(name::SITE, &c.site)
+        + &row(name::OPERATOR, &c.operator)
+        + &row(name::DATE, &c.date);
+    if let Some(due) = &c.check_due {
+        who += &row(name::DUE, due);
+    }
+    if let Some(board) = &calibration.board {
+        who += &row(name::BOARD, &report_words::board(board));
+    }
+    who += &row(name::BOARD_ID, &c.board_id);
+    who += &row(name::MEASURED, &c.square_measured);
+    let [width_px, height_px] = calibration.image_size;
+    let mode = match c.mode.as_str() {
+        "" => report_words::picture([width_px, height_px]),
+        mode => mode.to_owned(),
+    };
+    let camera = row(name::MAKE, &c.camera_make)
+        + &row(name::MODEL, &c.camera_model)
+        + &row(name::SERIAL, &c.camera_serial)
+        + &row(name::LENS, &c.lens)
+        + &row(name::MODE, &mode);
+    format!(
+        "<div class=\"two\"><table><tbody>\n{who}</tbody></table><table><tbody>\n{camera}</tbody></table></div>\n"
+    )
+}
+
+/// A row of the table of results. Cells are HTML; `met` is empty where there is no limit.
+struct ResultRow {
+    name: &'static str,
+    result: String,
+    uncertainty: String,
+    limit: String,
+    met: Option<bool>,
+}
+
+impl ResultRow {
+    fn html(&self) -> String {
+        let met = self.met.map_or("", |met| if met { "✓" } else { "✗" });
+        let Self { name, result, uncertainty, limit, .. } = self;
+        if uncertainty.is_empty() && limit.is_empty() {
+            return format!(
+                "<tr><th scope=\"row\">{name}</th><td class=\"n\" colspan=\"4\">{result}</td></tr>\n"
+            );
+        }
+        format!(
+            "<tr><th scope=\"row\">{name}</th><td class=\"n\">{result}</td><td class=\"n\">{uncertainty}</td><td class=\"n\">{limit}</td><td class=\"met\">{met}</td></tr>\n"
+        )
+    }
+
+    /// An estimate whose standard deviation has a limit.
+    fn estimate(name: &'static str, value_px: f64, sd_px: Option<f64>, limit_sd_px: f64) -> Self {
+        let limit_px = COVERAGE_FACTOR * limit_sd_px;
+        let Some(expanded_px) = sd_px.map(|sd_px| COVERAGE_FACTOR * sd_px) else {
+            let limit = String::new();
+            let (result, uncertainty) = (format!("{} px", plain(value_px, 2)), String::new());
+            return Self { name, result, uncertainty, limit, met: None };
+        };
+        let decimals = super::number::decimals(expanded_px);
+        let (reached, limit) = beside(expanded_px, limit_px);
+        Self {
+            name,
+            result: format!("{} px", plain(value_px, decimals)),
+            uncertainty: format!("± <data value=\"{expanded_px}\">{reached}</data> px"),
+            limit: words::at_most(&format!("{limit} px")),
+            met: Some(expanded_px <= limit_px),
+        }
+    }
+
+    /// A number that has a limit.
+    fn at_most(name: &'static str, value: f64, limit: f64, unit: &str) -> Self {
+        let (reached, limit_text) = beside(value, limit);
+        Self {
+            name,
+            result: format!("<data value=\"{value}\">{reached}</data> {unit}"),
+            uncertainty: String::new(),
+            limit: words::at_most(&format!("{limit_text} {unit}")),
+            met: Some(value <= limit),
+        }
+    }
+}
+
+/// A number and its limit, with enough digits to tell them apart.
+fn beside(value: f64, limit: f64) -> (String, String) {
+    let (mut reached, limit_text) = (brief(value, 2), brief(limit, 2));
+    let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
+    for digits in 3..7 {
+        let differ = reached != limit_text && number(&reached) != number(&limit_text);
+        if differ || value == limit {
+            break;
+        }
+        reached = brief(value, digits);
+    }
+    (reached, limit_text)
+}
+
+fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
+    let [width_px, height_px] = calibration.image_size;
+    let limits = Limits::of(ImageSize { width_px, height_px }, lens.f_px[0]);
+    let sd = lens.sigma;
+    let estimate = ResultRow::estimate;
+    let mut rows = vec![
+        estimate(name::PP_X, lens.pp_px[0], sd.map(|sd| sd.pp_px[0]), limits.pp_sd_px),
+        estimate(name::PP_Y, lens.pp_px[1], sd.map(|sd| sd.pp_px[1]), limits.pp_sd_px),
+    ];
+    let f_sd_px = |axis: usize| sd.map(|sd| sd.f_px[axis]);
+    if lens.focal_varies() {
+        // Each view has its own.
+    } else if lens.square_pixels() {
+        rows.push(estimate(name::F, lens.f_px[0], f_sd_px(0), limits.f_sd_px));
+    } else {
+        rows.push(estimate(name::FX, lens.f_px[0], f_sd_px(0), limits.f_sd_px));
+        rows.push(estimate(name::FY, lens.f_px[1], f_sd_px(1), limits.f_sd_px));
+    }
+    if let Some(angles) = calibration.field_of_view_deg() {
+        rows.push(ResultRow {
+            name: name::FIELD,
+            result: words::field_of_view(angles),
+            uncertainty: String::new(),
+            limit: String::new(),
+            met: None,
+        });
+    }
+    if let Some(map) = &calibration.projection_sd_px {
+        let (mean_px, limit_px) =
+            (COVERAGE_FACTOR * map.mean, COVERAGE_FACTOR * limits.projection_sd_px);
+        let row = ResultRow::at_most(name::PROJECTION, mean_px, limit_px, "px");
+        let uncertainty = format!("± {}", row.result);
+        rows.push(ResultRow { result: String::new(), uncertainty, ..row });
+    }
+    if let Some((distance_px, agrees)) = independent_check(calibration, lens) {
+        rows.push(ResultRow {
+            name: name::CHECK,
+            result: format!("{} px", plain(distance_px, 2)),
+            uncertainty: String::new(),
+            limit: words::at_most(words::CHECK_LIMIT),
+            met: Some(agrees),
+        });
+    }
+    if let Some(noise_px) = lens.noise_px {
+        rows.push(ResultRow::at_most(name::NOISE, noise_px, limits.noise_px, "px"));
+    }
+    if let Some(share) = calibration.coverage {
+        // Rounded down: what is below the limit must not look as if it reached it.
+        let percent = (1000.0 * share).floor() / 10.0;
+        rows.push(ResultRow {
+            name: name::COVERAGE,
+            result: format!("<data value=\"{}\">{}</data> %", 100.0 * share, text(percent, 1)),
+            uncertainty: String::new(),
+            limit: words::at_least(&format!("{} %", text(100.0 * limits.coverage, 0))),
+            met: Some(share >= limits.coverage),
+        });
+    }
+    let used = calibration.used().count();
+    let few = calibration.findings.iter().any(|finding| finding.code == "VIEWS-FEW");
+    rows.push(ResultRow {
+        name: name::VIEWS,
+        result: used.to_string(),
+        uncertainty: String::new(),
+        limit: words::at_least(&limits.views.to_string()),
+        met: Some(used >= limits.views && !few),
+    });
+    if let Some(judged) = &calibration.acceptance {
+        let (bound, limit) = match judged.bound {
+            Some(bound) => beside(bound, judged.limit),
+            None => (String::new(), brief(judged.limit, 2)),
+        };
+        rows.push(ResultRow {
+            name: name::GOAL,
+            result: escaped(&judged.goal),
+            uncertainty: format!("± {bound} {}", escaped(&judged.unit)),
+            limit: words::at_most(&format!("{limit} {}", escaped(&judged.unit))),
+            met: Some(judged.met),
+        });
+    }
+    let rows: String = rows.iter().map(ResultRow::html).collect();
+    let columns = ["", name::RESULT, name::UNCERTAINTY, name::LIMIT, name::MET];
+    let head: String =
+        columns.iter().map(|name| format!("<th scope=\"col\">{name}</th>")).collect();
+    format!(
+        "<table class=\"results\"><thead><tr>{head}</tr></thead><tbody>\n{rows}</tbody></table>\n"
+    )
+}
+
+/// Distance of the result from the principal point of the free homographies, and whether the two agree.
+fn independent_check(calibration: &CalibrationFile, lens: &LensEntry) -> Option<(f64, bool)> {
+    let free = calibration.principal_point.as_ref()?.free_homography?;
+    if lens.focal_varies() {
+        return None;
+    }
+    let distance_px = (free.px[0] - lens.pp_px[0]).hypot(free.px[1] - lens.pp_px[1]);
+    let disagrees = calibration.findings.iter().any(|finding| finding.code == "CHECK-DISAGREES");
+    Some((distance_px, !disagrees))
+}
+
+/// Camera matrix and distortion, for OpenCV in Python.
+fn to_paste(lens: &LensEntry) -> String {
+    if lens.focal_varies() {
+        return String::new();
+    }
+    let ([fx, fy], [cx, cy]) = (lens.f_px, lens.pp_px);
+    let d = lens.distortion;
+    let (d, fisheye) = match d {
+        DistortionEntry { fisheye: true, k1, k2, k3, k4, .. } => {
+            (vec![k1, k2, k3, k4], "   # cv2.fisheye")
+        }
+        DistortionEntry { k4: 0.0, k5: 0.0, k6: 0.0, .. } => {
+            (vec![d.k1, d.k2, d.p1, d.p2, d.k3], "")
+        }
+        _ => (vec![d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6], ""),
+    };
+    let d = d.iter().map(|value| format!("{value:.9}")).collect::<Vec<_>>().join(", ");
+    format!(
+        "<p><b>{}</b></p>\n<pre>K = [[{fx:.5}, 0, {cx:.5}],\n     [0, {fy:.5}, {cy:.5}],\n     [0, 0, 1]]\nD = [{d}]{fisheye}</pre>\n",
+        name::PASTE
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_beyond_its_limit_never_looks_like_it() {
+        assert_eq!(beside(0.3004, 0.3), ("0.3004".into(), "0.30".into()));
+        assert_eq!(beside(0.12, 0.3), ("0.12".into(), "0.30".into()));
+        assert_eq!(beside(0.3, 0.3), ("0.30".into(), "0.30".into()));
+    }
+
+    #[test]
+    fn any_number_stays_inside_a_css_string() {
+        assert_eq!(css_string("A1-2"), "A1\\2d 2");
+        let hostile = css_string("\"}</style><script>");
+        assert!(!hostile.contains(['"', '<', '>', '}', '/']), "{hostile}");
+    }
+}

@@ -1,0 +1,73 @@
+//! How uncertain the image of a ray is, over the picture: shades with their numbers.
+
+use nalgebra::Point2;
+
+use super::{
+    number::{brief, brief_data},
+    section::{figure, missing},
+};
+use crate::{
+    chart::{Canvas, Stroke},
+    text::report::{self as words, Section},
+};
+use boresight_formats::CalibrationFile;
+use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize};
+
+/// From the surest to the least certain.
+const SHADES: [&str; 7] =
+    ["#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c"];
+/// Shades on which dark numbers cannot be read.
+const DARK: usize = 5;
+
+/// The map.
+pub(super) fn drawing(calibration: &CalibrationFile) -> String {
+    let Some(projection) = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
+    else {
+        return figure(Section::Projection, &missing(words::TOO_FEW), "");
+    };
+    let [width_px, height_px] = calibration.image_size;
+    let size = ImageSize { width_px: width_px.max(1), height_px: height_px.max(1) };
+    let mut canvas = Canvas::large_picture(calibration.size_px(), Section::Projection.heading());
+    let least = projection.grid.iter().map(|[_, _, sd]| *sd).fold(f64::INFINITY, f64::min);
+    let mut hatched = false;
+    for (centre, corners) in cells(size) {
+        let known = projection
+            .grid
+            .iter()
+            .find(|[x, y, _]| (Point2::new(*x, *y) - centre).norm() < 0.25)
+            .map(|[_, _, sd]| *sd);
+        let Some(sd_px) = known else {
+            hatched = true;
+            canvas.hatch(&corners);
+            continue;
+        };
+        // Equal steps of the logarithm: uncertainty grows by factors towards the corners.
+        let share = if projection.max > least && least > 0.0 {
+            (sd_px / least).ln() / (projection.max / least).ln()
+        } else {
+            0.0
+        };
+        // From 0 to the last shade.
+        let shade = (share.clamp(0.0, 1.0) * (SHADES.len() - 1) as f64).round() as usize;
+        canvas.area(&corners, SHADES[shade], Stroke::thin("#fff"));
+        let ink = if shade >= DARK { "#fff" } else { "#111" };
+        canvas.number(centre, ink, brief(sd_px, 2).trim_start_matches('0'));
+    }
+    let [mean_px, max_px] = [projection.mean, projection.max].map(|sd_px| brief_data(sd_px, 2));
+    let note = words::projection_note(&mean_px, &max_px, hatched);
+    figure(Section::Projection, &canvas.svg(), &note)
+}
+
+/// Centre and corners of every cell of the grid, row by row.
+pub(super) fn cells(size: ImageSize) -> impl Iterator<Item = (Point2<f64>, [Point2<f64>; 4])> {
+    let along =
+        |at: u32, cells: u32, size: u32| f64::from(at) / f64::from(cells) * f64::from(size) - 0.5;
+    let x = move |at: u32| along(at, GRID_COLUMNS, size.width_px);
+    let y = move |at: u32| along(at, GRID_ROWS, size.height_px);
+    let corners = (0..GRID_ROWS).flat_map(move |row| {
+        (0..GRID_COLUMNS).map(move |column| {
+            [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| Point2::new(x(column + i), y(row + j)))
+        })
+    });
+    cell_centres_px(size).zip(corners)
+}

@@ -1,0 +1,236 @@
+use super::{
+    Page, Paper,
+    footer::{FOOTER_GAP_MM, footer_height_mm, ruler_mm},
+};
+
+use boresight_geometry::{
+    board_code::{Edge, FAR},
+    markers::{InvalidMarkers, Markers},
+};
+
+/// How large the squares shall be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Square {
+    /// This large.
+    Exactly {
+        /// Side of a square.
+        mm: f64,
+    },
+    /// As large as fits with white around the board that is a square wide.
+    Largest,
+}
+
+/// Where the board goes on a page.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Inner corners in a row.
+    pub columns: u16,
+    /// Inner corners in a column.
+    pub rows: u16,
+    /// Side of a square. On a screen a whole number of its pixels.
+    pub square_mm: f64,
+    /// Markers in the light squares; none on a plain board.
+    pub markers: Option<Markers>,
+    /// Left edge of the board.
+    pub left_mm: f64,
+    /// Upper edge of the board.
+    pub top_mm: f64,
+    /// The page, turned as fits best.
+    pub page: Page,
+    /// Length of the ruler: 100 mm if the page is wide enough.
+    pub ruler_mm: f64,
+}
+
+/// Why a board cannot be put on a page.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DoesNotFit {
+    /// The board is larger than the page.
+    #[error("{columns}x{rows} inner corners do not fit")]
+    TooLarge {
+        /// Inner corners in a row.
+        columns: u16,
+        /// Inner corners in a column.
+        rows: u16,
+        /// The largest squares that fit, if any do.
+        largest_mm: Option<f64>,
+        /// The smallest paper that holds what was asked for.
+        paper: Option<Paper>,
+    },
+    /// Squares that no camera makes out: less than a millimetre or, on a screen, eight pixels.
+    #[error("squares of {square_mm} mm are too small")]
+    TooSmall {
+        /// What was asked for.
+        square_mm: f64,
+        /// The smallest.
+        least_mm: f64,
+    },
+}
+
+/// Places a board of `columns` × `rows` inner corners on that of `pages` which leaves most white around it.
+///
+/// # Errors
+///
+/// [`DoesNotFit`].
+pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<Plan, DoesNotFit> {
+    let squares = Squares { columns, rows };
+    let least_mm = pages.iter().map(least_mm).fold(f64::INFINITY, f64::min);
+    if let Square::Exactly { mm } = square
+        && mm < 0.999 * least_mm
+    {
+        return Err(DoesNotFit::TooSmall { square_mm: mm, least_mm });
+    }
+    let plans = pages.iter().filter_map(|page| {
+        let square_mm = match square {
+            Square::Exactly { mm } => on_pixels(page, mm, f64::round),
+            Square::Largest => squares.largest_mm(page, White::ASquare)?,
+        };
+        squares.place(page, square_mm)
+    });
+    let best = plans.max_by(|a, b| {
+        let rank = |plan: &Plan| (plan.square_mm, plan.white_mm());
+        // The first of equals, landscape, wins.
+        rank(a)
+            .partial_cmp(&rank(b))
+            .unwrap_or(std::cmp::Ordering::Equal)
+            .then(std::cmp::Ordering::Greater)
+    });
+    best.ok_or_else(|| {
+        let largest = pages.iter().filter_map(|page| squares.largest_mm(page, White::Margin));
+        let holds = |paper: &Paper| match square {
+            Square::Exactly { mm } => {
+                paper.pages().iter().any(|page| squares.place(page, mm).is_some())
+            }
+            Square::Largest => {
+                paper.pages().iter().any(|page| squares.largest_mm(page, White::ASquare).is_some())
+            }
+        };
+        DoesNotFit::TooLarge {
+            columns,
+            rows,
+            largest_mm: largest.max_by(f64::total_cmp),
+            paper: Paper::ALL.into_iter().find(holds),
+        }
+    })
+}
+
+impl Plan {
+    /// The same squares with `markers` in the light ones.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidMarkers`] if the board can't have them.
+    pub fn with_markers(mut self, markers: Markers) -> Result<Self, InvalidMarkers> {
+        markers.check([self.columns, self.rows])?;
+        self.markers = Some(markers);
+        Ok(self)
+    }
+
+    /// Name of a file with the board, without its extension: the numbers by which a program finds it.
+    pub fn file_stem(&self) -> String {
+        let Self { columns, rows, .. } = self;
+        let square_mm = (1000.0 * self.square_mm).round() / 1000.0;
+        match self.markers {
+            None => format!("checkerboard-{columns}x{rows}-{square_mm}mm"),
+            Some(Markers { dictionary, .. }) => {
+                format!("charuco-{}x{}-{square_mm}mm-{dictionary}", columns + 1, rows + 1)
+            }
+        }
+    }
+
+    /// Width of the whole board.
+    pub fn board_width_mm(&self) -> f64 {
+        f64::from(self.columns + 1) * self.square_mm
+    }
+
+    /// Height of the whole board.
+    pub fn board_height_mm(&self) -> f64 {
+        f64::from(self.rows + 1) * self.square_mm
+    }
+
+    /// Edges of the board whose margins have room for a code: the long ones before the short ones, at most two.
+    pub fn edges_with_room(&self) -> Vec<Edge> {
+        let needed_mm = FAR * self.square_mm + self.page.margin_mm;
+        let pairs =
+            [(Edge::Top, Edge::Bottom, self.top_mm), (Edge::Left, Edge::Right, self.left_mm)];
+        let [upright, level] = pairs;
+        let in_order = if self.columns >= self.rows { [upright, level] } else { [level, upright] };
+        let with_room = in_order.into_iter().find(|(_, _, white_mm)| *white_mm >= needed_mm);
+        with_room.map_or_else(Vec::new, |(one, other, _)| vec![one, other])
+    }
+
+    /// Width of the white around the board where it is narrowest.
+    pub fn white_mm(&self) -> f64 {
+        self.left_mm.min(self.top_mm)
+    }
+}
+
+/// White that the board needs on each side.
+#[derive(Clone, Copy)]
+enum White {
+    ASquare,
+    /// What printers leave white anyway.
+    Margin,
+}
+
+#[derive(Clone, Copy)]
+struct Squares {
+    columns: u16,
+    rows: u16,
+}
+
+impl Squares {
+    fn largest_mm(self, page: &Page, white: White) -> Option<f64> {
+        let (width_mm, height_mm) = room_mm(page)?;
+        let side = |room_mm: f64, corners: u16| {
+            let squares = f64::from(corners + 1);
+            let within_margins = (room_mm - 2.0 * page.margin_mm) / squares;
+            match white {
+                White::ASquare => within_margins.min(room_mm / (squares + 2.0)),
+                White::Margin => within_margins,
+            }
+        };
+        let most_mm = side(width_mm, self.columns).min(side(height_mm, self.rows));
+        let round_mm = match page.pixels {
+            Some(_) => on_pixels(page, most_mm, f64::floor),
+            // Rounding must not lose the square that fits exactly.
+            None if most_mm < 5.0 => (2.0 * most_mm + 1e-9).floor() / 2.0,
+            None => (most_mm + 1e-9).floor(),
+        };
+        (round_mm > 0.999 * least_mm(page)).then_some(round_mm)
+    }
+
+    /// In the middle of the page. `None` if there is less white than the margins.
+    fn place(self, page: &Page, square_mm: f64) -> Option<Plan> {
+        let (width_mm, height_mm) = room_mm(page)?;
+        let start = |room_mm: f64, corners: u16| {
+            let start_mm = (room_mm - f64::from(corners + 1) * square_mm) / 2.0;
+            (start_mm > page.margin_mm - 1e-6).then(|| on_pixels(page, start_mm, f64::floor))
+        };
+        Some(Plan {
+            columns: self.columns,
+            rows: self.rows,
+            square_mm,
+            markers: None,
+            left_mm: start(width_mm, self.columns)?,
+            top_mm: start(height_mm, self.rows)?,
+            page: *page,
+            ruler_mm: ruler_mm(page)?,
+        })
+    }
+}
+
+fn least_mm(page: &Page) -> f64 {
+    page.pixels.map_or(1.0, |pixels| 8.0 / pixels.per_mm())
+}
+
+/// Width and height above ruler and words. `None` if not even a short ruler fits.
+fn room_mm(page: &Page) -> Option<(f64, f64)> {
+    ruler_mm(page)?;
+    let below_mm = footer_height_mm(page) + FOOTER_GAP_MM + page.margin_mm;
+    Some((page.width_mm, page.height_mm - below_mm))
+}
+
+/// A length in whole pixels, if the page has any.
+fn on_pixels(page: &Page, mm: f64, whole: fn(f64) -> f64) -> f64 {
+    page.pixels.map_or(mm, |pixels| whole(mm * pixels.per_mm() + 1e-9) / pixels.per_mm())
+}

@@ -1,0 +1,229 @@
+use super::{
+    Plan,
+    footer::{
+        LEADING, LETTER_WIDTH, LINES, TICK_MM, beside, edge_mm, footer_height_mm, ruler_gap_mm,
+        ruler_height_mm,
+    },
+};
+
+use boresight_geometry::{
+    board_code::{BoardCode, bars},
+    markers::{Layout, Markers},
+};
+
+const STROKE_MM: f64 = 0.2;
+
+/// A page with everything that is on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheet {
+    /// What it is, in one line.
+    pub title: String,
+    /// Width of the page.
+    pub width_mm: f64,
+    /// Height of the page.
+    pub height_mm: f64,
+    /// The dark squares, row by row.
+    pub squares: Vec<Rectangle>,
+    /// The black cells of markers, in rows and in columns: each is covered twice, so that no seam shows between them.
+    pub markers: Vec<Rectangle>,
+    /// The bars of the code in the margin.
+    pub code: Vec<Rectangle>,
+    /// The ruler: its line, then its ticks from left to right, each centred on its place.
+    pub ruler: Vec<Rectangle>,
+    /// All words.
+    pub words: Vec<Words>,
+}
+
+/// A black rectangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Left edge.
+    pub left_mm: f64,
+    /// Upper edge.
+    pub top_mm: f64,
+    /// Width.
+    pub width_mm: f64,
+    /// Height.
+    pub height_mm: f64,
+}
+
+/// Words on one line. Plain ASCII, so that every font has them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Words {
+    /// The words.
+    pub text: String,
+    /// Where they begin; with `centred`, their middle.
+    pub x_mm: f64,
+    /// The line that the letters stand on.
+    pub baseline_mm: f64,
+    /// Size of the type.
+    pub size_mm: f64,
+    /// In bold type.
+    pub bold: bool,
+    /// Around `x_mm`; for numbers only.
+    pub centred: bool,
+}
+
+/// Draws a plan with `lines` of words beside its ruler. What is not ASCII in them becomes a question mark.
+pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
+    let page = &plan.page;
+    let edge_mm = edge_mm(page);
+    let top_mm = page.height_mm - page.margin_mm - footer_height_mm(page);
+    let mut words = ruler_words(plan, edge_mm, top_mm);
+    let (x_mm, first_mm) = if beside(page) {
+        (edge_mm + plan.ruler_mm + ruler_gap_mm(page), top_mm)
+    } else {
+        (edge_mm, top_mm + ruler_height_mm(page))
+    };
+    let room_mm = page.width_mm - edge_mm - x_mm;
+    for (i, line) in lines.iter().enumerate() {
+        let text: String = line.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
+        let fits_mm = room_mm / (text.len().max(1) as f64 * LETTER_WIDTH);
+        words.push(Words {
+            text,
+            x_mm,
+            // Lines keep their distance, whatever their size.
+            baseline_mm: first_mm + page.text_mm * (1.0 + LEADING * i as f64),
+            size_mm: page.text_mm.min(fits_mm),
+            bold: i == 0,
+            centred: false,
+        });
+    }
+    Sheet {
+        title: lines[0].clone(),
+        width_mm: page.width_mm,
+        height_mm: page.height_mm,
+        squares: squares(plan),
+        markers: plan.markers.map_or_else(Vec::new, |markers| marker_cells(plan, markers)),
+        code: Vec::new(),
+        ruler: ruler(plan, edge_mm, top_mm),
+        words,
+    }
+}
+
+impl Sheet {
+    /// With `code` in the margins of `plan`'s board that have room for it; unchanged if none has.
+    #[must_use]
+    pub fn with_code(mut self, plan: &Plan, code: &BoardCode) -> Self {
+        let size = (usize::from(plan.columns), usize::from(plan.rows));
+        for edge in plan.edges_with_room() {
+            for [from, to] in bars(edge, size, &code.cells()) {
+                self.code.push(Rectangle {
+                    left_mm: plan.left_mm + from.0 * plan.square_mm,
+                    top_mm: plan.top_mm + from.1 * plan.square_mm,
+                    width_mm: (to.0 - from.0) * plan.square_mm,
+                    height_mm: (to.1 - from.1) * plan.square_mm,
+                });
+            }
+        }
+        self
+    }
+}
+
+/// The black cells of `markers` in the light squares, without those that the dictionary doesn't have.
+fn marker_cells(plan: &Plan, markers: Markers) -> Vec<Rectangle> {
+    let size = [usize::from(plan.columns) + 1, usize::from(plan.rows) + 1];
+    let side = markers.dictionary.side_cells() + 2;
+    let cell_mm = plan.square_mm * markers.side_squares / side as f64;
+    let gap = markers.gap_squares();
+    let squares = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
+    let mut cells = Vec::new();
+    for square in squares {
+        let Some(number) = Layout::Present.marker_at(square, size) else { continue };
+        let [left_mm, top_mm] = square.map(|place| (place as f64 + gap) * plan.square_mm);
+        let (left_mm, top_mm) = (plan.left_mm + left_mm, plan.top_mm + top_mm);
+        let is_black = |column: usize, row: usize| {
+            markers.dictionary.is_black(number, [column, row]) == Some(true)
+        };
+        let mut push = |[column, row]: [usize; 2], [across, down]: [usize; 2]| {
+            cells.push(Rectangle {
+                left_mm: left_mm + cell_mm * column as f64,
+                top_mm: top_mm + cell_mm * row as f64,
+                width_mm: cell_mm * across as f64,
+                height_mm: cell_mm * down as f64,
+            });
+        };
+        for line in 0..side {
+            for (from, count) in runs(side, |place| is_black(place, line)) {
+                push([from, line], [count, 1]);
+            }
+            for (from, count) in runs(side, |place| is_black(line, place)) {
+                push([line, from], [1, count]);
+            }
+        }
+    }
+    cells
+}
+
+/// The runs of places below `count` that are `black`: where each begins, and how long it is.
+fn runs(count: usize, black: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for place in (0..count).filter(|place| black(*place)) {
+        match runs.last_mut() {
+            Some((from, length)) if *from + *length == place => *length += 1,
+            _ => runs.push((place, 1)),
+        }
+    }
+    runs
+}
+
+/// The dark squares: that in the top-left corner is one.
+fn squares(plan: &Plan) -> Vec<Rectangle> {
+    let places =
+        (0..=plan.rows).flat_map(|row| (0..=plan.columns).map(move |column| (column, row)));
+    places
+        .filter(|(column, row)| (column + row) % 2 == 0)
+        .map(|(column, row)| Rectangle {
+            left_mm: plan.left_mm + f64::from(column) * plan.square_mm,
+            top_mm: plan.top_mm + f64::from(row) * plan.square_mm,
+            width_mm: plan.square_mm,
+            height_mm: plan.square_mm,
+        })
+        .collect()
+}
+
+fn ruler(plan: &Plan, left_mm: f64, top_mm: f64) -> Vec<Rectangle> {
+    let [_, _, longest_mm] = TICK_MM;
+    let line = Rectangle {
+        left_mm,
+        top_mm: top_mm + longest_mm - STROKE_MM,
+        width_mm: plan.ruler_mm,
+        height_mm: STROKE_MM,
+    };
+    // A ruler has at most 100 mm.
+    let ticks = (0..=plan.ruler_mm as u32).map(|mm| {
+        let [every, fifth, tenth] = TICK_MM;
+        let height_mm = match mm {
+            mm if mm % 10 == 0 => tenth,
+            mm if mm % 5 == 0 => fifth,
+            _ => every,
+        };
+        Rectangle {
+            left_mm: left_mm + f64::from(mm) - STROKE_MM / 2.0,
+            top_mm: top_mm + longest_mm - height_mm,
+            width_mm: STROKE_MM,
+            height_mm,
+        }
+    });
+    std::iter::once(line).chain(ticks).collect()
+}
+
+fn ruler_words(plan: &Plan, left_mm: f64, top_mm: f64) -> Vec<Words> {
+    let size_mm = plan.page.text_mm;
+    let baseline_mm = top_mm + TICK_MM[2] + 1.05 * size_mm;
+    let words = |text: String, at_mm: f64, centred| Words {
+        text,
+        x_mm: left_mm + at_mm,
+        baseline_mm,
+        size_mm,
+        bold: false,
+        centred,
+    };
+    // Numbers at every centimetre where there is room for them.
+    let step = if 3.0 * size_mm * LETTER_WIDTH < 8.0 { 10 } else { 50 };
+    let ends_mm = plan.ruler_mm as u32;
+    let numbers = (0..=ends_mm).filter(|mm| mm % step == 0 || *mm == ends_mm);
+    let mut all: Vec<Words> = numbers.map(|mm| words(mm.to_string(), mm.into(), true)).collect();
+    all.push(words("mm".into(), plan.ruler_mm + 1.2 * size_mm, false));
+    all
+}

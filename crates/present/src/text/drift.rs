@@ -1,0 +1,189 @@
+//! What a check of an installed camera found, and what to do.
+
+use std::path::Path;
+
+use super::{apart, camera};
+use boresight_calibrate::{Drift, DriftVerdict, NoDrift, Verdict};
+use boresight_formats::import::OldCalibration;
+use boresight_geometry::device::{Control, Lock};
+
+/// Residuals with the old distortion over those with a new one, from which on they are worth a word.
+const LARGE_RATIO: f64 = 1.2;
+
+/// The verdict with its numbers, and the next action.
+pub fn drift(drift: &Drift) -> (String, &'static str) {
+    let (moved, limit) = apart(drift.displacement_px, drift.matters_px, 2);
+    if drift.lens_changed && drift.verdict == DriftVerdict::Recalibrate {
+        if drift.residual_ratio < LARGE_RATIO {
+            return (
+                format!(
+                    "RECALIBRATE: the distortion changed; it moves points by up to {moved} px, above your {limit} px limit"
+                ),
+                "Recalibrate. Look for a changed focus or zoom, or another lens.",
+            );
+        }
+        return (
+            format!(
+                "RECALIBRATE: the old distortion doesn't fit (residuals {:.1} times as large as with a new one)",
+                drift.residual_ratio
+            ),
+            "Is it the same lens, and is it clean? Recalibrate.",
+        );
+    }
+    match drift.verdict {
+        DriftVerdict::Ok => (
+            format!(
+                "OK: no change detected (smallest detectable: {:.1} px)",
+                drift
+                    .visible_pp_px
+                    .max(drift.visible_f_px)
+                    .max(drift.visible_lens_px.unwrap_or_default())
+            ),
+            "Keep the calibration.",
+        ),
+        DriftVerdict::Watch => (
+            format!("WATCH: shifted by up to {moved} px, below your {limit} px limit"),
+            "Keep the calibration and check again soon.",
+        ),
+        DriftVerdict::Recalibrate => (
+            format!("RECALIBRATE: shifted by up to {moved} px, above your {limit} px limit"),
+            "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom.",
+        ),
+    }
+}
+
+/// The measured changes: what, and how much.
+pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
+    let [f, x, y]: [f64; 3] = drift.change_px.into();
+    let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
+    let (moved_px, matters_px) = (drift.displacement_px, drift.matters_px);
+    let (pp_px, f_px) = (drift.visible_pp_px, drift.visible_f_px);
+    [
+        ("focal length", format!("changed by {f:+.2} ± {sd_f:.2} px")),
+        ("principal point", format!("changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
+        ("projection", format!("shifted by up to {moved_px:.2} px (limit {matters_px:.2} px)")),
+        ("smallest detectable change", {
+            let lens =
+                drift.visible_lens_px.map(|px| format!(", distortion {px:.1} px at the edge"));
+            let lens = lens.unwrap_or_default();
+            format!("principal point {pp_px:.1} px, focal length {f_px:.1} px{lens}")
+        }),
+    ]
+}
+
+/// The measured changes, one line each.
+pub fn drift_numbers(drift: &Drift) -> [String; 4] {
+    drift_lines(drift).map(|(what, how_much)| format!("{what:26}  {how_much}"))
+}
+
+/// What to do about a change that a session has found whose own result is good.
+pub const USE_THE_NEW_ONE: &str =
+    "Use the new calibration. Look for a loose lens or mount, or a changed focus or zoom.";
+
+/// Before what a comparison found.
+pub fn compared_with(old: &Path) -> String {
+    format!("Compared with {}:", old.display())
+}
+
+/// A comparison that was asked for could not be made.
+pub const NOT_COMPARED: &str = "The result couldn't be compared with the older calibration";
+
+/// The file names another camera, which may be the same one.
+pub fn maybe_other_camera(old: &str, new: &str) -> String {
+    format!(
+        "The older calibration is of {old:?}, this camera is {new:?}. The change is meaningful only if they're the same camera"
+    )
+}
+
+/// What makes the test weaker than it could be.
+pub fn drift_is_weak() -> &'static str {
+    "The old file states no uncertainty. Assumed a typical uncertainty, so small changes can't be detected. A calibration.json from boresight makes the check more sensitive"
+}
+
+/// Why there is no verdict, and what to do.
+pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
+    match *reason {
+        NoDrift::OtherSize { new, old } => (
+            format!(
+                "NO VERDICT: the pictures are {}x{}, the calibration is for {}x{}",
+                new.width_px, new.height_px, old.width_px, old.height_px
+            ),
+            "Set the camera to the mode it was calibrated in. Other modes may crop or scale the picture.",
+        ),
+        NoDrift::FewViews { usable, outside: 0 } => {
+            (format!("Not finished: {usable} of 4 views"), "Follow the outline once more.")
+        }
+        NoDrift::FewViews { usable, outside } => (
+            format!(
+                "Not finished: {usable} of 4 views; {outside} more lie outside the part of the picture that the old calibration covers"
+            ),
+            "Hold the board where it was for the old calibration, or recalibrate.",
+        ),
+        NoDrift::Undetermined => (
+            "NO VERDICT: the views aren't enough to measure focal length and principal point"
+                .into(),
+            "Tip the board by 30 to 50°, in opposed pairs.",
+        ),
+    }
+}
+
+/// Why another camera gets no verdict, and what to do.
+pub fn other_camera(old: &str, new: &str) -> (String, &'static str) {
+    (
+        format!("NO VERDICT: the calibration is of {old:?}, this camera is {new:?}"),
+        "If it's the same camera under a different name, add --same-camera.",
+    )
+}
+
+/// Why a calibration with a focal length for every view gets no verdict, and what to do.
+pub fn focal_varied() -> (String, &'static str) {
+    (
+        "NO VERDICT: the old calibration has a separate focal length for each view".into(),
+        "Lock focus and zoom and recalibrate. Then you can check it.",
+    )
+}
+
+/// What a person should know of an old calibration before it is compared with anything.
+pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if old.verdict == Some(Verdict::Untrustworthy) {
+        doubts.push("The old calibration is NOT TRUSTWORTHY; its findings say why".into());
+    }
+    if old.camera_count > 1 {
+        doubts.push(format!("The file has {} cameras; the first is used", old.camera_count));
+    }
+    if old.outlines.is_empty() {
+        doubts.push(
+            "The old file doesn't say where its boards were. Hold the board where it was then; elsewhere a change can't be detected"
+                .into(),
+        );
+    }
+    doubts
+}
+
+/// What an export of such a calibration holds.
+pub fn focal_is_a_mean() -> &'static str {
+    "Each view has a separate focal length; the file gets the mean. views-csv lists them all"
+}
+
+/// That a control differs from when the old calibration was made; `None` if it doesn't.
+pub fn lock_differs(control: Control, was: i64, is: Lock) -> Option<String> {
+    if is == (Lock::Locked { value: was }) {
+        return None;
+    }
+    let (name, is) = (camera::control(control), camera::lock(is));
+    Some(format!("The {name} was locked at {was} when the camera was calibrated, now it's {is}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_control_that_differs_is_reported() {
+        assert_eq!(lock_differs(Control::Focus, 30, Lock::Locked { value: 30 }), None);
+        let said = lock_differs(Control::Focus, 30, Lock::Locked { value: 0 });
+        assert!(said.is_some_and(|said| said.contains("30") && said.contains("locked at 0")));
+        assert!(lock_differs(Control::Zoom, 100, Lock::Unknown).is_some());
+    }
+}

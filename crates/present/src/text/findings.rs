@@ -1,0 +1,363 @@
+//! Warnings about a result: what was found, and what to do.
+
+use super::{acceptance, apart};
+use boresight_calibrate::{
+    Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, Severity, Verdict, is_unfinished,
+};
+use boresight_formats::FindingWords;
+use boresight_guide::session::ViewSummary;
+
+/// The sentences of a calibration file.
+pub const FINDING_WORDS: FindingWords =
+    FindingWords { finding, not_calibrated, acceptance: acceptance::acceptance };
+
+/// The verdict on a calibration.
+pub fn verdict_on(calibration: &Calibration) -> &'static str {
+    let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
+    verdict(calibration.verdict, is_unfinished(bad.map(|finding| finding.code.code())))
+}
+
+/// What a verdict means; `unfinished` if more views would put right what is bad.
+pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
+    match verdict {
+        Verdict::Untrustworthy if unfinished => "UNFINISHED: take more views",
+        Verdict::Good => "GOOD: all checks passed",
+        Verdict::Care => "USE WITH CARE: see the warnings below",
+        Verdict::Untrustworthy => "NOT TRUSTWORTHY: don't use this calibration",
+    }
+}
+
+/// Whether a source of that name is the simulated camera.
+pub fn is_simulated(source: &str) -> bool {
+    source == "sim" || source.starts_with("sim:")
+}
+
+/// `verdict` on what `source` delivered; marked if the camera was simulated.
+pub fn of_source(source: &str, verdict: &str) -> String {
+    if is_simulated(source) { format!("SIMULATED: {verdict}") } else { verdict.to_owned() }
+}
+
+/// One finding: what was found, and what to do about it. Views are called by their place in the calibration,
+/// from 1, as in its file and report.
+pub fn finding(finding: &Finding) -> (String, &'static str) {
+    finding_of_views(finding, &|place| place + 1)
+}
+
+/// Like [`finding`] in a session, where views are called by their numbers: `views` are those of the calibration.
+pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, &'static str) {
+    let called =
+        |place: usize| views.get(place).map_or(place + 1, |view| view.number.0 as usize + 1);
+    finding_of_views(finding, &called)
+}
+
+fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
+    match finding.code {
+        FindingCode::FewViews { distinct, wanted } => (
+            format!("Not enough views: {distinct} of at least {wanted}"),
+            "Take more views, tipped in different directions.",
+        ),
+        FindingCode::ViewsAlike { views, distinct } => (
+            format!("Only {distinct} of {views} views differ"),
+            "Move and tip the board between views. Copies of a view add nothing.",
+        ),
+        FindingCode::TiltLow { tilted_views, wanted_views, max_tilt_rad, wanted_tilt_rad } => (
+            format!(
+                "Too few tipped views: {tilted_views} of at least {wanted_views} with {:.0}° or more (steepest: {:.0}°)",
+                wanted_tilt_rad.to_degrees(),
+                max_tilt_rad.to_degrees()
+            ),
+            "Tip the board by 30 to 50°: left, right, top and bottom edge away in turn.",
+        ),
+        FindingCode::DirectionsFew { spread, wanted } => (
+            {
+                let (spread, wanted) = apart(spread, wanted, 2);
+                format!(
+                    "The board was always tipped about the same axis (spread {spread}, at least {wanted})"
+                )
+            },
+            "Tip it in other directions too, 90° apart.",
+        ),
+        FindingCode::CoverageLow { share, wanted } => (
+            {
+                let (share, least) = apart(100.0 * share, 100.0 * wanted, 0);
+                format!("The board covered {share} % of the picture (at least {least} %)")
+            },
+            "Hold the board closer, and reach into the corners of the picture.",
+        ),
+        FindingCode::PriorUsed { focal_length } => (
+            if focal_length {
+                "Too few views to measure the focal length and lens. Typical values were used instead".into()
+            } else {
+                "Too few views to measure the lens. Typical values were used instead".into()
+            },
+            "Take more tipped views.",
+        ),
+        FindingCode::LensSimple { model, statistic, limit } => (
+            format!(
+                "The simple lens model {:?} doesn't fit this lens (χ² {statistic:.1}, limit {limit:.1})",
+                model.code()
+            ),
+            "Take more views that fill the picture. Check that the board is flat.",
+        ),
+        FindingCode::LensFolds { unmapped, of } => (
+            format!(
+                "The lens model doesn't cover the whole picture: {unmapped} of {of} places are missing"
+            ),
+            "Take views that reach into the corners of the picture.",
+        ),
+        FindingCode::CheckDisagrees { distance_px, sigmas, limit } => (
+            format!(
+                "The independent check disagrees: its principal point is {distance_px:.1} px away ({sigmas:.1} sd, limit {limit:.1})"
+            ),
+            "Check that the board is flat and that focus and zoom are locked. Then take the views again.",
+        ),
+        FindingCode::LensContradicts { statistic, limit } => (
+            format!(
+                "The lens isn't the one of the earlier calibration (χ² {statistic:.0}, limit {limit:.0}), so it isn't held to it"
+            ),
+            "If focus or zoom was touched, calibrate without --hold.",
+        ),
+        FindingCode::CheckMissing => (
+            "No independent check of the principal point".into(),
+            "Take more tipped views in different directions.",
+        ),
+        FindingCode::ViewsDisagree { ratio, limit } => (
+            format!(
+                "Leaving out one view moves the principal point {ratio:.1} times as far as expected (limit {limit:.1})"
+            ),
+            "Check the view with the largest residual and retake it.",
+        ),
+        FindingCode::ViewOdd { view, rms_px, typical_px } => (
+            format!("View {} fits badly: {rms_px:.2} px (others {typical_px:.2} px)", called(view)),
+            "Remove or retake it.",
+        ),
+        FindingCode::PlOutlier { view, distance_px, sigmas } => (
+            format!(
+                "The principal line of view {} misses the others' meeting point by {:.1} px ({sigmas:.1} sd)",
+                called(view),
+                distance_px.abs()
+            ),
+            "Retake that pose and remove this view. Check that the board is flat.",
+        ),
+        FindingCode::FocusMoved { relative_sd, motion, .. } => (
+            match motion {
+                FocusMotion::Scattered => format!(
+                    "The focus or zoom moved: the focal length varies by {:.2} % (sd) between views",
+                    100.0 * relative_sd
+                ),
+                FocusMotion::Drift { change } => format!(
+                    "The focus drifted: the focal length changed by {:+.2} % from the first view to the last",
+                    100.0 * change
+                ),
+                FocusMotion::Jump { view, change } => format!(
+                    "The focus or zoom moved before view {}: the focal length changed by {:+.2} %",
+                    called(view),
+                    100.0 * change
+                ),
+            },
+            "The principal point is still usable. For one focal length, lock focus and zoom and start over.",
+        ),
+        FindingCode::FocalVaries { f_px, scatter_px } => (
+            format!(
+                "Each view has a separate focal length, as requested: {f_px:.1} px on average, {scatter_px:.1} px sd between views"
+            ),
+            "Use the principal point with each view's focal length.",
+        ),
+        FindingCode::ViewsMixed { odd_views, view, f_ratio, shift_px, .. } => (
+            format!(
+                "{odd_views} views (first: view {}) come from a different camera, mode or size: focal length × {f_ratio:.3}, principal point {shift_px:.1} px away",
+                called(view)
+            ),
+            "Calibrate each camera, mode and orientation separately. Switch off automatic rotation, zoom and framing.",
+        ),
+        FindingCode::PixelsNotSquare { aspect, .. } => (
+            format!(
+                "The pixels aren't square: fy is {aspect:.4} times fx. The result allows for it"
+            ),
+            "If the camera doesn't stretch its pictures, the board may be stretched instead: these views hardly tell the two apart. Measure the board in both directions.",
+        ),
+        FindingCode::BoardStretched { aspect, .. } => (
+            format!(
+                "The board's squares aren't square: height to width {aspect:.4}. The result allows for it"
+            ),
+            "Measure five squares in both directions. Print without \"fit to page\". If the squares are square, the camera stretches its pictures.",
+        ),
+        FindingCode::BoardBent { depth_m, .. } => (
+            format!(
+                "The board isn't flat: it bends by {:.2} mm. The result allows for it",
+                1000.0 * depth_m
+            ),
+            "Mount it on glass, aluminium or thick board. Then take the views again.",
+        ),
+        FindingCode::RollingShutter { shear_px, .. } => (
+            format!(
+                "Something moved while the pictures were read out: each view is sheared differently, by {shear_px:.1} px from top to bottom"
+            ),
+            "Rest the board and the camera before each view. Use more light and a shorter exposure.",
+        ),
+        FindingCode::ViewTorn { view, row_px, shift_px, views, .. } => (
+            format!(
+                "View {} is torn: below row {row_px:.0} it shows another moment, {shift_px:.1} px away{}",
+                called(view),
+                if views > 1 { format!(" ({views} such views)") } else { String::new() }
+            ),
+            "Remove it and take that pose again. If it happens again, use another cable, port or picture mode.",
+        ),
+        FindingCode::BoardFlexes { depth_m, .. } => (
+            format!(
+                "The board bends differently in each view, by about {:.2} mm",
+                1000.0 * depth_m
+            ),
+            "Mount it on glass, aluminium or thick board. Then take the views again.",
+        ),
+        FindingCode::PictureShifted { shift_px, .. } => (
+            format!("Each view is shifted differently in the picture, by about {shift_px:.1} px"),
+            "Switch off image stabilisation and automatic framing. Then start over.",
+        ),
+        FindingCode::PixelsSkewed { skew_rad, .. } => (
+            format!(
+                "Rows and columns of the picture miss a right angle by {:.2}°",
+                skew_rad.to_degrees()
+            ),
+            "Check whether the picture or the print is sheared, as by a scanner, a printer or software that corrects pictures.",
+        ),
+        FindingCode::PictureWarped { shift_px, .. } => (
+            format!(
+                "Something shifts the picture smoothly, by up to {shift_px:.1} px in a way no lens does"
+            ),
+            "Look for a window, dome or windscreen in front of the lens, or software that corrects the picture. Use the result only where the board was.",
+        ),
+        FindingCode::CauseUnclear { candidates, .. } => (
+            format!(
+                "The views disagree more than they should; the cause isn't clear ({})",
+                candidates.into_iter().flatten().collect::<Vec<_>>().join(", ")
+            ),
+            "Rule out the causes named one by one: lock focus and zoom, switch off stabilisation, fix the board to a flat plate, rest it before each view.",
+        ),
+        FindingCode::LensOther { .. } => (
+            "No available lens model fits this lens".into(),
+            "Use the result only where the board was. A fisheye or mirror lens needs a different model.",
+        ),
+        FindingCode::CornersOutside { view, views } => (
+            format!(
+                "{views} views (first: view {}) have corners outside the picture",
+                called(view)
+            ),
+            "Give the true --image-size. Don't mix pictures of different size or orientation.",
+        ),
+        FindingCode::CornerOdd { view, corner, off_px, times, count } => (
+            format!(
+                "Corner {} of view {} is off by {off_px:.1} px, {times:.0} times the typical error ({count} such corners)",
+                corner + 1,
+                called(view)
+            ),
+            "Check that view. Remove or retake it.",
+        ),
+        FindingCode::PrincipalPointFar { distance_px, share } => (
+            format!(
+                "The principal point is {distance_px:.0} px from the middle of the picture ({:.0} % of its width)",
+                100.0 * share
+            ),
+            "Check the picture size, and that the camera doesn't crop the picture. If that's by design, say so with --shifted-sensor.",
+        ),
+        FindingCode::HeldOut { view, rms_px, expected_px } => (
+            format!(
+                "The other views don't predict view {}: {rms_px:.2} px (expected {expected_px:.2} px)",
+                called(view)
+            ),
+            "Take more views, and check this one.",
+        ),
+        FindingCode::Mirrored { view } => (
+            format!("View {} is a mirror image", called(view)),
+            "Switch off mirroring in the camera or the driver.",
+        ),
+        FindingCode::NoiseHigh { noise_px, limit_px } => (
+            {
+                let (noise, most) = apart(noise_px, limit_px, 2);
+                format!("Corners are noisy: {noise} px (limit {most} px)")
+            },
+            "Focus the lens, hold still, add light, and use a flat board of the stated size.",
+        ),
+        FindingCode::NoiseCorrelated { share, length_px, noise_px, residual_px } => (
+            format!(
+                "Neighbouring corners share {:.0} % of their error, over about {length_px:.0} px. The true error is {noise_px:.2} px, though residuals show only {residual_px:.2} px. The stated uncertainty allows for it",
+                100.0 * share
+            ),
+            "Focus the lens, light the board evenly, and mount it flat.",
+        ),
+        FindingCode::NoiseUnderstated { noise_px, measured_px } => (
+            format!(
+                "The uncertainty is understated: residuals are {noise_px:.2} px, but corners scatter by {measured_px:.2} px while holding still"
+            ),
+            "Hold the board still until each view is taken. Take more views.",
+        ),
+        FindingCode::NoiseExceeded { noise_px, measured_px } => (
+            format!(
+                "Residuals are {noise_px:.2} px, but corners scatter by only {measured_px:.2} px while holding still: the rest is the same in every picture"
+            ),
+            "Check that the board is flat and its squares are equal. The stated uncertainty allows for it.",
+        ),
+        FindingCode::PrincipalPointUncertain { sd_px, wanted_px } => (
+            {
+                let (sd, most) = apart(sd_px, wanted_px, 1);
+                format!("The principal point is uncertain by {sd} px (limit {most} px)")
+            },
+            "Take more views that fill the picture, in opposed pairs.",
+        ),
+        FindingCode::FocalLengthUncertain { sd_px, wanted_px } => (
+            {
+                let (sd, most) = apart(sd_px, wanted_px, 1);
+                format!("The focal length is uncertain by {sd} px (limit {most} px)")
+            },
+            "Take more views, tipped by 40 to 50°.",
+        ),
+        FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px, max_wanted_px } => (
+            {
+                let (mean, most) = apart(mean_px, wanted_px, 2);
+                let (worst, worst_most) = apart(max_px, max_wanted_px, 2);
+                format!(
+                    "Projection is uncertain by {mean} px on average (limit {most} px) and {worst} px at worst (limit {worst_most} px)"
+                )
+            },
+            "Take more views that fill the picture.",
+        ),
+        FindingCode::NotConverged => (
+            "The solver didn't converge".into(),
+            "Check the views with large residuals. Take more views.",
+        ),
+    }
+}
+
+/// Why there is no calibration at all, and what to do.
+pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
+    match *reason {
+        NotCalibrated::NoViews => ("No view of the board".into(), "Show the whole board."),
+        NotCalibrated::NoModels => ("No lens model to try".into(), "Name one."),
+        NotCalibrated::NoPicture { width_px, height_px } => {
+            (format!("The picture is {width_px}x{height_px}"), "Give the true --image-size.")
+        }
+        NotCalibrated::CornerCount { view, got, want } => (
+            format!("View {} has {got} corners, the board has {want}", view + 1),
+            "Check --board: it counts inner corners, one fewer than squares in each direction.",
+        ),
+        NotCalibrated::CornerValue { view, corner } => (
+            format!("Corner {} of view {} is not a number", corner + 1, view + 1),
+            "Fix the corner table.",
+        ),
+        NotCalibrated::NoHomography { view } => (
+            format!("The corners of view {} aren't those of a flat board", view + 1),
+            "Check the order of the corners: row by row over the board.",
+        ),
+        NotCalibrated::NoGrid { view } => (
+            format!(
+                "The corners of view {} don't run row by row over a board of this size",
+                view + 1
+            ),
+            "Check --board (columns x rows of inner corners) and the order of the corners.",
+        ),
+        NotCalibrated::Undetermined { distinct } => (
+            format!("{distinct} different views aren't enough to measure the lens"),
+            "Tip the board by 30 to 50° in different directions.",
+        ),
+    }
+}

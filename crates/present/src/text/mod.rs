@@ -1,0 +1,390 @@
+//! Every sentence a person reads: data in, words out. Nothing is decided here.
+//!
+//! Directions are as seen in the picture. Each refusal names what was measured and what is wanted.
+
+pub mod acceptance;
+pub mod adjust;
+pub mod backend;
+pub mod camera;
+pub mod certificate;
+pub mod charts;
+mod controls;
+pub mod doctor;
+mod drift;
+pub mod explore;
+mod findings;
+mod gauge;
+mod numbers;
+pub mod phone;
+pub mod replay;
+pub mod report;
+pub mod result;
+mod run;
+pub mod session_news;
+pub mod settings;
+pub mod source;
+mod speech;
+pub mod start;
+mod target;
+mod trouble;
+pub mod window;
+
+pub use controls::{Act, Control};
+pub use drift::{
+    NOT_COMPARED, USE_THE_NEW_ONE, compared_with, doubts_of_old, drift, drift_is_weak, drift_lines,
+    drift_numbers, focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift,
+    other_camera,
+};
+pub use findings::{
+    FINDING_WORDS, finding, finding_in_session, is_simulated, not_calibrated, of_source, verdict,
+    verdict_on,
+};
+pub use run::{resuming, views_are_safe};
+pub use speech::{NO_VOICE, VOICE_TEST, spoken};
+pub use target::{
+    NO_ROOM_FOR_CODE, board_from_code, code_in_margin, does_not_fit, other_square, target_lines,
+    target_steps,
+};
+pub use trouble::{Trouble, troubles};
+
+use boresight_detect::{Miss, Side};
+use boresight_guide::{
+    guidance::{Progress, Refusal, Role},
+    session::{Across, Edge, Outcome, Prompt, Snapshot, Upright, ViewNumber},
+};
+
+/// What to do now: six words at most and no number, so that it's read from afar and at a glance.
+pub fn prompt(prompt: Prompt) -> String {
+    match prompt {
+        Prompt::Complete => "Done!".into(),
+        Prompt::Exhausted => "More views won't help".into(),
+        Prompt::Failed => "The session has stopped".into(),
+        Prompt::CameraLost => "Camera lost. Reconnecting…".into(),
+        Prompt::Frozen => "The picture is frozen".into(),
+        Prompt::LensMoved(control) => {
+            format!("{} changed. Set it back", camera::capital(camera::control(control)))
+        }
+        Prompt::Paused => "Paused".into(),
+        Prompt::SourceEnded => "End of recording".into(),
+        Prompt::Taken => "Got it!".into(),
+        Prompt::ShowBoard => "Show the whole board".into(),
+        Prompt::ShowWholeFirst => "Show the whole board first".into(),
+        Prompt::CutOff(Side::Left) => "Move right: the board's cut off".into(),
+        Prompt::CutOff(Side::Right) => "Move left: the board's cut off".into(),
+        Prompt::CutOff(Side::Top) => "Move down: the board's cut off".into(),
+        Prompt::CutOff(Side::Bottom) => "Move up: the board's cut off".into(),
+        Prompt::Uncover => "Something covers the board".into(),
+        Prompt::Glare => "Too much glare. Tilt the board".into(),
+        Prompt::OtherBoard { .. } => "This is a different board".into(),
+        Prompt::OtherMarkers => "This board has different markers".into(),
+        Prompt::OtherSquares => "This board has different columns and rows".into(),
+        Prompt::Closer => "Come closer".into(),
+        Prompt::Farther => "Step back a little".into(),
+        Prompt::Blurred => "Blurry. Hold still or refocus".into(),
+        Prompt::Dark => "Too dark. Add light".into(),
+        Prompt::Busy => "Busy background. Try a plain wall".into(),
+        Prompt::Tip(away) => format!("Tip the {} edge away", edge(away)),
+        Prompt::TipInstead(away) => format!("Wrong side: {} edge away", edge(away)),
+        Prompt::TurnTilt { clockwise: true } => "Turn the tilt clockwise".into(),
+        Prompt::TurnTilt { clockwise: false } => "Turn the tilt counterclockwise".into(),
+        Prompt::TipFurther(away) => format!("Tip the {} edge further", edge(away)),
+        Prompt::TipLess => "Tip it back a little".into(),
+        Prompt::TipMore => "Tip the board more".into(),
+        Prompt::Shift(across, upright) => {
+            let across = across.map(|across| match across {
+                Across::Left => "left",
+                Across::Right => "right",
+            });
+            let upright = upright.map(|upright| match upright {
+                Upright::Up => "up",
+                Upright::Down => "down",
+            });
+            let ways: Vec<&str> = across.into_iter().chain(upright).collect();
+            format!("Move {}", ways.join(" and "))
+        }
+        Prompt::ToTheMiddle => "Move the board to the middle".into(),
+        Prompt::OntoTheOutline => "Almost. Move onto the outline".into(),
+        Prompt::FollowTheOutline => "Follow the outline".into(),
+        Prompt::Clearer => "Tip it more, or come closer".into(),
+        Prompt::Contradicts => "Doesn't fit. Is the board flat?".into(),
+        Prompt::HoldStill => "Hold still".into(),
+        Prompt::SteadyTheBoard => "Rest your elbows on something".into(),
+        Prompt::CameraNotReady => "The camera isn't ready".into(),
+        Prompt::OtherSize => "The picture size has changed".into(),
+    }
+}
+
+/// Why a view wasn't taken, with the measured value and its limit.
+pub fn refusal(refusal: &Refusal) -> String {
+    match *refusal {
+        Refusal::NotFound => "No board found".into(),
+        Refusal::NoLine => "The board faces the camera. Tip it".into(),
+        Refusal::OutsideLens { outside, of } => format!(
+            "Move the board to the middle: {outside} of {of} corners are beyond the part of the lens measured so far"
+        ),
+        Refusal::TooFlat { tilt_rad, wanted_rad } => {
+            let (tilt, least) = apart(tilt_rad.to_degrees(), wanted_rad.to_degrees(), 0);
+            format!("Tip the board more: {tilt}° (at least {least}°)")
+        }
+        Refusal::TooSteep { tilt_rad, wanted_rad } => {
+            let (tilt, most) = apart(tilt_rad.to_degrees(), wanted_rad.to_degrees(), 0);
+            format!("Tip the board less: {tilt}° (at most {most}°)")
+        }
+        Refusal::Unclear { sigma_rad, wanted_rad } => {
+            let (sigma, most) = apart(sigma_rad.to_degrees(), wanted_rad.to_degrees(), 1);
+            format!(
+                "Tip it more, or come closer: its direction is uncertain by {sigma}° (limit {most}°)"
+            )
+        }
+        Refusal::TooFar { span_fraction, wanted } => {
+            let (board, least) = apart(100.0 * span_fraction, 100.0 * wanted, 0);
+            format!("Come closer: the board fills {board} % (at least {least} %)")
+        }
+        Refusal::AtTheEdge { margin_px, wanted_px } => {
+            let (margin, least) = apart(margin_px, wanted_px, 0);
+            format!("Step back: {margin} px from the edge of the picture (at least {least} px)")
+        }
+        Refusal::Blurred { blur_px, wanted_px } => {
+            let (blur, most) = apart(blur_px, wanted_px, 1);
+            format!("Hold still or focus the lens: blurred by {blur} px (limit {most} px)")
+        }
+        Refusal::AlreadyCovered { nearest_rad, wanted_rad } => {
+            let (nearest, least) = apart(nearest_rad.to_degrees(), wanted_rad.to_degrees(), 0);
+            format!("Already have this angle: {nearest}° from the nearest view (at least {least}°)")
+        }
+        Refusal::PartnerOff { offset_px, wanted_px } => {
+            let (offset, most) = apart(offset_px, wanted_px, 0);
+            format!("Move onto the outline: {offset} px off (limit {most} px)")
+        }
+        Refusal::TellsLittle { worth, wanted } => {
+            let (worth, least) = apart(100.0 * worth, 100.0 * wanted, 0);
+            format!(
+                "Follow the outline: this view is worth {worth} % of that one (at least {least} %)"
+            )
+        }
+        Refusal::Inconsistent { sigmas, wanted } => {
+            let (sigmas, most) = apart(sigmas, wanted, 1);
+            format!(
+                "This view doesn't fit the others: off by {sigmas} sd (limit {most}). Is the board flat? Did the focus move?"
+            )
+        }
+        Refusal::Moving { smear_px: Some(smear_px), wanted_smear_px: Some(wanted_px), .. }
+            if smear_px > wanted_px =>
+        {
+            let (smear, most) = apart(smear_px, wanted_px, 1);
+            format!("Hold still: smeared by {smear} px (limit {most} px)")
+        }
+        Refusal::Moving { speed_px_per_s: Some(speed_px_per_s), wanted_px_per_s, .. } => {
+            let (speed, most) = apart(speed_px_per_s, wanted_px_per_s, 0);
+            format!("Hold still: {speed} px/s (limit {most} px/s)")
+        }
+        Refusal::Moving { speed_px_per_s: None, .. } => "Hold still".into(),
+        Refusal::Holding { progress } => format!("Hold still: {}", percent(progress)),
+        Refusal::OtherSize { size_px, wanted_px } => format!(
+            "This picture is {}x{}, the session's are {}x{}",
+            size_px.0, size_px.1, wanted_px.0, wanted_px.1
+        ),
+        Refusal::CameraNotReady => "The camera isn't ready".into(),
+        Refusal::NotCollecting => "No views are being taken now".into(),
+    }
+}
+
+/// Why no board was found, with what to do and the measured value.
+pub fn miss(miss: &Miss) -> String {
+    match *miss {
+        Miss::NoBoard => "Show the whole board".into(),
+        Miss::PartialBoard { found, wanted, cut_off_by: Some(side) } => {
+            let way = match side {
+                Side::Left => "right",
+                Side::Right => "left",
+                Side::Top => "down",
+                Side::Bottom => "up",
+            };
+            format!(
+                "Move {way}: part of the board is out of view, {found} of {wanted} corners found"
+            )
+        }
+        Miss::PartialBoard { found, wanted, cut_off_by: None } => {
+            format!("Something covers the board: {found} of {wanted} corners found")
+        }
+        Miss::Glare { found, wanted } => format!(
+            "Too much glare: {found} of {wanted} corners found. Tilt the board away from the light"
+        ),
+        Miss::OtherBoard { columns, rows } => format!(
+            "Different board: it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}"
+        ),
+        Miss::OtherMarkers { markers: 0 } => {
+            "No markers seen on this board. Come closer, or choose a plain board: --board CxR"
+                .into()
+        }
+        Miss::OtherMarkers { .. } => {
+            "Different markers than the board's. Check the squares and the dictionary in --board"
+                .into()
+        }
+        Miss::OtherSquares { .. } => {
+            "Different board: it has these markers, but in other places. Check the columns and rows in --board"
+                .into()
+        }
+        Miss::TooSmall { square_px, needed_px } => {
+            let (square, least) = apart(square_px, needed_px, 0);
+            format!("Come closer: squares of {square} px (at least {least} px)")
+        }
+        Miss::Blurred { blur_px, limit_px } => {
+            let (blur, most) = apart(blur_px, limit_px, 1);
+            format!("Hold still or focus the lens: blurred by {blur} px (limit {most} px)")
+        }
+        Miss::LowContrast { contrast, needed } => {
+            let (contrast, least) = apart(contrast, needed, 0);
+            format!("Too dark. Add light: {contrast} grey levels of contrast (at least {least})")
+        }
+        Miss::OutOfTime => "Background too busy. Use a plain wall".into(),
+    }
+}
+
+/// What people call a view, everywhere: "view 3".
+pub fn view_name(number: ViewNumber) -> String {
+    format!("view {number}")
+}
+
+/// What happened to the views, if anything did.
+pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
+    match *outcome {
+        Outcome::Accepted { view, role, .. } => {
+            let what = match role {
+                Role::NewDirection => "a new direction".into(),
+                Role::Partner { of } => match snapshot.views.get(of) {
+                    Some(partner) => format!("the opposite of {}", view_name(partner.number)),
+                    None => "the opposite of an earlier view".into(),
+                },
+                Role::Forced => "taken by hand".into(),
+            };
+            let slot = snapshot.views.iter().find(|summary| summary.number == view).map_or(
+                String::new(),
+                |summary| {
+                    let tilt = summary.tilt_rad.map_or("?".into(), deg);
+                    let away = edge(Edge::towards(summary.tilt_azimuth_rad));
+                    format!(", {away} edge away, tilt {tilt}°")
+                },
+            );
+            Some(format!("Taken: {}, {what}{slot}", view_name(view)))
+        }
+        Outcome::Removed { view } => Some(format!("Removed: {}", view_name(view))),
+        Outcome::Restored { view } => Some(format!("Brought back: {}", view_name(view))),
+        Outcome::Refused { .. } | Outcome::Noted => None,
+    }
+}
+
+/// How a session ended.
+pub fn progress(progress: Progress) -> &'static str {
+    match progress {
+        Progress::Collecting => "The session ended before the plan was complete",
+        Progress::Complete => "Done: the plan is complete",
+        Progress::Exhausted => {
+            "More views won't help, and the goal isn't reached: check the focus and the board"
+        }
+    }
+}
+
+/// An edge of the board, in words.
+fn edge(edge: Edge) -> &'static str {
+    match edge {
+        Edge::Right => "right",
+        Edge::BottomRight => "bottom right",
+        Edge::Bottom => "bottom",
+        Edge::BottomLeft => "bottom left",
+        Edge::Left => "left",
+        Edge::TopLeft => "top left",
+        Edge::Top => "top",
+        Edge::TopRight => "top right",
+    }
+}
+
+fn deg(angle_rad: f64) -> String {
+    format!("{:.0}", angle_rad.to_degrees())
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+/// A measured value and its limit with `places` decimals, or with as many more, up to three, as tell them apart.
+fn apart(measured: f64, limit: f64, places: usize) -> (String, String) {
+    let both = |places: usize| (format!("{measured:.places$}"), format!("{limit:.places$}"));
+    (places..places + 3)
+        .map(both)
+        .find(|(measured, limit)| measured != limit)
+        .unwrap_or_else(|| both(places + 3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use boresight_geometry::device::Control;
+
+    #[test]
+    fn a_prompt_has_six_words_at_most_and_no_number() {
+        let edges = [Edge::Right, Edge::BottomLeft, Edge::TopRight];
+        let shifts = [
+            Prompt::Shift(Some(Across::Left), Some(Upright::Down)),
+            Prompt::Shift(Some(Across::Right), None),
+            Prompt::Shift(None, Some(Upright::Up)),
+        ];
+        let all = edges
+            .into_iter()
+            .flat_map(|edge| {
+                [Prompt::Tip(edge), Prompt::TipInstead(edge), Prompt::TipFurther(edge)]
+            })
+            .chain(shifts)
+            .chain([Side::Left, Side::Right, Side::Top, Side::Bottom].map(Prompt::CutOff))
+            .chain([true, false].map(|clockwise| Prompt::TurnTilt { clockwise }))
+            .chain(Control::ALL.map(Prompt::LensMoved))
+            .chain([
+                Prompt::Complete,
+                Prompt::Exhausted,
+                Prompt::Failed,
+                Prompt::CameraLost,
+                Prompt::Frozen,
+                Prompt::Paused,
+                Prompt::SourceEnded,
+                Prompt::Taken,
+                Prompt::ShowBoard,
+                Prompt::ShowWholeFirst,
+                Prompt::Uncover,
+                Prompt::Glare,
+                Prompt::OtherBoard { columns: 7, rows: 5 },
+                Prompt::Closer,
+                Prompt::Farther,
+                Prompt::Blurred,
+                Prompt::Dark,
+                Prompt::Busy,
+                Prompt::TipLess,
+                Prompt::TipMore,
+                Prompt::ToTheMiddle,
+                Prompt::OntoTheOutline,
+                Prompt::FollowTheOutline,
+                Prompt::Clearer,
+                Prompt::Contradicts,
+                Prompt::HoldStill,
+                Prompt::SteadyTheBoard,
+                Prompt::CameraNotReady,
+                Prompt::OtherSize,
+            ]);
+        for asked in all {
+            let words = prompt(asked);
+            assert!(words.split_whitespace().count() <= 6, "{words}");
+            assert!(!words.contains(|c: char| c.is_ascii_digit()), "{words}");
+            let said = spoken(asked);
+            assert!(said.split_whitespace().count() <= 6, "{said}");
+            assert!(!said.contains(|c: char| c.is_ascii_digit() || "…:".contains(c)), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_value_never_reads_like_the_limit_that_it_misses() {
+        assert_eq!(apart(39.7, 40.0, 0), ("39.7".into(), "40.0".into()));
+        assert_eq!(apart(22.0, 40.0, 0), ("22".into(), "40".into()));
+        assert_eq!(apart(2.004, 2.0, 1), ("2.004".into(), "2.000".into()));
+        let far = Refusal::TooFar { span_fraction: 0.497, wanted: 0.5 };
+        assert_eq!(refusal(&far), "Come closer: the board fills 49.7 % (at least 50.0 %)");
+    }
+}

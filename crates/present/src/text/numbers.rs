@@ -1,0 +1,170 @@
+//! Sentences of the numbers beside the picture.
+
+use super::{acceptance, percent};
+use boresight_guide::{
+    guidance::Plan,
+    session::{Snapshot, ViewSummary},
+};
+
+/// Principal point: "653.4 ± 0.2, 348.2 ± 0.2 px".
+pub fn principal_point(snapshot: &Snapshot) -> String {
+    match &snapshot.calibration {
+        Some(calibration) => {
+            let [_, _, x, y, ..] = calibration.camera.lens_parameters();
+            let [_, _, sd_x, sd_y, ..] = calibration.sd();
+            format!("{x:.1} ± {}, {y:.1} ± {} px", small(sd_x), small(sd_y))
+        }
+        None => "unknown yet".into(),
+    }
+}
+
+/// A standard deviation to two significant digits at most.
+pub(super) fn small(sd: f64) -> String {
+    match sd {
+        tiny if tiny < 0.0095 => format!("{sd:.3}"),
+        small if small < 0.095 => format!("{sd:.2}"),
+        _ => format!("{sd:.1}"),
+    }
+}
+
+/// Focal length: "980.0 ± 0.2 px".
+pub fn focal_length(snapshot: &Snapshot) -> String {
+    match &snapshot.calibration {
+        Some(calibration) => {
+            let (f_px, sd_px) = (calibration.camera.f_px.x, calibration.sd()[0]);
+            format!("{f_px:.1} ± {} px", small(sd_px))
+        }
+        None => "unknown yet".into(),
+    }
+}
+
+/// Number of views and the forecast: "3 taken, about 3 more".
+pub fn views(snapshot: &Snapshot) -> String {
+    let views = snapshot.views.len();
+    match snapshot.views_to_go {
+        Some(0) | None => format!("{views} taken"),
+        Some(more) => format!("{views} taken, about {more} more"),
+    }
+}
+
+/// Accuracy of the principal point, or the error bound of a goal, with what is to be reached; `None` without a
+/// calibration.
+pub fn precision(snapshot: &Snapshot) -> Option<String> {
+    let calibration = snapshot.calibration.as_ref()?;
+    if let Some(judged) = &calibration.acceptance {
+        return Some(acceptance::progress(judged));
+    }
+    let sd = calibration.sd();
+    let guidance = &snapshot.setup.guidance;
+    let size = snapshot.setup.image_size;
+    let f_to_width = calibration.camera.f_px.x / f64::from(size.width_px.max(size.height_px));
+    let reached = small(sd[2].max(sd[3]));
+    Some(match guidance.plan {
+        Plan::Adaptive => format!("{reached} px (goal {:.1} px)", guidance.pp_goal_px(f_to_width)),
+        Plan::Quick | Plan::Full => format!("{reached} px"),
+    })
+}
+
+/// Accuracy of projection over the whole picture, with what is to be reached; that in its corners while boards are asked for
+/// beyond its edge. `None` without a calibration, and where a goal takes its place.
+pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
+    let calibration = snapshot.calibration.as_ref()?;
+    if calibration.acceptance.is_some() {
+        return None;
+    }
+    let guidance = &snapshot.setup.guidance;
+    let is_beyond_edge = snapshot.target.as_ref().is_some_and(|target| target.leaves_picture);
+    if let Some(goal_px) = guidance.stop_corner_sigma_px.filter(|_| is_beyond_edge) {
+        let reached = small(calibration.projection_sd.max_px);
+        return Some(format!("corners {reached} px (goal {goal_px})"));
+    }
+    let reached = small(calibration.projection_sd.mean_px);
+    Some(match guidance.plan {
+        Plan::Adaptive => {
+            format!("{reached} px (goal {:.1} px)", guidance.stop_projection_sigma_px)
+        }
+        Plan::Quick | Plan::Full => format!("{reached} px"),
+    })
+}
+
+/// How well the newest pair was predicted by the views before it; `None` before two pairs.
+pub fn predicted(snapshot: &Snapshot) -> Option<String> {
+    snapshot.held_out.map(|pair| format!("{} px", small(pair.rms_px)))
+}
+
+/// Noise of a corner, measured while the board was held; `None` until a hold has shown enough of it.
+pub fn measured_noise(snapshot: &Snapshot) -> Option<String> {
+    snapshot.measured_noise_px.map(|noise_px| format!("{} px", small(noise_px)))
+}
+
+/// To a tenth of a pixel, with its sign; zero has none.
+pub(super) fn signed(px: f64) -> String {
+    let tenths = (10.0 * px).round();
+    if tenths == 0.0 { "0.0".into() } else { format!("{:+.1}", tenths / 10.0) }
+}
+
+/// What the newest opposed pair leaves uncancelled, with the names of its views.
+pub fn pair_balance(snapshot: &Snapshot) -> String {
+    match snapshot.pairs.last() {
+        Some(pair) => {
+            let [first, second] = [pair.first, pair.second].map(|at| snapshot.views[at].number);
+            format!("{} px, views {first} and {second}", signed(pair.balance_px))
+        }
+        None => "no pair yet".into(),
+    }
+}
+
+/// Share of the picture covered by boards.
+pub fn coverage(snapshot: &Snapshot) -> String {
+    percent(snapshot.calibration.as_ref().map_or(0.0, |calibration| calibration.coverage))
+}
+
+/// Labels and tooltips of the numbers beside the picture.
+pub const NUMBERS: [(&str, &str); 10] = [
+    (
+        "Centre",
+        "Principal point: where the optical axis meets the picture, with one standard deviation.",
+    ),
+    ("Focal length", "Focal length from all views, with one standard deviation."),
+    (
+        "Accuracy",
+        "Standard deviation of the principal point on its worse axis. With --accept: the 95 % error bound.",
+    ),
+    (
+        "Over picture",
+        "Standard deviation of projection over the whole picture, or in its corners if they need more.",
+    ),
+    ("Views", "Views taken so far, and how many more are likely needed."),
+    (
+        "Pair balance",
+        "How far the newest opposed pair's lines miss the principal point on average. 0 if the lens errors cancel.",
+    ),
+    ("Covered", "Share of the picture covered by the board so far."),
+    (
+        "This view",
+        "Focal length from the newest view alone. A jump means that focus or zoom moved.",
+    ),
+    (
+        "Prediction",
+        "How well the earlier views predicted the newest pair (RMS distance of its corners).",
+    ),
+    ("Noise", "Corner error from picture to picture, measured while the board was held."),
+];
+
+/// Focal length of the newest view alone.
+pub fn newest_focal(views: &[ViewSummary]) -> String {
+    match views.iter().rev().find_map(|view| view.focal) {
+        Some(focal) => format!("{:.0} ± {:.0} px", focal.f_px, focal.sigma_px),
+        None => "unknown yet".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_has_no_sign() {
+        assert_eq!([-0.04, 0.04, -0.06, 1.26].map(signed), ["0.0", "0.0", "-0.1", "+1.3"]);
+    }
+}

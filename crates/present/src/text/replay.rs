@@ -1,0 +1,107 @@
+//! The words of a replay in the window.
+
+use std::path::Path;
+
+use boresight_geometry::frame::ImageSize;
+use boresight_guide::session::{Outcome, Snapshot};
+
+/// What was decided at a step, and why.
+pub fn why(snapshot: &Snapshot) -> String {
+    match &snapshot.decision.outcome {
+        Outcome::Refused { refusal } => {
+            format!("Not taken: {}", super::window::refused(refusal, snapshot.live.as_deref()))
+        }
+        Outcome::Noted => "Not a frame: a command or a camera event".into(),
+        outcome => super::outcome(outcome, snapshot).unwrap_or_default(),
+    }
+}
+
+/// Where in the recording a step is.
+pub fn place(step: usize, steps: usize, frame: Option<u64>, secs: f64) -> String {
+    match frame {
+        Some(frame) => format!("Decision {} of {steps}, frame {frame}, {secs:.2} s", step + 1),
+        None => format!("Decision {} of {steps}, {secs:.2} s", step + 1),
+    }
+}
+
+/// The decision is not the recorded one.
+pub const DIFFERS: &str = "The recording has a different decision here";
+/// No picture of this frame was stored.
+pub const NO_PICTURE: &str = "This frame was recorded without its picture";
+/// The slider.
+pub const SCRUBBER: &str = "Decision";
+/// The fold of what was measured.
+pub const NUMBERS: &str = "Numbers";
+/// See [`NUMBERS`].
+pub const NUMBERS_TIP: &str = "Show or hide what was measured, and the views taken so far.";
+/// What the strip shows.
+pub const STRIP: &str =
+    "All decisions: green taken, amber held, grey not taken, red different from the recording";
+
+/// Heading where no recording is open.
+pub const PICK: &str = "Open a recording";
+/// Before the field for its folder.
+pub const FOLDER: &str = "Folder";
+/// See [`FOLDER`].
+pub const FOLDER_TIP: &str = "Type the path of a session folder, choose one below, or drop it onto the window. Opens read-only.";
+/// The button that opens it.
+pub const OPEN: &str = "Open";
+/// Heading of the list.
+pub const RECENT: &str = "Sessions";
+/// If there are none.
+pub const NO_RECORDINGS: &str =
+    "No recorded sessions yet. Each session is recorded: start one, and it appears here.";
+/// Back to the list.
+pub const ANOTHER: &str = "Open another";
+/// See [`ANOTHER`].
+pub const ANOTHER_TIP: &str = "Close this recording and choose another.";
+/// It could not be opened and nobody knows why.
+pub const NOT_OPENED: &str = "The recording couldn't be opened";
+
+/// While it is being opened.
+pub fn opening(folder: &Path) -> String {
+    format!("Opening {}", folder.display())
+}
+
+/// What the button for a session does.
+pub fn open_tip(folder: &Path) -> String {
+    format!("Step through the decisions of {}.", folder.display())
+}
+
+/// A recording in the list: when it began, of which source.
+pub fn recording(created: &str, source: &str, size: ImageSize) -> String {
+    let source = super::camera::printable(source);
+    format!("{created}, {source}, {}x{}", size.width_px, size.height_px)
+}
+
+/// The last journal line was cut.
+pub const CUT: &str = "The last entry was incomplete (never shown as saved) and was dropped.";
+
+/// This build would have accepted other views than the recorded ones.
+pub fn restored(views: usize) -> String {
+    let views = if views == 1 {
+        "its 1 view is kept".to_owned()
+    } else {
+        format!("its {views} views are kept")
+    };
+    format!(
+        "Recorded by another version: {views} as recorded, though this version would decide differently."
+    )
+}
+
+/// The rules of guidance have changed since the recording was made.
+pub const EARLIER_RULES: &str = "Recorded under earlier rules, so many decisions differ: stillness is now judged by smear during the exposure instead of speed (still_widths_per_sec), a hold decays instead of restarting (hold_secs), a small board counts for little instead of being refused (min_fill), and any open direction is taken, not only the requested one.";
+
+/// A control: label, key, what it does.
+pub type Step = (&'static str, &'static str, &'static str);
+
+/// To the decision before.
+pub const BACK: Step = ("Back", "Left", "Previous decision.");
+/// To the next decision.
+pub const ON: Step = ("Next", "Right", "Next decision.");
+/// To the view taken before.
+pub const VIEW_BACK: Step = ("Previous view", "PageUp", "Previous view taken.");
+/// To the next view taken.
+pub const VIEW_ON: Step = ("Next view", "PageDown", "Next view taken.");
+/// Play or stop.
+pub const PLAY: Step = ("Play", "Space", "Play at recorded speed, or pause.");

@@ -1,0 +1,416 @@
+//! The calibration report in words.
+
+use boresight_calibrate::Verdict;
+use boresight_formats::{BoardEntry, MarkersEntry};
+
+/// Headings of the page, in its order, with the names by which a link reaches them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    /// The first sheet.
+    Certificate,
+    /// Whether to trust it, and what to do.
+    Verdict,
+    /// Identity, mode, controls, board.
+    Camera,
+    /// Estimates with their standard deviations.
+    Numbers,
+    /// What the honesty checks say.
+    Findings,
+    /// Principal lines in the picture.
+    Fan,
+    /// The principal point by every method.
+    Estimates,
+    /// The same for the methods that model the lens.
+    EstimatesNear,
+    /// Estimates with views left out.
+    Skip,
+    /// Uncertainty of projection over the picture.
+    Projection,
+    /// Distortion against the distance from the principal point.
+    Lens,
+    /// Where the boards were.
+    Coverage,
+    /// What the corners are off.
+    Residuals,
+    /// Every view.
+    Views,
+    /// Against an older calibration.
+    Drift,
+    /// What was refused.
+    Refused,
+    /// Versions, and the command that repeats it.
+    Provenance,
+}
+
+impl Section {
+    /// Stable name.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Certificate => "certificate",
+            Self::Verdict => "verdict",
+            Self::Camera => "camera",
+            Self::Numbers => "numbers",
+            Self::Findings => "findings",
+            Self::Fan => "principal-lines",
+            Self::Estimates => "estimates",
+            Self::EstimatesNear => "estimates-near",
+            Self::Skip => "skip",
+            Self::Projection => "projection",
+            Self::Lens => "lens",
+            Self::Coverage => "coverage",
+            Self::Residuals => "residuals",
+            Self::Views => "views",
+            Self::Drift => "drift",
+            Self::Refused => "refused",
+            Self::Provenance => "provenance",
+        }
+    }
+
+    /// Heading.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::Certificate => "Certificate",
+            Self::Verdict => "Verdict",
+            Self::Camera => "Camera and board",
+            Self::Numbers => "Numbers",
+            Self::Findings => "Findings",
+            Self::Fan => "Principal lines",
+            Self::Estimates => "Principal point by method",
+            Self::EstimatesNear => "Methods that model the lens",
+            Self::Skip => "Estimates with n views left out",
+            Self::Projection => "Projection uncertainty",
+            Self::Lens => "Distortion",
+            Self::Coverage => "Coverage",
+            Self::Residuals => "Residuals",
+            Self::Views => "Views",
+            Self::Drift => "Drift",
+            Self::Refused => "Pictures not used, and why",
+            Self::Provenance => "Versions and how to repeat",
+        }
+    }
+}
+
+/// Title of the page.
+pub fn title(name: &str) -> String {
+    format!("Calibration report: {name}")
+}
+
+/// The verdict in words, from its stable name; an unknown one isn't to be trusted. See [`super::verdict`].
+pub fn verdict(code: &str, unfinished: bool) -> &'static str {
+    let known = [Verdict::Good, Verdict::Care].into_iter().find(|verdict| verdict.code() == code);
+    super::verdict(known.unwrap_or(Verdict::Untrustworthy), unfinished)
+}
+
+/// The sign of a calibration's or a check's verdict, recognisable by its shape.
+pub fn verdict_sign(code: &str) -> &'static str {
+    match code {
+        "good" | "ok" => "✓",
+        "care" | "watch" => "!",
+        "none" => "?",
+        _ => "✗",
+    }
+}
+
+/// The calibration's verdict on the page of a check.
+pub fn by_themselves(code: &str, unfinished: bool) -> String {
+    format!("Calibration from the check's views: {}", verdict(code, unfinished))
+}
+
+/// What to do with a good calibration.
+pub const USE_IT: &str = "Use it. Don't change focus, zoom or picture size. Keep the file to check the camera against it later.";
+
+/// Above the verdict on a simulated camera.
+pub const SIMULATED: &str = "SIMULATED CAMERA: not a calibration of any real camera";
+
+/// Before the next action.
+pub const NEXT: &str = "Next:";
+
+/// Before the verdict on a goal.
+pub const GOAL: &str = "Goal:";
+
+/// Where there is no calibration.
+pub const NO_CALIBRATION: &str = "No calibration yet.";
+
+/// Where the corners would be needed.
+pub const NEEDS_CORNERS: &str =
+    "Not shown: this file has no corners. The session report and `calibrate --report` have them.";
+
+/// Where the covariance would be needed.
+pub const NEEDS_COVARIANCE: &str = "This file has no uncertainty.";
+
+/// Where there are too few lines or views for a drawing.
+pub const TOO_FEW: &str = "Not shown: too few views.";
+
+/// Where nothing was found.
+pub const NO_FINDINGS: &str = "All checks passed.";
+
+/// Where nothing was refused.
+pub const NOTHING_REFUSED: &str = "Every picture was used.";
+
+/// Below the first reasons.
+pub fn more_reasons(count: usize) -> String {
+    format!("And {count} more. On screen, open the full list below.")
+}
+
+/// What opens the list of everything that was refused.
+pub const ALL_REFUSED: &str = "All pictures not used";
+
+/// Below a command that does not fit on paper.
+pub const CUT_ON_PAPER: &str = "(Shortened on paper; complete in the file.)";
+
+/// Severity in a word.
+pub fn severity(code: &str) -> &'static str {
+    match code {
+        "info" => "note",
+        "care" => "care",
+        _ => "bad",
+    }
+}
+
+/// Name of a method.
+pub fn method(code: &str) -> &'static str {
+    match code {
+        "pl_unweighted" => "principal lines",
+        "pl_weighted" => "weighted lines",
+        "pl_ring" => "lines and ring",
+        "free_homography" => "free homographies",
+        "bundle" => "bundle adjustment",
+        _ => "Zhang, k1 k2",
+    }
+}
+
+/// What marks the method whose principal point is the result.
+pub const THE_RESULT: &str = "the result";
+
+/// Columns of the table of methods.
+pub const METHOD_COLUMNS: [&str; 4] = ["method", "x px", "y px", "from the result px"];
+
+/// Below the fan.
+pub const FAN_NOTE: &str = "Each view's line as seen in the picture, numbered; opposed views share a dash pattern. They meet in the principal point (cross; ellipse 2 sd), except as far as the lens bends them.";
+
+/// Below the estimates.
+pub const ESTIMATES_NOTE: &str = "Ellipses: 2 sd. Principal lines come from raw corners: distortion pulls them towards the middle of the boards, as expected.";
+
+/// Below the estimates of the methods that model the lens.
+pub const ESTIMATES_NEAR_NOTE: &str = "Free homographies assume no common focal length. They're the independent check of the bundle adjustment.";
+
+/// Below the cloud.
+pub const SKIP_NOTE: &str = "n neighbouring views removed, starting at each view in turn. The scatter shows how much the result depends on single views. It measures stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
+
+/// Where each view has its own focal length.
+pub const SKIP_NO_BUNDLE: &str =
+    "Each view has a separate focal length, so there's no bundle adjustment to repeat.";
+
+/// Where the corners would be needed to adjust them again.
+pub const SKIP_NEEDS_CORNERS: &str =
+    "Bundle adjustment needs the corners, which this file doesn't have.";
+
+/// Where there were more views than starts.
+pub fn skip_starts(starts: usize, views: usize) -> String {
+    format!("Bundle adjustment: starting at {starts} of the {views} views.")
+}
+
+/// Above the table of estimates with views left out.
+pub const SKIP_CAPTION: &str = "Stability with n views left out";
+
+/// Columns of the table of estimates with views left out, after n.
+pub const SKIP_COLUMNS: [&str; 3] = ["estimates", "centroid x, y px", "sd x, y px"];
+
+/// Below the map.
+pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
+    let places = if hatched { " Hatched: not covered by the lens model." } else { "" };
+    format!(
+        "Uncertainty (1 sd, px) of a projected point, ignoring camera rotation: {mean_px} px on average, {max_px} px at worst. Darker is less certain.{places}"
+    )
+}
+
+/// Below the distortion curve.
+pub const LENS_NOTE: &str = "Radial distortion vs. distance from the principal point; band: 2 sd. Right of the dotted line is extrapolated.";
+
+/// What the distortion of a fisheye lens is measured against.
+pub const FISHEYE_NOTE: &str =
+    "Distortion is measured against an ideal fisheye, which shows angles in proportion.";
+
+/// Tangential distortion at the farthest corner.
+pub fn tangential(shift_px: &str) -> String {
+    format!("Tangential distortion adds up to {shift_px} px.")
+}
+
+/// Below the map of outlines.
+pub const COVERAGE_NOTE: &str =
+    "Outlines of the boards' inner corners. Hatched: not covered by any board.";
+
+/// Share of the picture that was covered.
+pub fn covered(percent: &str) -> String {
+    format!("Covered: {percent} %.")
+}
+
+/// Below the residuals.
+pub fn residuals_note(times: &str, shown: usize, of: usize) -> String {
+    let which =
+        if shown < of { format!("{shown} of {of} corners") } else { format!("{of} corners") };
+    format!("Measured minus predicted, enlarged {times}×; {which}.")
+}
+
+/// Below the views.
+pub fn views_note(shown: usize, of: usize) -> String {
+    let more =
+        if shown < of { format!(" The first {shown} of {of} are shown.") } else { String::new() };
+    format!(
+        "Number; tilt and its direction (0° is right, 90° down); focal length from this view alone; residual. Bold line: principal line.{more}"
+    )
+}
+
+/// Where views have no picture.
+pub const NO_PICTURES: &str = "Pictures not available: showing the boards' outlines.";
+
+/// Columns of the table of views.
+pub const VIEW_COLUMNS: [&str; 7] =
+    ["view", "picture", "tilt °", "direction °", "line off px", "f px", "RMS px"];
+
+/// What opens the table of views.
+pub const VIEW_TABLE: &str = "All views as a table";
+
+/// Where no changes of the camera are recorded.
+pub const NO_CHANGES: &str = "No changes while the views were taken.";
+
+/// Names of rows and axes.
+#[expect(missing_docs, reason = "the words say it")]
+pub mod name {
+    pub const PICTURE: &str = "Picture";
+    pub const BOARD: &str = "Board";
+    pub const SOURCE: &str = "Source";
+    pub const MODE: &str = "Mode";
+    pub const BEGUN: &str = "Started";
+    pub const SETTINGS: &str = "Settings changed";
+    pub const CHANGES: &str = "Changes";
+    pub const PRINCIPAL_POINT: &str = "Principal point x, y";
+    pub const FOCAL_LENGTH: &str = "Focal length";
+    pub const FOCAL_LENGTHS: &str = "Focal lengths x, y";
+    pub const FOCAL_MEAN: &str = "Focal length, mean of all views";
+    pub const FOCAL_SCATTER: &str = "Focal length, sd between views";
+    pub const LENS_MODEL: &str = "Lens model";
+    pub const PROJECTION: &str = "Projection sd, mean and max";
+    pub const BOUND: &str = "Error bound (95 %)";
+    pub const FOCUS: &str = "Focus";
+    pub const NOISE: &str = "Corner error";
+    pub const NOISE_FLOOR: &str = "Corner error, measured while holding still";
+    pub const COVERAGE: &str = "Coverage";
+    pub const VIEWS: &str = "Views used";
+    pub const RMS: &str = "Reprojection error (RMS), not a measure of quality";
+    pub const SKIPPED: &str = "n";
+    pub const RADIUS: &str = "distance from the principal point (px)";
+    pub const SHIFT: &str = "outwards (px)";
+    pub const X: &str = "x (px)";
+    pub const Y: &str = "y (px)";
+    pub const LAST_BOARD: &str = "farthest board";
+    pub const PROGRAM: &str = "Program";
+    pub const SCHEMAS: &str = "Schemas";
+    pub const SESSION: &str = "Session";
+    pub const FILE: &str = "File";
+    pub const FRAMES: &str = "Frames";
+    pub const AGAINST: &str = "Old calibration";
+    pub const REPEAT: &str = "Repeat with";
+}
+
+/// The board in words.
+pub fn board(board: &BoardEntry) -> String {
+    let BoardEntry { columns, rows, square_mm, markers } = board;
+    match markers {
+        None => format!("{columns} × {rows} inner corners, squares of {square_mm} mm"),
+        Some(MarkersEntry { dictionary, side_mm }) => format!(
+            "ChArUco, {} × {} squares of {square_mm} mm, {dictionary}, markers of {} mm",
+            columns + 1,
+            rows + 1,
+            (1000.0 * side_mm).round() / 1000.0
+        ),
+    }
+}
+
+/// Size of the picture.
+pub fn picture([width, height]: [u32; 2]) -> String {
+    format!("{width}×{height} px")
+}
+
+/// Rows of the drift section.
+#[expect(missing_docs, reason = "the words say it")]
+pub mod drift {
+    pub const OLD: &str = "Old calibration";
+    pub const CHANGE_F: &str = "Change of focal length";
+    pub const CHANGE_PP: &str = "Change of principal point x, y";
+    pub const SMALLEST_F: &str = "Smallest detectable change of focal length";
+    pub const SMALLEST_PP: &str = "Smallest detectable change of principal point";
+    pub const NOTE: &str = "Change of the principal point from the old calibration (0, 0). Ellipse: 2 sd. Dotted circle: smallest detectable change.";
+    pub const X: &str = "change of x (px)";
+    pub const Y: &str = "change of y (px)";
+}
+
+/// A reason for refusing a frame, from its stable name: `why` of a refusal, or the name of a miss.
+pub fn refusal_kind(code: &str) -> &str {
+    match code {
+        "no_board" | "not_found" => "No board found",
+        "partial_board" => "Part of the board hidden or out of view",
+        "glare" => "Too much glare",
+        "other_board" | "other_squares" => "Different board",
+        "other_markers" => "Different markers on the board",
+        "too_small" => "Squares too small to measure",
+        "blurred" => "Blurred",
+        "low_contrast" => "Too dark",
+        "out_of_time" => "Background too busy",
+        "no_line" => "Board faced the camera",
+        "outside_lens" => "Board outside the part of the lens measured so far",
+        "too_flat" => "Board not tipped enough",
+        "too_steep" => "Board tipped too far",
+        "unclear" => "Direction of the board uncertain",
+        "too_far" => "Board too far away",
+        "at_the_edge" => "Board too close to the picture's edge",
+        "already_covered" => "Angle already taken",
+        "partner_off" => "Opposite tilt, but off the outline",
+        "between_slots" => "Between two directions",
+        "tells_little" => "Added little compared with the requested pose",
+        "inconsistent" => "Didn't fit the other views",
+        "moving" => "Board moved",
+        "holding" => "A sharper photo of the same pose was used",
+        "other_size" => "Different picture size",
+        "camera_not_ready" => "Camera lost, frozen, or its focus or zoom moved",
+        "not_collecting" => "Capture was paused or over",
+        "removed" => "View removed",
+        other => other,
+    }
+}
+
+/// When something happened in a session.
+pub fn at_frame(frame: Option<u64>) -> String {
+    frame.map_or_else(|| "before the first frame".into(), |frame| format!("after frame {frame}"))
+}
+
+/// The session went on after an interruption.
+pub const RESUMED: &str = "The session resumed after an interruption";
+
+/// A worker failed.
+pub fn failed(worker: &str, reason: &str) -> String {
+    format!("The {worker} failed: {reason}")
+}
+
+/// What was calibrated, if it is files.
+pub fn files(folder: &str, count: usize) -> String {
+    let files = if count == 1 { "1 file" } else { &format!("{count} files") };
+    if folder.is_empty() { files.into() } else { format!("{folder}, {files}") }
+}
+
+/// Frames of a session.
+pub fn frames(looked_at: usize, taken: usize) -> String {
+    format!("{looked_at} examined, {taken} taken")
+}
+
+/// Where the page could not be written at the end of a session.
+pub fn not_written(session: &std::path::Path) -> String {
+    format!("The report couldn't be written. Try again: boresight report {}", session.display())
+}
+
+/// Where the folder's result holds other numbers than its journal gives.
+pub const OTHER_RESULT: &str = "calibration.json in this folder differs from the journal: it's older than the last view or from another version. This page shows the journal's numbers.";
+
+/// Where a cut or damaged journal was read as far as it is whole.
+pub const CUT: &str =
+    "The journal's last entry was incomplete (never shown as saved) and was dropped.";

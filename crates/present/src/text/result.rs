@@ -1,0 +1,274 @@
+//! The words of the result page.
+
+use std::path::Path;
+
+use super::{acceptance, percent};
+use boresight_calibrate::{Calibration, PrincipalPoints};
+use boresight_geometry::{Distortion, LensKind};
+use boresight_guide::session::{Prompt, Snapshot};
+
+/// Before the buttons that export.
+pub const EXPORT: &str = "Export:";
+/// On the result page before there is one.
+pub const NO_RESULT: &str = "No calibration yet";
+/// What to do then.
+pub const NO_RESULT_ACTION: &str = "It needs at least two views with the board tipped in different directions. Follow the outline on the Guide page.";
+/// Heading of the principal point by every method.
+pub const METHODS: &str = "Principal point by method";
+/// What it means.
+pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lens distortion pulls raw principal lines towards the middle of the boards; that is expected.";
+
+/// The two accuracies that matter, each with its goal.
+pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
+    let has_goal = snapshot.calibration.as_ref().is_some_and(|c| c.acceptance.is_some());
+    let first = if has_goal { "Error" } else { "Principal point" };
+    let both = [
+        (first, super::numbers::precision(snapshot)),
+        ("Projection", super::numbers::precision_over_picture(snapshot)),
+    ];
+    both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
+}
+
+/// Which corners of the picture boards have hardly reached, and what would help; `None` if none. `open` goes clockwise
+/// from the top left.
+pub fn open_corners(open: [bool; 4]) -> Option<String> {
+    const NAMES: [&str; 4] = ["top left", "top right", "bottom right", "bottom left"];
+    let names: Vec<&str> =
+        NAMES.into_iter().zip(open).filter_map(|(name, open)| open.then_some(name)).collect();
+    let [first, .., last] = names.as_slice() else {
+        let only = names.first()?;
+        return Some(format!(
+            "The board hardly reached the {only} corner of the picture. The lens is extrapolated there. Two more views would cover it."
+        ));
+    };
+    let corners = match names.as_slice() {
+        [_, _] => format!("{first} and {last}"),
+        [_, second, _] => format!("{first}, {second} and {last}"),
+        _ => format!("{first}, {}, {} and {last}", names[1], names[2]),
+    };
+    Some(format!(
+        "The board hardly reached the {corners} corners of the picture. The lens is extrapolated there. Two more views would help."
+    ))
+}
+
+/// The button that goes on with them.
+pub const TAKE_MORE: &str = "Take two more";
+/// See [`TAKE_MORE`].
+pub const TAKE_MORE_TIP: &str =
+    "Continue this session with two more views, as far into those corners as the board fits.";
+
+/// How far the independent check is from the result; `None` without one.
+pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
+    let off_px = (points.free_homography?.px - points.bundle?.px).norm();
+    Some(format!("Independent check: agrees within {} px", super::numbers::small(off_px)))
+}
+
+/// Why there is no view, from how often frames asked for what.
+pub fn most_often(asked: &[(Prompt, usize)]) -> Option<String> {
+    let most: Vec<String> = asked
+        .iter()
+        .take(3)
+        .map(|(prompt, count)| {
+            let pictures = if *count == 1 { "picture" } else { "pictures" };
+            format!("\u{201c}{}\u{201d} ({count} {pictures})", super::prompt(*prompt))
+        })
+        .collect();
+    (!most.is_empty()).then(|| format!("Most often: {}.", most.join(", ")))
+}
+
+/// Headings of the page.
+pub const NUMBERS_HEADING: &str = "Numbers";
+/// On the result page without a view.
+pub const NO_VIEW_TAKEN: &str = "No view was taken";
+/// What to try then.
+pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board on the Start page is the one in your hands.";
+
+/// What the button for a format does.
+pub fn export_tip(format: &str) -> String {
+    format!("Save the result as {format} in the session folder.")
+}
+
+/// A file that was written.
+pub fn written(file: &Path) -> String {
+    format!("Written: {}", file.display())
+}
+
+/// What the button for a file does.
+pub fn show_tip(file: &Path) -> String {
+    format!("Show {}", file.display())
+}
+
+/// Before the field for an older calibration.
+pub const COMPARE: &str = "Compare with an older calibration:";
+/// See [`COMPARE`].
+pub const COMPARE_TIP: &str = "Show what has changed since: principal point, focal length and projection, each with its uncertainty. Choose or drop a calibration.json, or a file from OpenCV, ROS, Kalibr or mrcal. The older file isn't changed. The findings go into this session's report.";
+/// In the empty field.
+pub const COMPARE_HINT: &str = "path of the file";
+/// The button that begins.
+pub const COMPARE_BUTTON: &str = "Compare";
+/// Meanwhile.
+pub const COMPARING: &str = "Comparing";
+
+/// The desktop does not say how to show a file.
+pub const NO_VIEWER: &str = "No program found to open files (xdg-open)";
+
+/// Where the session is stored.
+pub fn stored_in(folder: &Path) -> String {
+    format!("Session: {}", folder.display())
+}
+
+/// Names of the distortion coefficients, in the order of the lens parameters.
+const COEFFICIENTS: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+
+/// Names and values of the coefficients that the kind of lens has; those of the denominator only if there is one.
+pub fn coefficients(distortion: &Distortion) -> String {
+    let Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 } = *distortion;
+    match kind {
+        LensKind::Fisheye => format!("k1 {k1:.5}, k2 {k2:.5}, k3 {k3:.5}, k4 {k4:.5}"),
+        LensKind::Perspective => {
+            let top = format!("k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.6}, p2 {p2:.6}, k3 {k3:.5}");
+            if [k4, k5, k6] == [0.0; 3] {
+                top
+            } else {
+                format!("{top}, k4 {k4:.5}, k5 {k5:.5}, k6 {k6:.5}")
+            }
+        }
+    }
+}
+
+/// The result: names and values.
+pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
+    let [fx, fy, cx, cy, distortion @ ..] = calibration.camera.lens_parameters();
+    let [sd_fx, sd_fy, sd_cx, sd_cy, distortion_sd @ ..] = calibration.sd();
+    let mut lines =
+        vec![("Principal point", format!("({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"))];
+    lines.push(if (fx - fy).abs() < 1e-9 {
+        ("Focal length", format!("{fx:.2} ± {sd_fx:.2} px"))
+    } else {
+        ("Focal lengths", format!("{fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"))
+    });
+    lines.push(("Lens model", calibration.model.code().into()));
+    for ((name, value), sd) in COEFFICIENTS.into_iter().zip(distortion).zip(distortion_sd) {
+        if sd > 0.0 {
+            lines.push((name, format!("{value:.5} ± {sd:.5}")));
+        }
+    }
+    if let Some(judged) = &calibration.acceptance {
+        lines.push(("Goal", acceptance::acceptance(judged).0));
+    }
+    let sd = &calibration.projection_sd;
+    lines.push((
+        "Projection",
+        format!("± {:.3} px on average, {:.3} px at worst", sd.mean_px, sd.max_px),
+    ));
+    let bound = error_bound(calibration.picture_bound_px(), calibration.covered_bound_px);
+    lines.extend(bound.map(|bound| ("Error bound (95 %)", bound)));
+    if let Some(change) = calibration.visible_drift {
+        lines.push(("Focus", unseen_drift(change)));
+    }
+    lines.push((
+        "Corners",
+        match calibration.views.len() {
+            1 => format!("{:.3} px RMS in 1 view", calibration.rms_px),
+            views => format!("{:.3} px RMS in {views} views", calibration.rms_px),
+        },
+    ));
+    if let Some(measured_px) = calibration.noise_floor_px {
+        lines.push(("Corner noise", noise(calibration.noise_px, measured_px)));
+    }
+    lines.push(("Covered", percent(calibration.coverage)));
+    lines
+}
+
+/// The bound of the error of projection, over the picture and where boards were.
+pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<String> {
+    let picture = picture_px.map(|px| format!("{px:.2} px over the picture"));
+    let covered = covered_px.map(|px| format!("{px:.2} px where boards were"));
+    let bounds: Vec<String> = picture.into_iter().chain(covered).collect();
+    (!bounds.is_empty()).then(|| bounds.join(", "))
+}
+
+/// What a change of the focal length has to be, relative to itself, to be reported.
+pub fn unseen_drift(change: f64) -> String {
+    format!("changes below {:.2} % wouldn't show in these views", 100.0 * change)
+}
+
+/// Noise of a corner by the fit, beside the measured one.
+pub fn noise(fit_px: f64, measured_px: f64) -> String {
+    format!("{fit_px:.3} px (fit), {measured_px:.3} px (held still)")
+}
+
+/// The principal point by every method: name, value, what it is.
+pub fn method_lines(points: &PrincipalPoints) -> Vec<(&'static str, String, &'static str)> {
+    let all = [
+        (
+            "Bundle adjustment",
+            points.bundle,
+            "The result: all corners, with the lens model that they support.",
+        ),
+        (
+            "Free homographies",
+            points.free_homography,
+            "The independent check: assumes no common focal length.",
+        ),
+        (
+            "Principal lines, weighted",
+            points.pl_weighted,
+            "From raw corners. Pulled by distortion, as expected.",
+        ),
+        (
+            "Principal lines",
+            points.pl_unweighted,
+            "From raw corners, as in the source paper. Pulled by distortion, as expected.",
+        ),
+        (
+            "Principal lines and ring",
+            points.pl_ring,
+            "From raw corners, with a common focal length. Pulled by distortion, as expected.",
+        ),
+        ("Zhang", points.zhang, "Zhang's method with k1, k2 and two focal lengths."),
+    ];
+    all.into_iter()
+        .filter_map(|(name, point, tip)| {
+            let point = point?;
+            let value = match point.covariance_px2 {
+                Some(c) => format!(
+                    "({:.2} ± {:.2}, {:.2} ± {:.2}) px",
+                    point.px.x,
+                    c[(0, 0)].max(0.0).sqrt(),
+                    point.px.y,
+                    c[(1, 1)].max(0.0).sqrt()
+                ),
+                None => format!("({:.2}, {:.2}) px", point.px.x, point.px.y),
+            };
+            Some((name, value, tip))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_without_a_board_are_named() {
+        assert_eq!(open_corners([false; 4]), None);
+        let one = open_corners([false, true, false, false]).expect("one is open");
+        assert!(one.starts_with("The board hardly reached the top right corner"), "{one}");
+        let all = open_corners([true; 4]).expect("all are open");
+        assert!(all.contains("top left, top right, bottom right and bottom left corners"), "{all}");
+        let three = open_corners([true, true, false, true]).expect("three are open");
+        assert!(three.contains("top left, top right and bottom left corners"), "{three}");
+    }
+
+    #[test]
+    fn the_commonest_reasons_are_counted() {
+        let asked = [(Prompt::Closer, 12), (Prompt::Glare, 1)];
+        let said = most_often(&asked).expect("there are reasons");
+        assert_eq!(
+            said,
+            "Most often: “Come closer” (12 pictures), “Too much glare. Tilt the board” (1 picture)."
+        );
+        assert_eq!(most_often(&[]), None);
+    }
+}

@@ -1,0 +1,54 @@
+//! What a session finds out on the way, one sentence each.
+
+use super::percent;
+use boresight_guide::session::{FarBoard, HeldOutPair, Snapshot};
+
+/// What a board that stays small can reach: "The board fills 28 % of the picture. …".
+pub fn far_board(far: &FarBoard) -> String {
+    let (pp, projection) = (px(far.reach.pp_sigma_px), px(far.reach.projection_sigma_px));
+    let size = percent(far.span_fraction);
+    let twice = far.twice_the_size.map_or(String::new(), |twice| {
+        format!(
+            " With a board twice the size: {} and {}.",
+            px(twice.pp_sigma_px),
+            px(twice.projection_sigma_px)
+        )
+    });
+    format!(
+        "At {size} of the picture, this board can measure the principal point to about {pp} and projection to {projection}.{twice} Judging by projection."
+    )
+}
+
+/// How well the newest pair was predicted: "Earlier views predicted views 3 and 4 to 0.11 px".
+pub fn held_out(pair: &HeldOutPair, snapshot: &Snapshot) -> Option<String> {
+    let [first, second] = pair.views.map(|index| snapshot.views.get(index));
+    let (first, second) = (first?.number, second?.number);
+    Some(format!("Earlier views predicted views {first} and {second} to {}", px(pair.rms_px)))
+}
+
+fn px(value_px: f64) -> String {
+    match value_px {
+        small if small < 0.995 => format!("{value_px:.2} px"),
+        middle if middle < 9.95 => format!("{value_px:.1} px"),
+        _ => format!("{value_px:.0} px"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use boresight_guide::guidance::Reach;
+
+    #[test]
+    fn a_small_board_is_announced_with_what_it_reaches() {
+        let reach = Reach { pp_sigma_px: 6.24, projection_sigma_px: 1.21 };
+        let twice = Reach { pp_sigma_px: 1.6, projection_sigma_px: 0.31 };
+        let far = FarBoard { span_fraction: 0.28, reach, twice_the_size: Some(twice) };
+        assert_eq!(
+            far_board(&far),
+            "At 28 % of the picture, this board can measure the principal point to about 6.2 px and projection to 1.2 px. With a board twice the size: 1.6 px and 0.31 px. Judging by projection."
+        );
+        let alone = far_board(&FarBoard { twice_the_size: None, ..far });
+        assert!(alone.ends_with("projection to 1.2 px. Judging by projection."), "{alone}");
+    }
+}

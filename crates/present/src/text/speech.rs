@@ -1,0 +1,41 @@
+//! What is said aloud. Heard once and not read twice: the most important word first, and nothing that only makes
+//! sense on a screen.
+
+use super::{camera, edge, prompt};
+use boresight_detect::Side;
+use boresight_guide::session::Prompt;
+
+/// What to do now, in six spoken words at most and without a number.
+pub fn spoken(asked: Prompt) -> String {
+    match asked {
+        Prompt::Complete => "Done. Put the board down".into(),
+        Prompt::Exhausted => "Finished. More views won't help".into(),
+        Prompt::Failed => "Stopped. Your views are safe".into(),
+        Prompt::CameraLost => "Camera lost".into(),
+        Prompt::Frozen => "Picture frozen".into(),
+        Prompt::LensMoved(control) => {
+            format!("{} changed", camera::capital(camera::control(control)))
+        }
+        Prompt::Taken => "Taken".into(),
+        Prompt::ShowWholeFirst => "The whole board first".into(),
+        Prompt::CutOff(Side::Left) => "Move right".into(),
+        Prompt::CutOff(Side::Right) => "Move left".into(),
+        Prompt::CutOff(Side::Top) => "Move down".into(),
+        Prompt::CutOff(Side::Bottom) => "Move up".into(),
+        Prompt::Glare => "Glare. Tilt the board".into(),
+        Prompt::Blurred => "Blurry. Hold still".into(),
+        Prompt::Busy => "Find a plainer background".into(),
+        Prompt::TipInstead(away) => format!("Now the {} edge away", edge(away)),
+        Prompt::OntoTheOutline => "Almost. Onto the outline".into(),
+        Prompt::Contradicts => "That doesn't fit. Board flat?".into(),
+        Prompt::SteadyTheBoard => "Rest your elbows".into(),
+        Prompt::CameraNotReady => "Wait for the camera".into(),
+        other => prompt(other),
+    }
+}
+
+/// To try the voice.
+pub const VOICE_TEST: &str = "This is how I sound";
+/// No program speaks.
+pub const NO_VOICE: &str =
+    "No voice: install speech-dispatcher (spd-say) or espeak-ng, then try again";

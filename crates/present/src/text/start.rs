@@ -1,0 +1,238 @@
+//! The words of the start page.
+
+use super::window::written;
+use boresight_geometry::markers::{Dictionary, InvalidMarkers};
+use boresight_guide::guidance::Plan;
+
+/// Headings of the cards.
+pub const CAMERA: &str = "Camera";
+/// See [`CAMERA`].
+pub const BOARD: &str = "Board";
+/// See [`CAMERA`].
+pub const START: &str = "Start";
+
+/// Where no camera is.
+pub const NO_CAMERA: &str = "No camera found";
+/// What to do then.
+pub const NO_CAMERA_ACTION: &str =
+    "Plug one in: it appears here. Or try a simulation, or look at a recording.";
+/// While a camera gets ready.
+pub const WAITING: &str = "Waiting for a picture";
+/// The button for the simulated camera.
+pub const SIMULATION: &str = "Simulation";
+/// See [`SIMULATION`].
+pub const SIMULATION_TIP: &str =
+    "Watch a simulated person follow the guidance. It calibrates nothing.";
+/// The button for recordings.
+pub const RECORDINGS: &str = "Recordings";
+/// See [`RECORDINGS`].
+pub const RECORDINGS_TIP: &str = "Step through a session you recorded before.";
+/// The field for any other source.
+pub const OTHER: &str = "Stream or file";
+/// See [`OTHER`].
+pub const OTHER_TIP: &str =
+    "An address such as rtsp://…, a video file, a folder of pictures, or sim:SCENE.toml.";
+/// A stream that was used before.
+pub const RECENT_TIP: &str = "Used before. Passwords aren't stored: add yours again.";
+/// The mode of the chosen camera.
+pub const MODE: &str = "Mode";
+/// The best mode.
+pub const BEST_MODE: &str = "Best mode";
+/// The question about the mirror.
+pub const MIRROR: &str = "Does the camera face you?";
+/// See [`MIRROR`].
+pub const MIRROR_TIP: &str = "If it does, the picture is shown as in a mirror, so left and right match yours. M changes it later.";
+/// The answers.
+pub const YES: &str = "Yes, mirror it";
+/// See [`YES`].
+pub const NO: &str = "No";
+
+/// Size of a camera's pictures.
+pub fn mode(width_px: u32, height_px: u32) -> String {
+    format!("{width_px} × {height_px}")
+}
+
+/// A camera for a screen reader.
+pub fn camera(name: &str, mode: &str) -> String {
+    if mode.is_empty() { name.into() } else { format!("{name}, {mode}") }
+}
+
+/// The kinds of board, plain and with markers, each with its explanation.
+pub const KINDS: [(&str, &str); 2] = [
+    ("Checkerboard", "Dark and light squares, nothing else."),
+    (
+        "ChArUco",
+        "A checkerboard with a marker in each light square. A part of it is enough: best for the corners of the picture and for wide lenses.",
+    ),
+];
+
+/// The chosen board, with the dictionary of its markers.
+pub fn board([columns, rows]: [u16; 2], dictionary: Option<Dictionary>) -> String {
+    let squares = format!("{} × {} squares", columns + 1, rows + 1);
+    match dictionary {
+        None => format!("{squares}, {columns} × {rows} inner corners"),
+        Some(dictionary) => format!("{squares}, {dictionary}"),
+    }
+}
+
+/// Before the counts of a ChArUco board.
+pub const SQUARES: &str = "Squares";
+/// See [`SQUARES`].
+pub const SQUARES_TIP: &str = "Dark and light ones, in each direction.";
+/// Before the dictionary.
+pub const DICTIONARY: &str = "Dictionary";
+/// See [`DICTIONARY`].
+pub const DICTIONARY_TIP: &str = "The set that the markers are from. It's usually printed on the board, and in the program that made it.";
+/// Before the side of a marker.
+pub const MARKER: &str = "Marker";
+/// See [`MARKER`].
+pub const MARKER_TIP: &str =
+    "Side of a marker with its black frame. Measure it: corners are found between the markers.";
+
+/// A dictionary, as short as OpenCV's users know it.
+pub fn dictionary(dictionary: Dictionary) -> String {
+    dictionary.name().trim_start_matches("DICT_").to_owned()
+}
+
+/// Why a board can't have its markers in squares of `square_m` metres, and what to do.
+pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str) {
+    match why {
+        InvalidMarkers::Count { needed, dictionary, count, .. } => (
+            format!("This board has {needed} markers, and {dictionary} has {count}"),
+            "Choose a larger dictionary, or fewer squares.",
+        ),
+        InvalidMarkers::Side { .. } => {
+            let [least_m, most_m] = InvalidMarkers::SIDES_SQUARES.map(|share| share * square_m);
+            let sides = format!("{} to {}", square(least_m), square(most_m));
+            (format!("Markers in these squares have sides of {sides}"), "Measure both again.")
+        }
+    }
+}
+
+/// Before the counts.
+pub const CORNERS: &str = "Inner corners";
+/// See [`CORNERS`].
+pub const CORNERS_TIP: &str = "Where four squares meet: one fewer than squares in each direction. Or hold it up: Detect my board counts them.";
+/// Between the counts, and for a screen reader.
+pub const SIDES: [&str; 2] = ["columns", "rows"];
+/// Before the side of a square.
+pub const SQUARE: &str = "Square";
+/// See [`SQUARE`].
+pub const SQUARE_TIP: &str =
+    "Measure several squares and divide. It sets distances only, not the lens.";
+
+/// The side of a square, to a hundredth of a millimetre.
+pub fn square(square_m: f64) -> String {
+    let text = format!("{:.2}", 1e3 * square_m);
+    format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// The button that counts.
+pub const DETECT: &str = "Detect my board";
+/// See [`DETECT`].
+pub const DETECT_TIP: &str = "Hold your board in front of the chosen camera.";
+/// Without a camera.
+pub const DETECT_NEEDS: &str = "Choose a camera first.";
+/// While no board is seen.
+pub const DETECTING: &str = "Show the whole board with its white margin";
+
+/// What was counted.
+pub fn detected([columns, rows]: [u16; 2]) -> String {
+    format!("Your board has {columns} × {rows} inner corners")
+}
+
+/// The button that prints.
+pub const PRINT: &str = "Print this board";
+/// See [`PRINT`].
+pub const PRINT_TIP: &str =
+    "Write a PDF with the largest squares that fit, and open it. Nothing is overwritten.";
+/// Before the names of papers.
+pub const PAPER: &str = "Paper";
+
+/// A board that was written.
+pub fn printed(file: &std::path::Path, square_m: f64) -> String {
+    format!("{}. Squares of {}.", written(file), square(square_m))
+}
+
+/// The button that shows it.
+pub const SHOW: &str = "Show it on another screen";
+/// See [`SHOW`].
+pub const SHOW_TIP: &str = "Open a window with the board. Drag it to a flat screen and press F11. Move the camera instead of the board.";
+/// Title of that window.
+pub const SHOWN_TITLE: &str = "boresight board";
+
+/// Below the board on a screen.
+pub fn shown([columns, rows]: [u16; 2]) -> String {
+    format!(
+        "{columns} × {rows} inner corners. Measure the {} squares of a row and divide by {}. F11: full screen. Esc: close.",
+        columns + 1,
+        columns + 1
+    )
+}
+
+/// The button that starts.
+pub const GO: &str = "Start session";
+/// See [`GO`].
+pub const GO_TIP: &str = "Begin. Photos are taken automatically.";
+/// The choice of a plan.
+pub const PLAN: &str = "How thorough?";
+/// Seconds per view, from the first frame on, of people with shaky hands: the median of 13 simulated sessions. Over 38
+/// sessions of people of all kinds it's 3.8.
+const SECS_PER_VIEW: f64 = 6.0;
+
+/// How long it may last.
+pub fn minutes(plan: Plan) -> String {
+    let views = match plan {
+        Plan::Quick => 4.0,
+        Plan::Adaptive => 6.0,
+        Plan::Full => 8.0,
+    };
+    let halves = (SECS_PER_VIEW * views / 30.0).ceil() as u32;
+    match (halves / 2, halves % 2) {
+        (0, _) => "about ½ min".into(),
+        (minutes, 0) => format!("about {minutes} min"),
+        (minutes, _) => format!("about {minutes}½ min"),
+    }
+}
+/// What happens next.
+pub const STEPS: [&str; 3] = [
+    "Match the card in the picture with your board.",
+    "Hold still: photos are taken automatically.",
+    "When it's complete, you get a report.",
+];
+/// With a board that can't be.
+pub const NO_BOARD: &str = "Correct the board first";
+/// Without a source.
+pub const NO_SOURCE: &str = "Choose a camera first";
+/// The choice of full screen.
+pub const FULL_SCREEN: &str = "Full screen while you hold the board";
+/// See [`FULL_SCREEN`].
+pub const FULL_SCREEN_TIP: &str =
+    "Fills the screen once mouse and keys have rested for two seconds.";
+
+/// While a session runs.
+pub const RUNNING: &str = "A session is running";
+/// See [`RUNNING`].
+pub const RUNNING_ACTION: &str =
+    "Finish it to choose another camera or board. Your views are safe.";
+/// The button back to it.
+pub const BACK: &str = "Back to the session";
+
+/// What happened to the board.
+pub fn switched([columns, rows]: [u16; 2], [before_columns, before_rows]: [u16; 2]) -> String {
+    format!(
+        "This board has {columns} × {rows} inner corners: used instead of {before_columns} × {before_rows}"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_views_take_longer() {
+        assert_eq!(minutes(Plan::Quick), "about ½ min");
+        assert_eq!(minutes(Plan::Adaptive), "about 1 min");
+        assert_eq!(minutes(Plan::Full), "about 1 min");
+    }
+}

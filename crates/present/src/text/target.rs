@@ -1,0 +1,144 @@
+//! Words on a printed board, and what to do with it.
+
+use crate::target::{DoesNotFit, LINES, Plan};
+use boresight_geometry::board::Checkerboard;
+
+/// The board that a code in its margin names.
+pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String {
+    let (columns, rows) = (board.columns(), board.rows());
+    let printed_mm = board.square_m() * 1e3;
+    let measured = if (square_mm - printed_mm).abs() > 5e-4 {
+        format!(", measured {}", millimetres(square_mm))
+    } else {
+        String::new()
+    };
+    format!("Board from its code: {columns}x{rows}, {}{measured}, ID {id}", millimetres(printed_mm))
+}
+
+/// Where a board is printed with a code.
+pub fn code_in_margin(id: &str) -> String {
+    format!("Board ID {id}: commands read the board from the code in its margin, without --board")
+}
+
+/// Where it is printed without one.
+pub const NO_ROOM_FOR_CODE: &str =
+    "No code in the margin: there's no room for it beside squares of this size";
+
+/// What is printed beside the ruler, with the board's ID if it has one.
+pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
+    let Plan { columns, rows, ruler_mm, .. } = plan;
+    let (square, width) = (millimetres(plan.square_mm), millimetres(plan.board_width_mm()));
+    let [show, mount] = if plan.page.pixels.is_some() {
+        ["Show at 100 %, unscaled, full brightness.", "Clean the screen; keep reflections off it."]
+    } else {
+        [
+            "Print at 100 % (actual size), not \"fit to page\".",
+            "Glue it flat: no gap under a straight edge.",
+        ]
+    };
+    [
+        match (id, &plan.markers) {
+            (_, Some(markers)) => format!(
+                "ChArUco {}x{} squares of {square}, {}, markers {}",
+                columns + 1,
+                rows + 1,
+                markers.dictionary,
+                millimetres(plan.square_mm * markers.side_squares)
+            ),
+            (Some(id), None) => format!("{columns}x{rows} inner corners, square {square}, ID {id}"),
+            (None, None) => {
+                format!("Checkerboard {columns}x{rows} (inner corners), square {square}")
+            }
+        },
+        show.into(),
+        format!("Measure: ruler {}, board {width} wide.", millimetres(*ruler_mm)),
+        mount.into(),
+        format!("boresight guide {}", arguments(plan)),
+    ]
+}
+
+/// What to do with the written file, step by step.
+pub fn target_steps(plan: &Plan) -> Vec<String> {
+    let ruler = millimetres(plan.ruler_mm);
+    let (across, width) = (plan.columns + 1, millimetres(plan.board_width_mm()));
+    let measure = |again: &str| {
+        format!(
+            "Check with a steel ruler: the printed ruler is {ruler} long, and the board's {across} squares are {width} wide. If not, {again}, or give the measured width divided by {across} as --square."
+        )
+    };
+    let mut steps = if plan.page.pixels.is_some() {
+        vec![
+            "Show it full screen at 100 %, one image pixel per screen pixel.".into(),
+            measure("correct --dpi"),
+            "Clean the screen, set full brightness, and keep reflections off it. Any screen that isn't curved is flat enough.".into(),
+        ]
+    } else {
+        vec![
+            "Print at 100 % (\"actual size\", not \"fit to page\") on matt paper.".into(),
+            measure("print again"),
+            "Glue the whole sheet to something stiff and flat (glass, aluminium, board of 5 mm or more). Lay a straight edge along both diagonals: three sheets of office paper (0.3 mm) must not slip under it.".into(),
+        ]
+    };
+    if plan.white_mm() < 0.999 * plan.square_mm {
+        steps.push(format!(
+            "The white margin is {} wide, narrower than a square: keep the background light, and don't cover the squares with your fingers.",
+            millimetres((10.0 * plan.white_mm()).floor() / 10.0)
+        ));
+    }
+    steps.push(format!("Calibrate: boresight guide {}", arguments(plan)));
+    steps
+}
+
+/// What fits instead.
+pub fn does_not_fit(err: &DoesNotFit) -> String {
+    match err {
+        DoesNotFit::TooLarge { largest_mm, paper, .. } => {
+            let largest = match largest_mm {
+                Some(mm) => {
+                    format!("the largest squares that fit are {}", millimetres(*mm))
+                }
+                None => "no squares fit: use fewer of them".into(),
+            };
+            let paper = match paper {
+                Some(paper) => format!("the smallest paper that works is {}", paper.name()),
+                None => "it doesn't fit on A4, Letter or A3".into(),
+            };
+            format!("{largest}; {paper}")
+        }
+        DoesNotFit::TooSmall { least_mm, .. } => {
+            format!("the smallest are {}", millimetres(*least_mm))
+        }
+    }
+}
+
+/// That the squares have another size than requested, if they have: a screen's squares are whole pixels.
+pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
+    ((plan.square_mm - asked_mm).abs() > 5e-4).then(|| {
+        format!(
+            "Squares of {} instead of {}: whole pixels of the screen",
+            millimetres(plan.square_mm),
+            millimetres(asked_mm)
+        )
+    })
+}
+
+fn arguments(plan: &Plan) -> String {
+    let length = |mm: f64| millimetres(mm).replace(' ', "");
+    let square = length(plan.square_mm);
+    match &plan.markers {
+        None => format!("--board {}x{} --square {square}", plan.columns, plan.rows),
+        Some(markers) => format!(
+            "--board charuco:{}x{}:{}:{} --square {square}",
+            plan.columns + 1,
+            plan.rows + 1,
+            markers.dictionary,
+            length(plan.square_mm * markers.side_squares)
+        ),
+    }
+}
+
+/// A length to a micrometre, with its unit.
+fn millimetres(mm: f64) -> String {
+    let text = format!("{mm:.3}");
+    format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
+}

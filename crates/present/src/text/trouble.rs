@@ -1,0 +1,70 @@
+//! What is wrong in a session, and what to do: which troubles are shown, and in what order, for the window and the
+//! phone's page alike.
+
+use super::{
+    camera::{self, printable},
+    window as words,
+};
+use boresight_geometry::device::Fault;
+use boresight_guide::session::{Prompt, Snapshot, Stream};
+
+/// What is wrong and what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trouble {
+    /// The cause.
+    pub what: String,
+    /// What to do; may be empty.
+    pub action: String,
+    /// What a device or program said about it; may be empty.
+    pub detail: String,
+    /// Inner corners (columns, rows) of a board that could be used instead.
+    pub board: Option<[u16; 2]>,
+}
+
+impl Trouble {
+    /// Without a detail.
+    pub fn plain((what, action): (String, String)) -> Self {
+        Self { what, action, detail: String::new(), board: None }
+    }
+}
+
+/// Everything that is wrong, the most important first: a worker that failed, what keeps views from being taken, doubts
+/// about the pictures, another board. Each is named once.
+pub fn troubles(snapshot: &Snapshot) -> Vec<Trouble> {
+    let of_fault = |fault: Fault, detail: &str| {
+        let (what, action) = camera::fault(fault);
+        let detail = printable(detail);
+        Trouble { detail, ..Trouble::plain((what.into(), action.into())) }
+    };
+    let failures = snapshot.failures.iter().map(|(worker, reason)| {
+        Trouble::plain((words::failed(worker, reason), words::FAILED_ACTION.into()))
+    });
+    let camera = &snapshot.camera;
+    let lost = match &camera.stream {
+        Stream::Lost { fault, detail } => Some(Trouble {
+            action: camera::action_while_lost(*fault).into(),
+            ..of_fault(*fault, detail)
+        }),
+        _ => camera::geometry_moved(camera).map(Trouble::plain),
+    };
+    let frozen = |fault: &Fault| *fault == Fault::Frozen;
+    let doubts = || camera.doubts.iter().map(|(fault, detail)| (*fault, detail.as_str()));
+    let (first, others) =
+        (doubts().filter(|(fault, _)| frozen(fault)), doubts().filter(|(fault, _)| !frozen(fault)));
+    let doubts = first.chain(others).map(|(fault, detail)| of_fault(fault, detail));
+    let board = words::other_board(snapshot)
+        .map(|said| Trouble { board: board_in_view(snapshot), ..Trouble::plain(said) });
+    let mut troubles: Vec<Trouble> = Vec::new();
+    for trouble in failures.chain(lost).chain(doubts).chain(board) {
+        if !troubles.iter().any(|told| told.what == trouble.what) {
+            troubles.push(trouble);
+        }
+    }
+    troubles
+}
+
+/// Inner corners of the board in view, if it isn't the chosen one.
+fn board_in_view(snapshot: &Snapshot) -> Option<[u16; 2]> {
+    let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
+    Some([columns.try_into().ok()?, rows.try_into().ok()?])
+}

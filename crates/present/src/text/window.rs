@@ -1,0 +1,254 @@
+//! Sentences, labels and tooltips of the window.
+
+use boresight_geometry::device::{Adjustable, Control};
+use boresight_guide::{
+    guidance::{Plan, Refusal},
+    session::{CameraState, Edge, LiveView, Prompt, Snapshot, Stream, ViewNumber, ViewSummary},
+};
+
+use super::{deg, edge, numbers::signed, view_name};
+pub use super::{gauge::*, numbers::*, result::*};
+
+/// The window's title.
+pub const TITLE: &str = "boresight";
+
+/// The one sentence to read from across the room. With `mirrored`, left and right are those of a person who
+/// faces the camera.
+pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
+    super::prompt(prompt(snapshot, mirrored))
+}
+
+/// What is asked for, as [`sentence`] says it.
+pub fn prompt(snapshot: &Snapshot, mirrored: bool) -> Prompt {
+    let prompt = snapshot.shown.prompt;
+    if mirrored { prompt.mirrored() } else { prompt }
+}
+
+/// Across the picture of a simulated camera.
+pub const SIMULATED_CAMERA: &str = "SIMULATED";
+
+/// Shown before the first frame is processed.
+pub const STARTING: &str = "Starting";
+
+/// Shown while the result is computed and stored.
+pub const ENDING: &str = "Saving the result";
+
+fn mirrored_direction(direction_rad: f64) -> f64 {
+    std::f64::consts::PI - direction_rad
+}
+
+/// Name of a direction in the picture, by the edge of the board that is tipped away.
+pub fn direction_name(direction_rad: f64, mirrored: bool) -> &'static str {
+    edge(Edge::towards(if mirrored { mirrored_direction(direction_rad) } else { direction_rad }))
+}
+
+/// State of one slot of the wheel; `taken` is the newest view in it.
+pub fn slot_state(
+    slot_rad: f64,
+    taken: Option<ViewNumber>,
+    wanted: bool,
+    mirrored: bool,
+) -> String {
+    let name = direction_name(slot_rad, mirrored);
+    match (taken, wanted) {
+        (_, true) => format!("{name} edge away: next"),
+        (Some(view), false) => format!("{name} edge away: {}", view_name(view)),
+        (None, false) => format!("{name} edge away: open"),
+    }
+}
+
+/// Heading of the wheel.
+pub const WHEEL: &str = "Directions";
+/// Tooltip of the wheel.
+pub const WHEEL_TIP: &str = "Each dot is a direction in which the board is tipped away from the camera. Opposite tilts cancel each other's lens error.";
+
+/// Caption of a thumbnail.
+pub fn thumbnail(view: &ViewSummary, mirrored: bool) -> String {
+    let (number, off) = (view.number, signed(view.pl_residual_px));
+    format!("{number} {} {off} px", direction_name(view.tilt_azimuth_rad, mirrored))
+}
+
+/// Tooltip of a thumbnail: what the view measures.
+pub fn thumbnail_tip(view: &ViewSummary, mirrored: bool) -> String {
+    let tilt = view.tilt_rad.map_or("?".into(), deg);
+    let partner = match view.partner {
+        Some(partner) => format!("Partner: {}.", view_name(partner)),
+        None => "No partner yet.".into(),
+    };
+    let rms = view.rms_px.map_or(String::new(), |rms| format!(" Corners fit to {rms:.2} px."));
+    format!(
+        "View {}: {} edge away, tilt {tilt}°. Its principal line misses the principal point by {} px. {partner}{rms}",
+        view.number,
+        direction_name(view.tilt_azimuth_rad, mirrored),
+        signed(view.pl_residual_px)
+    )
+}
+
+/// Label of a thumbnail's button.
+pub fn remove_view(number: ViewNumber) -> String {
+    format!("Remove {}", view_name(number))
+}
+
+/// How long ago the drawing on the picture was measured.
+pub fn overlay_age(age_secs: f64) -> String {
+    format!("overlay delay {:.0} ms", 1e3 * age_secs.max(0.0))
+}
+
+/// Frame rate of the source, and how many frames newer ones replaced.
+pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
+    let rate = per_sec.map_or("no pictures".into(), |rate| format!("{rate:.0} pictures/s"));
+    match replaced {
+        0 => rate,
+        1 => format!("{rate}, 1 skipped"),
+        n => format!("{rate}, {n} skipped"),
+    }
+}
+
+/// Tooltip that explains "skipped".
+pub const FRAMES_TIP: &str = "Pictures from the source. Skipped pictures arrived while the previous one was being analysed. They were shown but not measured.";
+
+/// On the picture of a lost camera.
+pub fn lost_for(secs: f64) -> String {
+    format!("{:.0} s", secs.max(0.0))
+}
+
+/// Heading of what a device or program said.
+pub const DETAILS: &str = "Details";
+
+/// Shown when no new picture has arrived for a while.
+pub fn stalled(secs: f64) -> String {
+    format!("No picture for {secs:.0} s")
+}
+
+/// What to do when no picture comes.
+pub const STALLED_ACTION: &str =
+    "Your views are safe. Check the cable; capture resumes when pictures arrive.";
+
+/// A worker that failed.
+pub fn failed(worker: &str, reason: &str) -> String {
+    format!("The {worker} failed: {}", super::camera::printable(reason))
+}
+
+/// What to do about a failed worker.
+pub const FAILED_ACTION: &str =
+    "Your views are safe. Fix the problem, then choose Continue on the Result page.";
+
+/// Which board is shown instead of the chosen one, and what to do; `None` if it's the chosen one.
+pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
+    let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
+    let chosen = &snapshot.setup.board;
+    Some((
+        format!(
+            "This board has {columns} × {rows} inner corners. You chose {} × {}",
+            chosen.columns(),
+            chosen.rows()
+        ),
+        if snapshot.views.is_empty() {
+            format!("Hold it a moment longer to use {columns} × {rows}.")
+        } else {
+            "Show the first board, or start a new session with this one. Your views are safe."
+                .into()
+        },
+    ))
+}
+
+/// The button that uses another board.
+pub fn use_board([columns, rows]: [u16; 2]) -> String {
+    format!("Use {columns} × {rows}")
+}
+
+/// A session has ended while another page is seen.
+pub const FINISHED: &str = "Finished. See Result (F2)";
+
+/// Label of the live picture for screen readers.
+pub const PICTURE: &str = "Live picture";
+/// Shown before the first view.
+pub const NO_VIEWS: &str = "Match the outline and hold still. Photos are taken automatically.";
+/// Tooltip of a thumbnail's button.
+pub const REMOVE_TIP: &str = "Remove this view. Restore (R) undoes it.";
+/// Heading of the camera's controls.
+pub const CAMERA: &str = "Camera";
+/// Its tooltip.
+pub const CAMERA_TIP: &str = "Camera settings, as read back from the camera. Focus and zoom must not change during a session.";
+
+/// The live camera's mode, controls except those in `adjustables`, and losses; empty if the source is no live
+/// camera.
+pub fn camera_lines(
+    camera: &CameraState,
+    adjustables: &[Adjustable],
+) -> Vec<(&'static str, String)> {
+    if camera.stream == Stream::NotLive {
+        return Vec::new();
+    }
+    let mut lines = Vec::new();
+    lines.extend(camera.mode.as_ref().map(|mode| ("mode", super::camera::mode(mode))));
+    for control in [Control::Focus, Control::Zoom, Control::Exposure] {
+        if adjustables.iter().all(|adjustable| adjustable.control != control) {
+            let lock = super::camera::lock(camera.locks.of(control));
+            lines.push((super::camera::control(control), lock));
+        }
+    }
+    lines.push(("lost frames", camera.dropped.to_string()));
+    if camera.rejected > 0 {
+        lines.push(("damaged", camera.rejected.to_string()));
+    }
+    lines
+}
+
+/// Why a replayed frame wasn't taken.
+pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
+    match (refusal, live.map(|live| &live.corners_px)) {
+        (Refusal::NotFound, Some(Err(miss))) => super::miss(miss),
+        (refusal, _) => super::refusal(refusal),
+    }
+}
+
+/// Name and explanation of a plan.
+pub fn plan(plan: Plan) -> (&'static str, &'static str) {
+    match plan {
+        Plan::Quick => ("Quick", "Four views."),
+        Plan::Full => ("Full", "Eight views, tipped in every direction."),
+        Plan::Adaptive => {
+            ("Adaptive", "Four views, then the most useful ones until the goal is reached.")
+        }
+    }
+}
+
+/// A second Ctrl-C.
+pub const ENDED_AT_ONCE: &str = "Ended at once. Views shown as taken are on the disk; a camera's focus and exposure may still be locked: resume the session with --session to put them back.";
+
+/// There is no display to open a window on.
+pub const IN_TERMINAL: &str = "No display found. Guiding in this terminal instead.";
+/// The build has no window.
+pub const BUILT_WITHOUT: &str = "This build has no window. Guiding in this terminal instead.";
+/// What to do without a display.
+pub const NO_DISPLAY_ACTION: &str =
+    "Use --headless for guidance in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";
+/// What to do if the display went away under an open window.
+pub const LOST_DISPLAY_ACTION: &str =
+    "Your views are saved. To continue: boresight guide --session DIR";
+/// What to do if the window system refuses.
+pub const NO_WINDOW_ACTION: &str = "Check that DISPLAY or WAYLAND_DISPLAY names an existing display. Install what's missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless for guidance in the terminal.";
+/// The source was not named and no camera is there.
+pub const NO_CAMERA: &str = "No camera found: showing a simulation";
+/// Heading of the page for a session that could not be started.
+pub const NOT_STARTED: &str = "The session couldn't start";
+/// Its buttons and what they do.
+pub const TRY_AGAIN: &str = "Try again";
+/// See [`TRY_AGAIN`].
+pub const TRY_AGAIN_TIP: &str = "Try the same source again.";
+/// See [`TRY_AGAIN`].
+pub const OTHER_SOURCE: &str = "Choose another source";
+/// See [`TRY_AGAIN`].
+pub const SIMULATED: &str = "Try a simulation";
+/// See [`TRY_AGAIN`].
+pub const SIMULATED_TIP: &str =
+    "Watch a simulated technician follow the guidance. No camera needed.";
+
+/// The result could not be stored and nobody knows why.
+pub const ENDING_FAILED: &str = "The result couldn't be saved";
+/// A file was dropped where it means nothing.
+pub const DROP_TIP: &str = "Drop a session folder here to replay it. After a session, drop an older calibration to compare.";
+
+/// Heading of the list of keys.
+pub const HELP: &str = "Keys";

@@ -1,0 +1,102 @@
+//! How the live camera is to be used.
+
+use serde::{Deserialize, Serialize};
+
+use boresight_geometry::{
+    device::{PixelLayout, Wanted},
+    frame::ImageSize,
+};
+
+/// The live camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct CameraConfig {
+    pub mode: String,
+    pub backend: Backend,
+}
+
+/// Through what a live camera is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Backend {
+    /// The system's best: V4L2 on Linux, nokhwa elsewhere.
+    #[default]
+    Auto,
+    /// The kernel's interface of Linux.
+    V4l,
+    /// The library nokhwa.
+    Nokhwa,
+}
+
+impl Backend {
+    /// Whether this is the library; `auto` is on every system but Linux.
+    pub fn is_nokhwa(self) -> bool {
+        match self {
+            Self::Auto => cfg!(not(all(target_os = "linux", feature = "live"))),
+            Self::V4l => false,
+            Self::Nokhwa => true,
+        }
+    }
+}
+
+impl Default for CameraConfig {
+    fn default() -> Self {
+        Self { mode: "auto".into(), backend: Backend::Auto }
+    }
+}
+
+impl CameraConfig {
+    /// What is wanted of the camera's mode; `None` if the text is no mode.
+    pub fn wanted(&self) -> Option<Wanted> {
+        let mut wanted = Wanted::default();
+        if self.mode == "auto" {
+            return Some(wanted);
+        }
+        let (text, format) = match self.mode.split_once(':') {
+            Some((text, format)) => (text, Some(format)),
+            None => (self.mode.as_str(), None),
+        };
+        let (size, rate) = match text.split_once('@') {
+            Some((size, rate)) => (size, Some(rate)),
+            None => (text, None),
+        };
+        if !size.is_empty() {
+            let (width, height) = size.split_once('x')?;
+            let side = |text: &str| text.parse().ok().filter(|side| *side > 0);
+            wanted.size = Some(ImageSize { width_px: side(width)?, height_px: side(height)? });
+        }
+        if let Some(rate) = rate {
+            wanted.rate_hz =
+                Some(rate.parse().ok().filter(|hz: &f64| *hz > 0.0 && hz.is_finite())?);
+        }
+        if let Some(format) = format {
+            let layouts =
+                [PixelLayout::Grey, PixelLayout::Yuyv, PixelLayout::Nv12, PixelLayout::Mjpeg];
+            let named = |layout: &PixelLayout| layout.name().eq_ignore_ascii_case(format);
+            wanted.layout = Some(layouts.into_iter().find(named)?);
+        }
+        Some(wanted)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_are_named_by_size_rate_and_format() {
+        let wanted =
+            |mode: &str| CameraConfig { mode: mode.into(), ..CameraConfig::default() }.wanted();
+        let size = Some(ImageSize { width_px: 1280, height_px: 720 });
+        let none = Wanted::default();
+        assert_eq!(wanted("auto"), Some(none));
+        assert_eq!(wanted("1280x720"), Some(Wanted { size, ..none }));
+        let all = Wanted { size, rate_hz: Some(7.5), layout: Some(PixelLayout::Mjpeg) };
+        assert_eq!(wanted("1280x720@7.5:mjpg"), Some(all));
+        assert_eq!(wanted(":YUYV"), Some(Wanted { layout: Some(PixelLayout::Yuyv), ..none }));
+        for wrong in ["1280", "1280x", "0x720", "1280x720@", "@-3", ":H264"] {
+            assert_eq!(wanted(wrong), None, "{wrong}");
+        }
+    }
+}

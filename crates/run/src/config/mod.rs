@@ -1,0 +1,594 @@
+//! Configuration: TOML in, typed parameters out. The only place with millimetres and degrees.
+
+mod camera;
+mod certificate;
+
+pub use camera::{Backend, CameraConfig};
+pub use certificate::CertificateConfig;
+
+use std::{collections::BTreeMap, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use boresight_calibrate::{
+    AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens, LensFamily, LensModel,
+};
+use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
+use boresight_geometry::{
+    board::{Checkerboard, InvalidBoard},
+    frame::ImageSize,
+    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers},
+};
+use boresight_guide::{
+    guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
+    session::SessionSetup,
+};
+
+/// The defaults with their explanations.
+pub const DEFAULT_TOML: &str = include_str!("../../../../config/default.toml");
+
+/// Everything that can be configured, in the units of people.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// The board.
+    pub board: BoardConfig,
+    /// The live camera.
+    #[serde(default)]
+    pub camera: CameraConfig,
+    /// The planner.
+    pub guidance: GuidanceConfig,
+    /// The solver.
+    pub calibration: CalibrationConfig,
+    /// The report's first sheet.
+    #[serde(default)]
+    pub certificate: CertificateConfig,
+    /// Printed boards by the ID of their code.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub boards: BTreeMap<String, MeasuredBoard>,
+}
+
+/// A printed board whose squares were measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredBoard {
+    /// Side of a square.
+    pub square_mm: f64,
+    /// How it was measured.
+    #[serde(default)]
+    pub measured_with: String,
+}
+
+/// The board.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct BoardConfig {
+    pub columns: u16,
+    pub rows: u16,
+    pub square_mm: f64,
+    #[serde(default = "scale_error_percent")]
+    pub scale_error_percent: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dictionary: Option<Dictionary>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub marker_mm: Option<f64>,
+}
+
+impl BoardConfig {
+    /// A board of `columns` and `rows` inner corners with these markers, or with none.
+    #[must_use]
+    pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
+        let dictionary = markers.map(|markers| markers.dictionary);
+        let marker_mm = markers.and_then(|markers| markers.side_m).map(|side_m| side_m * 1e3);
+        Self { columns, rows, dictionary, marker_mm, ..self }
+    }
+
+    /// The markers of a ChArUco board.
+    pub fn markers(&self) -> Option<MarkerChoice> {
+        let side_m = self.marker_mm.map(|mm| mm * 1e-3);
+        self.dictionary.map(|dictionary| MarkerChoice { dictionary, side_m })
+    }
+
+    /// The board as `--board` reads it: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`.
+    pub fn argument(&self) -> String {
+        let Self { columns, rows, dictionary, marker_mm, .. } = *self;
+        match dictionary {
+            None => format!("{columns}x{rows}"),
+            Some(dictionary) => {
+                let marker = marker_mm.map_or_else(String::new, |mm| format!(":{mm}mm"));
+                format!("charuco:{}x{}:{dictionary}{marker}", columns + 1, rows + 1)
+            }
+        }
+    }
+}
+
+/// Of recordings made before the setting.
+fn scale_error_percent() -> f64 {
+    100.0 * BOARD_SCALE_SD
+}
+
+/// The planner.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct GuidanceConfig {
+    pub plan: PlanName,
+    pub board_roll: BoardRollName,
+    pub min_tilt_deg: f64,
+    pub max_tilt_deg: f64,
+    pub target_tilt_deg: f64,
+    pub max_direction_sigma_deg: f64,
+    pub min_fill: f64,
+    pub target_fill: f64,
+    pub margin_px: f64,
+    #[serde(default = "default_target_margin")]
+    pub target_margin: f64,
+    pub max_slot_error_deg: f64,
+    pub independent_deg: f64,
+    pub independent_sigmas: f64,
+    pub partner_slot_deg: f64,
+    pub partner_offset_px: f64,
+    pub max_blur_px: f64,
+    pub hold_secs: f64,
+    #[serde(default = "default_max_smear_px")]
+    pub max_smear_px: f64,
+    pub still_widths_per_sec: f64,
+    pub stop_pp_sigma_px: f64,
+    pub stop_projection_sigma_px: f64,
+    /// `None` in recordings that don't know boards beyond the picture's edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_corner_sigma_px: Option<f64>,
+    pub min_views: usize,
+    pub max_views: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept: Option<AcceptanceGoal>,
+}
+
+// A session's settings may be older than a setting.
+
+fn default_target_margin() -> f64 {
+    GuidanceParams::default().target_margin_fraction
+}
+
+fn default_max_smear_px() -> f64 {
+    GuidanceParams::default().max_smear_px
+}
+
+/// Mirror of [`Plan`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "see Plan")]
+pub enum PlanName {
+    Quick,
+    Full,
+    Adaptive,
+}
+
+impl From<PlanName> for Plan {
+    fn from(name: PlanName) -> Self {
+        match name {
+            PlanName::Quick => Self::Quick,
+            PlanName::Full => Self::Full,
+            PlanName::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
+impl From<Plan> for PlanName {
+    fn from(plan: Plan) -> Self {
+        match plan {
+            Plan::Quick => Self::Quick,
+            Plan::Full => Self::Full,
+            Plan::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
+/// Mirror of [`BoardRoll`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "see BoardRoll")]
+pub enum BoardRollName {
+    Upright,
+    Turn,
+}
+
+/// The solver.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "explained in default.toml")]
+pub struct CalibrationConfig {
+    pub square_pixels: bool,
+    #[serde(default)]
+    pub varying_focal: bool,
+    #[serde(default)]
+    pub shifted_sensor: bool,
+    #[serde(default, skip_serializing_if = "LensName::is_auto")]
+    pub lens: LensName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known_lens: Option<KnownLens>,
+}
+
+/// The lens models to choose from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "see LensFamily")]
+pub enum LensName {
+    /// All families.
+    #[default]
+    Auto,
+    Brown,
+    Rational,
+    Fisheye,
+}
+
+impl LensName {
+    // By reference, as serde asks.
+    fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
+
+    /// The models.
+    pub fn models(self) -> Vec<LensModel> {
+        match self {
+            Self::Auto => LensModel::ALL.to_vec(),
+            Self::Brown => LensFamily::Brown.models(),
+            Self::Rational => LensFamily::Rational.models(),
+            Self::Fisheye => LensFamily::Fisheye.models(),
+        }
+    }
+}
+
+/// Why there is no configuration.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file could not be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The text is not a valid configuration.
+    #[error("{message} (in {origin})")]
+    Invalid {
+        /// What is wrong, in the parser's words.
+        message: String,
+        /// File name or command line.
+        origin: String,
+    },
+    /// The board is not usable.
+    #[error(transparent)]
+    Board(#[from] InvalidBoard),
+    /// The markers don't fit the board.
+    #[error(transparent)]
+    Markers(#[from] InvalidMarkers),
+}
+
+impl Config {
+    /// The defaults, with the settings of `file` and then each `key=value` of `settings` over them.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if a file cannot be read, or names or values are not known.
+    pub fn load(file: Option<&Path>, settings: &[String]) -> Result<Self, ConfigError> {
+        let mut table = defaults();
+        if let Some(path) = file {
+            let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+            let origin = path.display().to_string();
+            let over = toml::from_str(&text).map_err(|err| invalid(err.message(), &origin))?;
+            merge(&mut table, over);
+        }
+        let origin = file.map_or("the defaults".into(), |file| file.display().to_string());
+        Self::from_table(table, &origin)?.with(settings)
+    }
+
+    /// This configuration with each `key=value` of `settings` over it.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError::Invalid`] if a key is not known or its value does not fit.
+    pub fn with(&self, settings: &[String]) -> Result<Self, ConfigError> {
+        let mut table =
+            toml::Table::try_from(self).map_err(|err| invalid(&err.to_string(), "memory"))?;
+        for setting in settings {
+            let over = toml::from_str(setting)
+                .or_else(|_| match setting.split_once('=') {
+                    // A bare word is a string: --set guidance.plan=quick needs no quotes.
+                    Some((key, value)) => toml::from_str(&format!("{key}={value:?}")),
+                    None => toml::from_str(setting),
+                })
+                .map_err(|err| invalid(err.message(), setting))?;
+            merge(&mut table, over);
+        }
+        Self::from_table(table, &settings.join(" "))
+    }
+
+    fn from_table(table: toml::Table, origin: &str) -> Result<Self, ConfigError> {
+        let config: Self =
+            table.try_into().map_err(|err: toml::de::Error| invalid(err.message(), origin))?;
+        config.checked(origin)
+    }
+
+    /// Checks the settings of a session, which may come from somebody else.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if a value is out of range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.clone().checked("session.toml").map(drop)
+    }
+
+    fn checked(self, origin: &str) -> Result<Self, ConfigError> {
+        let g = &self.guidance;
+        let tilts = 0.0 < g.min_tilt_deg
+            && g.min_tilt_deg <= g.target_tilt_deg
+            && g.target_tilt_deg <= g.max_tilt_deg
+            && g.max_tilt_deg < 90.0;
+        let shares = (0.05..=1.0).contains(&g.min_fill)
+            && g.min_fill <= g.target_fill
+            && g.target_fill <= 1.0;
+        let positive = [
+            g.max_direction_sigma_deg,
+            g.max_slot_error_deg,
+            g.independent_deg,
+            g.independent_sigmas,
+            g.partner_slot_deg,
+            g.partner_offset_px,
+            g.max_blur_px,
+            g.max_smear_px,
+            g.still_widths_per_sec,
+            g.stop_pp_sigma_px,
+            g.stop_projection_sigma_px,
+        ]
+        .iter()
+        .chain(&g.stop_corner_sigma_px)
+        .all(|value| value.is_finite() && *value > 0.0);
+        let rest = (0.0..1e4).contains(&g.margin_px)
+            && (0.0..0.4).contains(&g.target_margin)
+            && (0.0..=60.0).contains(&g.hold_secs);
+        let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
+        let camera = self.camera.wanted().is_some();
+        let scale = (0.0..=10.0).contains(&self.board.scale_error_percent);
+        let certificate = self.certificate.is_usable();
+        let boards = self.boards.values().all(|board| {
+            (1e-3..1e4).contains(&board.square_mm) && board.measured_with.len() <= 200
+        });
+        for (good, message) in [
+            (
+                camera,
+                "camera.mode: auto, or SIZE@RATE:FORMAT such as 1280x720@30:MJPG, with any of them left out",
+            ),
+            (
+                tilts,
+                "guidance: tilts need 0 < min_tilt_deg <= target_tilt_deg <= max_tilt_deg < 90",
+            ),
+            (shares, "guidance: fills need 0.05 <= min_fill <= target_fill <= 1"),
+            (scale, "board.scale_error_percent must be 0 to 10"),
+            (
+                certificate,
+                "certificate: check_months must be 0 to 120, and each text at most 200 letters long",
+            ),
+            (boards, "boards: square_mm must be 0.001 to 10000"),
+            (
+                self.board.marker_mm.is_none() || self.board.dictionary.is_some(),
+                "board.marker_mm needs board.dictionary",
+            ),
+            (positive, "guidance: limits must be positive numbers"),
+            (
+                rest,
+                "guidance: margin_px must be 0 to 10000, target_margin must be 0 to 0.4, hold_secs 0 to 60",
+            ),
+            (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
+        ] {
+            if !good {
+                return Err(invalid(message, origin));
+            }
+        }
+        self.board()?;
+        Ok(self)
+    }
+
+    /// The board.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError::Board`].
+    pub fn board(&self) -> Result<Checkerboard, ConfigError> {
+        let BoardConfig { columns, rows, square_mm, dictionary, marker_mm, .. } = self.board;
+        let board = Checkerboard::new(columns, rows, square_mm * 1e-3)?;
+        let Some(dictionary) = dictionary else { return Ok(board) };
+        let side_squares = marker_mm.map(|mm| mm / square_mm);
+        Ok(board.with_markers(Markers::sized(dictionary, side_squares))?)
+    }
+
+    /// The limits of the planner, with lengths for pictures 1280 pixels wide: see
+    /// [`GuidanceParams::for_image`].
+    pub fn guidance(&self) -> GuidanceParams {
+        let g = &self.guidance;
+        GuidanceParams {
+            plan: g.plan.into(),
+            board_roll: match g.board_roll {
+                BoardRollName::Upright => BoardRoll::Upright,
+                BoardRollName::Turn => BoardRoll::Turn,
+            },
+            min_tilt_rad: g.min_tilt_deg.to_radians(),
+            max_tilt_rad: g.max_tilt_deg.to_radians(),
+            target_tilt_rad: g.target_tilt_deg.to_radians(),
+            max_sigma_phi_rad: g.max_direction_sigma_deg.to_radians(),
+            min_span_fraction: g.min_fill,
+            target_span_fraction: g.target_fill,
+            margin_px: g.margin_px,
+            target_margin_fraction: g.target_margin,
+            max_slot_error_rad: g.max_slot_error_deg.to_radians(),
+            independent_rad: g.independent_deg.to_radians(),
+            independent_sigmas: g.independent_sigmas,
+            partner_slot_rad: g.partner_slot_deg.to_radians(),
+            partner_offset_px: g.partner_offset_px,
+            max_blur_px: g.max_blur_px,
+            hold_secs: g.hold_secs,
+            max_smear_px: g.max_smear_px,
+            still_widths_per_sec: g.still_widths_per_sec,
+            stop_pp_sigma_px: g.stop_pp_sigma_px,
+            stop_projection_sigma_px: g.stop_projection_sigma_px,
+            stop_corner_sigma_px: g.stop_corner_sigma_px,
+            pairs_beyond_edge: PAIRS_BEYOND_EDGE,
+            min_views: g.min_views,
+            max_views: g.max_views,
+        }
+    }
+
+    /// The settings of the solver.
+    pub fn calibration(&self) -> CalibrationParams {
+        CalibrationParams {
+            square_pixels: self.calibration.square_pixels,
+            varying_focal: self.calibration.varying_focal,
+            shifted_sensor: self.calibration.shifted_sensor,
+            models: self.calibration.lens.models(),
+            known_lens: self.calibration.known_lens,
+            accept: self.guidance.accept,
+            board_scale_sd: self.board.scale_error_percent / 100.0,
+            ..CalibrationParams::default()
+        }
+    }
+
+    /// A session on pictures of `image_size`.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError::Board`].
+    pub fn session(&self, image_size: ImageSize) -> Result<SessionSetup, ConfigError> {
+        Ok(SessionSetup {
+            board: self.board()?,
+            image_size,
+            guidance: self.guidance().for_image(image_size),
+            calibration: self.calibration(),
+        })
+    }
+}
+
+fn invalid(message: &str, origin: &str) -> ConfigError {
+    ConfigError::Invalid { message: message.into(), origin: origin.into() }
+}
+
+#[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
+fn defaults() -> toml::Table {
+    toml::from_str(DEFAULT_TOML).expect("the default configuration is valid TOML")
+}
+
+/// Lays `over` on `table`, table by table.
+fn merge(table: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (table.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(over)) => merge(inner, over),
+            // TOML writes 25 for what is 25.0 here.
+            (Some(toml::Value::Float(number)), toml::Value::Integer(whole)) => {
+                *number = whole as f64;
+            }
+            // A serial number or a date needs no quotes.
+            (
+                Some(toml::Value::String(text)),
+                bare @ (toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Datetime(_)),
+            ) => *text = bare.to_string(),
+            (_, value) => {
+                table.insert(key, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_file_and_default_parameters_agree() {
+        let config = Config::load(None, &[]).expect("valid");
+        let (ours, typed) = (config.guidance(), GuidanceParams::default());
+        assert!((ours.min_tilt_rad - typed.min_tilt_rad).abs() < 1e-15);
+        assert_eq!(ours, typed);
+    }
+
+    #[test]
+    fn the_documented_tilt_limits_are_the_defaults() {
+        let documented: Vec<(&str, f64)> = include_str!("../../../guide/src/guidance/params.rs")
+            .lines()
+            .filter_map(|line| {
+                let mut cells = line.strip_prefix("/// | `")?.split(" | ");
+                let name = cells.next()?.trim_end_matches('`');
+                Some((name, cells.next()?.parse().ok()?))
+            })
+            .collect();
+        let g = Config::load(None, &[]).expect("valid").guidance;
+        let defaults = [
+            ("min_tilt_deg", g.min_tilt_deg),
+            ("target_tilt_deg", g.target_tilt_deg),
+            ("max_tilt_deg", g.max_tilt_deg),
+        ];
+        assert_eq!(documented, defaults);
+    }
+
+    #[test]
+    fn lengths_in_pixels_grow_with_the_picture() {
+        let config = Config::load(None, &[]).expect("valid");
+        let margin_px = |width_px, height_px| {
+            config.session(ImageSize { width_px, height_px }).expect("valid").guidance.margin_px
+        };
+        assert_eq!([margin_px(1280, 720), margin_px(2560, 1440)], [13.0, 26.0]);
+    }
+
+    #[test]
+    fn a_goal_may_be_set_and_is_kept() {
+        let text = "guidance.accept=length 800mm at 2m <= 0.5mm".to_owned();
+        let config = Config::load(None, &[text, "board.scale_error_percent=0.02".into()]);
+        let config = config.expect("valid");
+        let params = config.with(&[]).expect("reads itself").calibration();
+        let goal = AcceptanceGoal::Length { length_m: 0.8, at_m: 2.0, within_m: 0.0005 };
+        assert_eq!((params.accept, params.board_scale_sd), (Some(goal), 0.0002));
+        let before = Config::load(None, &[]).expect("valid").calibration();
+        assert_eq!((before.accept, before.board_scale_sd), (None, BOARD_SCALE_SD));
+    }
+
+    #[test]
+    fn what_a_certificate_says_needs_no_quotes() {
+        let settings = [
+            "certificate.camera_serial=0012",
+            "certificate.number=17",
+            "certificate.customer=Mill & Sons",
+            "certificate.site=2026-11-22",
+        ];
+        let config = Config::load(None, &settings.map(str::to_owned)).expect("valid").certificate;
+        assert_eq!((config.camera_serial.as_str(), config.number.as_str()), ("0012", "17"));
+        assert_eq!((config.customer.as_str(), config.site.as_str()), ("Mill & Sons", "2026-11-22"));
+        let long = format!("certificate.site={}", "x".repeat(201));
+        assert!(Config::load(None, &[long]).is_err());
+    }
+
+    #[test]
+    fn measured_boards_are_listed_by_their_id() {
+        let set = |text: &str| Config::load(None, &[text.to_owned()]);
+        let config = set("boards.K7Q2.square_mm=25.03").expect("valid");
+        assert_eq!(config.boards["K7Q2"].square_mm, 25.03);
+        assert!(set("boards.K7Q2.square_mm=25").is_ok());
+        assert!(set("boards.K7Q2.square_mm=-1").is_err());
+        assert!(set("boards.K7Q2.size=25").is_err());
+    }
+
+    #[test]
+    fn one_setting_changes_one_thing() {
+        let set = |text: &str| Config::load(None, &[text.to_owned()]);
+        assert_eq!(set("guidance.min_tilt_deg=25").expect("valid").guidance.min_tilt_deg, 25.0);
+        assert_eq!(set("guidance.plan=quick").expect("valid").guidance.plan, PlanName::Quick);
+        for wrong in [
+            "guidance.min_tilt=25",
+            "guidance.plan=slow",
+            "board.columns=2",
+            "nonsense",
+            "guidance.min_tilt_deg=70",
+            "guidance.hold_secs=nan",
+            "guidance.margin_px=inf",
+            "guidance.margin_px=nan",
+            "guidance.accept=soon",
+            "board.scale_error_percent=-1",
+        ] {
+            assert!(set(wrong).is_err(), "{wrong}");
+        }
+    }
+}

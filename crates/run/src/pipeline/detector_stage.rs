@@ -1,0 +1,116 @@
+//! The detector thread: predict, search, and report one observation per frame.
+
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use crossbeam_channel::Sender;
+use image::GrayImage;
+
+use super::latest::LatestReceiver;
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, Search, Track};
+use boresight_geometry::{
+    board::Checkerboard,
+    frame::{CaptureTime, Frame, FrameId, ImageSize},
+};
+use boresight_guide::session::{Input, Observation};
+
+/// Longest search in one frame of a live stream, unless the next frame comes later. Far more than any picture
+/// needs on an idle machine; on a busy one the next frame is worth more.
+const LONGEST_SEARCH: Duration = Duration::from_millis(250);
+
+/// Finds the board in each frame, on the detector thread.
+pub trait BoardFinder: Send {
+    /// The board in `image`, as [`Detector::search`] finds it.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`]: the reason why it was not found.
+    fn find(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        search: Search<'_>,
+    ) -> Result<Detection, Miss>;
+}
+
+impl BoardFinder for Detector {
+    fn find(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        search: Search<'_>,
+    ) -> Result<Detection, Miss> {
+        self.search(image, board, search)
+    }
+}
+
+/// The detector with its default parameters.
+pub(super) fn default_finder() -> Box<dyn BoardFinder> {
+    Box::new(Detector::new(DetectorParams::default()))
+}
+
+/// The state of the detector thread.
+pub(super) struct DetectorStage {
+    pub(super) finder: Box<dyn BoardFinder>,
+    pub(super) board: Checkerboard,
+    /// Whether a search may take as long as it needs: results then don't depend on the machine's speed.
+    pub(super) unhurried: bool,
+    /// Frames to the recorder, sent before their observations.
+    pub(super) pictures: Sender<Arc<Frame>>,
+    pub(super) inbox: Sender<Input>,
+}
+
+impl DetectorStage {
+    /// Searches frame after frame until no more come. `on_start` is called at the start of each search.
+    pub(super) fn run(
+        mut self,
+        frames: &LatestReceiver<Arc<Frame>>,
+        on_start: impl Fn(&LatestReceiver<Arc<Frame>>),
+    ) {
+        let mut track = Track::default();
+        let mut last = None;
+        while let Some(frame) = frames.recv() {
+            on_start(frames);
+            let limit = (!self.unhurried).then(|| LONGEST_SEARCH.max(interval(last, &frame)));
+            last = Some((frame.id, frame.captured_at));
+            let observation = self.observe(&mut track, &frame, limit);
+            if self.pictures.send(frame).is_err()
+                || self.inbox.send(Input::Observed(observation)).is_err()
+            {
+                return;
+            }
+        }
+    }
+
+    /// Searches `frame` for the board, first where `track` predicts it; gives up after `limit`.
+    fn observe(
+        &mut self,
+        track: &mut Track,
+        frame: &Frame,
+        limit: Option<Duration>,
+    ) -> Observation {
+        let started = Instant::now();
+        let near = track.predict(frame.kind, frame.captured_at);
+        let keep_on = || limit.is_none_or(|limit| started.elapsed() < limit);
+        let search = Search { near: near.as_ref(), keep_on: &keep_on };
+        let seen = self.finder.find(&frame.image, &self.board, search);
+        track.add(frame.kind, frame.captured_at, &seen);
+        Observation {
+            frame_id: frame.id,
+            captured_at: frame.captured_at,
+            kind: frame.kind,
+            name: frame.name.clone(),
+            image_size: ImageSize::of(&frame.image),
+            seen,
+        }
+    }
+}
+
+/// Mean interval between the frames of a stream from `last` to `frame`; zero before there are two.
+fn interval(last: Option<(FrameId, CaptureTime)>, frame: &Frame) -> Duration {
+    let Some((id, time)) = last else { return Duration::ZERO };
+    let frames = frame.id.0.saturating_sub(id.0).max(1);
+    Duration::from_nanos(frame.captured_at.nanos.saturating_sub(time.nanos) / frames)
+}

@@ -1,0 +1,323 @@
+//! Starts the threads, and ends them in the order in which the data flows.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, AtomicU64, Ordering},
+};
+
+use crossbeam_channel::{Sender, TrySendError, bounded};
+
+use super::{
+    background::Background,
+    capture_stage::capture,
+    detector_stage::{BoardFinder, DetectorStage, default_finder},
+    error::PipelineError,
+    judged_gate::JudgedGate,
+    latest::{LatestReceiver, latest},
+    live_feed::{AcceptedPicture, FeedSenders, LiveFeed, feed_links},
+    onlooker::{CommandLink, Onlookers},
+    session_stage::{OnFrame, Recorder, run_session},
+    worker::Worker,
+};
+use crate::recording::{RecordingError, SessionFolder};
+use boresight_capture::FrameSource;
+use boresight_geometry::{device::Control, frame::Frame};
+use boresight_guide::session::{Command, Input, Session, Snapshot};
+
+/// Small, so that a slow session holds back the detector and old frames are replaced upstream.
+const INBOX_CAPACITY: usize = 4;
+/// Pending requests for the camera's controls.
+const CONTROL_REQUESTS_CAPACITY: usize = 16;
+/// Pictures kept while one of them may still be accepted: longer than the longest chain from the
+/// detector through the inbox to the session.
+const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
+
+/// What a pipeline is made of.
+pub struct Setup {
+    /// Where frames come from. Its frame numbers go on from those of a resumed session: see
+    /// [`boresight_capture::renumbered`].
+    pub source: Box<dyn FrameSource>,
+    /// The state to start from.
+    pub session: Session,
+    /// Where to record; `None` records nothing.
+    pub folder: Option<SessionFolder>,
+    /// Whether every frame must be judged before the next is fetched. For sources that wait: files,
+    /// recordings, the simulated camera. A live camera doesn't wait.
+    pub lossless: bool,
+    /// Whether to store every picture, not only the accepted ones.
+    pub record_stream: bool,
+    /// Called with every judged frame, on the session thread.
+    pub on_frame: OnFrame,
+}
+
+/// What a session run leaves behind.
+#[derive(Debug)]
+pub struct Finished {
+    /// The state at the end.
+    pub session: Session,
+    /// Frames that newer ones replaced before the detector was free.
+    pub frames_replaced: u64,
+}
+
+/// The running threads. Ends them when dropped.
+pub struct Pipeline {
+    stop: Arc<AtomicBool>,
+    inbox: Sender<Input>,
+    control_requests: Sender<(Control, i64)>,
+    replaced: Arc<AtomicU64>,
+    workers: Option<Workers>,
+}
+
+struct Workers {
+    capture: Worker<()>,
+    detector: Worker<()>,
+    session: Worker<Result<Session, RecordingError>>,
+}
+
+/// Who hears of frames and views while the threads run.
+struct Listeners<W, C, A> {
+    /// Called after each new snapshot.
+    wake: W,
+    /// Called with each frame before the detector searches it.
+    on_captured: C,
+    /// Called with the picture of each accepted view.
+    on_accepted: A,
+}
+
+impl Pipeline {
+    /// Starts the threads. `wake` is called after each new snapshot.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start(
+        setup: Setup,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
+        Self::start_before(setup, &Vec::new(), wake)
+    }
+
+    /// As [`Pipeline::start`], before `onlookers`.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_before(
+        setup: Setup,
+        onlookers: &Onlookers,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
+        let listeners = Listeners { wake, on_captured: |_: &_| (), on_accepted: |_| () };
+        Self::start_with(setup, default_finder(), onlookers, listeners)
+    }
+
+    /// Starts the threads with a feed for a window, which shows each frame before the detector has searched
+    /// it. `wake` is called after each new frame and snapshot.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_with_feed(
+        setup: Setup,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, LiveFeed), PipelineError> {
+        Self::start_with_feed_and_finder(setup, default_finder(), wake)
+    }
+
+    /// As [`Pipeline::start_with_feed`], before `onlookers`.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_with_feed_before(
+        setup: Setup,
+        onlookers: &Onlookers,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, LiveFeed), PipelineError> {
+        Self::start_feeding(setup, default_finder(), onlookers, wake)
+    }
+
+    /// As [`Pipeline::start_with_feed`], with another `finder` in the detector's place.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start_with_feed_and_finder(
+        setup: Setup,
+        finder: Box<dyn BoardFinder>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, LiveFeed), PipelineError> {
+        Self::start_feeding(setup, finder, &Vec::new(), wake)
+    }
+
+    fn start_feeding(
+        setup: Setup,
+        finder: Box<dyn BoardFinder>,
+        onlookers: &Onlookers,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<(Self, LiveFeed), PipelineError> {
+        let wake = Arc::new(wake);
+        let (FeedSenders { frames, accepted }, feed) = feed_links();
+        let listeners = Listeners {
+            wake: {
+                let wake = Arc::clone(&wake);
+                move || wake()
+            },
+            on_captured: move |frame: &Arc<Frame>| {
+                if frames.publish(Arc::clone(frame)).is_ok() {
+                    wake();
+                }
+            },
+            // A window that doesn't read misses thumbnails, nothing else.
+            on_accepted: move |picture| drop(accepted.try_send(picture)),
+        };
+        let (pipeline, snapshots) = Self::start_with(setup, finder, onlookers, listeners)?;
+        Ok((pipeline, feed(snapshots)))
+    }
+
+    fn start_with(
+        setup: Setup,
+        finder: Box<dyn BoardFinder>,
+        onlookers: &Onlookers,
+        listeners: Listeners<
+            impl Fn() + Send + 'static,
+            impl Fn(&Arc<Frame>) + Send + 'static,
+            impl Fn(AcceptedPicture) + Send + 'static,
+        >,
+    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
+        let Setup { source, session, folder, lossless, record_stream, on_frame } = setup;
+        let Listeners { wake, on_captured, on_accepted } = listeners;
+        let gate = Arc::new(JudgedGate::default());
+        let stop = Arc::new(AtomicBool::new(false));
+        let replaced = Arc::new(AtomicU64::new(0));
+        let (frames_in, frames_out) = latest();
+        let (snapshots_in, snapshots_out) = latest();
+        let (inbox, inbox_out) = bounded(INBOX_CAPACITY);
+        let (control_requests, control_requests_out) = bounded(CONTROL_REQUESTS_CAPACITY);
+        // Pictures on their way to the recorder: as many as observations can be under way.
+        let (pictures, pictures_out) = bounded(FRAMES_KEPT);
+        for onlooker in onlookers {
+            onlooker.began(CommandLink::new(inbox.clone()));
+        }
+
+        let capture = Worker::spawn("capture", inbox.clone(), {
+            let (stop, inbox, gate) = (Arc::clone(&stop), inbox.clone(), Arc::clone(&gate));
+            let onlookers = onlookers.clone();
+            move || {
+                let mut published = 0;
+                capture(source, &stop, &inbox, &control_requests_out, |frame| {
+                    on_captured(&frame);
+                    for onlooker in &onlookers {
+                        onlooker.captured(&frame);
+                    }
+                    let open = frames_in.publish(frame).is_ok();
+                    published += 1;
+                    if lossless {
+                        gate.wait_for(published, &stop);
+                    }
+                    open
+                });
+            }
+        })?;
+        let board = session.setup().board;
+        let stage =
+            DetectorStage { finder, board, unhurried: lossless, pictures, inbox: inbox.clone() };
+        let detector = Worker::spawn("detector", inbox.clone(), {
+            let replaced = Arc::clone(&replaced);
+            move || {
+                stage.run(&frames_out, |frames| {
+                    replaced.store(frames.replaced(), Ordering::Relaxed);
+                });
+            }
+        })?;
+        let onlookers = onlookers.clone();
+        let session = Worker::spawn("session", inbox.clone(), move || {
+            let recorder = Recorder::new(folder, record_stream, pictures_out);
+            run_session(session, recorder, &inbox_out, on_frame, |snapshot, accepted| {
+                if let Some(picture) = accepted {
+                    on_accepted(picture);
+                }
+                for onlooker in &onlookers {
+                    onlooker.decided(&snapshot);
+                }
+                if snapshot.decision.frame.is_some() {
+                    gate.count_one();
+                }
+                if snapshots_in.publish(snapshot).is_ok() {
+                    wake();
+                }
+            })
+        })?;
+        let workers = Some(Workers { capture, detector, session });
+        Ok((Self { stop, inbox, control_requests, replaced, workers }, snapshots_out))
+    }
+
+    /// Hands a command to the session without waiting.
+    ///
+    /// # Errors
+    ///
+    /// The command, if the inbox is full or the session has ended.
+    pub fn try_command(&self, command: Command) -> Result<(), Command> {
+        self.inbox.try_send(Input::Command(command)).map_err(|err| match err {
+            TrySendError::Full(Input::Command(command))
+            | TrySendError::Disconnected(Input::Command(command)) => command,
+            _ => command,
+        })
+    }
+
+    /// Asks the source to set one of the camera's controls before its next frame. Ignored when 16 requests
+    /// are pending; the result appears in [`boresight_guide::session::CameraState`].
+    pub fn adjust(&self, control: Control, value: i64) {
+        self.control_requests.try_send((control, value)).ok();
+    }
+
+    /// Frames so far that newer ones replaced before the detector was free.
+    pub fn frames_replaced(&self) -> u64 {
+        self.replaced.load(Ordering::Relaxed)
+    }
+
+    /// Ends the threads as [`Self::stop`] does, without waiting: `then` turns the outcome into what the
+    /// window shows, on a background thread.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`]; the threads have ended then, too.
+    pub fn stop_then<T: Send + 'static>(
+        self,
+        then: impl FnOnce(Result<Finished, PipelineError>) -> T + Send + 'static,
+    ) -> Result<Background<T>, PipelineError> {
+        Background::start(move || then(self.stop()))
+    }
+
+    /// Ends the threads in the order in which the data flows, and returns what the session holds.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError`] if the session could not be recorded or its thread panicked.
+    pub fn stop(mut self) -> Result<Finished, PipelineError> {
+        // `workers` is `None` only in `drop`, after this.
+        self.end().unwrap_or(Err(PipelineError::WorkerPanicked { worker: "pipeline" }))
+    }
+
+    fn end(&mut self) -> Option<Result<Finished, PipelineError>> {
+        let Workers { capture, detector, session } = self.workers.take()?;
+        self.stop.store(true, Ordering::Relaxed);
+        // A panic upstream is already in the session as `WorkerFailed`; it must not cost the person
+        // the views they have.
+        capture.join().ok();
+        detector.join().ok();
+        // Both senders upstream are gone, so every observation is already in the inbox.
+        self.inbox.send(Input::Stop).ok();
+        Some(session.join().and_then(|session| {
+            let frames_replaced = self.replaced.load(Ordering::Relaxed);
+            Ok(Finished { session: session?, frames_replaced })
+        }))
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // `stop` is the way to the outcome.
+        self.end();
+    }
+}

@@ -1,0 +1,100 @@
+//! Why a session folder couldn't be read or written.
+
+use std::path::PathBuf;
+
+use boresight_files::FileError;
+
+/// A journal line that differs from what was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// Its number, from 1.
+    pub line: usize,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// Why a session folder could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// There is something in the folder that is to become a session.
+    #[error("there is something in this folder already: {path:?}")]
+    NotNew {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// `session.toml` is not one that this version reads.
+    #[error("not a session this version can read ({reason}): {path:?}")]
+    Header {
+        /// What is wrong with it.
+        reason: String,
+        /// Whether a newer version wrote it.
+        newer: bool,
+        /// The file.
+        path: PathBuf,
+    },
+    /// `session.toml` was changed after the session began.
+    #[error("the journal was recorded with another session.toml: {path:?}")]
+    OtherHeader {
+        /// The session.
+        path: PathBuf,
+    },
+    /// A journal line is damaged.
+    #[error("line {} of the journal is damaged ({}): {path:?}", damage.line, damage.reason)]
+    Damaged {
+        /// Which line, and how.
+        damage: Damage,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The journal lacks lines that must have been there.
+    #[error("lines are missing from the journal ({reason}): {path:?}")]
+    LinesMissing {
+        /// What tells so.
+        reason: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// A stored picture is missing or damaged.
+    #[error("a stored picture is damaged ({reason}): {path:?}")]
+    Frame {
+        /// What is wrong with it.
+        reason: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file system refused to lock the session, so nothing would keep a second process out.
+    #[error("could not lock the session against a second program: {path:?}")]
+    NoLock {
+        /// Cause.
+        source: std::io::Error,
+        /// The session.
+        path: PathBuf,
+    },
+    /// Another process has the session open.
+    #[error("another boresight has this session open: {path:?}")]
+    Locked {
+        /// The session.
+        path: PathBuf,
+    },
+}
+
+impl RecordingError {
+    /// Stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::File(err) => err.code(),
+            Self::NotNew { .. } => "NOT-NEW",
+            Self::Header { newer: true, .. } => "SESSION-NEWER",
+            Self::Header { newer: false, .. } => "HEADER-DAMAGED",
+            Self::OtherHeader { .. } => "OTHER-HEADER",
+            Self::Damaged { .. } => "JOURNAL-DAMAGED",
+            Self::LinesMissing { .. } => "LINES-MISSING",
+            Self::Frame { .. } => "PICTURE-DAMAGED",
+            Self::NoLock { .. } => "NO-LOCK",
+            Self::Locked { .. } => "LOCKED",
+        }
+    }
+}

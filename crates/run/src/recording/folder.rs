@@ -1,0 +1,336 @@
+//! The folder of one session.
+
+use std::{
+    fs::{File, TryLockError},
+    io::Cursor,
+    path::{Path, PathBuf},
+};
+
+use image::{
+    GrayImage, ImageEncoder, Limits,
+    codecs::png::{CompressionType, FilterType, PngEncoder},
+};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    CameraTable, Journal, JournalContents, RecordedOutcome, RecordingError, Stored,
+    envelope::checksum,
+};
+use crate::config::Config;
+use boresight_files::{
+    FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, make_folder, open, read,
+    read_text, save,
+};
+use boresight_geometry::{
+    device::CameraInfo,
+    frame::{Frame, FrameId, ImageSize},
+};
+use boresight_guide::guidance::RULES;
+
+/// Version of everything in the folder. A newer one is refused, never rewritten.
+const SCHEMA: &str = "boresight.session/1";
+const SCHEMA_NAME: &str = "boresight.session/";
+pub(super) const HEADER: &str = "session.toml";
+pub(super) const JOURNAL: &str = "journal.jsonl";
+const FRAMES: &str = "frames";
+/// The largest header, and the largest stored picture, that are read.
+pub(super) const HEADER_LIMIT: u64 = 1 << 20;
+const FRAME_LIMIT: u64 = 512 << 20;
+/// Longest side of a stored picture.
+const SIDE_LIMIT_PX: u32 = 16_384;
+
+/// What `session.toml` says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Version of the folder's contents.
+    pub schema: String,
+    /// When the session began, UTC.
+    pub created: String,
+    /// Name of the source.
+    pub source: String,
+    /// Width and height of the pictures.
+    pub image_size_px: [u32; 2],
+    /// The calibration that this session checks or replaces, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<String>,
+    /// Version of the rules by which views were taken: [`RULES`] of the build that recorded them.
+    #[serde(default = "first_rules")]
+    pub guidance_rules: u32,
+    /// Everything that was configured.
+    pub config: Config,
+    /// The live camera, if the source is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraTable>,
+}
+
+/// Recordings that don't say were made under the first rules.
+fn first_rules() -> u32 {
+    1
+}
+
+impl Header {
+    /// The header of a new session.
+    pub fn new(source: &str, image_size: ImageSize, config: Config) -> Self {
+        Self {
+            schema: SCHEMA.into(),
+            created: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
+            source: source.into(),
+            image_size_px: [image_size.width_px, image_size.height_px],
+            against: None,
+            guidance_rules: RULES,
+            config,
+            camera: None,
+        }
+    }
+
+    /// The same session, made to check or replace the calibration in `file`.
+    pub fn against(self, file: &Path) -> Self {
+        Self { against: Some(file.display().to_string()), ..self }
+    }
+
+    /// The same session of a live camera, if there are `facts` of one.
+    pub fn of_camera(self, facts: Option<CameraInfo>) -> Self {
+        Self { camera: facts.map(CameraTable::from), ..self }
+    }
+
+    /// Size of the pictures.
+    pub fn image_size(&self) -> ImageSize {
+        ImageSize { width_px: self.image_size_px[0], height_px: self.image_size_px[1] }
+    }
+}
+
+/// Whether nothing stands at `path` but what a crash during creation leaves behind.
+fn is_new(path: &Path) -> bool {
+    if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
+        return false;
+    }
+    entries(path).iter().all(|entry| {
+        let name = entry.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with(UNFINISHED)
+            || (name == FRAMES && is_own_folder(entry) && entries(entry).is_empty())
+            || (name == JOURNAL && entry.symlink_metadata().is_ok_and(|there| there.len() == 0))
+    })
+}
+
+/// An open session folder. One process at a time: the journal is locked while it is open.
+#[derive(Debug)]
+pub struct SessionFolder {
+    path: PathBuf,
+    journal: Journal,
+    _lock: File,
+}
+
+impl SessionFolder {
+    /// Creates `path` with its header. The header comes last: where it is, the rest is, too.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::NotNew`] if there is something in the folder already, or [`RecordingError::File`].
+    pub fn create(path: &Path, header: &Header) -> Result<Self, RecordingError> {
+        if !is_new(path) {
+            return Err(RecordingError::NotNew { path: path.to_path_buf() });
+        }
+        make_folder(path)?;
+        make_folder(&path.join(FRAMES))?;
+        let text = toml::to_string(header)
+            .map_err(|err| FileError::writing(path)(std::io::Error::other(err.to_string())))?;
+        let journal = Journal::create(&path.join(JOURNAL), checksum(text.as_bytes()))?;
+        save(&path.join(HEADER), text.as_bytes(), Overwrite::Never)?;
+        Ok(Self { path: path.to_path_buf(), journal, _lock: lock(path)? })
+    }
+
+    /// Opens a session to resume it. Changes nothing until the first line is appended.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError`] if it can't be read, is damaged, lacks lines or is newer, or can't be locked because
+    /// another process has it open or the file system has no locks.
+    pub fn open(path: &Path) -> Result<(Self, Header, JournalContents), RecordingError> {
+        let (header, header_crc32) = Self::header_with_checksum(path)?;
+        let lock = lock(path)?;
+        let contents = Self::journal_of(path, &header_crc32)?;
+        if let Some(reason) = missing_lines(path, &contents) {
+            return Err(RecordingError::LinesMissing { reason, path: path.join(JOURNAL) });
+        }
+        let frames = path.join(FRAMES);
+        if !is_own_folder(&frames) {
+            let what = "not a folder of this session";
+            return Err(FileError::NotAFile { what, path: frames }.into());
+        }
+        let journal = Journal::append_to(&path.join(JOURNAL), &contents, header_crc32)?;
+        Ok((Self { path: path.to_path_buf(), journal, _lock: lock }, header, contents))
+    }
+
+    /// Reads header and journal of the session at `path`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::header`] and [`Journal::read`], and [`RecordingError::OtherHeader`].
+    pub fn read(path: &Path) -> Result<(Header, JournalContents), RecordingError> {
+        let (header, header_crc32) = Self::header_with_checksum(path)?;
+        Ok((header, Self::journal_of(path, &header_crc32)?))
+    }
+
+    fn journal_of(path: &Path, header_crc32: &str) -> Result<JournalContents, RecordingError> {
+        let contents = Self::journal(path)?;
+        match &contents.header_crc32 {
+            Some(of_journal) if of_journal != header_crc32 => {
+                Err(RecordingError::OtherHeader { path: path.to_path_buf() })
+            }
+            _ => Ok(contents),
+        }
+    }
+
+    /// Reads `session.toml` of the session at `path`.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`] or [`RecordingError::Header`].
+    pub fn header(path: &Path) -> Result<Header, RecordingError> {
+        Self::header_with_checksum(path).map(|(header, _)| header)
+    }
+
+    /// Reads `session.toml`, and its checksum.
+    pub(super) fn header_with_checksum(path: &Path) -> Result<(Header, String), RecordingError> {
+        let path = path.join(HEADER);
+        let text = read_text(&path, HEADER_LIMIT, Links::Refused)?;
+        let bad =
+            |reason: String| RecordingError::Header { reason, newer: false, path: path.clone() };
+        let table: toml::Table = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
+        let schema = table.get("schema").and_then(toml::Value::as_str).unwrap_or("none");
+        if schema != SCHEMA {
+            let newer = schema.starts_with(SCHEMA_NAME);
+            let by_newer = if newer { "; a newer boresight made it" } else { "" };
+            let reason =
+                format!("its schema is {schema:?}, this version reads {SCHEMA:?}{by_newer}");
+            return Err(RecordingError::Header { reason, newer, path });
+        }
+        let header: Header = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
+        if header.image_size_px.iter().any(|side| !(1..=SIDE_LIMIT_PX).contains(side)) {
+            return Err(bad(format!("image_size_px needs sides of 1 to {SIDE_LIMIT_PX}")));
+        }
+        header.config.check().map_err(|err| bad(err.to_string()))?;
+        Ok((header, checksum(text.as_bytes())))
+    }
+
+    /// Reads the journal of the session at `path`.
+    ///
+    /// # Errors
+    ///
+    /// See [`Journal::read`].
+    pub fn journal(path: &Path) -> Result<JournalContents, RecordingError> {
+        Journal::read(&path.join(JOURNAL))
+    }
+
+    /// Where the session is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The journal, for appending.
+    pub fn journal_mut(&mut self) -> &mut Journal {
+        &mut self.journal
+    }
+
+    /// Stores a picture, lossless, and syncs it. A leftover of a crash under the same number was never
+    /// acknowledged and is replaced.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`].
+    pub fn store_frame(&self, id: FrameId, frame: &Frame) -> Result<Stored, RecordingError> {
+        let path = self.path.join(id.stored_name());
+        let mut png = Vec::with_capacity(frame.image.len() / 2);
+        PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Adaptive)
+            .write_image(
+                frame.image.as_raw(),
+                frame.image.width(),
+                frame.image.height(),
+                image::ExtendedColorType::L8,
+            )
+            .map_err(|err| FileError::writing(&path)(std::io::Error::other(err.to_string())))?;
+        save(&path, &png, Overwrite::Allowed)?;
+        Ok(Stored { frame: id.0, crc32: checksum(&png) })
+    }
+}
+
+fn lock(path: &Path) -> Result<File, RecordingError> {
+    let lock = open(&path.join(HEADER), Links::Refused)?;
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => Err(RecordingError::Locked { path: path.to_path_buf() }),
+        Err(TryLockError::Error(source)) => {
+            Err(RecordingError::NoLock { source, path: path.to_path_buf() })
+        }
+    }
+}
+
+/// What tells that the journal of the session at `path` once had more lines than `contents`; `None` if nothing
+/// does.
+///
+/// A crash can leave a picture whose line was never written: one, each time that the program ran.
+pub fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
+    let named: std::collections::BTreeSet<PathBuf> = contents
+        .stored
+        .iter()
+        .map(|stored| path.join(FrameId(stored.frame).stored_name()))
+        .collect();
+    let runs = 1 + contents.resumed;
+    let is_picture = |file: &PathBuf| file.extension().is_some_and(|ending| ending == "png");
+    let nameless = entries(&path.join(FRAMES))
+        .iter()
+        .filter(|file| is_picture(file) && !named.contains(*file))
+        .count();
+    (nameless > runs).then(|| format!("{nameless} pictures have no line"))
+}
+
+/// How many views the lines record as taken, removed ones included.
+///
+/// # Errors
+///
+/// As [`LinesWalk`](super::LinesWalk).
+pub fn views_taken(contents: &JournalContents) -> Result<usize, RecordingError> {
+    contents.lines.iter().try_fold(0, |count, line| {
+        let is_taken = matches!(line?.outcome(), Some(RecordedOutcome::Accepted { .. }));
+        Ok(count + usize::from(is_taken))
+    })
+}
+
+/// The bytes of a stored picture of the session at `session`, checked.
+///
+/// # Errors
+///
+/// [`RecordingError::File`] or [`RecordingError::Frame`].
+pub(super) fn stored_bytes(session: &Path, stored: &Stored) -> Result<Vec<u8>, RecordingError> {
+    let path = session.join(FrameId(stored.frame).stored_name());
+    let frames = session.join(FRAMES);
+    if frames.symlink_metadata().is_ok_and(|there| !there.is_dir()) {
+        return Err(
+            FileError::NotAFile { what: "not a folder of this session", path: frames }.into()
+        );
+    }
+    let bytes = read(&path, FRAME_LIMIT, Links::Refused)?;
+    if checksum(&bytes) != stored.crc32 {
+        return Err(RecordingError::Frame { reason: "its checksum does not match".into(), path });
+    }
+    Ok(bytes)
+}
+
+/// Reads a stored picture of the session at `session` and checks it.
+///
+/// # Errors
+///
+/// [`RecordingError::File`] or [`RecordingError::Frame`].
+pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, RecordingError> {
+    let bytes = stored_bytes(session, stored)?;
+    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(SIDE_LIMIT_PX);
+    limits.max_image_height = Some(SIDE_LIMIT_PX);
+    reader.limits(limits);
+    reader.decode().map(image::DynamicImage::into_luma8).map_err(|err| RecordingError::Frame {
+        reason: err.to_string(),
+        path: session.join(FrameId(stored.frame).stored_name()),
+    })
+}

@@ -1,0 +1,377 @@
+//! The journal's lines: mirrors of the session's types, so that the file format cannot freeze the core.
+
+use nalgebra::{Matrix2, Point2};
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+
+use super::camera_line::CameraLine;
+use boresight_detect::{Detection, Miss, Quality, Side};
+use boresight_geometry::{
+    Corner,
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+};
+use boresight_guide::session::{Command, Input, Observation, ViewNumber};
+
+/// One line of the journal: the checksum is over the exact bytes of `body`.
+#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(super) struct Envelope {
+    /// Number of the line, from 0.
+    pub(super) seq: u64,
+    /// CRC-32 of the bytes of `body`, eight hexadecimal digits.
+    pub(super) crc32: String,
+    /// CRC-32 of the bytes of `session.toml`, in the first line; older recordings have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) session: Option<String>,
+    /// Lines that were synced when this one was written, in the first line after each time. Damage before them
+    /// is no cut.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) synced: Option<u64>,
+    #[cfg_attr(feature = "schemas", schemars(with = "Line"))]
+    pub(super) body: Box<RawValue>,
+}
+
+/// What a line says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Line {
+    /// What happened.
+    pub input: InputLine,
+    /// What was decided, as the JSON text of the `Decision` of that time.
+    #[cfg_attr(feature = "schemas", schemars(with = "serde_json::Map<String, serde_json::Value>"))]
+    pub decision: Box<RawValue>,
+    /// The picture stored with it, if one was.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub stored: Option<Stored>,
+}
+
+/// A picture in `frames/`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Stored {
+    /// Number of the frame.
+    pub frame: u64,
+    /// CRC-32 of the file, hexadecimal.
+    pub crc32: String,
+}
+
+/// Mirror of [`Input`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum InputLine {
+    /// See [`Input::Observed`].
+    Observed(ObservedLine),
+    /// See [`Input::Command`].
+    Command(CommandLine),
+    /// See [`Input::Camera`].
+    Camera(CameraLine),
+    /// See [`Input::WorkerFailed`].
+    WorkerFailed {
+        /// Name of the worker.
+        worker: String,
+        /// What it said.
+        reason: String,
+    },
+    /// See [`Input::Resumed`].
+    Resumed,
+    /// See [`Input::SourceEnded`].
+    SourceEnded,
+    /// See [`Input::Stop`].
+    Stop,
+}
+
+/// Mirror of [`Observation`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ObservedLine {
+    frame: u64,
+    nanos: u64,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    photograph: bool,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    name: String,
+    size: [u32; 2],
+    seen: SeenLine,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum SeenLine {
+    /// `[x, y, var x, cov xy, var y]` of every corner. Of those listed in `unseen`, by their numbers on the board, the
+    /// position is where they are expected, and the variances are zero.
+    Board {
+        corners: Vec<[f64; 5]>,
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        unseen: Vec<u32>,
+        blur_px: f64,
+        contrast: f64,
+        glare: f64,
+        motion_px: f64,
+    },
+    NoBoard,
+    PartialBoard {
+        found: usize,
+        wanted: usize,
+        cut_off_by: Option<SideLine>,
+    },
+    Glare {
+        found: usize,
+        wanted: usize,
+    },
+    OtherBoard {
+        columns: usize,
+        rows: usize,
+    },
+    OtherMarkers {
+        markers: usize,
+    },
+    OtherSquares {
+        markers: usize,
+    },
+    TooSmall {
+        square_px: f64,
+        needed_px: f64,
+    },
+    Blurred {
+        blur_px: f64,
+        limit_px: f64,
+    },
+    LowContrast {
+        contrast: f64,
+        needed: f64,
+    },
+    OutOfTime,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+enum SideLine {
+    Left,
+    Right,
+    Top,
+    Bottom,
+}
+
+/// Mirror of [`Command`].
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum CommandLine {
+    /// See [`Command::ForceNext`].
+    ForceNext,
+    /// See [`Command::UndoLast`].
+    UndoLast,
+    /// See [`Command::Remove`].
+    Remove {
+        /// Number of the view.
+        view: u32,
+    },
+    /// See [`Command::Restore`].
+    Restore,
+    /// See [`Command::Pause`].
+    Pause,
+    /// See [`Command::Resume`].
+    Resume,
+    /// See [`Command::TakeMore`].
+    TakeMore,
+}
+
+impl InputLine {
+    /// The observation, if the input is one.
+    pub fn observed_mut(&mut self) -> Option<&mut ObservedLine> {
+        match self {
+            Self::Observed(observed) => Some(observed),
+            _ => None,
+        }
+    }
+}
+
+impl ObservedLine {
+    /// Number of the frame.
+    pub fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Puts `seen` in the place of what was seen.
+    pub fn see(&mut self, seen: &Result<Detection, Miss>) {
+        self.seen = seen.as_ref().into();
+    }
+}
+
+impl From<&Input> for InputLine {
+    fn from(input: &Input) -> Self {
+        match input {
+            Input::Observed(observation) => Self::Observed(observation.into()),
+            Input::Command(command) => Self::Command(match *command {
+                Command::ForceNext => CommandLine::ForceNext,
+                Command::UndoLast => CommandLine::UndoLast,
+                Command::Remove { view } => CommandLine::Remove { view: view.0 },
+                Command::Restore => CommandLine::Restore,
+                Command::Pause => CommandLine::Pause,
+                Command::Resume => CommandLine::Resume,
+                Command::TakeMore => CommandLine::TakeMore,
+            }),
+            Input::Camera(event) => Self::Camera(event.into()),
+            Input::WorkerFailed { worker, reason } => {
+                Self::WorkerFailed { worker: worker.clone(), reason: reason.clone() }
+            }
+            Input::Resumed => Self::Resumed,
+            Input::SourceEnded => Self::SourceEnded,
+            Input::Stop => Self::Stop,
+        }
+    }
+}
+
+impl From<InputLine> for Input {
+    fn from(line: InputLine) -> Self {
+        match line {
+            InputLine::Observed(observed) => Self::Observed(observed.into()),
+            InputLine::Command(command) => Self::Command(match command {
+                CommandLine::ForceNext => Command::ForceNext,
+                CommandLine::UndoLast => Command::UndoLast,
+                CommandLine::Remove { view } => Command::Remove { view: ViewNumber(view) },
+                CommandLine::Restore => Command::Restore,
+                CommandLine::Pause => Command::Pause,
+                CommandLine::Resume => Command::Resume,
+                CommandLine::TakeMore => Command::TakeMore,
+            }),
+            InputLine::Camera(line) => Self::Camera(line.into()),
+            InputLine::WorkerFailed { worker, reason } => Self::WorkerFailed { worker, reason },
+            InputLine::Resumed => Self::Resumed,
+            InputLine::SourceEnded => Self::SourceEnded,
+            InputLine::Stop => Self::Stop,
+        }
+    }
+}
+
+impl From<&Observation> for ObservedLine {
+    fn from(observation: &Observation) -> Self {
+        Self {
+            frame: observation.frame_id.0,
+            nanos: observation.captured_at.nanos,
+            photograph: observation.kind == FrameKind::Photograph,
+            name: observation.name.clone(),
+            size: [observation.image_size.width_px, observation.image_size.height_px],
+            seen: observation.seen.as_ref().into(),
+        }
+    }
+}
+
+impl From<ObservedLine> for Observation {
+    fn from(line: ObservedLine) -> Self {
+        let kind = if line.photograph { FrameKind::Photograph } else { FrameKind::Video };
+        Self {
+            frame_id: FrameId(line.frame),
+            captured_at: CaptureTime { nanos: line.nanos },
+            kind,
+            name: line.name,
+            image_size: ImageSize { width_px: line.size[0], height_px: line.size[1] },
+            seen: line.seen.into(),
+        }
+    }
+}
+
+impl From<Result<&Detection, &Miss>> for SeenLine {
+    fn from(seen: Result<&Detection, &Miss>) -> Self {
+        match seen {
+            Ok(detection) => Self::Board {
+                corners: detection.corners.iter().map(corner_to_line).collect(),
+                unseen: (0..)
+                    .zip(&detection.corners)
+                    .filter_map(|(place, corner)| (!corner.is_seen()).then_some(place))
+                    .collect(),
+                blur_px: detection.quality.blur_px,
+                contrast: detection.quality.contrast,
+                glare: detection.quality.glare,
+                motion_px: detection.quality.motion_px,
+            },
+            Err(miss) => miss_to_line(*miss),
+        }
+    }
+}
+
+impl From<SeenLine> for Result<Detection, Miss> {
+    fn from(line: SeenLine) -> Self {
+        Err(match line {
+            SeenLine::Board { corners, unseen, blur_px, contrast, glare, motion_px } => {
+                let mut corners: Vec<Corner> = corners.iter().map(corner_from_line).collect();
+                for place in unseen {
+                    if let Some(corner) = corners.get_mut(place as usize) {
+                        *corner = Corner::unseen(corner.px);
+                    }
+                }
+                return Ok(Detection {
+                    corners,
+                    quality: Quality { blur_px, contrast, glare, motion_px },
+                });
+            }
+            SeenLine::NoBoard => Miss::NoBoard,
+            SeenLine::PartialBoard { found, wanted, cut_off_by } => {
+                let cut_off_by = cut_off_by.map(|side| match side {
+                    SideLine::Left => Side::Left,
+                    SideLine::Right => Side::Right,
+                    SideLine::Top => Side::Top,
+                    SideLine::Bottom => Side::Bottom,
+                });
+                Miss::PartialBoard { found, wanted, cut_off_by }
+            }
+            SeenLine::Glare { found, wanted } => Miss::Glare { found, wanted },
+            SeenLine::OtherBoard { columns, rows } => Miss::OtherBoard { columns, rows },
+            SeenLine::OtherMarkers { markers } => Miss::OtherMarkers { markers },
+            SeenLine::OtherSquares { markers } => Miss::OtherSquares { markers },
+            SeenLine::TooSmall { square_px, needed_px } => Miss::TooSmall { square_px, needed_px },
+            SeenLine::Blurred { blur_px, limit_px } => Miss::Blurred { blur_px, limit_px },
+            SeenLine::LowContrast { contrast, needed } => Miss::LowContrast { contrast, needed },
+            SeenLine::OutOfTime => Miss::OutOfTime,
+        })
+    }
+}
+
+fn miss_to_line(miss: Miss) -> SeenLine {
+    match miss {
+        Miss::NoBoard => SeenLine::NoBoard,
+        Miss::PartialBoard { found, wanted, cut_off_by } => {
+            let cut_off_by = cut_off_by.map(|side| match side {
+                Side::Left => SideLine::Left,
+                Side::Right => SideLine::Right,
+                Side::Top => SideLine::Top,
+                Side::Bottom => SideLine::Bottom,
+            });
+            SeenLine::PartialBoard { found, wanted, cut_off_by }
+        }
+        Miss::Glare { found, wanted } => SeenLine::Glare { found, wanted },
+        Miss::OtherBoard { columns, rows } => SeenLine::OtherBoard { columns, rows },
+        Miss::OtherMarkers { markers } => SeenLine::OtherMarkers { markers },
+        Miss::OtherSquares { markers } => SeenLine::OtherSquares { markers },
+        Miss::TooSmall { square_px, needed_px } => SeenLine::TooSmall { square_px, needed_px },
+        Miss::Blurred { blur_px, limit_px } => SeenLine::Blurred { blur_px, limit_px },
+        Miss::LowContrast { contrast, needed } => SeenLine::LowContrast { contrast, needed },
+        Miss::OutOfTime => SeenLine::OutOfTime,
+    }
+}
+
+fn corner_to_line(corner: &Corner) -> [f64; 5] {
+    if !corner.is_seen() {
+        return [corner.px.x, corner.px.y, 0.0, 0.0, 0.0];
+    }
+    let c = &corner.covariance_px2;
+    [corner.px.x, corner.px.y, c[(0, 0)], c[(0, 1)], c[(1, 1)]]
+}
+
+fn corner_from_line(line: &[f64; 5]) -> Corner {
+    let [x, y, xx, xy, yy] = *line;
+    Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(xx, xy, xy, yy) }
+}
+
+/// JSON Schema of a line of `journal.jsonl`.
+#[cfg(feature = "schemas")]
+pub fn journal_line_schema(generator: schemars::SchemaGenerator) -> schemars::Schema {
+    generator.into_root_schema_for::<Envelope>()
+}

@@ -1,0 +1,211 @@
+//! The append-only log of a session.
+
+use std::path::Path;
+
+use super::{
+    envelope::{Glance, checksum, enveloped, glance},
+    error::{Damage, RecordingError},
+    format::{Envelope, InputLine, Line, Stored},
+    lines::{LINE_LIMIT, Lines},
+};
+use boresight_files::{Appending, LineReader, Links};
+use boresight_guide::session::{Decision, Input};
+
+/// The open journal.
+#[derive(Debug)]
+pub struct Journal {
+    file: Appending,
+    next_seq: u64,
+    /// CRC-32 of `session.toml`, for the first line.
+    header_crc32: String,
+    /// Where to cut before the first line is appended.
+    cut_to: Option<u64>,
+    /// Lines that outlast a power cut, and how many of them the journal says so of.
+    synced: u64,
+    synced_told: u64,
+}
+
+/// What a journal holds.
+#[derive(Clone, Debug, Default)]
+pub struct JournalContents {
+    /// Its whole lines in order.
+    pub lines: Lines,
+    /// The pictures stored with them, in order.
+    pub stored: Vec<Stored>,
+    /// How often the session was resumed.
+    pub resumed: usize,
+    /// Bytes up to the end of the last whole line.
+    pub whole_bytes: u64,
+    /// Whether the end was cut and is left out: part of a line, or lines that had not been synced.
+    pub cut: bool,
+    /// CRC-32 of the `session.toml` that it was recorded with; `None` in older recordings and without a line.
+    pub header_crc32: Option<String>,
+}
+
+impl Journal {
+    /// Creates an empty journal at `path`, for a session whose header has that checksum. A journal that is
+    /// empty already is taken.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`].
+    pub(super) fn create(path: &Path, header_crc32: String) -> Result<Self, RecordingError> {
+        let is_empty = path.symlink_metadata().is_ok_and(|there| there.len() == 0);
+        let file = if is_empty { Appending::open(path)? } else { Appending::create(path)? };
+        Ok(Self { file, next_seq: 0, header_crc32, cut_to: None, synced: 0, synced_told: 0 })
+    }
+
+    /// Opens `path` for appending after the `contents` read from it. What was cut off is dropped with the first
+    /// line; until then nothing is changed.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`].
+    pub(super) fn append_to(
+        path: &Path,
+        contents: &JournalContents,
+        header_crc32: String,
+    ) -> Result<Self, RecordingError> {
+        Ok(Self {
+            file: Appending::open(path)?,
+            next_seq: contents.lines.len() as u64,
+            header_crc32,
+            cut_to: contents.cut.then_some(contents.whole_bytes),
+            synced: 0,
+            synced_told: 0,
+        })
+    }
+
+    /// Appends one input with its decision in a single write; `sync` makes it outlast a power cut.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`]; the line may then be cut; the next opening drops it.
+    pub fn append(
+        &mut self,
+        input: &Input,
+        decision: &Decision,
+        stored: Option<Stored>,
+        sync: bool,
+    ) -> Result<(), RecordingError> {
+        let decision =
+            serde_json::value::to_raw_value(decision).map_err(|err| self.unwritten(err))?;
+        self.append_line(&Line { input: InputLine::from(input), decision, stored })?;
+        if sync { self.sync() } else { Ok(()) }
+    }
+
+    /// Appends a line as it is.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::append`].
+    pub(super) fn append_line(&mut self, line: &Line) -> Result<(), RecordingError> {
+        let body = serde_json::value::to_raw_value(line).map_err(|err| self.unwritten(err))?;
+        let envelope = Envelope {
+            seq: self.next_seq,
+            crc32: checksum(body.get().as_bytes()),
+            session: (self.next_seq == 0).then(|| self.header_crc32.clone()),
+            synced: (self.synced > self.synced_told).then_some(self.synced),
+            body,
+        };
+        let mut bytes = serde_json::to_vec(&envelope).map_err(|err| self.unwritten(err))?;
+        bytes.push(b'\n');
+        if let Some(whole_bytes) = self.cut_to.take() {
+            self.file.cut(whole_bytes)?;
+        }
+        self.file.append(&bytes)?;
+        self.synced_told = self.synced;
+        self.next_seq += 1;
+        Ok(())
+    }
+
+    /// Returns when every line outlasts a power cut.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`].
+    pub(super) fn sync(&mut self) -> Result<(), RecordingError> {
+        self.file.sync()?;
+        self.synced = self.next_seq;
+        Ok(())
+    }
+
+    fn unwritten(&self, err: serde_json::Error) -> RecordingError {
+        let path = self.file.path().to_path_buf();
+        boresight_files::FileError::Write { source: err.into(), path }.into()
+    }
+
+    /// Reads a journal. An end that was cut is left out and reported.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`], or [`RecordingError::Damaged`] for the first damaged line.
+    pub fn read(path: &Path) -> Result<JournalContents, RecordingError> {
+        let (contents, damage) = Self::scan(path)?;
+        match damage {
+            None => Ok(contents),
+            Some(damage) => Err(RecordingError::Damaged { damage, path: path.to_path_buf() }),
+        }
+    }
+
+    /// Reads a journal up to the first damaged line.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::File`].
+    pub fn read_until_damage(path: &Path) -> Result<JournalContents, RecordingError> {
+        Self::scan(path).map(|(contents, _)| contents)
+    }
+
+    /// Looks through the journal once: checksums, numbers and pictures. What else is in a line is read by the walks
+    /// through [`Lines`].
+    fn scan(path: &Path) -> Result<(JournalContents, Option<Damage>), RecordingError> {
+        let mut contents = JournalContents::default();
+        let mut damage = None;
+        let mut count = 0;
+        let mut reader = LineReader::open(path, LINE_LIMIT, Links::Refused)?;
+        let mut line = Vec::new();
+        while reader.read(&mut line)? {
+            let due = count as u64;
+            let whole = line.strip_suffix(b"\n");
+            match (&damage, whole) {
+                (None, None) if (line.len() as u64) < LINE_LIMIT => contents.cut = true,
+                (None, None) => {
+                    let reason = "it is longer than any line".to_owned();
+                    damage = Some(Damage { line: count + 1, reason });
+                    contents.cut = false;
+                    break;
+                }
+                (None, Some(text)) => match glance(text, due) {
+                    Ok(Glance { stored, is_resumed, header_crc32 }) => {
+                        count += 1;
+                        contents.stored.extend(stored);
+                        contents.resumed += usize::from(is_resumed);
+                        contents.header_crc32 = contents.header_crc32.take().or(header_crc32);
+                        contents.whole_bytes += line.len() as u64;
+                    }
+                    Err(reason) => {
+                        damage = Some(Damage { line: count + 1, reason });
+                        // No text has a zero: the file system never got these bytes.
+                        // A hole may have taken the end of a line, and joined the next whole one to it.
+                        contents.cut = text.contains(&0)
+                            && after_hole(text).is_none_or(|later| later.synced <= Some(due));
+                    }
+                },
+                // The hole is a cut only if no later line knows that this one was synced.
+                (Some(_), Some(text)) => {
+                    contents.cut &= after_hole(text).is_none_or(|later| later.synced <= Some(due));
+                }
+                (Some(_), None) => {}
+            }
+        }
+        contents.lines = Lines::of(path, count);
+        let damage = damage.filter(|_| !contents.cut);
+        Ok((contents, damage))
+    }
+}
+
+/// The whole line behind the last zero, if there is one.
+fn after_hole(text: &[u8]) -> Option<Envelope> {
+    enveloped(text.rsplit(|byte| *byte == 0).next()?).ok()
+}

@@ -1,0 +1,165 @@
+//! A camera of the model: what it says, what it sends, and where it errs.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use boresight_capture::v4l2::kernel::{
+    CAP_STREAMING, CAP_VIDEO_CAPTURE, Capability, ControlRange, Format, FourCc, Fraction,
+    FrameSizes, Node,
+};
+
+/// Changes the frame of that number before it is sent.
+type FrameFault = Box<dyn FnMut(u64, &mut SimFrame) + Send>;
+
+/// A camera. Every field may be changed at any time.
+pub struct SimCamera {
+    /// As sysfs shows it.
+    pub node: Node,
+    /// What its driver says.
+    pub capability: Capability,
+    /// Whether it is plugged in.
+    pub present: bool,
+    /// Formats with their sizes and intervals.
+    pub formats: Vec<(FourCc, Vec<FrameSizes>, Vec<Fraction>)>,
+    /// What it makes of a format that is asked for.
+    pub grants: Box<dyn FnMut(Format) -> Format + Send>,
+    /// The interval that it grants whatever is asked for.
+    pub grants_interval: Option<Fraction>,
+    /// Bytes of each buffer.
+    pub buffer_size: usize,
+    /// Buffers that it gives at most.
+    pub most_buffers: u32,
+    /// Time from the start of the stream to the first frame.
+    pub start_nanos: u64,
+    /// Factor by which frames come later than promised.
+    pub slowness: f64,
+    /// Number of the first frame of a stream.
+    pub first_sequence: u32,
+    /// The bytes of the frame of that number.
+    pub picture: Box<dyn FnMut(u64) -> Vec<u8> + Send>,
+    /// What goes wrong with frames.
+    pub frame_faults: Vec<FrameFault>,
+    /// Its controls by number.
+    pub controls: BTreeMap<u32, SimControl>,
+    /// Frames taken so far.
+    pub taken: u64,
+    /// Error of opening.
+    pub open_fails: Option<i32>,
+    /// Error of setting the format.
+    pub set_format_fails: Option<i32>,
+    /// Error of getting buffers.
+    pub request_fails: Option<i32>,
+    /// Error of starting.
+    pub stream_on_fails: Option<i32>,
+    /// Error of stopping.
+    pub stream_off_fails: Option<i32>,
+    /// Error of taking a buffer, and how often.
+    pub dequeue_fails: Option<(i32, u32)>,
+    /// Error of handing a buffer over, and how often.
+    pub queue_fails: Option<(i32, u32)>,
+    /// A wait ends with an error and nothing else.
+    pub poll_error: bool,
+    /// Time that reading or setting a control takes.
+    pub control_nanos: u64,
+    /// Waits that a signal ends.
+    pub interruptions: u32,
+}
+
+/// A control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SimControl {
+    /// What it can be.
+    pub range: ControlRange,
+    /// What it is.
+    pub value: i64,
+    /// Whether setting it does anything.
+    pub obeys: bool,
+}
+
+/// A frame on its way into a buffer.
+#[derive(Clone, Debug)]
+pub struct SimFrame {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// How many of the buffer's bytes are said to be its.
+    pub bytes_used: u32,
+    /// Whether the driver calls it bad.
+    pub error: bool,
+    /// Its number.
+    pub sequence: u32,
+    /// Its time.
+    pub nanos: u64,
+    /// Whether it arrives.
+    pub delivered: bool,
+    /// The number of a buffer that the driver makes up.
+    pub index: Option<u32>,
+}
+
+impl SimControl {
+    /// A control from 0 to 255 that is at `value`.
+    pub fn at(value: i64) -> Self {
+        let range = ControlRange { min: 0, max: 255, step: 1, default: 128, writable: true };
+        Self { range, value, obeys: true }
+    }
+}
+
+impl SimCamera {
+    /// A camera at `/dev/video<number>` with one mode of `size` at 30 frames per second, no controls, and
+    /// the serial number `serial`.
+    pub fn new(
+        number: u32,
+        serial: &str,
+        (fourcc, width, height): (FourCc, u32, u32),
+        picture: impl FnMut(u64) -> Vec<u8> + Send + 'static,
+    ) -> Self {
+        let bytes_per_pixel = if &fourcc == b"YUYV" { 2 } else { 1 };
+        let buffer_size = (width * height * 2) as usize;
+        Self {
+            node: Node {
+                path: PathBuf::from(format!("/dev/video{number}")),
+                place: format!("pci0000:00/usb1/1-{number}/1-{number}:1.0"),
+                index: 0,
+                usb_id: Some((0x0c45, 0x6366)),
+                serial: serial.into(),
+                links: Vec::new(),
+            },
+            capability: Capability {
+                driver: "uvcvideo".into(),
+                card: "Simulated camera".into(),
+                node_caps: CAP_VIDEO_CAPTURE | CAP_STREAMING,
+            },
+            present: true,
+            formats: vec![(fourcc, vec![FrameSizes::Discrete(width, height)], vec![(1, 30)])],
+            grants: Box::new(move |wanted| Format {
+                bytes_per_line: if &fourcc == b"MJPG" { 0 } else { bytes_per_pixel * wanted.width },
+                size_image: buffer_size as u32,
+                ..wanted
+            }),
+            grants_interval: None,
+            buffer_size,
+            most_buffers: 32,
+            start_nanos: 300_000_000,
+            slowness: 1.0,
+            first_sequence: 0,
+            picture: Box::new(picture),
+            frame_faults: Vec::new(),
+            controls: BTreeMap::new(),
+            taken: 0,
+            open_fails: None,
+            set_format_fails: None,
+            request_fails: None,
+            stream_on_fails: None,
+            stream_off_fails: None,
+            dequeue_fails: None,
+            queue_fails: None,
+            poll_error: false,
+            control_nanos: 0,
+            interruptions: 0,
+        }
+    }
+
+    /// Adds `fault` to what goes wrong with frames.
+    pub fn with_fault(mut self, fault: impl FnMut(u64, &mut SimFrame) + Send + 'static) -> Self {
+        self.frame_faults.push(Box::new(fault));
+        self
+    }
+}

@@ -1,0 +1,52 @@
+//! A simulated camera: a printed board in a lit room, seen through a known lens.
+//!
+//! Everything follows from the [`Scene`], its seed, and the cues the person in front of the camera
+//! reads. No clocks: frame times are counted.
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use boresight::{
+//!     capture::{Arrival, FrameSource},
+//!     simulation::{NoCues, Scene, SyntheticSource},
+//! };
+//!
+//! // Three frames of the everyday webcam; no technician follows any guidance.
+//! let mut camera = SyntheticSource::new(Scene::default_720p(1), Box::new(NoCues), Some(3), 2);
+//! let mut sizes_px = Vec::new();
+//! while let Arrival::Frame(frame) = camera.next_frame(Duration::from_secs(1))? {
+//!     sizes_px.push(frame.image.dimensions());
+//! }
+//! assert_eq!(sizes_px, [(1280, 720); 3]);
+//! // The simulation knows the lens that a calibration should find.
+//! assert!(camera.truth().snapshot().camera.f_px.x > 0.0);
+//! # Ok::<(), boresight::capture::CaptureError>(())
+//! ```
+
+mod backdrop;
+mod blur;
+#[cfg(all(target_os = "linux", feature = "simulated-kernel"))]
+pub mod kernel;
+mod print;
+mod printed_markers;
+mod renderer;
+mod rng_stream;
+mod scene;
+mod scene_file;
+mod source;
+pub mod technician;
+
+use image::GrayImage;
+use nalgebra::Isometry3;
+
+pub use renderer::Renderer;
+pub use scene::{Light, Scene};
+pub use scene_file::{SceneError, SceneFile};
+pub use source::{Cues, NoCues, SyntheticSource, Truth, TruthLog};
+
+/// One still picture of the scene's board at `cam_from_board`.
+pub fn render_view(scene: &Scene, cam_from_board: &Isometry3<f64>) -> GrayImage {
+    let mut picture = GrayImage::new(scene.image_size.width_px, scene.image_size.height_px);
+    Renderer::new(scene).render(&[*cam_from_board], 0, &mut picture);
+    picture
+}

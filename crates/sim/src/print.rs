@@ -1,0 +1,316 @@
+//! The printed board: what a ray meets on it, and how much of a pixel is ink.
+
+use nalgebra::{Isometry3, Matrix3, Point2};
+
+use super::printed_markers::{Cells, Crossing, PrintedMarkers};
+use boresight_geometry::board::Checkerboard;
+
+/// White paper around the squares, in squares.
+const MARGIN: f32 = 0.8;
+
+/// Samples of a pixel in all.
+const SAMPLES: usize = 64;
+
+/// The printed sheet, in squares: `[0, across] × [0, down]` is checkered, with a white margin.
+///
+/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers.
+#[derive(Clone, Debug)]
+pub(super) struct Print {
+    across: f32,
+    down: f32,
+    square_m: f64,
+    markers: Option<PrintedMarkers>,
+    offsets_x: Vec<f32>,
+    offsets_y: Vec<f32>,
+}
+
+/// Sheet coordinates (squares) from undistorted rays, for one pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SheetView {
+    rows: [[f32; 3]; 3],
+}
+
+/// Where a pixel lies on the sheet, and its change per pixel.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    u: f32,
+    v: f32,
+    by_x: [f32; 2],
+    by_y: [f32; 2],
+}
+
+/// What is seen around a point of the sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Patch {
+    /// Only what is behind the sheet.
+    Backdrop,
+    /// Only ink.
+    Dark,
+    /// Only paper.
+    Light,
+    /// At most four squares, or cells of a marker, around this crossing.
+    Crossing(Crossing),
+    /// Anything else.
+    Mixed,
+}
+
+/// Shares of a pixel. The rest is backdrop.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Share {
+    pub(super) dark: f32,
+    pub(super) light: f32,
+}
+
+/// A pixel's ray and its derivative.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PixelRay {
+    pub(super) ray: [f32; 2],
+    pub(super) by_x: [f32; 2],
+    pub(super) by_y: [f32; 2],
+}
+
+impl Print {
+    pub(super) fn new(board: &Checkerboard) -> Self {
+        // A digital net, so that every aligned run of samples is spread evenly in x and in y, folded
+        // into a tent two pixels wide: the pixel's own square and one pixel of the blur.
+        let (offsets_x, offsets_y) = (0..SAMPLES as u32)
+            .map(|k| (tent(k.reverse_bits()), tent(second_dimension(k))))
+            .unzip();
+        Self {
+            across: (board.columns() + 1) as f32,
+            down: (board.rows() + 1) as f32,
+            square_m: board.square_m(),
+            markers: board.markers().map(|markers| PrintedMarkers::new(board, &markers)),
+            offsets_x,
+            offsets_y,
+        }
+    }
+
+    /// Points along the sheet's outline, in board metres.
+    pub(super) fn outline_in_board_m(&self) -> Vec<Point2<f64>> {
+        let (half_x, half_y) = (
+            (f64::from(self.across) / 2.0 + f64::from(MARGIN)) * self.square_m,
+            (f64::from(self.down) / 2.0 + f64::from(MARGIN)) * self.square_m,
+        );
+        (0..=32)
+            .map(|step| f64::from(step) / 16.0 - 1.0)
+            .flat_map(|s| {
+                [
+                    Point2::new(s * half_x, -half_y),
+                    Point2::new(s * half_x, half_y),
+                    Point2::new(-half_x, s * half_y),
+                    Point2::new(half_x, s * half_y),
+                ]
+            })
+            .collect()
+    }
+
+    /// The sheet as seen at `cam_from_board`. `None` from behind or edge-on.
+    pub(super) fn seen_at(&self, cam_from_board: &Isometry3<f64>) -> Option<SheetView> {
+        let turn = cam_from_board.rotation.to_rotation_matrix();
+        let along_u = turn.matrix().column(0) * self.square_m;
+        let along_v = turn.matrix().column(1) * self.square_m;
+        let origin = cam_from_board.translation.vector
+            - along_u * (f64::from(self.across) / 2.0)
+            - along_v * (f64::from(self.down) / 2.0);
+        let ray_from_sheet = Matrix3::from_columns(&[along_u, along_v, origin]);
+        // The front is seen where the sheet's normal points away from the camera.
+        if ray_from_sheet.determinant() <= 1e-12 * self.square_m.powi(2) {
+            return None;
+        }
+        let sheet_from_ray = ray_from_sheet.try_inverse()?;
+        let row = |i: usize| {
+            [
+                sheet_from_ray[(i, 0)] as f32,
+                sheet_from_ray[(i, 1)] as f32,
+                sheet_from_ray[(i, 2)] as f32,
+            ]
+        };
+        Some(SheetView { rows: [row(0), row(1), row(2)] })
+    }
+
+    /// What is seen within `du`, `dv` squares around `(u, v)`.
+    #[inline]
+    pub(super) fn around(&self, u: f32, v: f32, du: f32, dv: f32) -> Patch {
+        let inside =
+            |du: f32, dv: f32| u > du && u < self.across - du && v > dv && v < self.down - dv;
+        if inside(du, dv) {
+            let (line_u, line_v) = (nearest_integer(u), nearest_integer(v));
+            if (u - line_u).abs() > du && (v - line_v).abs() > dv {
+                let markers = self.markers.as_ref().filter(|_| is_light(u, v));
+                return match markers.map_or(Cells::One, |markers| markers.around(u, v, du, dv)) {
+                    Cells::One => self.flat(u, v),
+                    Cells::Four(crossing) => Patch::Crossing(crossing),
+                    Cells::More => Patch::Mixed,
+                };
+            }
+            let reaches = |markers: &PrintedMarkers| {
+                markers.may_reach((u - line_u).abs(), (v - line_v).abs(), du, dv)
+            };
+            if self.markers.as_ref().is_some_and(reaches) {
+                return Patch::Mixed;
+            }
+            if du >= 0.45 || dv >= 0.45 {
+                return Patch::Mixed;
+            }
+            let is_dark = (line_u as i32 + line_v as i32) & 1 == 0;
+            let dark = [is_dark, !is_dark, !is_dark, is_dark];
+            return Patch::Crossing(Crossing { at: [line_u, line_v], dark });
+        }
+        if !inside(-MARGIN - du, -MARGIN - dv) {
+            return Patch::Backdrop;
+        }
+        if !inside(-du, -dv) && inside(du - MARGIN, dv - MARGIN) {
+            return Patch::Light;
+        }
+        Patch::Mixed
+    }
+
+    /// How much of a pixel is dark and how much is light, on average over `views`.
+    pub(super) fn share(&self, views: &[SheetView], pixel: &PixelRay) -> Share {
+        let per_view = (SAMPLES / views.len().max(1)).max(1);
+        let mut share = Share::default();
+        for (index, view) in views.iter().enumerate() {
+            let Some(spot) = view.spot(pixel) else { continue };
+            let start = (index * per_view) % SAMPLES;
+            let end = (start + per_view).min(SAMPLES);
+            let xs = &self.offsets_x[start..end];
+            let ys = &self.offsets_y[start..end];
+            let seen = self.share_of(&spot, xs, ys);
+            share.dark += seen.dark;
+            share.light += seen.light;
+        }
+        let scale = 1.0 / views.len().max(1) as f32;
+        Share { dark: share.dark * scale, light: share.light * scale }
+    }
+
+    fn share_of(&self, spot: &Spot, xs: &[f32], ys: &[f32]) -> Share {
+        let du = spot.by_x[0].abs() + spot.by_y[0].abs();
+        let dv = spot.by_x[1].abs() + spot.by_y[1].abs();
+        let one = xs.len() as f32;
+        match self.around(spot.u, spot.v, du, dv) {
+            Patch::Backdrop => Share::default(),
+            Patch::Dark => Share { dark: 1.0, light: 0.0 },
+            Patch::Light => Share { dark: 0.0, light: 1.0 },
+            Patch::Crossing(crossing) => {
+                let [from_u, from_v] = [spot.u - crossing.at[0], spot.v - crossing.at[1]];
+                let (mut left, mut above, mut both) = (0_u32, 0_u32, 0_u32);
+                for (x, y) in xs.iter().zip(ys) {
+                    let is_left = from_u + spot.by_x[0] * x + spot.by_y[0] * y < 0.0;
+                    let is_above = from_v + spot.by_x[1] * x + spot.by_y[1] * y < 0.0;
+                    left += u32::from(is_left);
+                    above += u32::from(is_above);
+                    both += u32::from(is_left & is_above);
+                }
+                let all = xs.len() as u32;
+                let counts = [both, above - both, left - both, all + both - left - above];
+                let dark: u32 =
+                    counts.iter().zip(crossing.dark).filter(|(_, b)| *b).map(|(n, _)| n).sum();
+                let dark = dark as f32 / one;
+                Share { dark, light: 1.0 - dark }
+            }
+            Patch::Mixed => {
+                let (mut dark, mut light) = (0.0, 0.0);
+                for (x, y) in xs.iter().zip(ys) {
+                    let u = spot.u + spot.by_x[0] * x + spot.by_y[0] * y;
+                    let v = spot.v + spot.by_x[1] * x + spot.by_y[1] * y;
+                    match self.at(u, v) {
+                        Patch::Dark => dark += 1.0,
+                        Patch::Light => light += 1.0,
+                        Patch::Backdrop | Patch::Crossing(_) | Patch::Mixed => {}
+                    }
+                }
+                Share { dark: dark / one, light: light / one }
+            }
+        }
+    }
+
+    fn at(&self, u: f32, v: f32) -> Patch {
+        if u > 0.0 && u < self.across && v > 0.0 && v < self.down {
+            self.flat(u, v)
+        } else if u > -MARGIN && u < self.across + MARGIN && v > -MARGIN && v < self.down + MARGIN {
+            Patch::Light
+        } else {
+            Patch::Backdrop
+        }
+    }
+
+    /// The colour at a point inside the pattern.
+    #[inline]
+    fn flat(&self, u: f32, v: f32) -> Patch {
+        let on_marker = |markers: &PrintedMarkers| markers.is_black(u, v);
+        if !is_light(u, v) || self.markers.as_ref().is_some_and(on_marker) {
+            Patch::Dark
+        } else {
+            Patch::Light
+        }
+    }
+}
+
+impl SheetView {
+    /// Sheet coordinates of a row of rays; far outside the sheet where a ray misses its plane.
+    pub(super) fn trace_row(&self, rays_x: &[f32], rays_y: &[f32], us: &mut [f32], vs: &mut [f32]) {
+        let [a, b, c] = &self.rows;
+        for ((x, y), (u, v)) in rays_x.iter().zip(rays_y).zip(us.iter_mut().zip(vs.iter_mut())) {
+            let w = c[0] * x + c[1] * y + c[2];
+            // Not greater also for NaN: a pixel without a ray.
+            let inverse = if w > 1e-6 { 1.0 / w } else { 0.0 };
+            let missed = if w > 1e-6 { 0.0 } else { -1e6 };
+            let (x, y) = if x.is_finite() { (*x, *y) } else { (0.0, 0.0) };
+            *u = (a[0] * x + a[1] * y + a[2]) * inverse + missed;
+            *v = (b[0] * x + b[1] * y + b[2]) * inverse + missed;
+        }
+    }
+
+    fn spot(&self, pixel: &PixelRay) -> Option<Spot> {
+        let [a, b, c] = &self.rows;
+        let [x, y] = pixel.ray;
+        let w = c[0] * x + c[1] * y + c[2];
+        if w.is_nan() || w <= 1e-6 {
+            return None;
+        }
+        let inverse = 1.0 / w;
+        let u = (a[0] * x + a[1] * y + a[2]) * inverse;
+        let v = (b[0] * x + b[1] * y + b[2]) * inverse;
+        let change = |ray: [f32; 2]| {
+            let dw = c[0] * ray[0] + c[1] * ray[1];
+            [
+                (a[0] * ray[0] + a[1] * ray[1] - u * dw) * inverse,
+                (b[0] * ray[0] + b[1] * ray[1] - v * dw) * inverse,
+            ]
+        };
+        Some(Spot { u, v, by_x: change(pixel.by_x), by_y: change(pixel.by_y) })
+    }
+}
+
+/// Whether a point inside the pattern is in a light square.
+#[inline]
+fn is_light(u: f32, v: f32) -> bool {
+    (u as i32 + v as i32) & 1 == 1
+}
+
+/// Nearest integer by adding a number whose last bit is worth one; for `|x| < 2²²`.
+#[inline]
+fn nearest_integer(x: f32) -> f32 {
+    const LAST_BIT_IS_ONE: f32 = 12_582_912.0;
+    (x + LAST_BIT_IS_ONE) - LAST_BIT_IS_ONE
+}
+
+/// Sobol's second dimension, as a fraction of 2³².
+fn second_dimension(mut k: u32) -> u32 {
+    let (mut direction, mut bits) = (1_u32 << 31, 0);
+    while k != 0 {
+        if k & 1 == 1 {
+            bits ^= direction;
+        }
+        k >>= 1;
+        direction ^= direction >> 1;
+    }
+    bits
+}
+
+/// Spreads an even fraction of 2³² as a tent on (-1, 1): the quantiles of two boxes' convolution.
+fn tent(fraction: u32) -> f32 {
+    let t = f64::from(fraction) / 4_294_967_296.0 + 0.5 / SAMPLES as f64;
+    (if t < 0.5 { (2.0 * t).sqrt() - 1.0 } else { 1.0 - (2.0 * (1.0 - t)).sqrt() }) as f32
+}

@@ -1,0 +1,157 @@
+//! What the simulated camera looks at, and with what lens and sensor.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Point2, Vector2};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::{rng_stream::RngStream, technician::TechnicianParams};
+use boresight_geometry::{Camera, Distortion, board::Checkerboard, frame::ImageSize};
+
+/// A simulated room, person and camera. The same scene gives the same pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// What to call it.
+    pub name: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Size of every picture.
+    pub image_size: ImageSize,
+    /// The true lens.
+    pub camera: Camera,
+    /// The board held up.
+    pub board: Checkerboard,
+    /// Time from one frame to the next.
+    pub frame_interval_nanos: u64,
+    /// Brightness of the board and of the room.
+    pub light: Light,
+    /// Standard deviation of the sensor's noise, grey levels.
+    pub noise_sigma: f64,
+    /// Optical blur: standard deviation of a Gaussian, before the pixels' own averaging.
+    pub psf_sigma_px: f64,
+    /// How long the shutter is open; what moves meanwhile is smeared.
+    pub exposure_secs: f64,
+    /// How much stands in the background, 0 (plain wall) to 1.
+    pub clutter: f64,
+    /// The person with the board.
+    pub technician: TechnicianParams,
+}
+
+/// Brightness of the board and of the room, in grey levels of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Grey level of the board's ink in the middle of the picture.
+    pub dark_level: f64,
+    /// Grey level of the board's paper in the middle of the picture.
+    pub light_level: f64,
+    /// Relative change of brightness from the middle to a corner's distance.
+    pub gradient: f64,
+    /// Direction in the picture in which it becomes brighter.
+    pub gradient_direction_rad: f64,
+    /// Relative loss of brightness in the corners.
+    pub vignette: f64,
+}
+
+impl Light {
+    /// Brightness at `px` relative to the middle of the picture.
+    pub fn gain(&self, px: &Point2<f64>, image_size: ImageSize) -> f64 {
+        let centre_px = image_size.centre_px();
+        let from_centre = (px - centre_px) / centre_px.coords.norm().max(1.0);
+        let (sin, cos) = self.gradient_direction_rad.sin_cos();
+        let slope = 1.0 + self.gradient * (from_centre.x * cos + from_centre.y * sin);
+        (slope * (1.0 - self.vignette * from_centre.norm_squared())).max(0.0)
+    }
+}
+
+impl Default for Light {
+    fn default() -> Self {
+        Self {
+            dark_level: 32.0,
+            light_level: 196.0,
+            gradient: 0.15,
+            gradient_direction_rad: 0.6,
+            vignette: 0.12,
+        }
+    }
+}
+
+impl Scene {
+    /// An everyday HD webcam with a mild barrel lens, and a 9×6 board of 25 mm squares.
+    pub fn default_720p(seed: u64) -> Self {
+        Self {
+            name: "webcam".to_owned(),
+            seed,
+            image_size: ImageSize { width_px: 1280, height_px: 720 },
+            camera: Camera {
+                distortion: Distortion { k1: -0.12, k2: 0.05, ..Distortion::default() },
+                ..Camera::pinhole(980.0, Point2::new(653.4, 348.2))
+            },
+            board: default_board(),
+            frame_interval_nanos: 1_000_000_000 / 30,
+            light: Light::default(),
+            noise_sigma: 2.0,
+            psf_sigma_px: 0.7,
+            exposure_secs: 0.008,
+            clutter: 0.5,
+            technician: TechnicianParams::default(),
+        }
+    }
+
+    /// A camera nobody has calibrated before: f, PP, distortion, noise, blur and light drawn at random.
+    pub fn random(seed: u64) -> Self {
+        let mut rng = RngStream::Lens.rng(seed);
+        let scene = Self::default_720p(seed);
+        let camera = loop {
+            let camera = random_camera(&mut rng, scene.image_size);
+            if sees_whole_picture(&camera, scene.image_size) {
+                break camera;
+            }
+        };
+        Self {
+            name: format!("random-{seed}"),
+            camera,
+            light: Light {
+                dark_level: rng.random_range(20.0..50.0),
+                light_level: rng.random_range(150.0..215.0),
+                gradient: rng.random_range(0.0..0.2),
+                gradient_direction_rad: rng.random_range(0.0..TAU),
+                vignette: rng.random_range(0.0..0.25),
+            },
+            noise_sigma: rng.random_range(1.0..4.0),
+            psf_sigma_px: rng.random_range(0.5..1.0),
+            ..scene
+        }
+    }
+}
+
+fn default_board() -> Checkerboard {
+    // The numbers are valid, and `new` is the only way to a board.
+    match Checkerboard::new(9, 6, 0.025) {
+        Ok(board) => board,
+        Err(_) => unreachable!("9x6 of 25 mm is a board"),
+    }
+}
+
+fn random_camera(rng: &mut ChaCha8Rng, image_size: ImageSize) -> Camera {
+    let f_px = rng.random_range(800.0..1400.0);
+    let (off_px, direction_rad) = (rng.random_range(0.0..60.0_f64), rng.random_range(0.0..TAU));
+    let k1: f64 = rng.random_range(-0.35..0.1);
+    let k2 = rng.random_range(0.3..0.5) * (-k1).max(0.0);
+    let pp_px =
+        image_size.centre_px() + off_px * Vector2::new(direction_rad.cos(), direction_rad.sin());
+    Camera {
+        distortion: Distortion { k1, k2, ..Distortion::default() },
+        ..Camera::pinhole(f_px, pp_px)
+    }
+}
+
+/// Whether every pixel, and a little beyond, has a ray.
+fn sees_whole_picture(camera: &Camera, image_size: ImageSize) -> bool {
+    let beyond_px = 20.0;
+    let (right, bottom) =
+        (f64::from(image_size.width_px) + beyond_px, f64::from(image_size.height_px) + beyond_px);
+    [(-beyond_px, -beyond_px), (right, -beyond_px), (-beyond_px, bottom), (right, bottom)]
+        .iter()
+        .all(|&(x, y)| camera.ray_from_px(&Point2::new(x, y)).is_some())
+}

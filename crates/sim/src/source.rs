@@ -1,0 +1,211 @@
+//! The simulated camera as a frame source, in step with whoever judges its frames.
+
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+use image::GrayImage;
+use nalgebra::Isometry3;
+
+use super::{
+    renderer::Renderer,
+    scene::Scene,
+    technician::{Cue, Technician},
+};
+use boresight_capture::{Arrival, CaptureError, FrameSource, SourceIdentity};
+use boresight_geometry::{
+    Camera,
+    frame::{CaptureTime, Frame, FrameId, FrameKind},
+};
+
+/// Poses drawn per exposure: a power of two, so that each gets an even run of samples.
+const POSES_PER_EXPOSURE: u32 = 8;
+
+/// What the simulated person hears from the program.
+pub trait Cues: Send {
+    /// Waits at most `patience` until the program has judged the frame `published`, the last one
+    /// delivered. False if it has not.
+    fn wait_judged(&mut self, published: Option<FrameId>, patience: Duration) -> bool;
+
+    /// The next cue, in order, caused by frames up to the judged one. `None` once all are read.
+    fn next_cue(&mut self) -> Option<Cue>;
+}
+
+/// No feedback: the technician receives no cues.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoCues;
+
+impl Cues for NoCues {
+    fn wait_judged(&mut self, _published: Option<FrameId>, _patience: Duration) -> bool {
+        true
+    }
+
+    fn next_cue(&mut self) -> Option<Cue> {
+        None
+    }
+}
+
+/// What the simulated camera knows and the program must find out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// The true lens.
+    pub camera: Camera,
+    /// Where the board was in the middle of each delivered frame's exposure (`cam_from_board`).
+    pub poses: Vec<(FrameId, Isometry3<f64>)>,
+}
+
+/// The truth about the frames delivered so far, shared with the source.
+#[derive(Clone, Debug)]
+pub struct TruthLog {
+    truth: Arc<Mutex<Truth>>,
+}
+
+impl TruthLog {
+    /// A copy of what is known now.
+    pub fn snapshot(&self) -> Truth {
+        self.truth.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn add(&self, id: FrameId, cam_from_board: Isometry3<f64>) {
+        self.truth.lock().unwrap_or_else(PoisonError::into_inner).poses.push((id, cam_from_board));
+    }
+}
+
+/// Frames of a [`Scene`].
+///
+/// Frame `n` is drawn while frame `n - 1` is judged, so a cue can move the board from frame
+/// `n + 1` on at the earliest: what is delivered does not depend on how quickly it is judged.
+pub struct SyntheticSource {
+    scene: Scene,
+    renderer: Renderer,
+    technician: Technician,
+    cues: Box<dyn Cues>,
+    frames_left: Option<u64>,
+    next_id: u64,
+    published: Option<FrameId>,
+    prepared: Option<(Arc<Frame>, Isometry3<f64>)>,
+    /// Frames whose memory can be used again once nobody else holds them.
+    pool: Vec<Arc<Frame>>,
+    pool_size: usize,
+    truth: TruthLog,
+}
+
+impl SyntheticSource {
+    /// Delivers at most `limit_frames` frames, and reuses the memory of up to `pool_size` of them.
+    pub fn new(
+        scene: Scene,
+        cues: Box<dyn Cues>,
+        limit_frames: Option<u64>,
+        pool_size: usize,
+    ) -> Self {
+        let truth = Truth { camera: scene.camera, poses: Vec::new() };
+        Self {
+            renderer: Renderer::new(&scene),
+            technician: Technician::new(&scene),
+            cues,
+            frames_left: limit_frames,
+            next_id: 0,
+            published: None,
+            prepared: None,
+            pool: Vec::with_capacity(pool_size),
+            pool_size,
+            truth: TruthLog { truth: Arc::new(Mutex::new(truth)) },
+            scene,
+        }
+    }
+
+    /// The truth about delivered frames; stays readable when the source has moved to its thread.
+    pub fn truth(&self) -> TruthLog {
+        self.truth.clone()
+    }
+
+    fn prepare(&mut self) -> (Arc<Frame>, Isometry3<f64>) {
+        let id = FrameId(self.next_id);
+        self.next_id += 1;
+        let captured_at =
+            CaptureTime { nanos: (id.0 + 1).saturating_mul(self.scene.frame_interval_nanos) };
+        let (poses, middle) = self.poses_during_exposure(captured_at);
+        let mut shared = self.free_frame();
+        // Nobody else holds a free frame, so this never copies.
+        let frame = Arc::make_mut(&mut shared);
+        (frame.id, frame.captured_at) = (id, captured_at);
+        self.renderer.render(&poses, id.0, &mut frame.image);
+        if self.pool.len() < self.pool_size {
+            self.pool.push(Arc::clone(&shared));
+        }
+        (shared, middle)
+    }
+
+    /// Poses evenly over the exposure around `captured_at`, and the one in its middle.
+    fn poses_during_exposure(
+        &mut self,
+        captured_at: CaptureTime,
+    ) -> (Vec<Isometry3<f64>>, Isometry3<f64>) {
+        // An exposure reaches at most to the neighbouring frames' middles.
+        let exposure_nanos = (self.scene.exposure_secs.max(0.0) * 1e9)
+            .min(self.scene.frame_interval_nanos as f64) as u64;
+        let start_nanos = captured_at.nanos - (exposure_nanos / 2).min(captured_at.nanos);
+        let technician = &mut self.technician;
+        let mut poses = Vec::with_capacity(POSES_PER_EXPOSURE as usize);
+        let mut middle = None;
+        for i in 0..POSES_PER_EXPOSURE {
+            if i == POSES_PER_EXPOSURE / 2 {
+                middle = Some(technician.pose_at(captured_at));
+            }
+            let share = (f64::from(i) + 0.5) / f64::from(POSES_PER_EXPOSURE);
+            let nanos = start_nanos + (share * exposure_nanos as f64) as u64;
+            poses.push(technician.pose_at(CaptureTime { nanos }));
+        }
+        let middle = middle.unwrap_or_else(|| technician.pose_at(captured_at));
+        (poses, middle)
+    }
+
+    /// A frame nobody holds: from the pool, or a new one.
+    fn free_frame(&mut self) -> Arc<Frame> {
+        match self.pool.iter_mut().position(|frame| Arc::get_mut(frame).is_some()) {
+            Some(free) => self.pool.swap_remove(free),
+            None => Arc::new(Frame {
+                id: FrameId(0),
+                captured_at: CaptureTime { nanos: 0 },
+                kind: FrameKind::Video,
+                name: String::new(),
+                image: GrayImage::new(
+                    self.scene.image_size.width_px,
+                    self.scene.image_size.height_px,
+                ),
+            }),
+        }
+    }
+}
+
+impl FrameSource for SyntheticSource {
+    fn identity(&self) -> SourceIdentity {
+        SourceIdentity {
+            name: format!("sim:{}", self.scene.name),
+            image_size: Some(self.scene.image_size),
+        }
+    }
+
+    fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
+        if self.frames_left == Some(0) {
+            return Ok(Arrival::End);
+        }
+        let prepared = match self.prepared.take() {
+            Some(prepared) => prepared,
+            None => self.prepare(),
+        };
+        if !self.cues.wait_judged(self.published, patience) {
+            self.prepared = Some(prepared);
+            return Ok(Arrival::NothingYet);
+        }
+        while let Some(cue) = self.cues.next_cue() {
+            self.technician.read(cue);
+        }
+        let (frame, middle) = prepared;
+        self.published = Some(frame.id);
+        self.frames_left = self.frames_left.map(|left| left - 1);
+        self.truth.add(frame.id, middle);
+        Ok(Arrival::Frame(frame))
+    }
+}

@@ -1,0 +1,69 @@
+//! What the person is shown and told.
+
+use nalgebra::Point2;
+
+use boresight_geometry::frame::CaptureTime;
+
+/// A cue for the person.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cue {
+    /// Capture time of the frame that caused it.
+    pub seen_at: CaptureTime,
+    /// What it says.
+    pub kind: CueKind,
+}
+
+/// What a [`Cue`] says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CueKind {
+    /// Bring the board onto the ghost drawn in the picture.
+    Show {
+        /// Wanted image positions of all inner corners, in numbering order.
+        ghost_px: Vec<Point2<f64>>,
+        /// Changes when the wanted pose changes.
+        target: u64,
+    },
+    /// A sentence on the screen. It replaces the one before, read or not.
+    Sentence {
+        /// What it asks for.
+        instruction: Instruction,
+        /// Number of words to read.
+        words: usize,
+    },
+    /// The view has been taken.
+    Taken,
+    /// Nothing more is wanted.
+    Finished,
+}
+
+/// What a sentence asks for. Amounts are those of the frame that caused it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Instruction {
+    /// Keep the board where it is.
+    HoldStill,
+    /// Bring the whole board into the picture.
+    ShowBoard,
+    /// Bring the whole board into the picture before the ghost is followed again.
+    ShowWholeFirst,
+    /// Bring the board onto the ghost more exactly.
+    MatchGhost,
+    /// Move along the line of sight.
+    Distance {
+        /// Wanted distance over the distance now.
+        ratio: f64,
+    },
+    /// Shift the board in the picture.
+    Shift {
+        /// How far right.
+        right_px: f64,
+        /// How far down.
+        down_px: f64,
+    },
+    /// Tip the board until it recedes like this.
+    Tip {
+        /// Wanted direction in the picture in which it recedes, clockwise from the right.
+        azimuth_rad: f64,
+        /// Wanted tilt.
+        tilt_rad: f64,
+    },
+}

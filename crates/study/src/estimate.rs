@@ -1,0 +1,74 @@
+//! From corners to principal lines and points, by each method.
+
+use nalgebra::{Matrix3, Point2};
+
+use boresight_calibrate::{Bundle, BundleState, LensModel, Observations, adjust, zhang};
+use boresight_geometry::{
+    Camera, Corner, Homography, PrincipalLine, board::Checkerboard, frame::ImageSize,
+    intersect_unweighted, mean_px, pose_from_homography,
+};
+
+/// One view as every estimate uses it.
+#[derive(Clone, Debug)]
+pub(super) struct View {
+    pub(super) corners: Vec<Corner>,
+    pub(super) image_from_board: Matrix3<f64>,
+    pub(super) line: Option<PrincipalLine>,
+}
+
+/// A view's homography and principal line, of the corners as seen; lines count from `origin_px`.
+/// `sigma_px` is what the corners are believed to be worth.
+///
+/// `None` if the corners have no homography.
+pub(super) fn view(
+    board: &Checkerboard,
+    corners_px: &[Point2<f64>],
+    origin_px: Point2<f64>,
+    sigma_px: f64,
+) -> Option<View> {
+    let corners: Vec<Corner> =
+        corners_px.iter().map(|px| Corner::isotropic(*px, sigma_px)).collect();
+    let homography = Homography::fit(&board.corners_in_board_m(), &corners).ok()?;
+    let line = PrincipalLine::of(&homography, origin_px, mean_px(&corners)).ok();
+    Some(View { corners, image_from_board: *homography.image_from_board(), line })
+}
+
+/// Where the principal lines of `views` meet, all weighing the same, as in the paper.
+pub(super) fn by_principal_lines(views: &[&View]) -> Option<Point2<f64>> {
+    let lines: Option<Vec<PrincipalLine>> = views.iter().map(|view| view.line.clone()).collect();
+    intersect_unweighted(&lines?).ok().map(|point| point.px)
+}
+
+/// Zhang's principal point of `views`: closed form, then refined with `model`.
+pub(super) fn by_zhang(
+    board: &Checkerboard,
+    views: &[&View],
+    image_size: ImageSize,
+    model: LensModel,
+) -> Option<Point2<f64>> {
+    let homographies: Vec<Matrix3<f64>> = views.iter().map(|view| view.image_from_board).collect();
+    // Where the closed form fails, a usual focal length is a start, too.
+    let usual = || Camera::pinhole(1.2 * f64::from(image_size.width_px), image_size.centre_px());
+    let start = zhang::closed_form(&homographies, image_size).unwrap_or_else(usual);
+    let poses: Option<Vec<_>> =
+        homographies.iter().map(|h| pose_from_homography(h, &start)).collect();
+    let corners: Vec<&[Corner]> = views.iter().map(|view| view.corners.as_slice()).collect();
+    let observations = Observations::new(&board.corners_in_board_m(), &corners).ok()?;
+    let bundle = zhang::refined(&observations, model, start, poses?)?;
+    Some(bundle.state.camera.pp_px)
+}
+
+/// Bundle adjustment of `views` with `model`, from `camera`: started at the truth, the minimum is found.
+pub(super) fn adjusted(
+    board: &Checkerboard,
+    views: &[View],
+    camera: &Camera,
+    model: LensModel,
+) -> Option<Bundle> {
+    let corners: Vec<&[Corner]> = views.iter().map(|view| view.corners.as_slice()).collect();
+    let observations = Observations::new(&board.corners_in_board_m(), &corners).ok()?;
+    let poses: Option<Vec<_>> =
+        views.iter().map(|view| pose_from_homography(&view.image_from_board, camera)).collect();
+    let start = BundleState { camera: *camera, cam_from_board: poses? };
+    adjust(&observations, &model.freedom(true), None, start)
+}

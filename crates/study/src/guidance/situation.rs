@@ -1,0 +1,28 @@
+use nalgebra::Isometry3;
+
+use boresight_calibrate::LensModel;
+use boresight_geometry::{Corner, board::Checkerboard};
+use boresight_guide::guidance::{GuidanceParams, LensEstimate, View};
+
+/// What a strategy may know.
+#[derive(Clone, Copy, Debug)]
+pub struct Situation<'a> {
+    /// The camera as estimated from the views so far.
+    pub lens_estimate: &'a LensEstimate,
+    /// Views that have a principal line.
+    pub views: &'a [View],
+    /// Corners of all views that count.
+    pub shown: &'a [Vec<Corner>],
+    /// Their poses as estimated.
+    pub poses: &'a [Isometry3<f64>],
+    /// What is held up.
+    pub board: &'a Checkerboard,
+    /// Limits of our planner.
+    pub params: &'a GuidanceParams,
+    /// Poses asked for so far.
+    pub asked: usize,
+    /// What is fitted.
+    pub model: LensModel,
+    /// Corner error.
+    pub noise_px: f64,
+}

@@ -1,0 +1,77 @@
+//! The next best pose by information: the least trace of the intrinsics' covariance.
+//!
+//! Source: Peng & Sturm, "Calibration Wizard: A Guidance System for Camera Calibration Based on Modelling
+//! Geometric and Corner Uncertainty", ICCV 2019. The first three views are free, as its first step asks; the search
+//! here is over random poses.
+
+use nalgebra::Isometry3;
+use rand_chacha::ChaCha8Rng;
+
+use super::{hand_held, sample};
+use crate::guidance::situation::Situation;
+use boresight_geometry::LENS_PARAMETERS;
+use boresight_guide::guidance::information::{
+    LensMatrix, PARAMETERS, known_information, view_information,
+};
+
+/// Poses that are looked at for each view.
+pub(super) const CANDIDATES: usize = 120;
+/// Tilt and fill that a person can be asked for.
+pub(super) const LIMITS: ([f64; 2], [f64; 2]) = ([0.02, 0.9], [0.4, 0.9]);
+
+/// Views before the first suggestion.
+pub(super) const FREE_VIEWS: usize = 3;
+
+/// After three free views, of the candidates the one that leaves the least trace.
+pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
+    if situation.shown.len() < FREE_VIEWS {
+        return hand_held::wish(situation, rng);
+    }
+    best(situation, rng, nalgebra::Matrix::trace)
+}
+
+/// Of the candidates the one with the least `cost` of the covariance that it leaves.
+pub(super) fn best(
+    situation: &Situation<'_>,
+    rng: &mut ChaCha8Rng,
+    cost: impl Fn(&LensMatrix) -> f64,
+) -> Option<Isometry3<f64>> {
+    let Situation { board, lens_estimate, noise_px, .. } = *situation;
+    let known = known(situation);
+    sample::random(situation, LIMITS, CANDIDATES, rng)
+        .into_iter()
+        .filter_map(|pose| {
+            let added = view_information(&pose, board, &lens_estimate.camera, noise_px)?;
+            let covariance = covariance(situation, &(known + added))?;
+            Some((cost(&covariance), pose))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, pose)| pose)
+}
+
+/// Information of the views so far and of the weak beliefs.
+pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
+    let Situation { poses, board, lens_estimate, noise_px, .. } = *situation;
+    known_information(poses.iter().copied(), board, lens_estimate, noise_px)
+}
+
+/// Covariance of the parameters that are fitted; zero for the others.
+pub(super) fn covariance(
+    situation: &Situation<'_>,
+    information: &LensMatrix,
+) -> Option<LensMatrix> {
+    let free = situation.model.freedom(true).free;
+    // The first two lens parameters, fx and fy, are one here.
+    let is_free = |i: usize| free[if i == 0 { 0 } else { (i + 1).min(LENS_PARAMETERS - 1) }];
+    let mut held = *information;
+    for i in (0..PARAMETERS).filter(|i| !is_free(*i)) {
+        held.row_mut(i).fill(0.0);
+        held.column_mut(i).fill(0.0);
+        held[(i, i)] = 1.0;
+    }
+    let mut covariance = held.cholesky()?.inverse();
+    for i in (0..PARAMETERS).filter(|i| !is_free(*i)) {
+        covariance[(i, i)] = 0.0;
+    }
+    Some(covariance)
+}

@@ -1,0 +1,144 @@
+//! What an experiment says: words, numbers against the known ones, tables, figures.
+
+use serde::{Deserialize, Serialize};
+
+use boresight_formats::export::csv_field;
+
+/// One experiment's result.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Stable name, also of its files.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// What is done, in a sentence or two.
+    pub method: String,
+    /// What is claimed, and what was found.
+    pub claims: Vec<Claim>,
+    /// Numbers that are known from elsewhere.
+    pub checks: Vec<Check>,
+    /// Everything that was measured.
+    pub tables: Vec<Table>,
+    /// Drawings.
+    pub figures: Vec<Figure>,
+}
+
+/// A statement and what became of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// What the source says.
+    pub claim: String,
+    /// What was measured.
+    pub measured: String,
+    /// See [`Verdict`].
+    pub verdict: Verdict,
+}
+
+/// Whether a claim holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// As stated.
+    Holds,
+    /// With limits that are said.
+    Partly,
+    /// Not.
+    Fails,
+}
+
+impl Verdict {
+    /// [`Self::Holds`] if `holds`, else [`Self::Fails`].
+    pub fn of(holds: bool) -> Self {
+        if holds { Self::Holds } else { Self::Fails }
+    }
+
+    /// One word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::Partly => "holds in part",
+            Self::Fails => "does not hold",
+        }
+    }
+}
+
+/// A number and what it should be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// What is measured, with its unit.
+    pub what: String,
+    /// The known number.
+    pub reference: f64,
+    /// The number found.
+    pub measured: f64,
+    /// How near they must be.
+    pub within: Within,
+}
+
+/// How near a number must be to its reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Within {
+    /// A share of the reference; and the reference's own last digit, half of it up or down.
+    Share(f64, f64),
+    /// At most the reference.
+    AtMost,
+    /// The reference lies in this 95 % interval of the measured number, widened by its own rounding.
+    Interval(f64, f64),
+}
+
+impl Check {
+    /// Whether the number is reproduced.
+    pub fn passes(&self) -> bool {
+        match self.within {
+            Within::Share(share, rounding) => {
+                (self.measured - self.reference).abs() <= share * self.reference.abs() + rounding
+            }
+            Within::AtMost => self.measured.abs() <= self.reference,
+            Within::Interval(low, high) => (low..=high).contains(&self.reference),
+        }
+    }
+}
+
+/// Tidy data: a row an observation, a column a variable.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Table {
+    /// Stable name, also of its file.
+    pub name: String,
+    /// Names of the columns, with their units.
+    pub columns: Vec<String>,
+    /// Cells as they are written.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Without rows.
+    pub fn new(name: &str, columns: &[&str]) -> Self {
+        let columns = columns.iter().map(ToString::to_string).collect();
+        Self { name: name.into(), columns, rows: Vec::new() }
+    }
+
+    /// Adds a row.
+    pub fn push(&mut self, cells: &[&dyn std::fmt::Display]) {
+        self.rows.push(cells.iter().map(ToString::to_string).collect());
+    }
+
+    /// Comma-separated, quoted where needed (RFC 4180).
+    pub fn csv(&self) -> String {
+        std::iter::once(&self.columns)
+            .chain(&self.rows)
+            .map(|row| row.iter().map(|cell| csv_field(cell)).collect::<Vec<_>>().join(",") + "\n")
+            .collect()
+    }
+}
+
+/// A drawing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// Stable name, also of its file.
+    pub name: String,
+    /// What is seen on it.
+    pub caption: String,
+    /// The drawing.
+    pub svg: String,
+}

@@ -1,0 +1,36 @@
+//! JSON Schema of every file that the program writes, from the types that write them.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
+
+use boresight_app::{
+    devices_file::DevicesFile, doctor::DoctorFile, report::ReportFile, truth::TruthFile,
+};
+use boresight_fleet::batch::{Item, Job, Row};
+use boresight_formats::{CalibrationFile, CheckFile};
+use boresight_run::recording::journal_line_schema;
+
+/// Name of each file in `docs/schemas`, with its schema (draft 2020-12). They describe what this version writes;
+/// readers skip fields that they don't know.
+pub fn schemas() -> Vec<(&'static str, Schema)> {
+    vec![
+        ("calibration.v1.json", of::<CalibrationFile>()),
+        ("check.v1.json", of::<CheckFile>()),
+        ("report.v1.json", of::<ReportFile>()),
+        ("doctor.v1.json", of::<DoctorFile>()),
+        ("batch.v1.json", of::<Job>()),
+        ("batch-manifest-line.v1.json", of::<Item>()),
+        ("batch-row.v1.json", of::<Row>()),
+        ("devices.v1.json", of::<DevicesFile>()),
+        ("truth.v1.json", of::<TruthFile>()),
+        ("session-journal-line.v1.json", journal_line_schema(generator())),
+    ]
+}
+
+fn of<T: JsonSchema>() -> Schema {
+    generator().into_root_schema_for::<T>()
+}
+
+/// What is written is described, not what is accepted: a field that is always written is required.
+fn generator() -> SchemaGenerator {
+    SchemaSettings::draft2020_12().for_serialize().into_generator()
+}

@@ -1,0 +1,427 @@
+//! The program behind the window: sources, folders, settings, results.
+
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+#[cfg(feature = "serve")]
+use boresight_app::host::PhoneLink;
+use boresight_app::{
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison,
+    explain::user_error,
+    export,
+    host::{
+        AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard,
+        SessionRequest, UserError, Wake,
+    },
+    lookout::{Connected, Lookout},
+    memory,
+    opening::new_session_path,
+    printed_board,
+    recordings::{self, Recording},
+    run::Concluded,
+};
+use boresight_capture::{is_address, without_secrets};
+use boresight_formats::CalibrationFile;
+use boresight_geometry::{board_code::BoardId, markers::Markers};
+use boresight_phone::QrCode;
+use boresight_present::text;
+#[cfg(feature = "serve")]
+use boresight_run::pipeline::Onlooker;
+use boresight_run::pipeline::{Background, Onlookers, Paced, Pipeline};
+
+/// Called with each session's folder and result.
+pub type OnResult = Arc<dyn Fn(&Path, &CalibrationFile) + Send + Sync>;
+
+/// Answers the window: opens and concludes sessions, compares, exports and replays.
+pub struct WindowHost {
+    opening: Opening,
+    /// Whether sources that can wait keep to the time of their recording.
+    paced: bool,
+    stop: Arc<AtomicBool>,
+    announcer: Announcer,
+    on_result: OnResult,
+    /// Folders that hold sessions.
+    session_folders: BTreeSet<PathBuf>,
+    exit: Arc<Mutex<Exit>>,
+    /// Whether the first session starts without asking.
+    at_once: bool,
+    /// File of what is remembered.
+    memory: Option<PathBuf>,
+    lookout: Option<Lookout>,
+    /// ID of the boards printed from here: printing twice is one board.
+    board_id: BoardId,
+    /// The folder that the person named for the first session.
+    named: Option<PathBuf>,
+    voice: Voice,
+    /// Who else looks on at every session.
+    watching: Onlookers,
+    /// Speaks from the beginning; whether left and right are those of a person who faces the camera.
+    speaks: Option<bool>,
+    /// The phone's page.
+    #[cfg(feature = "serve")]
+    phone: Option<Arc<boresight_phone::session_page::Phone>>,
+}
+
+impl AppHost for WindowHost {
+    fn first_wish(&self) -> SessionRequest {
+        let config = &self.opening.config;
+        let wish = SessionRequest {
+            source: self.opening.source.clone(),
+            mode: config.camera.mode.clone(),
+            board: [config.board.columns, config.board.rows],
+            markers: config.board.markers(),
+            square_m: config.board.square_mm * 1e-3,
+            plan: config.guidance.plan.into(),
+            go_on_with: self.opening.session.clone(),
+            first: None,
+        };
+        if self.at_once {
+            return wish;
+        }
+        let Memory { source, mode, board, markers, square_m, plan, .. } = self.remembered();
+        let is_remembered = board.is_some();
+        SessionRequest {
+            source: source.unwrap_or(wish.source),
+            mode: mode.unwrap_or(wish.mode),
+            board: board.unwrap_or(wish.board),
+            markers: if is_remembered { markers } else { wish.markers },
+            square_m: square_m.unwrap_or(wish.square_m),
+            plan: plan.unwrap_or(wish.plan),
+            ..wish
+        }
+    }
+
+    fn starts_at_once(&self) -> bool {
+        self.at_once
+    }
+
+    fn remembered(&self) -> Memory {
+        let memory = self.memory.as_deref().map(memory::read).unwrap_or_default();
+        match self.speaks {
+            None => memory,
+            Some(mirrored) => Memory { speech: Some(true), mirrored: Some(mirrored), ..memory },
+        }
+    }
+
+    fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
+        // A password isn't kept.
+        let plain =
+            |name: &String| if is_address(name) { without_secrets(name) } else { name.clone() };
+        let memory = Memory {
+            source: memory.source.as_ref().map(plain),
+            streams: memory.streams.iter().map(plain).collect(),
+            ..memory.clone()
+        };
+        match &self.memory {
+            Some(path) => memory::write(path, &memory).map_err(|err| user_error(&err.into())),
+            None => Ok(()),
+        }
+    }
+
+    fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
+        if self.lookout.is_none() {
+            let config = self.opening.with_backend(&self.opening.config);
+            // Without a thread there are no pictures; the cameras are still found by name.
+            self.lookout = Lookout::start(Box::new(Connected(config)), Arc::clone(wake)).ok();
+        }
+        self.lookout.as_ref().map(Lookout::cameras).unwrap_or_default()
+    }
+
+    fn count_board(&mut self, source: Option<&str>) {
+        if let Some(lookout) = &self.lookout {
+            lookout.count_board(source);
+        }
+    }
+
+    fn stop_looking(&mut self) {
+        self.lookout = None;
+    }
+
+    fn papers(&self) -> Vec<&'static str> {
+        printed_board::papers()
+    }
+
+    fn print_board(
+        &mut self,
+        board: [u16; 2],
+        markers: Option<Markers>,
+        paper: usize,
+    ) -> Result<PrintedBoard, UserError> {
+        let here = Path::new(".");
+        let printed = printed_board::print(here, (board, markers), paper, self.board_id);
+        let printed = printed.map_err(|err| user_error(&err))?;
+        // Where nothing can show it, the person still reads the name of the file.
+        self.show(&printed.file).ok();
+        Ok(printed)
+    }
+
+    fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
+        self.opened(wish, wake).map_err(|err| user_error(&err))
+    }
+
+    fn modes(&mut self, source: &str) -> Vec<String> {
+        camera::modes(source)
+    }
+
+    fn formats(&self) -> Vec<&'static str> {
+        export::FORMATS.iter().map(|format| format.label()).collect()
+    }
+
+    fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError> {
+        export::beside(folder, format, &self.announcer).map_err(|err| user_error(&err))
+    }
+
+    fn older(&self, folder: &Path) -> Vec<PathBuf> {
+        comparison::older(folder)
+    }
+
+    fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError> {
+        let (folder, old) = (folder.to_path_buf(), old.to_path_buf());
+        let announcer = self.announcer.clone();
+        let work = move || {
+            let compared =
+                comparison::of_folder(&folder, &old, &announcer).map_err(|err| user_error(&err));
+            wake();
+            compared
+        };
+        Background::start(work).map_err(|err| user_error(&err.into()))
+    }
+
+    fn recordings(&self) -> Vec<Recording> {
+        recordings::within(&self.session_folders)
+    }
+
+    fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError> {
+        let folder = folder.to_path_buf();
+        let work = move || {
+            let replayed = recordings::open(&folder).map_err(|err| user_error(&err));
+            wake();
+            replayed
+        };
+        Background::start(work).map_err(|err| user_error(&err.into()))
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
+    }
+
+    fn show(&mut self, file: &Path) -> Result<(), UserError> {
+        let shown = Command::new("xdg-open")
+            .arg(file)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        shown.map(drop).map_err(|_| UserError {
+            what: text::window::NO_VIEWER.into(),
+            action: Some(text::window::written(file)),
+        })
+    }
+
+    fn interrupted(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
+        self.voice.switch(on, mirrored).map_err(|err| user_error(&err.into()))
+    }
+
+    fn test_voice(&mut self) -> Result<(), UserError> {
+        self.voice.test().map_err(|err| user_error(&err.into()))
+    }
+
+    #[cfg(feature = "serve")]
+    fn phone(&self) -> Option<PhoneLink> {
+        let links = self.phone.as_ref()?.links().first()?;
+        let code = QrCode::of(&links.owner)?;
+        let row = |y| (0..code.side()).map(|x| code.is_dark(x, y)).collect();
+        Some(PhoneLink {
+            link: links.owner.clone(),
+            watcher: links.watcher.clone(),
+            code: (0..code.side()).map(row).collect(),
+        })
+    }
+
+    #[cfg(feature = "serve")]
+    fn phones(&self) -> usize {
+        self.phone.as_ref().map_or(0, |phone| phone.hub().pages())
+    }
+
+    #[cfg(feature = "serve")]
+    fn phone_ends_session(&self) -> bool {
+        self.phone.as_ref().is_some_and(|phone| phone.hub().wants_end())
+    }
+}
+
+impl WindowHost {
+    /// Answers for a window whose first session is `opening`. `stop` ends the whole program. With `paced`, a
+    /// simulated or recorded source keeps to its own time, as a person needs; without, it's as fast as the
+    /// machine.
+    pub fn new(
+        opening: Opening,
+        paced: bool,
+        stop: Arc<AtomicBool>,
+        announcer: Announcer,
+        on_result: OnResult,
+    ) -> Self {
+        let path = new_session_path();
+        let sessions = path.parent().unwrap_or(Path::new("."));
+        Self {
+            opening,
+            paced,
+            stop,
+            announcer,
+            on_result,
+            session_folders: BTreeSet::from([sessions.into()]),
+            exit: Arc::new(Mutex::new(Exit::Good)),
+            at_once: true,
+            memory: None,
+            lookout: None,
+            board_id: printed_board::new_id(),
+            named: None,
+            voice: Voice::new(),
+            watching: Onlookers::new(),
+            speaks: None,
+            #[cfg(feature = "serve")]
+            phone: None,
+        }
+    }
+
+    /// Shows every session on the phone's page, too.
+    #[cfg(feature = "serve")]
+    #[must_use]
+    pub fn with_phone(self, phone: Option<boresight_phone::session_page::Phone>) -> Self {
+        Self { phone: phone.map(Arc::new), ..self }
+    }
+
+    fn onlookers(&self) -> Onlookers {
+        let all = std::iter::once(self.voice.onlooker()).chain(self.watching.iter().cloned());
+        #[cfg(feature = "serve")]
+        let all = all.chain(self.phone.iter().map(|phone| Arc::clone(phone.hub()) as _));
+        all.collect()
+    }
+
+    /// Has these look on at every session, too.
+    #[must_use]
+    pub fn watched_by(self, watching: Onlookers) -> Self {
+        Self { watching, ..self }
+    }
+
+    /// Keeps choices in the file at `path`.
+    #[must_use]
+    pub fn remembering(self, path: Option<PathBuf>) -> Self {
+        Self { memory: path, ..self }
+    }
+
+    /// Speaks from the beginning, if `mirrored` is given: left and right are then those of a person who faces the camera,
+    /// or looks the way it looks.
+    #[must_use]
+    pub fn speaking(self, mirrored: Option<bool>) -> Self {
+        Self { speaks: mirrored, ..self }
+    }
+
+    /// Asks what the first session is about instead of starting it.
+    #[must_use]
+    pub fn asking(self) -> Self {
+        Self { at_once: false, ..self }
+    }
+
+    /// The exit status of the session that ended last.
+    pub fn exit(&self) -> Arc<Mutex<Exit>> {
+        Arc::clone(&self.exit)
+    }
+
+    /// A folder named for the first session is that session's. One that begins again with another board gets a
+    /// folder beside it, and any other one in `sessions`.
+    fn folder_for(&mut self, wish: &SessionRequest) -> Option<PathBuf> {
+        if wish.go_on_with.is_some() {
+            return None;
+        }
+        if let Some(out) = self.opening.out.take() {
+            self.named = Some(out.clone());
+            return Some(out);
+        }
+        let [columns, rows] = wish.board;
+        let mut beside = self.named.clone()?.into_os_string();
+        beside.push(format!("-{columns}x{rows}"));
+        let beside = PathBuf::from(beside);
+        (!beside.exists()).then_some(beside)
+    }
+
+    fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
+        // Cameras that show small pictures must be free.
+        self.stop_looking();
+        let mut config = self.opening.config.clone();
+        config.board = config.board.chosen(wish.board, wish.markers);
+        config.board.square_mm = wish.square_m * 1e3;
+        config.camera.mode.clone_from(&wish.mode);
+        // What was typed is checked as a settings file is.
+        let mut config = config.with(&[])?;
+        config.guidance.plan = wish.plan.into();
+        let opening = Opening {
+            source: wish.source.clone(),
+            config,
+            session: wish.go_on_with.clone(),
+            against: self.opening.against.clone().filter(|_| wish.go_on_with.is_none()),
+            out: self.folder_for(wish),
+            ..self.opening
+        };
+        let mut run = opening.open(&self.announcer).inspect_err(|_| {
+            self.opening.out.clone_from(&opening.out);
+        })?;
+        let (pictures, note) = (run.pictures()?, run.note.take());
+        let source = run.open.source.identity().name;
+        let (mut setup, context) = run.setup(&self.announcer)?;
+        let adjustables = setup.source.adjustables();
+        if setup.lossless && self.paced {
+            setup.source = Box::new(Paced::new(setup.source));
+        }
+        let folder = context.path.clone();
+        let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+        self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
+        let (pipeline, showing) =
+            Pipeline::start_with_feed_before(setup, &self.onlookers(), move || wake())?;
+        let (announcer, exit) = (self.announcer.clone(), Arc::clone(&self.exit));
+        let on_result = Arc::clone(&self.on_result);
+        #[cfg(feature = "serve")]
+        let phone = self.phone.clone();
+        let conclude = Box::new(move |finished| {
+            let folder = context.path.clone();
+            let run = context.finished(finished);
+            #[cfg(feature = "serve")]
+            let session = run.as_ref().ok().map(|run| run.session.clone());
+            #[cfg(feature = "serve")]
+            if let Some(phone) = &phone {
+                phone.ending();
+            }
+            let outcome = run.and_then(|run| run.conclude(&announcer));
+            #[cfg(feature = "serve")]
+            if let (Some(phone), Some(session), Ok(concluded)) = (&phone, &session, &outcome) {
+                phone.ended(session, concluded, &folder);
+            }
+            let code = outcome.as_ref().map_or(Exit::Failed, |concluded| concluded.exit);
+            *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
+            let files = [folder.join(REPORT_FILE), folder.join(RESULT_FILE)]
+                .into_iter()
+                .filter(|file| outcome.is_ok() && file.is_file())
+                .collect();
+            let (compared, trouble) = match outcome {
+                Ok(Concluded { result, compared, .. }) => {
+                    on_result(&folder, &result);
+                    (compared, None)
+                }
+                Err(err) => (None, Some(user_error(&err))),
+            };
+            let compared = compared.map(|outcome| outcome.map_err(|err| user_error(&err)));
+            Ended { folder, files, compared, trouble }
+        });
+        Ok(Opened { pipeline, showing, source, folder, pictures, adjustables, note, conclude })
+    }
+}
