@@ -1,6 +1,6 @@
 //! Detects whether an installed camera has changed: new views against an old calibration. `docs/method.md`, section 4.
 
-use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{DVector, Matrix2, Matrix3, Matrix3xX, Point2, Vector2, Vector3};
 
 use super::{
     lens_change::{DistortionPull, LensChange},
@@ -12,11 +12,9 @@ use super::{
     },
 };
 use boresight_geometry::{
-    BoardOutline, Camera, Corner, LENS_PARAMETERS, board::Checkerboard, cell_centres_px, fit_pose,
-    frame::ImageSize, seen_count,
+    BoardOutline, Camera, Corner, LensMatrix, LensParameter, LensParts, board::Checkerboard,
+    cell_centres_px, fit_pose, frame::ImageSize, seen_count,
 };
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// χ² quantile at 0.991 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit. The rest of the
 /// false alarms, of which there is one in a hundred checks, is left to the lens.
@@ -25,9 +23,6 @@ const NONCENTRALITY_95: f64 = 23.017;
 /// χ² quantiles at 0.99 with 2 and 1 degrees of freedom.
 const PP_LIMIT: f64 = 9.210;
 const F_LIMIT: f64 = 6.635;
-/// Indices of f, cx, cy among the lens parameters once pixels are square; fy follows f.
-const F_AND_PP: [usize; 3] = [0, 2, 3];
-const DISTORTION: [usize; 5] = [4, 5, 6, 7, 8];
 /// Fewest views for a verdict: two opposed pairs.
 pub const DRIFT_VIEWS: usize = 4;
 /// How far outside the old boards a corner still counts as covered, as a fraction of the picture's width.
@@ -37,24 +32,26 @@ const LEAST_SEEN: usize = 6;
 /// Fraction of a view's corners that may lie further out.
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
 /// Ratio of the residual with the old distortion to that with a free one, above which the distortion has changed. By
-/// chance, the five coefficients change it by about 1 %: four views have some four hundred degrees of freedom.
+/// chance, the coefficients change it by about 1 %: four views have some four hundred degrees of freedom.
 const MAX_RESIDUAL_RATIO: f64 = 1.5;
 /// Displacement of a ray, as a fraction of the picture's width, below which a significant change is watched rather than
 /// acted on: 1 px at 1280.
 pub(super) const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
 /// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP relative to the
-/// width, then k1, k2, p1, p2, k3. Pessimistic on purpose: the one of the PP is
+/// width, then the coefficients. Pessimistic on purpose: the one of the PP is
 /// about nine times that of eight frame-filling views (`docs/method.md`, section 0).
 const UNSTATED_F: f64 = 1.5e-3;
 const UNSTATED_PP: f64 = 1.5e-3;
-const UNSTATED_DISTORTION: [f64; 5] = [5e-3, 1e-2, 2e-4, 2e-4, 1e-2];
+const UNSTATED_K1: f64 = 5e-3;
+const UNSTATED_TANGENTIAL: f64 = 2e-4;
+const UNSTATED_RADIAL: f64 = 1e-2;
 
 /// The calibration against which a camera is checked.
 #[derive(Clone, Debug)]
 pub struct OldLens<'a> {
     /// The lens.
     pub camera: Camera,
-    /// 9×9 covariance of the lens parameters, if the file states it.
+    /// Covariance of the lens parameters, if the file states it; zero for those that its lens model doesn't have.
     pub covariance: Option<LensMatrix>,
     /// Outlines of its boards, in pixels; empty if the file doesn't state them.
     pub outlines: &'a [BoardOutline],
@@ -177,7 +174,7 @@ impl DriftVerdict {
 ///
 /// Focal length and principal point are adjusted, the old distortion held. With `I` the information of the
 /// new views, `d = θ' − θ_old`, `A = [−I, −I₃₃⁻¹ I₃ₖ]` and `S = I₃₃⁻¹ + A C_old Aᵀ`, `dᵀS⁻¹d` is χ² with 3
-/// degrees of freedom if nothing changed. See `docs/method.md`, section 4.
+/// degrees of freedom if nothing changed; `k` are all coefficients of the old lens's family. See `docs/method.md`, section 4.
 ///
 /// # Errors
 ///
@@ -211,10 +208,11 @@ pub fn drift(
     camera.f_px.y = camera.f_px.x;
     camera.pp_px.y *= aspect;
     let board_m = board.corners_in_board_m();
-    let change = Change::of(&scaled, &board_m, camera).ok_or(NoDrift::Undetermined)?;
+    let model = LensModel::simplest_with(&camera).family().richest();
+    let change = Change::of(&scaled, &board_m, camera, model).ok_or(NoDrift::Undetermined)?;
     let assumed = old.covariance.is_none();
-    let old_covariance =
-        scaled_covariance(&old.covariance.unwrap_or_else(|| unstated(&camera, image_size)), aspect);
+    let old_covariance = old.covariance.unwrap_or_else(|| unstated(&camera, model, image_size));
+    let old_covariance = scaled_covariance(&old_covariance, aspect);
     let covariance = change.covariance(&old_covariance).ok_or(NoDrift::Undetermined)?;
     let d = change.d_px;
     let information = inverse(&covariance).ok_or(NoDrift::Undetermined)?;
@@ -227,8 +225,7 @@ pub fn drift(
     let change_px = d.component_mul(&back);
     let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
     let residual_ratio = change.residual_ratio;
-    let of_distortion = SMatrix::from_fn(|i, j| old_covariance[(DISTORTION[i], DISTORTION[j])]);
-    let lens = LensChange::of(&change.distortion, &camera, &of_distortion, image_size);
+    let lens = LensChange::of(&change.distortion, &camera, &old_covariance, image_size);
     let lens_changed =
         residual_ratio > MAX_RESIDUAL_RATIO || lens.is_some_and(|lens| lens.is_significant);
     let mut now = old.camera;
@@ -286,18 +283,25 @@ fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
 
 /// The covariance after rows are scaled by `aspect`.
 fn scaled_covariance(covariance: &LensMatrix, aspect: f64) -> LensMatrix {
-    let scale = |i: usize| if i == 1 || i == 3 { aspect } else { 1.0 };
-    LensMatrix::from_fn(|i, j| covariance[(i, j)] * scale(i) * scale(j))
+    let scale = LensParameter::ALL.map(|parameter| match parameter {
+        LensParameter::Fy | LensParameter::Cy => aspect,
+        _ => 1.0,
+    });
+    LensMatrix::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j])
 }
 
-fn unstated(camera: &Camera, image_size: ImageSize) -> LensMatrix {
+/// A typical covariance of `camera`, a lens of `model` with square pixels.
+fn unstated(camera: &Camera, model: LensModel, image_size: ImageSize) -> LensMatrix {
     let mut covariance = LensMatrix::zeros();
-    covariance.fixed_view_mut::<2, 2>(0, 0).fill((UNSTATED_F * camera.f_px.x).powi(2));
-    for axis in 2..4 {
-        covariance[(axis, axis)] = (UNSTATED_PP * f64::from(image_size.width_px)).powi(2);
-    }
-    for (i, sd) in DISTORTION.into_iter().zip(UNSTATED_DISTORTION) {
-        covariance[(i, i)] = sd * sd;
+    for parameter in model.freedom(true).parameters() {
+        let sd = match parameter {
+            LensParameter::Fx | LensParameter::Fy => UNSTATED_F * camera.f_px.x,
+            LensParameter::Cx | LensParameter::Cy => UNSTATED_PP * f64::from(image_size.width_px),
+            LensParameter::K1 => UNSTATED_K1,
+            LensParameter::P1 | LensParameter::P2 => UNSTATED_TANGENTIAL,
+            _ => UNSTATED_RADIAL,
+        };
+        covariance[(parameter.index(), parameter.index())] = sd * sd;
     }
     covariance
 }
@@ -307,15 +311,21 @@ struct Change {
     d_px: Vector3<f64>,
     /// `I₃₃⁻¹`: covariance of `(f, cx, cy)` from the new views, per unit of noise.
     unit_covariance: Matrix3<f64>,
-    /// `I₃ₖ`: information between `(f, cx, cy)` and the distortion, per unit of noise.
-    cross: SMatrix<f64, 3, 5>,
+    /// `I₃₃⁻¹ I₃ₖ`: how `(f, cx, cy)` follow the distortion that is held.
+    by_distortion: Matrix3xX<f64>,
     distortion: DistortionPull,
     noise_factor: f64,
     residual_ratio: f64,
 }
 
 impl Change {
-    fn of(views: &[Vec<Corner>], board_m: &[Point2<f64>], old: Camera) -> Option<Self> {
+    /// `model` has the coefficients that `old` may have.
+    fn of(
+        views: &[Vec<Corner>],
+        board_m: &[Point2<f64>],
+        old: Camera,
+        model: LensModel,
+    ) -> Option<Self> {
         let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
         let observations = Observations::new(board_m, &slices).ok()?;
         let cam_from_board = views
@@ -325,29 +335,33 @@ impl Change {
         let start = BundleState { camera: old, cam_from_board };
         let fixed = LensModel::Pinhole.freedom(true);
         let bundle = adjust(&observations, &fixed, None, start)?;
-        let richest = LensModel::K1K2P1P2K3.freedom(true);
-        let free = adjust(&observations, &richest, None, bundle.state.clone());
+        let (richest, prior) = (model.freedom(true), model.own_prior());
+        let free = adjust(&observations, &richest, prior.as_ref(), bundle.state.clone());
         let (information, gradient) = information_at(&observations, &richest, &bundle.state)?;
         let of = |bundle: &Bundle| bundle.noise_factor().max(noise_floor(views));
         let noise_factor = of(&bundle);
         let now = bundle.state.camera;
         let off = now.pp_px - old.pp_px;
-        let own = Matrix3::from_fn(|i, j| information[(F_AND_PP[i], F_AND_PP[j])]);
-        let unit_covariance = inverse(&own)?;
-        let cross = SMatrix::<f64, 3, 5>::from_fn(|i, j| information[(F_AND_PP[i], DISTORTION[j])]);
-        let of_distortion =
-            SMatrix::<f64, 5, 5>::from_fn(|i, j| information[(DISTORTION[i], DISTORTION[j])]);
+        let unit_covariance =
+            inverse(&information.block(LensParameter::F_AND_PP, LensParameter::F_AND_PP))?;
+        let coefficients = model.distortion();
+        let cross = information.part(&LensParameter::F_AND_PP, coefficients);
+        let by_distortion = unit_covariance * &cross;
         let free_noise_factor = free.as_ref().map_or(noise_factor, of);
         Some(Self {
             d_px: Vector3::new(now.f_px.x - old.f_px.x, off.x, off.y),
             unit_covariance,
-            cross,
             distortion: DistortionPull {
-                information: of_distortion - cross.transpose() * unit_covariance * cross,
+                coefficients,
+                information: information.part(coefficients, coefficients)
+                    - cross.transpose() * &by_distortion,
                 // Those of f and of the principal point are zero at the minimum.
-                gradient: SVector::from_fn(|i, _| gradient[DISTORTION[i]]),
+                gradient: DVector::from_fn(coefficients.len(), |i, _| {
+                    gradient[coefficients[i].index()]
+                }),
                 noise_factor: free_noise_factor,
             },
+            by_distortion,
             noise_factor,
             residual_ratio: noise_factor / free_noise_factor,
         })
@@ -355,13 +369,13 @@ impl Change {
 
     /// `S`.
     fn covariance(&self, old: &LensMatrix) -> Option<Matrix3<f64>> {
-        let by_distortion = self.unit_covariance * self.cross;
-        let mut a = SMatrix::<f64, 3, 8>::zeros();
-        a.fixed_view_mut::<3, 3>(0, 0).copy_from(&-Matrix3::identity());
-        a.fixed_view_mut::<3, 5>(0, 3).copy_from(&-by_distortion);
-        let order: Vec<usize> = F_AND_PP.into_iter().chain(DISTORTION).collect();
-        let old = SMatrix::<f64, 8, 8>::from_fn(|i, j| old[(order[i], order[j])]);
-        let covariance = self.unit_covariance * self.noise_factor.powi(2) + a * old * a.transpose();
+        let coefficients = self.distortion.coefficients;
+        let parameters = [&LensParameter::F_AND_PP, coefficients].concat();
+        let mut a = Matrix3xX::zeros(parameters.len());
+        a.fixed_columns_mut::<3>(0).copy_from(&-Matrix3::identity());
+        a.columns_mut(3, coefficients.len()).copy_from(&-&self.by_distortion);
+        let of_old = &a * old.part(&parameters, &parameters) * a.transpose();
+        let covariance = self.unit_covariance * self.noise_factor.powi(2) + of_old;
         let usable = covariance.iter().all(|x| x.is_finite())
             && covariance.diagonal().iter().all(|variance| *variance > 0.0);
         usable.then_some(covariance)

@@ -160,16 +160,7 @@ impl Combined {
 
     /// The simplest model with all coefficients of the lens.
     pub(super) fn model(&self) -> LensModel {
-        let parameters = self.camera.lens_parameters();
-        let holds = |model: &LensModel| {
-            let free = model.freedom(false).free;
-            model.kind() == self.camera.distortion.kind
-                && (4..LENS_PARAMETERS).all(|i| free[i] || parameters[i] == 0.0)
-        };
-        LensModel::ALL.into_iter().find(holds).unwrap_or(match self.camera.distortion.kind {
-            LensKind::Perspective => LensModel::Rational,
-            LensKind::Fisheye => LensModel::FisheyeK1K2K3K4,
-        })
+        LensModel::simplest_with(&self.camera)
     }
 }
 

@@ -1,33 +1,36 @@
 //! Whether new views show another distortion than an old calibration, `docs/method.md`, section 4.
 //!
-//! Two tests share a tenth of the false alarms: of any change of the five coefficients, and of a change in proportion, which is what
+//! Two tests share a tenth of the false alarms: of any change of the coefficients, and of a change in proportion, which is what
 //! refocusing or warming does and which a few views see far better.
 
-use nalgebra::{Point2, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Matrix2xX, Point2};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::solve::schur_lm::inverse;
-use boresight_geometry::{Camera, cell_centres_px, frame::ImageSize};
+use boresight_geometry::{
+    Camera, LensMatrix, LensParameter, LensParts, cell_centres_px, frame::ImageSize,
+};
 
-type Matrix5 = SMatrix<f64, 5, 5>;
-type Vector5 = SVector<f64, 5>;
-/// Derivative of the image of a ray by the five coefficients.
-type Jacobian = SMatrix<f64, 2, 5>;
-
-/// χ² quantiles at 0.9995 with 5 and 1 degrees of freedom, and the noncentrality for 95 % power at the latter.
-const ANY_LIMIT: f64 = 22.105;
+/// Probability that no change passes either test: of any change, and of one in proportion. The χ² quantile of the latter
+/// with 1 degree of freedom, and the noncentrality for 95 % power there.
+const UNCHANGED: f64 = 0.9995;
 const PROPORTIONAL_LIMIT: f64 = 12.116;
 const NONCENTRALITY_95: f64 = 26.272;
 /// Displacement of a ray by the old distortion, in pixels, below which there is nothing to change in proportion. A change of
 /// k1 stands for it.
 const LEAST_DISTORTION_PX: f64 = 0.5;
+/// Changes about which the views tell less than this share of the most that they tell about one, coefficients scaled
+/// alike, aren't tested: numerator and denominator of a rational lens may cancel.
+const UNTOLD: f64 = 1e-12;
 
 /// What new views say about the distortion, to first order about the old one; f, the principal point and the poses settle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct DistortionPull {
-    /// Information about (k1, k2, p1, p2, k3), for corners with the stated error.
-    pub(super) information: Matrix5,
+    /// The coefficients that may have changed.
+    pub(super) coefficients: &'static [LensParameter],
+    /// Information about them, for corners with the stated error.
+    pub(super) information: DMatrix<f64>,
     /// Its gradient.
-    pub(super) gradient: Vector5,
+    pub(super) gradient: DVector<f64>,
     /// σ₀ with the distortion free.
     pub(super) noise_factor: f64,
 }
@@ -44,47 +47,80 @@ pub(super) struct LensChange {
 }
 
 impl LensChange {
-    /// Tests `pull` against the distortion of `old`, which has the covariance `old_covariance`.
+    /// Tests `pull` against the distortion of `old`, whose parameters have the covariance `old_covariance`.
     ///
-    /// `None` if the views leave the distortion open, or if no ray reaches the picture.
+    /// `None` if the views tell nothing about the distortion, or if no ray reaches the picture.
     pub(super) fn of(
         pull: &DistortionPull,
         old: &Camera,
-        old_covariance: &Matrix5,
+        old_covariance: &LensMatrix,
         image_size: ImageSize,
     ) -> Option<Self> {
-        let DistortionPull { information, gradient, noise_factor } = pull;
+        let DistortionPull { coefficients, information, gradient, noise_factor } = pull;
         let variance = noise_factor * noise_factor;
-        let unit_covariance = inverse(information)?;
-        let any = unit_covariance * gradient;
-        let covariance = unit_covariance * variance + old_covariance;
-        let of_any = any.dot(&(inverse(&covariance)? * any));
-        let moved_by: Vec<Jacobian> = cell_corners_px(image_size)
+        let old_covariance = old_covariance.part(coefficients, coefficients);
+        let (any, is_any) = any_change(pull, &old_covariance)?;
+        let moved_by: Vec<Matrix2xX<f64>> = cell_corners_px(image_size)
             .filter_map(|px| Some(old.project_ray(&old.ray_from_px(&px)?)?.jac_lens))
-            .map(|jac_lens| jac_lens.fixed_columns::<5>(4).into_owned())
+            .map(|by| {
+                Matrix2xX::from_fn(coefficients.len(), |i, j| by[(i, coefficients[j].index())])
+            })
             .collect();
-        let displacement_px =
-            |change: &Vector5| moved_by.iter().map(|by| (by * change).norm()).fold(0.0, f64::max);
-        let d = old.distortion;
-        let mut along = Vector5::new(d.k1, d.k2, d.p1, d.p2, d.k3);
+        let displacement_px = |change: &DVector<f64>| {
+            moved_by.iter().map(|by| (by * change).norm()).fold(0.0, f64::max)
+        };
+        let vector = |of: &dyn Fn(LensParameter) -> f64| {
+            DVector::from_fn(coefficients.len(), |i, _| of(coefficients[i]))
+        };
+        let parameters = old.lens_parameters();
+        let mut along = vector(&|coefficient| parameters[coefficient.index()]);
         if displacement_px(&along) < LEAST_DISTORTION_PX {
-            along = Vector5::new(0.1, 0.0, 0.0, 0.0, 0.0);
+            along = vector(&|coefficient| if coefficient == LensParameter::K1 { 0.1 } else { 0.0 });
         }
-        let pulled = information * along;
+        let pulled = information * &along;
         let scale = along.dot(&pulled);
         let share = along.dot(gradient) / scale;
-        let of_old = (pulled.transpose() * old_covariance * pulled).x / (scale * scale);
+        let of_old = pulled.dot(&(&old_covariance * &pulled)) / (scale * scale);
         let share_variance = variance / scale + of_old;
         let is_proportional = share * share / share_variance > PROPORTIONAL_LIMIT;
         let along_px = displacement_px(&along);
         let found_px = if is_proportional { share.abs() * along_px } else { displacement_px(&any) };
         let visible_px = (NONCENTRALITY_95 * share_variance).sqrt() * along_px;
-        (visible_px.is_finite() && of_any.is_finite()).then_some(Self {
-            is_significant: is_proportional || of_any > ANY_LIMIT,
+        visible_px.is_finite().then_some(Self {
+            is_significant: is_proportional || is_any,
             displacement_px: found_px,
             visible_px,
         })
     }
+}
+
+/// The change of the coefficients, in any direction of which the views tell, and whether it's significant. `None` if they
+/// tell of none.
+fn any_change(
+    pull: &DistortionPull,
+    old_covariance: &DMatrix<f64>,
+) -> Option<(DVector<f64>, bool)> {
+    let unit = pull.information.diagonal().map(|information| information.sqrt().recip());
+    if !unit.iter().all(|unit| unit.is_finite()) {
+        return None;
+    }
+    let unit = DMatrix::from_diagonal(&unit);
+    let eigen = (&unit * &pull.information * &unit).symmetric_eigen();
+    let least = UNTOLD * eigen.eigenvalues.max();
+    let told: Vec<usize> =
+        (0..eigen.eigenvalues.len()).filter(|i| eigen.eigenvalues[*i] > least).collect();
+    // One column for each direction, as long as the views see with a standard deviation of 1.
+    let mut directions = &unit * eigen.eigenvectors.select_columns(&told);
+    for (column, i) in told.iter().enumerate() {
+        directions.column_mut(column).scale_mut(eigen.eigenvalues[*i].sqrt().recip());
+    }
+    let seen = directions.transpose() * &pull.gradient;
+    let by_change = directions.transpose() * &pull.information;
+    let covariance = DMatrix::identity(told.len(), told.len()) * pull.noise_factor.powi(2)
+        + &by_change * old_covariance * by_change.transpose();
+    let statistic = seen.dot(&covariance.cholesky()?.solve(&seen));
+    let limit = ChiSquared::new(told.len() as f64).ok()?.inverse_cdf(UNCHANGED);
+    statistic.is_finite().then_some((directions * seen, statistic > limit))
 }
 
 /// Cells' centres and the corners of the picture.

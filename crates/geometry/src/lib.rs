@@ -11,6 +11,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `camera`, `distortion`, `corner` | the lens model; a measured corner with covariance |
+//! | `lens_parameter` | the lens model's parameters by name, and their parts of a covariance |
 //! | `homography`, `pose` | board plane → picture, and the rigid motion behind it; both by `least_squares` |
 //! | `principal_line` | the line through the principal point that one view determines |
 //! | `principal_point`, `ring`, `outlier` | what several lines determine, and lines that don't fit |
@@ -26,6 +27,7 @@ mod distortion;
 pub mod frame;
 mod homography;
 pub mod least_squares;
+mod lens_parameter;
 pub mod markers;
 mod outlier;
 pub mod panic_message;
@@ -43,6 +45,7 @@ pub use coverage::{
 };
 pub use distortion::{BROWN_PARAMETERS, Distortion, LENS_PARAMETERS, LensKind};
 pub use homography::{Homography, NoHomography, expect_unseen};
+pub use lens_parameter::{LensMatrix, LensParameter, LensParts};
 pub use outlier::{
     ConsistentLines, LINES_TO_TELL_OUTLIERS, OutlierLine, OutliersUnknown, consistent_lines,
 };

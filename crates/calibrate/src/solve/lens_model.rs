@@ -1,6 +1,6 @@
 //! The families of lens models, nested within each family, and priors on their parameters.
 
-use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, frame::ImageSize};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter, frame::ImageSize};
 
 /// The distortion coefficients that are estimated, and what they act on. Within a [`LensFamily`] the models are nested: each
 /// contains the ones before it.
@@ -108,20 +108,40 @@ impl LensModel {
 
     /// Number of distortion coefficients.
     pub fn coefficients(self) -> usize {
-        self.estimated().len()
+        self.distortion().len()
     }
 
-    /// The distortion coefficients that are estimated, by their place among [`LENS_PARAMETERS`].
-    fn estimated(self) -> &'static [usize] {
+    /// The distortion coefficients that are estimated, in the order of [`LENS_PARAMETERS`].
+    pub fn distortion(self) -> &'static [LensParameter] {
+        use LensParameter::{K1, K2, K3, K4, K5, K6, P1, P2};
         match self {
             Self::Pinhole | Self::Fisheye => &[],
-            Self::K1 | Self::FisheyeK1 => &[4],
-            Self::K1K2 | Self::FisheyeK1K2 => &[4, 5],
-            Self::K1K2P1P2 => &[4, 5, 6, 7],
-            Self::K1K2P1P2K3 => &[4, 5, 6, 7, 8],
-            Self::Rational => &[4, 5, 6, 7, 8, 9, 10, 11],
-            Self::FisheyeK1K2K3K4 => &[4, 5, 8, 9],
+            Self::K1 | Self::FisheyeK1 => &[K1],
+            Self::K1K2 | Self::FisheyeK1K2 => &[K1, K2],
+            Self::K1K2P1P2 => &[K1, K2, P1, P2],
+            Self::K1K2P1P2K3 => &[K1, K2, P1, P2, K3],
+            Self::Rational => &[K1, K2, P1, P2, K3, K4, K5, K6],
+            Self::FisheyeK1K2K3K4 => &[K1, K2, K3, K4],
         }
+    }
+
+    /// The simplest model with all coefficients of `camera` that aren't zero; the richest of its kind if none has them all.
+    pub fn simplest_with(camera: &Camera) -> Self {
+        let parameters = camera.lens_parameters();
+        let needed = |parameter: &LensParameter| {
+            parameter.is_distortion() && parameters[parameter.index()] != 0.0
+        };
+        let needed: Vec<LensParameter> =
+            LensParameter::ALL.into_iter().filter(|parameter| needed(parameter)).collect();
+        let of_kind = |model: &Self| model.kind() == camera.distortion.kind;
+        let holds = |model: &Self| needed.iter().all(|needed| model.distortion().contains(needed));
+        let mut models = Self::ALL.into_iter().filter(of_kind);
+        models.clone().find(holds).or(models.next_back()).unwrap_or(Self::Pinhole)
+    }
+
+    /// The prior without which its coefficients aren't told apart, if there is one.
+    pub fn own_prior(self) -> Option<LensPrior> {
+        (self == Self::Rational).then(LensPrior::of_quotient)
     }
 
     /// `camera` with zero for the coefficients that this model doesn't estimate.
@@ -137,10 +157,11 @@ impl LensModel {
     /// Frees focal length, principal point and the coefficients of this model.
     pub fn freedom(self, square_pixels: bool) -> LensFreedom {
         let mut free = [false; LENS_PARAMETERS];
-        for i in (0..4).chain(self.estimated().iter().copied()) {
-            free[i] = true;
+        for parameter in LensParameter::ALL {
+            free[parameter.index()] =
+                !parameter.is_distortion() || self.distortion().contains(&parameter);
         }
-        free[1] = !square_pixels;
+        free[LensParameter::Fy.index()] = !square_pixels;
         LensFreedom { free, square_pixels }
     }
 }
@@ -170,12 +191,26 @@ impl LensFamily {
     pub fn models(self) -> Vec<LensModel> {
         LensModel::ALL.into_iter().filter(|model| model.family() == self).collect()
     }
+
+    /// The model with all of its coefficients.
+    pub fn richest(self) -> LensModel {
+        match self {
+            Self::Brown => LensModel::K1K2P1P2K3,
+            Self::Rational => LensModel::Rational,
+            Self::Fisheye => LensModel::FisheyeK1K2K3K4,
+        }
+    }
 }
 
 impl LensFreedom {
     /// Number of free parameters.
     pub fn count(&self) -> usize {
         self.free.iter().filter(|free| **free).count()
+    }
+
+    /// The free parameters, in the order of [`LENS_PARAMETERS`].
+    pub fn parameters(&self) -> Vec<LensParameter> {
+        LensParameter::ALL.into_iter().filter(|parameter| self.free[parameter.index()]).collect()
     }
 }
 

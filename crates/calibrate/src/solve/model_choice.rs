@@ -164,9 +164,8 @@ impl ModelSearch<'_> {
     ) -> Option<Bundle> {
         start.camera = model.without_others(&start.camera);
         let freedom = model.freedom(self.square_pixels);
-        let of_quotient = LensPrior::of_quotient();
-        let is_quotient = model.family() == LensFamily::Rational;
-        let prior = self.prior.or(is_quotient.then_some(&of_quotient));
+        let own_prior = model.own_prior();
+        let prior = self.prior.or(own_prior.as_ref());
         let adjust = |start, how| adjust_from(self.observations, &freedom, prior, start, how);
         let mut bundle = adjust(start, how)?;
         for _ in 0..MOST_REVERSALS {

@@ -123,9 +123,8 @@ impl WideSearch<'_> {
     fn adjusted(&self, model: LensModel, mut start: BundleState) -> Option<Bundle> {
         start.camera = model.without_others(&start.camera);
         let freedom = model.freedom(self.square_pixels);
-        let of_quotient = LensPrior::of_quotient();
-        let is_quotient = model.family() == LensFamily::Rational;
-        let prior = self.prior.or(is_quotient.then_some(&of_quotient));
+        let own_prior = model.own_prior();
+        let prior = self.prior.or(own_prior.as_ref());
         let bundle = adjust(self.observations, &freedom, prior, start)?;
         let Some(state) = with_better_tilts(self.observations, &bundle.state, 1.5) else {
             return Some(bundle);

@@ -1,0 +1,129 @@
+//! Lens parameters by name, and the parts of vectors and matrices that belong to them.
+
+use nalgebra::{DMatrix, Matrix2, SMatrix};
+
+use super::distortion::LENS_PARAMETERS;
+
+/// Covariance or information of all lens parameters, rows and columns in the order of [`LENS_PARAMETERS`]. Its parts are read
+/// through [`LensParts`].
+pub type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+
+/// One number of a lens, in the order of [`LENS_PARAMETERS`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LensParameter {
+    /// Focal length along x, in pixels. With square pixels, that along y follows it.
+    Fx,
+    /// Focal length along y, in pixels.
+    Fy,
+    /// Principal point along x, in pixels.
+    Cx,
+    /// Principal point along y, in pixels.
+    Cy,
+    /// Radial, r² or θ³.
+    K1,
+    /// Radial, r⁴ or θ⁵.
+    K2,
+    /// Tangential.
+    P1,
+    /// Tangential.
+    P2,
+    /// Radial, r⁶ or θ⁷.
+    K3,
+    /// r² of a rational lens's denominator, or θ⁹.
+    K4,
+    /// r⁴ of a rational lens's denominator.
+    K5,
+    /// r⁶ of a rational lens's denominator.
+    K6,
+}
+
+impl LensParameter {
+    /// All of them, in order.
+    pub const ALL: [Self; LENS_PARAMETERS] = [
+        Self::Fx,
+        Self::Fy,
+        Self::Cx,
+        Self::Cy,
+        Self::K1,
+        Self::K2,
+        Self::P1,
+        Self::P2,
+        Self::K3,
+        Self::K4,
+        Self::K5,
+        Self::K6,
+    ];
+    /// Focal length along both axes.
+    pub const F: [Self; 2] = [Self::Fx, Self::Fy];
+    /// Principal point.
+    pub const PP: [Self; 2] = [Self::Cx, Self::Cy];
+    /// What a pinhole with square pixels has.
+    pub const F_AND_PP: [Self; 3] = [Self::Fx, Self::Cx, Self::Cy];
+
+    /// Place in vectors and matrices of [`LENS_PARAMETERS`].
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Stable name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fx => "fx",
+            Self::Fy => "fy",
+            Self::Cx => "cx",
+            Self::Cy => "cy",
+            Self::K1 => "k1",
+            Self::K2 => "k2",
+            Self::P1 => "p1",
+            Self::P2 => "p2",
+            Self::K3 => "k3",
+            Self::K4 => "k4",
+            Self::K5 => "k5",
+            Self::K6 => "k6",
+        }
+    }
+
+    /// Whether the parameter is a coefficient of the distortion.
+    pub const fn is_distortion(self) -> bool {
+        !matches!(self, Self::Fx | Self::Fy | Self::Cx | Self::Cy)
+    }
+}
+
+/// Parts of a [`LensMatrix`] by parameter.
+pub trait LensParts {
+    /// The rows and columns of these parameters.
+    fn block<const R: usize, const C: usize>(
+        &self,
+        rows: [LensParameter; R],
+        columns: [LensParameter; C],
+    ) -> SMatrix<f64, R, C>;
+
+    /// [`Self::block`] of as many parameters as a lens model has.
+    fn part(&self, rows: &[LensParameter], columns: &[LensParameter]) -> DMatrix<f64>;
+
+    /// Block of the focal lengths, px².
+    fn f(&self) -> Matrix2<f64> {
+        self.block(LensParameter::F, LensParameter::F)
+    }
+
+    /// Block of the principal point, px².
+    fn pp(&self) -> Matrix2<f64> {
+        self.block(LensParameter::PP, LensParameter::PP)
+    }
+}
+
+impl LensParts for LensMatrix {
+    fn block<const R: usize, const C: usize>(
+        &self,
+        rows: [LensParameter; R],
+        columns: [LensParameter; C],
+    ) -> SMatrix<f64, R, C> {
+        SMatrix::from_fn(|i, j| self[(rows[i].index(), columns[j].index())])
+    }
+
+    fn part(&self, rows: &[LensParameter], columns: &[LensParameter]) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+            self[(rows[i].index(), columns[j].index())]
+        })
+    }
+}
