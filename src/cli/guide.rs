@@ -56,7 +56,8 @@ pub(super) struct Arguments {
     #[arg(long, visible_alias = "replaces", value_name = "OLD", conflicts_with = "session")]
     against: Option<PathBuf>,
     /// Hold the new calibration to OLD, within the uncertainty of both: for a small or distant board. Use it only
-    /// if focus and zoom are locked and nobody has touched them since. The result says if the lens has changed.
+    /// if focus and zoom are locked and nobody has touched them since. The result says if the lens has changed, or
+    /// why it can't be held.
     #[arg(long, requires = "against")]
     hold: bool,
     /// Folder for the new session [default: a new one in ./sessions].

@@ -1,7 +1,9 @@
 //! Views whose focal length moves: the principal point needs no common one.
 
 use boresight::{
-    calibration::{Calibration, CalibrationParams, Focal, Verdict, calibrate},
+    calibration::{
+        Calibration, CalibrationParams, FindingCode, Focal, KnownLens, NotHeld, Verdict, calibrate,
+    },
     geometry::{Camera, Corner, Distortion},
 };
 
@@ -95,4 +97,21 @@ fn a_fixed_focus_is_left_alone() {
     let mut scene = Scene::ordinary(8);
     let views = views_with(&mut scene, &[1.0; 8]);
     assert_eq!(run(&views, false).focal, Focal::Common);
+}
+
+#[test]
+fn focal_lengths_that_vary_are_not_held_to_an_earlier_calibration() {
+    let mut scene = Scene::ordinary(4);
+    let factors: Vec<f64> = (0..12).map(|view| 1.0 + 0.01 * f64::from(view)).collect();
+    let views = views_with(&mut scene, &factors);
+    let known_lens = Some(KnownLens::new(&scene.camera, &nalgebra::SMatrix::identity()));
+    for varying_focal in [true, false] {
+        let params =
+            CalibrationParams { known_lens, varying_focal, ..CalibrationParams::default() };
+        let found = calibrate(&views, &board(), SIZE, &params).expect("calibrates");
+        assert!(matches!(found.focal, Focal::Varying { .. }), "{:?}", found.findings);
+        let told = FindingCode::LensNotHeld { reason: NotHeld::FocalVaries };
+        let mut codes = found.findings.iter().map(|finding| finding.code);
+        assert!(codes.any(|code| code == told), "{:?}", found.findings);
+    }
 }

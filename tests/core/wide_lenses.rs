@@ -2,14 +2,19 @@
 
 use boresight::{
     board::Checkerboard,
-    calibration::{CalibrationParams, LensFamily, LensModel, Verdict, calibrate},
+    calibration::{
+        CalibrationParams, FindingCode, KnownLens, LensFamily, LensModel, NotHeld, Verdict,
+        calibrate,
+    },
     frame::ImageSize,
     geometry::{
         Camera, Corner, Distortion, Homography, LensKind, PrincipalLine, cell_centres_px, fit_pose,
         mean_px,
     },
 };
-use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{
+    Isometry3, Matrix3, Point3, SMatrix, Translation3, UnitQuaternion, Vector2, Vector3,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -236,4 +241,23 @@ fn a_board_beyond_the_plane_of_the_camera_has_a_pose() {
     let found = fit_pose(&camera, &board().corners_in_board_m(), &corners).expect("a pose");
     assert!((found.cam_from_board.translation.vector - pose.translation.vector).norm() < 1e-9);
     assert!(found.cam_from_board.rotation.angle_to(&pose.rotation) < 1e-8);
+}
+
+#[test]
+fn a_lens_that_cannot_be_held_to_an_earlier_calibration_says_so() {
+    let views = views(&fisheye(150.0), 14, 0);
+    let not_held = |camera: &Camera, sd: f64| {
+        let known = KnownLens::new(camera, &(SMatrix::identity() * sd));
+        let params = CalibrationParams { known_lens: Some(known), ..CalibrationParams::default() };
+        let found = calibrate(&views, &board(), SIZE, &params).expect("calibrates");
+        assert_eq!(found.verdict, Verdict::Care, "{:?}", found.findings);
+        found.findings.iter().find_map(|finding| match finding.code {
+            FindingCode::LensNotHeld { reason } => Some(reason),
+            _ => None,
+        })
+    };
+    let of_kind = NotHeld::OtherKind { earlier: LensKind::Perspective, now: LensKind::Fisheye };
+    assert_eq!(not_held(&Camera::pinhole(900.0, SIZE.centre_px()), 1.0), Some(of_kind));
+    assert_eq!(not_held(&fisheye(150.0), -1.0), Some(NotHeld::NoCovariance));
+    assert_eq!(not_held(&fisheye(150.0), f64::NAN), Some(NotHeld::NoCovariance));
 }

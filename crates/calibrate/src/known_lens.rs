@@ -77,6 +77,22 @@ impl TryFrom<StoredLens> for KnownLens {
     }
 }
 
+/// Why a calibration can't be held to an earlier one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotHeld {
+    /// The earlier lens is of one kind, and the views ask for another.
+    OtherKind {
+        /// Kind of the earlier lens.
+        earlier: LensKind,
+        /// Kind of this one.
+        now: LensKind,
+    },
+    /// A covariance isn't finite or isn't positive.
+    NoCovariance,
+    /// Every view has its own focal length, so there's no lens to hold.
+    FocalVaries,
+}
+
 /// What two calibrations of the same lens say together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Combined {
@@ -86,7 +102,7 @@ pub struct Combined {
     pub covariance: LensMatrix,
     /// `dᵀ (C₁ + C₂)⁻¹ d` of their difference, χ² if both measure the same lens.
     pub statistic: f64,
-    /// Its 0.999 quantile.
+    /// 0.999 quantile of χ² for `statistic`.
     pub limit: f64,
 }
 
@@ -110,16 +126,24 @@ impl KnownLens {
         LensMatrix::from_fn(|i, j| self.covariance[i][j])
     }
 
-    /// Combines it with a newer calibration: `x = x₁ + K (x₂ − x₁)`, `K = C₁ (C₁ + C₂)⁻¹`, `C = C₁ − K C₁`. `None` if
-    /// a covariance isn't finite or isn't positive, or if the lenses are of different kinds.
-    pub fn combined_with(&self, camera: &Camera, covariance: &LensMatrix) -> Option<Combined> {
-        if self.kind != camera.distortion.kind {
-            return None;
+    /// Combines it with a newer calibration: `x = x₁ + K (x₂ − x₁)`, `K = C₁ (C₁ + C₂)⁻¹`, `C = C₁ − K C₁`.
+    ///
+    /// # Errors
+    ///
+    /// [`NotHeld`] if the lenses are of different kinds, or if a covariance isn't finite or isn't positive.
+    pub fn combined_with(
+        &self,
+        camera: &Camera,
+        covariance: &LensMatrix,
+    ) -> Result<Combined, NotHeld> {
+        let (earlier, now) = (self.kind, camera.distortion.kind);
+        if earlier != now {
+            return Err(NotHeld::OtherKind { earlier, now });
         }
         let (ours, theirs) = (self.covariance(), *covariance);
         let sum = ours + theirs;
         if !sum.iter().all(|value| value.is_finite()) {
-            return None;
+            return Err(NotHeld::NoCovariance);
         }
         let to_unit =
             LensVector::from_fn(
@@ -129,7 +153,7 @@ impl KnownLens {
         let eigen = (to_unit * sum * to_unit).symmetric_eigen();
         let largest = eigen.eigenvalues.max();
         if !(largest > 0.0) || eigen.eigenvalues.min() < -1e-6 * largest {
-            return None;
+            return Err(NotHeld::NoCovariance);
         }
         let is_compared = |value: f64| value > UNESTIMATED * largest;
         let compared = eigen.eigenvalues.iter().filter(|value| is_compared(**value)).count();
@@ -143,11 +167,12 @@ impl KnownLens {
         let shift = gain * difference;
         let parameters = std::array::from_fn(|i| self.parameters[i] + shift[i]);
         let combined = ours - gain * ours;
-        Some(Combined {
+        let distribution = ChiSquared::new(compared as f64).map_err(|_| NotHeld::NoCovariance)?;
+        Ok(Combined {
             camera: camera.with_lens_parameters(&parameters),
             covariance: (combined + combined.transpose()) * 0.5,
             statistic: (difference.transpose() * inverse * difference).x,
-            limit: ChiSquared::new(compared as f64).ok()?.inverse_cdf(AGREEMENT),
+            limit: distribution.inverse_cdf(AGREEMENT),
         })
     }
 }

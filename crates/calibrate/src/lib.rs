@@ -42,7 +42,7 @@ pub use check::{
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
-pub use known_lens::{Combined, KnownLens};
+pub use known_lens::{Combined, KnownLens, NotHeld};
 pub use lens_difference::{LensDifference, StatedLens};
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};

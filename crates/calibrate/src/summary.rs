@@ -14,7 +14,7 @@ use super::{
     },
     examined::Examined,
     inputs::{Inputs, Solution},
-    known_lens::Combined,
+    known_lens::{Combined, NotHeld},
     result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
     solve::{
         bundle::BundleState,
@@ -71,11 +71,14 @@ pub(super) fn assemble(
         Some(varying) => Lens::varying(varying),
         None => inputs.common_lens(choice, (plain + doubt) * contradiction),
     };
-    let known = inputs.params.known_lens.filter(|_| varying.is_none());
-    let combined =
-        known.and_then(|known| known.combined_with(&alone.camera, &alone.covariance_all));
+    let combined = inputs.params.known_lens.map(|known| match alone.focal {
+        Focal::Common => known.combined_with(&alone.camera, &alone.covariance_all),
+        Focal::Varying { .. } => Err(NotHeld::FocalVaries),
+    });
     let lens = match &combined {
-        Some(combined) if combined.agrees() => alone.held_to(combined, inputs.params.square_pixels),
+        Some(Ok(combined)) if combined.agrees() => {
+            alone.held_to(combined, inputs.params.square_pixels)
+        }
         _ => alone,
     };
     let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;

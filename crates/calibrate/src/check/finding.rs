@@ -1,4 +1,4 @@
-use crate::solve::lens_model::LensModel;
+use crate::{known_lens::NotHeld, solve::lens_model::LensModel};
 
 /// A result of the trust checks: something to know about a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,6 +158,11 @@ pub enum FindingCode {
         statistic: f64,
         /// Limit.
         limit: f64,
+    },
+    /// The lens couldn't be held to the earlier calibration.
+    LensNotHeld {
+        /// Why.
+        reason: NotHeld,
     },
     /// The independent check is missing: the free homographies couldn't be fitted.
     CheckMissing,
@@ -412,6 +417,7 @@ impl FindingCode {
             Self::LensFolds { .. } => "LENS-FOLDS",
             Self::CheckDisagrees { .. } => "CHECK-DISAGREES",
             Self::LensContradicts { .. } => "LENS-CONTRADICTS",
+            Self::LensNotHeld { .. } => "LENS-NOT-HELD",
             Self::CheckMissing => "CHECK-MISSING",
             Self::ViewsDisagree { .. } => "VIEWS-DISAGREE",
             Self::ViewOdd { .. } => "VIEW-ODD",

@@ -16,7 +16,7 @@ use super::{
     projection_sd::ProjectionSd,
 };
 use crate::{
-    known_lens::Combined,
+    known_lens::{Combined, NotHeld},
     solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
 };
 use boresight_geometry::{Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, frame::ImageSize};
@@ -93,7 +93,7 @@ pub(crate) struct Evidence<'a> {
     pub(crate) odd_corners: &'a [OddCorner],
     pub(crate) held_out: Option<HeldOutView>,
     /// The result together with an earlier calibration, if one was given.
-    pub(crate) known_lens: Option<&'a Combined>,
+    pub(crate) known_lens: Option<&'a Result<Combined, NotHeld>>,
     /// The independent check beside the bundle; there if `free` is.
     pub(crate) disagreement: Option<Disagreement>,
     pub(crate) projection_sd: &'a ProjectionSd,
@@ -131,6 +131,7 @@ pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
         // Checks that assume a common focal length don't apply.
         let f_px = evidence.camera.f_px.x;
         report(Some(Severity::Info), FindingCode::FocalVaries { f_px, scatter_px });
+        known_lens(evidence, &mut report);
         evidence.free.inspect(|free| outliers(free, &mut report));
         odd_views(evidence, &mut report);
     } else {
@@ -141,6 +142,7 @@ pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
         {
             report(Some(severity), code);
         }
+        known_lens(evidence, &mut report);
         agreement(evidence, &mut report);
         odd_views(evidence, &mut report);
     }
@@ -258,11 +260,21 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
     Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
 }
 
-fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
-    if let Some(Combined { statistic, limit, .. }) = evidence.known_lens {
-        let code = FindingCode::LensContradicts { statistic: *statistic, limit: *limit };
-        report(above(*statistic, *limit, f64::INFINITY), code);
+/// Whether the result is held to the earlier calibration, if that was asked for.
+fn known_lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
+    match evidence.known_lens {
+        Some(Ok(Combined { statistic, limit, .. })) => {
+            let code = FindingCode::LensContradicts { statistic: *statistic, limit: *limit };
+            report(above(*statistic, *limit, f64::INFINITY), code);
+        }
+        Some(Err(reason)) => {
+            report(Some(Severity::Care), FindingCode::LensNotHeld { reason: *reason });
+        }
+        None => {}
     }
+}
+
+fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(Disagreement { distance_px, sigmas }) = evidence.disagreement {
         let code = FindingCode::CheckDisagrees { distance_px, sigmas, limit: CONTRADICTION_SIGMAS };
         report(above(sigmas, CONTRADICTION_SIGMAS, CHECK_BAD_SIGMAS), code);

@@ -2,9 +2,11 @@
 
 use super::{acceptance, apart};
 use boresight_calibrate::{
-    Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, Severity, Verdict, is_unfinished,
+    Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, NotHeld, Severity, Verdict,
+    is_unfinished,
 };
 use boresight_formats::FindingWords;
+use boresight_geometry::LensKind;
 use boresight_guide::session::ViewSummary;
 
 /// The sentences of a calibration file.
@@ -117,6 +119,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             ),
             "If focus or zoom was touched, calibrate without --hold.",
         ),
+        FindingCode::LensNotHeld { reason } => not_held(reason),
         FindingCode::CheckMissing => (
             "No independent check of the principal point".into(),
             "Take more tipped views in different directions.",
@@ -326,6 +329,28 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             "Check the views with large residuals. Take more views.",
         ),
     }
+}
+
+/// Why `--hold` has no effect, and what to do.
+fn not_held(reason: NotHeld) -> (String, &'static str) {
+    let kind = |kind: LensKind| match kind {
+        LensKind::Perspective => "a perspective",
+        LensKind::Fisheye => "a fisheye",
+    };
+    let (why, action) = match reason {
+        NotHeld::OtherKind { earlier, now } => (
+            format!("that has {} lens, and these views {} one", kind(earlier), kind(now)),
+            "Name the lens of the earlier calibration with --lens, or calibrate without --hold.",
+        ),
+        NotHeld::NoCovariance => {
+            ("the uncertainties of both make no sense together".into(), "Calibrate without --hold.")
+        }
+        NotHeld::FocalVaries => (
+            "each of these views has its own focal length".into(),
+            "Lock focus and zoom, or calibrate without --hold.",
+        ),
+    };
+    (format!("The lens isn't held to the earlier calibration: {why}"), action)
 }
 
 /// Why there is no calibration at all, and what to do.
