@@ -455,6 +455,30 @@ fn what_is_found_is_allowed_for() {
     assert!(inside * 100 >= 90 * all, "{inside} of {all}");
 }
 
+/// The last view shows the first one's pose again: what is allowed for counts in both.
+#[test]
+fn a_view_that_repeats_another_on_a_corrected_board_fits_as_well() {
+    let bow = |p: &Point2<f64>| Point3::new(p.x, p.y, 0.003 * (1.0 - (p.x / 0.1).powi(2)));
+    let stretch = |p: &Point2<f64>| Point3::new(p.x, p.y * 1.03, 0.0);
+    let boards: [(&str, &dyn Fn(&Point2<f64>) -> Point3<f64>); 2] =
+        [("BOARD-BENT", &bow), ("BOARD-STRETCHED", &stretch)];
+    for (code, board_m) in boards {
+        for seed in 0..4 {
+            let mut scene = Scene::ordinary(2000 + seed);
+            let plan = scene.plan(10);
+            let mut poses = scene.poses(&plan);
+            poses.push(poses[0]);
+            let camera = scene.camera;
+            let see = |_, pose: &_, p: &Point2<f64>| at(&camera, pose, &board_m(p));
+            let found = run(&scene.seen(&poses, see).into());
+            assert!(codes(&found).contains(&code), "{:?}", codes(&found));
+            let views = found.expect("calibrates").views;
+            let [first, again] = [&views[0], &views[10]].map(|view| view.residual_rms_px);
+            assert!(again < 1.3 * scene.noise_px, "{code} #{seed}: {again} px after {first} px");
+        }
+    }
+}
+
 /// One wrong corner in a thousand, and errors of Student's t distribution: neither pulls the lens out of its bound.
 #[test]
 fn heavy_tails_do_not_pull_the_lens() {

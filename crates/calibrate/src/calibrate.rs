@@ -119,10 +119,10 @@ pub fn calibrate(
         correction: None,
     };
     let Some(repeats) = Repeats::among(views, image_size) else {
-        return given.calibrate(views, observations);
+        return Ok(given.calibrate(views, observations)?.0);
     };
     let kept = repeats.without(views);
-    let found = self::observations(&kept, &board_m, params.threads)
+    let (found, correction) = self::observations(&kept, &board_m, params.threads)
         .and_then(|observations| given.calibrate(&kept, observations))
         .map_err(|reason| match reason {
             NotCalibrated::NoHomography { view } => {
@@ -130,7 +130,7 @@ pub fn calibrate(
             }
             other => other,
         })?;
-    Ok(repeats.restored(found, views, &board_m))
+    Ok(repeats.restored(found, correction.as_ref(), views, &board_m))
 }
 
 /// What a calibration is given beside the views.
@@ -148,11 +148,12 @@ struct Given<'a> {
 
 impl Given<'_> {
     /// Calibrates from `views`, of which none repeats another; again with the cause of a misfit allowed for, if it's clear.
+    /// Also what was allowed for then.
     fn calibrate(
         &self,
         views: &[Vec<Corner>],
         observations: Observations,
-    ) -> Result<Calibration, NotCalibrated> {
+    ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
         let mut problem = self.inputs(views, observations.clone(), None)?;
         let undetermined = NotCalibrated::Undetermined { distinct: problem.distinct };
         let mut solved = problem.solve();
@@ -175,9 +176,10 @@ impl Given<'_> {
             && let Some(correction) = examined.correction(&problem, &solution.choice)
             && let Ok(corrected) = self.corrected(views, &correction)
         {
-            return Ok(corrected);
+            return Ok((corrected, Some(correction)));
         }
-        assemble(&problem, &solution, &examined).ok_or(undetermined)
+        let found = assemble(&problem, &solution, &examined).ok_or(undetermined)?;
+        Ok((found, None))
     }
 
     fn corrected(
@@ -191,6 +193,7 @@ impl Given<'_> {
         let observations = observations(&views, &board_m, params.threads)?;
         Given { board_m: &board_m, params: &params, correction: Some(correction), ..*self }
             .calibrate(&views, observations)
+            .map(|(found, _)| found)
     }
 
     /// Everything that follows from the corners without an adjustment of the lens.

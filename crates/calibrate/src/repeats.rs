@@ -4,9 +4,13 @@
 //! know: the board's shape, and what the lens does there. Counted as independent, they would make the lens look more
 //! certain than it is, and too well known for its model.
 
+use std::borrow::Cow;
+
 use nalgebra::Point2;
 
-use super::{result::Calibration, solve::initial_guess::first_alike};
+use super::{
+    check::correction::Correction, result::Calibration, solve::initial_guess::first_alike,
+};
 use boresight_geometry::{Corner, fit_pose, frame::ImageSize, seen_count};
 
 /// Two views whose corners differ by less than this fraction of the picture's width (root mean square) show one held
@@ -38,33 +42,41 @@ impl Repeats {
         self.kept.get(place).copied().unwrap_or(place)
     }
 
-    /// `found`, from the views that repeat none, as the result of all `views`: each gets its own pose and residual.
+    /// `found`, from the views that repeat none, as the result of all `views`: each gets its own pose and residual, under
+    /// the `correction` that `found` allows for.
     pub(super) fn restored(
         &self,
         found: Calibration,
+        correction: Option<&Correction>,
         views: &[Vec<Corner>],
         board_m: &[Point2<f64>],
     ) -> Calibration {
+        let board_m = correction
+            .map_or(Cow::Borrowed(board_m), |correction| Cow::Owned(correction.board_m(board_m)));
         let result_of = |index: usize| {
             let place = self.place[index];
             let mut result = found.views[place].clone();
-            let corners = &views[index];
-            if *corners == views[self.number(place)] {
+            let (corners, kept) = (&views[index], &views[self.number(place)]);
+            if corners == kept {
                 return result;
             }
+            let corners = correction.map_or(Cow::Borrowed(corners), |correction| {
+                Cow::Owned(correction.repeated(place, kept, corners))
+            });
             let camera = found.camera_of(place);
-            if let Ok(fit) = fit_pose(&camera, board_m, corners) {
+            if let Ok(fit) = fit_pose(&camera, &board_m, &corners) {
                 result.cam_from_board = fit.cam_from_board;
                 let squares: f64 = corners
                     .iter()
-                    .zip(board_m)
+                    .zip(board_m.iter())
                     .filter(|(corner, _)| corner.is_seen())
                     .filter_map(|(corner, point_m)| {
                         let px = camera.px_from_board(&fit.cam_from_board, point_m)?;
                         Some((corner.px - px).norm_squared())
                     })
                     .sum();
-                result.residual_rms_px = (squares / (2 * seen_count(corners)).max(1) as f64).sqrt();
+                result.residual_rms_px =
+                    (squares / (2 * seen_count(&corners)).max(1) as f64).sqrt();
             }
             result
         };

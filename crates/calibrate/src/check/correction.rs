@@ -92,6 +92,24 @@ impl Correction {
         Cow::Owned(views.iter().zip(shift_px).map(flat).collect())
     }
 
+    /// The corners of a view that repeats `kept`, the view of that number, as a flat board would show them: each moved as the
+    /// nearest one of `kept`.
+    pub(crate) fn repeated(&self, view: usize, kept: &[Corner], corners: &[Corner]) -> Vec<Corner> {
+        let shift_px = match &self.kind {
+            Kind::BoardBent(shift_px) => shift_px.get(view).map_or(&[][..], Vec::as_slice),
+            Kind::PixelAspect(_) | Kind::BoardStretched(_) => &[],
+        };
+        let seen = || kept.iter().filter(|corner| corner.is_seen()).zip(shift_px);
+        let flat = |corner: &Corner| {
+            let distance = |beside: &Corner| (beside.px - corner.px).norm_squared();
+            let nearest = seen().min_by(|(a, _), (b, _)| distance(a).total_cmp(&distance(b)));
+            nearest
+                .filter(|_| corner.is_seen())
+                .map_or(*corner, |(_, shift)| Corner { px: corner.px - shift, ..*corner })
+        };
+        corners.iter().map(flat).collect()
+    }
+
     /// Height of a pixel as a multiple of its width.
     pub(crate) fn pixel_aspect(&self) -> f64 {
         if let Kind::PixelAspect(aspect) = self.kind { aspect } else { 1.0 }
