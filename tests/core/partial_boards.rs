@@ -2,7 +2,7 @@
 
 use boresight::{
     board::Checkerboard,
-    calibration::{CalibrationParams, calibrate},
+    calibration::{CalibrationParams, FindingCode, calibrate},
     detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
     frame::{CaptureTime, FrameId, FrameKind},
     geometry::{Camera, Corner, Distortion, LensKind, expect_unseen, seen_count},
@@ -222,6 +222,34 @@ fn cut_views_count_with_the_corners_that_are_there() {
     // Never less, and more in the mean.
     assert!(gains.iter().all(|gain| *gain >= 0.0), "{gains:?}");
     assert!(gains.iter().sum::<f64>() > 0.02 * gains.len() as f64, "{gains:?}");
+}
+
+#[test]
+fn residuals_of_a_part_are_those_of_the_corners_that_are_seen() {
+    let mut scene = Scene::ordinary(900);
+    scene.noise_px = 0.1;
+    let plan = scene.plan(12);
+    let mut views = scene.views(&plan);
+    for (place, corner) in views[9].iter_mut().enumerate() {
+        if place % 9 >= 4 || place / 9 >= 3 {
+            *corner = Corner::unseen(corner.px);
+        }
+    }
+    assert_eq!(seen_count(&views[9]), 12);
+    views[9][11].px.y += 4.0;
+    let found = calibrate(&views, &board(), SIZE, &CalibrationParams::default()).expect("a lens");
+    let codes: Vec<_> = found.findings.iter().map(|finding| finding.code).collect();
+    let is_odd_corner =
+        |code: &FindingCode| matches!(code, FindingCode::CornerOdd { view: 9, corner: 11, .. });
+    assert!(codes.iter().any(is_odd_corner), "{codes:?}");
+    let is_odd_view = |code: &FindingCode| matches!(code, FindingCode::ViewOdd { view: 9, .. });
+    assert!(!codes.iter().any(is_odd_view), "{codes:?}");
+    let (squares, all) =
+        found.views.iter().zip(&views).fold((0.0, 0.0), |(sum, all), (view, seen)| {
+            let count = seen_count(seen) as f64;
+            (sum + count * view.residual_rms_px.powi(2), all + count)
+        });
+    assert!((found.rms_px - (squares / all).sqrt()).abs() < 1e-12, "{}", found.rms_px);
 }
 
 #[test]

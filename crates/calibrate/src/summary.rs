@@ -28,7 +28,7 @@ use super::{
 };
 use boresight_geometry::{
     BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
-    PrincipalPoint, coverage, fit_pose, mean_px,
+    PrincipalPoint, coverage, fit_pose, mean_px, seen_count,
 };
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
@@ -150,7 +150,12 @@ pub(super) fn assemble(
         let scale_sd = inputs.params.board_scale_sd;
         acceptance(goal, &camera, &covariance_all, inputs.image_size, scale_sd)
     });
-    let squares: f64 = views.iter().map(|view| view.residual_rms_px.powi(2)).sum();
+    // A part of a board has fewer coordinates.
+    let counts = inputs.views.iter().map(|view| seen_count(view) as f64 / view.len() as f64);
+    let (squares, count) =
+        views.iter().zip(counts).fold((0.0, 0.0), |(squares, all), (view, count)| {
+            (squares + count * view.residual_rms_px.powi(2), all + count)
+        });
     Some(Calibration {
         image_size: inputs.image_size,
         model,
@@ -158,7 +163,7 @@ pub(super) fn assemble(
         focal,
         covariance,
         covariance_all,
-        rms_px: (squares / views.len() as f64).sqrt(),
+        rms_px: (squares / count).sqrt(),
         noise_factor,
         noise_px,
         excess_px: noise_factor * inputs.excess_px,

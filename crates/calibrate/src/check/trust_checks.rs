@@ -19,7 +19,9 @@ use crate::{
     known_lens::{Combined, NotHeld},
     solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
 };
-use boresight_geometry::{Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, frame::ImageSize};
+use boresight_geometry::{
+    Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, frame::ImageSize, seen_count,
+};
 
 /// Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99 quantile, `docs/method.md`, section 2.
 const HAUSMAN_CARE: f64 = 9.21;
@@ -304,7 +306,7 @@ fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
         .map(|(view, (result, seen))| {
             let odd = evidence.odd_corners.iter().filter(|odd| odd.view == view);
             let of_odd: f64 = odd.map(|odd| odd.off_px.powi(2)).sum();
-            let coordinates = (2 * seen.len()) as f64;
+            let coordinates = (2 * seen_count(seen)).max(1) as f64;
             (result.residual_rms_px.powi(2) - of_odd / coordinates).max(0.0).sqrt()
         })
         .collect();
