@@ -87,7 +87,7 @@ pub struct Calibration {
     pub camera: Camera,
     /// Whether the camera's focal length is that of every view.
     pub focal: Focal,
-    /// 9×9 covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included;
+    /// Covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included;
     /// zero for parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully
     /// correlated. If the focal length varies, its variance is that of a single view's estimate, not the scatter.
     pub covariance: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,

@@ -68,7 +68,7 @@ impl Acceptance {
     }
 }
 
-/// Evaluates `goal` for a lens with the 9×9 `covariance` of its parameters (in the order of
+/// Evaluates `goal` for a lens with the `covariance` of its parameters (in the order of
 /// [`LENS_PARAMETERS`], doubt about the model included), in a picture of `image_size`. `scale_sd` is the relative
 /// standard deviation of the board's square size.
 pub fn acceptance(
