@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2};
+use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
 
 use super::{
     acceptance::Acceptance,
@@ -8,7 +8,9 @@ use super::{
     },
     solve::{lens_model::LensModel, model_choice::ModelFit},
 };
-use boresight_geometry::{Camera, FocalLength, LENS_PARAMETERS, PrincipalLine, frame::ImageSize};
+use boresight_geometry::{
+    Camera, FocalLength, LENS_PARAMETERS, LensMatrix, LensParts, PrincipalLine, frame::ImageSize,
+};
 
 /// One estimate of the principal point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,9 +92,9 @@ pub struct Calibration {
     /// Covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included;
     /// zero for parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully
     /// correlated. If the focal length varies, its variance is that of a single view's estimate, not the scatter.
-    pub covariance: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
+    pub covariance: LensMatrix,
     /// The same, including the uncertainty of parameters that `model` fixes at zero.
-    pub covariance_all: SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>,
+    pub covariance_all: LensMatrix,
     /// Root mean square reprojection residual per coordinate, in pixels.
     pub rms_px: f64,
     /// σ₀ of the adjustment, see [`Bundle::noise_factor`](crate::Bundle::noise_factor).
@@ -159,6 +161,6 @@ impl Calibration {
 
     /// 2×2 covariance of the principal point, px².
     pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
-        self.covariance.fixed_view::<2, 2>(2, 2).into()
+        self.covariance.pp()
     }
 }

@@ -1,6 +1,6 @@
 //! Builds the [`Calibration`] from the solver's minimum: every view, every method, every check.
 
-use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3};
 
 use super::{
     acceptance::acceptance,
@@ -27,11 +27,9 @@ use super::{
     },
 };
 use boresight_geometry::{
-    BoardOutline, Camera, Corner, FocalLength, Homography, LENS_PARAMETERS, PrincipalLine,
-    PrincipalPoint, coverage, fit_pose, mean_px, seen_count,
+    BoardOutline, Camera, Corner, FocalLength, Homography, LensMatrix, LensParameter, LensParts,
+    PrincipalLine, PrincipalPoint, coverage, fit_pose, mean_px, seen_count,
 };
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// The resulting lens and its covariance.
 struct Lens {
@@ -56,7 +54,7 @@ pub(super) fn assemble(
     let plain = examined.plain_covariance(inputs, choice)?;
     let doubt = examined.doubt(inputs, choice);
     let free = inputs.free.as_ref();
-    let pp_doubt_px2: Matrix2<f64> = doubt.fixed_view::<2, 2>(2, 2).into();
+    let pp_doubt_px2 = doubt.pp();
     let disagreement =
         free.map(|free| Disagreement::between(choice, free, noise_floor, &pp_doubt_px2));
     // Lines of symmetry pass through the principal point only if pixels are square.
@@ -76,9 +74,7 @@ pub(super) fn assemble(
         Focal::Varying { .. } => Err(NotHeld::FocalVaries),
     });
     let lens = match &combined {
-        Some(Ok(combined)) if combined.agrees() => {
-            alone.held_to(combined, inputs.params.square_pixels)
-        }
+        Some(Ok(combined)) if combined.agrees() => alone.held_to(combined),
         _ => alone,
     };
     let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;
@@ -88,13 +84,13 @@ pub(super) fn assemble(
     let outlines = inputs.outlines();
     let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
     let covered_bound_px = jacobian.bound_px_inside(&covariance_all, is_covered);
-    let pp_covariance_px2: Matrix2<f64> = covariance.fixed_view::<2, 2>(2, 2).into();
+    let pp_covariance_px2 = covariance.pp();
     let views: Vec<ViewResult> = match &varying {
         Some(varying) => inputs.views_of_varying(varying, &bundle.state),
         None => inputs.views_of_bundle(&bundle.state, &pp_covariance_px2, noise_factor),
     };
-    let of_bundle: Matrix2<f64> = (plain + doubt).fixed_view::<2, 2>(2, 2).into();
-    let inflation = of_bundle.trace() / plain.fixed_view::<2, 2>(2, 2).trace();
+    let of_bundle = (plain + doubt).pp();
+    let inflation = of_bundle.trace() / plain.pp().trace();
     let skip_one_ratio = (inputs.distinct >= 4)
         .then(|| leave_out::leave_one_out(bundle, bundle.noise_factor().max(noise_floor)))
         .flatten()
@@ -133,7 +129,7 @@ pub(super) fn assemble(
         disagreement,
         projection_sd: &projection_sd,
         pp_covariance_px2,
-        f_sd_px: covariance[(0, 0)].sqrt(),
+        f_sd_px: covariance.variance_of(LensParameter::Fx).sqrt(),
         skip_one_ratio,
         coverage,
         distinct: inputs.distinct,
@@ -195,12 +191,12 @@ impl Lens {
     }
 
     /// The lens that this and an earlier calibration support together.
-    fn held_to(self, combined: &Combined, square_pixels: bool) -> Self {
+    fn held_to(self, combined: &Combined) -> Self {
         let model = self.model.max(combined.model());
         Self {
             model,
             camera: combined.camera,
-            covariance: restricted(&combined.covariance, model, square_pixels),
+            covariance: restricted(&combined.covariance, model),
             covariance_all: combined.covariance,
             ..self
         }
@@ -214,7 +210,7 @@ impl Inputs<'_> {
             model,
             camera: bundle.state.camera,
             focal: Focal::Common,
-            covariance: restricted(&covariance_all, model, self.params.square_pixels),
+            covariance: restricted(&covariance_all, model),
             covariance_all,
             noise_factor: bundle.noise_factor(),
         }
@@ -336,9 +332,7 @@ impl Inputs<'_> {
         };
         let zhang = (self.distinct >= 2).then(refined).flatten().map(|bundle| {
             let noise_factor = bundle.noise_factor().max(self.noise_floor);
-            let covariance = bundle
-                .covariance(noise_factor)
-                .map(|covariance| covariance.fixed_view::<2, 2>(2, 2).into());
+            let covariance = bundle.covariance(noise_factor).map(|covariance| covariance.pp());
             let camera = bundle.state.camera;
             estimate(camera.pp_px, covariance, Some(camera.f_px))
         });
@@ -372,8 +366,8 @@ fn tilt_and_azimuth_rad(cam_from_board: &Isometry3<f64>) -> (f64, f64) {
 }
 
 /// `covariance` with zeros for parameters that `model` does not estimate.
-fn restricted(covariance: &LensMatrix, model: LensModel, square_pixels: bool) -> LensMatrix {
-    let mut free = model.freedom(square_pixels).free;
-    free[1] = true;
+fn restricted(covariance: &LensMatrix, model: LensModel) -> LensMatrix {
+    // With square pixels, fy has the covariance of fx.
+    let free = model.freedom(false).free;
     LensMatrix::from_fn(|i, j| if free[i] && free[j] { covariance[(i, j)] } else { 0.0 })
 }

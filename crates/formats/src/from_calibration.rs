@@ -17,7 +17,8 @@ use boresight_calibrate::{
     acceptance::{Acceptance, AcceptanceGoal, acceptance},
 };
 use boresight_geometry::{
-    BROWN_PARAMETERS, BoardOutline, Camera, PrincipalLine, board::Checkerboard, frame::ImageSize,
+    BoardOutline, Camera, LensParameter, LensParts, PrincipalLine, board::Checkerboard,
+    frame::ImageSize,
 };
 
 /// A picture and whether it was used.
@@ -174,8 +175,10 @@ impl LensEntry {
     fn of(calibration: &Calibration) -> Self {
         let camera = &calibration.camera;
         let sd = calibration.sd();
-        let square_pixels = sd[0] == sd[1] && camera.f_px.x == camera.f_px.y;
-        let named = |covariance, keep: &dyn Fn(usize) -> bool| {
+        let sd = |of: LensParameter| sd[of.index()];
+        let f_sd_px = LensParameter::F.map(sd);
+        let square_pixels = f_sd_px[0] == f_sd_px[1] && camera.f_px.x == camera.f_px.y;
+        let named = |covariance, keep: &dyn Fn(LensParameter) -> bool| {
             Some(NamedCovariance::of(covariance, square_pixels, keep))
         };
         Self {
@@ -190,20 +193,20 @@ impl LensEntry {
             pp_px: pair(camera.pp_px),
             distortion: camera.distortion.into(),
             sigma: Some(SigmaEntry {
-                f_px: [sd[0], sd[1]],
-                pp_px: [sd[2], sd[3]],
-                k1: sd[4],
-                k2: sd[5],
-                p1: sd[6],
-                p2: sd[7],
-                k3: sd[8],
-                k4: sd[9],
-                k5: sd[10],
-                k6: sd[11],
+                f_px: f_sd_px,
+                pp_px: LensParameter::PP.map(sd),
+                k1: sd(LensParameter::K1),
+                k2: sd(LensParameter::K2),
+                p1: sd(LensParameter::P1),
+                p2: sd(LensParameter::P2),
+                k3: sd(LensParameter::K3),
+                k4: sd(LensParameter::K4),
+                k5: sd(LensParameter::K5),
+                k6: sd(LensParameter::K6),
             }),
-            covariance: named(&calibration.covariance, &|i| sd[i] > 0.0),
-            covariance_all: named(&calibration.covariance_all, &|i| {
-                i < BROWN_PARAMETERS || calibration.covariance_all[(i, i)] > 0.0
+            covariance: named(&calibration.covariance, &|of| sd(of) > 0.0),
+            covariance_all: named(&calibration.covariance_all, &|of| {
+                of.is_browns() || calibration.covariance_all.variance_of(of) > 0.0
             }),
             rms_px: Some(calibration.rms_px),
             noise_px: Some(calibration.noise_px),

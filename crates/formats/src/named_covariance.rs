@@ -1,16 +1,12 @@
 //! A covariance matrix that names its rows.
 
-use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
-use boresight_geometry::LENS_PARAMETERS;
+use boresight_geometry::{LensMatrix, LensParameter, LensParts};
 
-/// Covariance of all lens parameters, in the order of [`LENS_PARAMETERS`].
-pub type LensCovariance = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+/// Covariance of all lens parameters.
+pub type LensCovariance = LensMatrix;
 
-/// Names of the lens parameters in that order.
-pub(super) const LENS_PARAMETER_NAMES: [&str; LENS_PARAMETERS] =
-    ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 /// One focal length for both axes.
 const COMMON_FOCAL_LENGTH: &str = "f";
 
@@ -28,22 +24,25 @@ pub struct NamedCovariance {
 }
 
 impl NamedCovariance {
-    /// The rows and columns of `covariance` whose indices satisfy `keep`. With `square_pixels`, fx and fy are
+    /// The rows and columns of `covariance` whose parameters satisfy `keep`. With `square_pixels`, fx and fy are
     /// one row, `f`.
     pub(super) fn of(
         covariance: &LensCovariance,
         square_pixels: bool,
-        keep: impl Fn(usize) -> bool,
+        keep: impl Fn(LensParameter) -> bool,
     ) -> Self {
-        let kept: Vec<usize> =
-            (0..LENS_PARAMETERS).filter(|&i| keep(i) && !(square_pixels && i == 1)).collect();
-        let name = |&i: &usize| {
-            if square_pixels && i == 0 { COMMON_FOCAL_LENGTH } else { LENS_PARAMETER_NAMES[i] }
+        let kept: Vec<LensParameter> = LensParameter::ALL
+            .into_iter()
+            .filter(|&of| keep(of) && !(square_pixels && of == LensParameter::Fy))
+            .collect();
+        let name = |of: &LensParameter| match of {
+            LensParameter::Fx if square_pixels => COMMON_FOCAL_LENGTH,
+            other => other.name(),
         };
-        let row = |&i: &usize| kept.iter().map(|&j| Some(covariance[(i, j)])).collect();
+        let entries = covariance.part(&kept, &kept);
         Self {
-            order: kept.iter().map(|i| name(i).to_owned()).collect(),
-            matrix: kept.iter().map(row).collect(),
+            order: kept.iter().map(|of| name(of).to_owned()).collect(),
+            matrix: entries.row_iter().map(|row| row.iter().copied().map(Some).collect()).collect(),
         }
     }
 
@@ -52,35 +51,33 @@ impl NamedCovariance {
     /// `None` if it is no covariance: no row, an unknown name, a missing or infinite entry, or a negative
     /// variance.
     pub fn full(&self) -> Option<LensCovariance> {
-        let indices: Vec<&[usize]> =
-            self.order.iter().map(|name| indices(name)).collect::<Option<_>>()?;
+        let named: Vec<Vec<LensParameter>> =
+            self.order.iter().map(|name| parameters(name)).collect::<Option<_>>()?;
         let mut covariance = LensCovariance::zeros();
-        for (row, rows) in indices.iter().enumerate() {
-            for (column, columns) in indices.iter().enumerate() {
+        for (row, rows) in named.iter().enumerate() {
+            for (column, columns) in named.iter().enumerate() {
                 let entry = (*self.matrix.get(row)?.get(column)?)?;
                 if !entry.is_finite() {
                     return None;
                 }
-                for i in *rows {
-                    for j in *columns {
-                        covariance[(*i, *j)] = entry;
+                for i in rows {
+                    for j in columns {
+                        covariance[(i.index(), j.index())] = entry;
                     }
                 }
             }
         }
         let is_usable =
-            !indices.is_empty() && covariance.diagonal().iter().all(|variance| *variance >= 0.0);
+            !named.is_empty() && covariance.diagonal().iter().all(|variance| *variance >= 0.0);
         is_usable.then_some(covariance)
     }
 }
 
-fn indices(name: &str) -> Option<&'static [usize]> {
-    const EACH: [usize; LENS_PARAMETERS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+fn parameters(name: &str) -> Option<Vec<LensParameter>> {
     if name == COMMON_FOCAL_LENGTH {
-        return Some(&EACH[..2]);
+        return Some(LensParameter::F.to_vec());
     }
-    let index = LENS_PARAMETER_NAMES.iter().position(|known| *known == name)?;
-    EACH.get(index..=index)
+    LensParameter::ALL.into_iter().find(|of| of.name() == name).map(|of| vec![of])
 }
 
 #[cfg(test)]
@@ -101,14 +98,14 @@ mod tests {
         let named = NamedCovariance::of(&all, true, |_| true);
         assert_eq!(named.order, ["f", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]);
         assert_eq!(named.full(), Some(all));
-        let two = NamedCovariance::of(&all, false, |i| i < 2);
+        let two = NamedCovariance::of(&all, false, |of| LensParameter::F.contains(&of));
         assert_eq!(two.order, ["fx", "fy"]);
         assert_eq!(two.full().map(|full| (full[(0, 1)], full[(2, 2)])), Some((4.0, 0.0)));
     }
 
     #[test]
     fn what_is_no_covariance_is_none() {
-        let named = NamedCovariance::of(&covariance(4.0), true, |i| i < 4);
+        let named = NamedCovariance::of(&covariance(4.0), true, |of| !of.is_distortion());
         let with = |change: &dyn Fn(&mut NamedCovariance)| {
             let mut named = named.clone();
             change(&mut named);

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix2, SMatrix};
 
-use super::distortion::LENS_PARAMETERS;
+use super::distortion::{BROWN_PARAMETERS, LENS_PARAMETERS};
 
 /// Covariance or information of all lens parameters, rows and columns in the order of [`LENS_PARAMETERS`]. Its parts are read
 /// through [`LensParts`].
@@ -83,6 +83,11 @@ impl LensParameter {
         }
     }
 
+    /// Whether Brown's model has the parameter.
+    pub const fn is_browns(self) -> bool {
+        self.index() < BROWN_PARAMETERS
+    }
+
     /// Whether the parameter is a coefficient of the distortion.
     pub const fn is_distortion(self) -> bool {
         !matches!(self, Self::Fx | Self::Fy | Self::Cx | Self::Cy)
@@ -100,6 +105,19 @@ pub trait LensParts {
 
     /// [`Self::block`] of as many parameters as a lens model has.
     fn part(&self, rows: &[LensParameter], columns: &[LensParameter]) -> DMatrix<f64>;
+
+    /// Replaces that block.
+    fn set_block<const R: usize, const C: usize>(
+        &mut self,
+        rows: [LensParameter; R],
+        columns: [LensParameter; C],
+        block: &SMatrix<f64, R, C>,
+    );
+
+    /// The variance of one parameter.
+    fn variance_of(&self, parameter: LensParameter) -> f64 {
+        self.block([parameter], [parameter]).x
+    }
 
     /// Block of the focal lengths, px².
     fn f(&self) -> Matrix2<f64> {
@@ -119,6 +137,19 @@ impl LensParts for LensMatrix {
         columns: [LensParameter; C],
     ) -> SMatrix<f64, R, C> {
         SMatrix::from_fn(|i, j| self[(rows[i].index(), columns[j].index())])
+    }
+
+    fn set_block<const R: usize, const C: usize>(
+        &mut self,
+        rows: [LensParameter; R],
+        columns: [LensParameter; C],
+        block: &SMatrix<f64, R, C>,
+    ) {
+        for (i, row) in rows.into_iter().enumerate() {
+            for (j, column) in columns.into_iter().enumerate() {
+                self[(row.index(), column.index())] = block[(i, j)];
+            }
+        }
     }
 
     fn part(&self, rows: &[LensParameter], columns: &[LensParameter]) -> DMatrix<f64> {

@@ -6,9 +6,10 @@ use super::cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS};
 use crate::solve::{
     bundle::{BundleState, Observations, Whitened},
     gram::{Gram, Row},
+    lens_model::tie_focal_lengths,
     schur_lm::{NormalEquations, Problem, Step, ViewBlock},
 };
-use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, frame::ImageSize};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter, frame::ImageSize};
 
 pub(super) const LOCAL: usize = 6 + LOCAL_EXTRAS;
 /// Shared parameters of lens and cause: of every cause but [`Cause::SmoothField`], and of that.
@@ -215,20 +216,20 @@ impl ExtendedProblem<'_> {
 
     /// Whether a shared parameter, lens or extra, is estimated.
     pub(super) fn is_free(&self, index: usize) -> bool {
-        match index {
-            0 => *self.cause != Cause::Focus,
-            1 => !self.square_pixels,
-            2..LENS_PARAMETERS => self.free[index],
-            _ => index < LENS_PARAMETERS + self.cause.shared_extras(),
+        match LensParameter::ALL.get(index) {
+            Some(LensParameter::Fx) => *self.cause != Cause::Focus,
+            Some(LensParameter::Fy) => !self.square_pixels,
+            Some(_) => self.free[index],
+            None => index < LENS_PARAMETERS + self.cause.shared_extras(),
         }
     }
 
     /// Half step by which a shared parameter is moved for its derivative.
     fn shared_half_step(&self, index: usize) -> f64 {
-        match index {
-            ..4 => HALF_STEP_PX,
-            LENS_PARAMETERS.. if *self.cause == Cause::SmoothField => HALF_STEP_PX,
-            _ => HALF_STEP,
+        match LensParameter::ALL.get(index) {
+            Some(parameter) if !parameter.is_distortion() => HALF_STEP_PX,
+            None if *self.cause == Cause::SmoothField => HALF_STEP_PX,
+            Some(_) | None => HALF_STEP,
         }
     }
 
@@ -245,8 +246,8 @@ impl ExtendedProblem<'_> {
         let mut moved = *at;
         if index < LENS_PARAMETERS {
             moved.lens[index] += change;
-            if index == 0 && self.square_pixels {
-                moved.lens[1] = moved.lens[0];
+            if index == LensParameter::Fx.index() && self.square_pixels {
+                tie_focal_lengths(&mut moved.lens);
             }
         } else {
             moved.shared[index - LENS_PARAMETERS] += change;
@@ -370,7 +371,7 @@ impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
             *value += change;
         }
         if self.square_pixels {
-            lens[1] = lens[0];
+            tie_focal_lengths(&mut lens);
         }
         let mut shared = state.shared;
         for (value, change) in shared.iter_mut().zip(step.shared.iter().skip(LENS_PARAMETERS)) {

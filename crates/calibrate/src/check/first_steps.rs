@@ -13,9 +13,10 @@ use super::{
 use crate::solve::{
     bundle::{BundleState, Observations},
     gram::{Gram, Row},
+    lens_model::{join_focal_lengths, tie_focal_lengths},
     schur_lm::inverse,
 };
-use boresight_geometry::{LENS_PARAMETERS, frame::ImageSize};
+use boresight_geometry::{LENS_PARAMETERS, LensParameter, frame::ImageSize};
 
 /// Columns of derivatives, from here on; lens parameters come first.
 const POSE: usize = LENS_PARAMETERS;
@@ -134,7 +135,7 @@ impl FirstSteps {
             covariance.fixed_view::<LENS_PARAMETERS, 1>(0, LENS_PARAMETERS).into();
         lens_by_value /= unit_variance;
         if self.square_pixels {
-            lens_by_value[1] = lens_by_value[0];
+            tie_focal_lengths(lens_by_value.as_mut_slice());
         }
         let value = covariance.row(LENS_PARAMETERS).transpose().dot(&sums.gradient);
         Some(FirstStep { value, unit_variance, lens_by_value })
@@ -196,7 +197,7 @@ impl Plain<'_> {
             };
             let mut jac_lens = seen.jac_lens;
             if self.square_pixels {
-                jac_lens[(1, 0)] = jac_lens[(1, 1)];
+                join_focal_lengths(&mut jac_lens);
             }
             (0..LENS_PARAMETERS).for_each(|i| set(i, jac_lens.column(i).into_owned()));
             (0..6).for_each(|i| set(POSE + i, seen.jac_pose.column(i).into_owned()));
@@ -278,11 +279,11 @@ impl Plain<'_> {
 
     /// Adds the priors of `cause`, and holds the parameters that it doesn't estimate.
     fn complete(&self, cause: &Cause, sums: &mut Sums) {
-        let is_free = |index: usize| match index {
-            0 => *cause != Cause::Focus,
-            1 => !self.square_pixels || *cause == Cause::PixelAspect,
-            2..LENS_PARAMETERS => self.free[index],
-            _ => index < LENS_PARAMETERS + cause.shared_extras(),
+        let is_free = |index: usize| match LensParameter::ALL.get(index) {
+            Some(LensParameter::Fx) => *cause != Cause::Focus,
+            Some(LensParameter::Fy) => !self.square_pixels || *cause == Cause::PixelAspect,
+            Some(_) => self.free[index],
+            None => index < LENS_PARAMETERS + cause.shared_extras(),
         };
         for index in (0..SHARED).filter(|index| !is_free(*index)) {
             sums.information.row_mut(index).fill(0.0);

@@ -4,9 +4,10 @@
 //! evenly spread tilt azimuths, the centroid of the skip-n estimates equals the full estimate for any lines
 //! (`docs/method.md`, section 0).
 
-use nalgebra::{Matrix2, Point2, Vector2};
+use nalgebra::{Point2, Vector2};
 
 use crate::solve::bundle::Bundle;
+use boresight_geometry::{LensParameter, LensParts};
 
 /// Lists the indices of all views except `skipped` consecutive ones, cyclically: one list per first view skipped.
 ///
@@ -66,15 +67,14 @@ pub struct LeaveOneOut {
 /// `None` if fewer than two of the reduced problems can be solved.
 pub fn leave_one_out(bundle: &Bundle, noise_factor: f64) -> Option<LeaveOneOut> {
     let covariance = bundle.covariance(noise_factor)?;
-    let full: Matrix2<f64> = covariance.fixed_view::<2, 2>(2, 2).into();
+    let full = covariance.pp();
     let (mut squared, mut expected, mut count) = (0.0, 0.0, 0);
     let pp_px = (0..bundle.state.cam_from_board.len())
         .map(|view| {
             let (shift, without) = bundle.without_view(view, noise_factor)?;
-            let shift = Vector2::new(shift[2], shift[3]);
-            let without: Matrix2<f64> = without.fixed_view::<2, 2>(2, 2).into();
+            let shift = Vector2::from(LensParameter::PP.map(|axis| shift[axis.index()]));
             squared += shift.norm_squared();
-            expected += (without - full).trace();
+            expected += (without.pp() - full).trace();
             count += 1;
             Some(bundle.state.camera.pp_px + shift)
         })

@@ -1,6 +1,6 @@
 //! Compares hypotheses for a misfit by BIC, and adds their uncertainty to the covariance.
 
-use nalgebra::SVector;
+use nalgebra::{Matrix2, SVector};
 
 use super::{
     cause::{Cause, Family},
@@ -10,9 +10,9 @@ use super::{
     view_split::{cost_of_search, likeliest_jump, likeliest_split},
 };
 use crate::solve::bundle::{Bundle, Observations};
-use boresight_geometry::{Camera, LENS_PARAMETERS, frame::ImageSize};
-
-type LensMatrix = nalgebra::SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+use boresight_geometry::{
+    Camera, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts, frame::ImageSize,
+};
 
 /// Relative scatter of the focal length above which a common focal length is no result: 3 px at f = 1000.
 const MAX_FOCAL_SCATTER: f64 = 0.003;
@@ -228,9 +228,8 @@ fn doubt(
 /// Adds `relative_variance` of the focal length to a covariance.
 fn add_to_f(covariance: &mut LensMatrix, relative_variance: f64, result: &Camera) {
     let f_px = result.f_px;
-    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        covariance[(i, j)] += relative_variance * f_px[i] * f_px[j];
-    }
+    let more = Matrix2::from_fn(|i, j| relative_variance * f_px[i] * f_px[j]);
+    covariance.set_block(LensParameter::F, LensParameter::F, &(covariance.f() + more));
 }
 
 /// Relative variance of the focal length after the last view from a drift too small to be seen: a quarter of the mean

@@ -13,12 +13,10 @@ use super::{
 };
 use crate::solve::{
     bundle::{Bundle, BundleState, Observations},
-    lens_model::LensFreedom,
+    lens_model::{LensFreedom, tie_covariance},
     schur_lm::{Minimum, ViewBlock, inverse, minimise_to},
 };
-use boresight_geometry::{BROWN_PARAMETERS, LENS_PARAMETERS, LensKind, frame::ImageSize};
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+use boresight_geometry::{LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize};
 
 /// Fits of a cause whose parameters of the views have a prior; each takes their standard deviation from the one before.
 const PRIOR_PASSES: usize = 4;
@@ -186,8 +184,9 @@ impl<'a> Unexplained<'a> {
     /// The lens parameters that are free beside a cause: those of the model, and all of Brown's model even if few views
     /// determine fewer. A cause is found only if it's told from them.
     fn freed(&self) -> [bool; LENS_PARAMETERS] {
-        let is_brown = self.start.camera.distortion.kind == LensKind::Perspective;
-        std::array::from_fn(|i| self.freedom.free[i] || (is_brown && i < BROWN_PARAMETERS))
+        let is_perspective = self.start.camera.distortion.kind == LensKind::Perspective;
+        LensParameter::ALL
+            .map(|of| self.freedom.free[of.index()] || (is_perspective && of.is_browns()))
     }
 
     fn problem<'b>(&'b self, cause: &'b Cause) -> ExtendedProblem<'b> {
@@ -298,10 +297,7 @@ fn lens_covariance<const S: usize>(
         lens.column_mut(index).fill(0.0);
     }
     if problem.square_pixels {
-        let row = lens.row(0).clone_owned();
-        lens.row_mut(1).copy_from(&row);
-        let column = lens.column(0).clone_owned();
-        lens.column_mut(1).copy_from(&column);
+        tie_covariance(&mut lens);
     }
     lens
 }

@@ -14,9 +14,7 @@ use crate::solve::{
     lens_model::{LensFamily, LensModel},
     schur_lm::inverse,
 };
-use boresight_geometry::{LENS_PARAMETERS, frame::ImageSize};
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
 /// Prior standard deviation of the coefficient of a lens without distortion.
 const LEAST_COEFFICIENT_SD: f64 = 0.1;
@@ -33,7 +31,8 @@ const RATIONAL_SHARE: f64 = 0.02;
 /// the series hardly converges, `OVER_K1` overstates it.
 const LARGEST_SHARE: f64 = 0.3;
 /// Parameters that a radial term moves, fy with fx: f, k1, k2, k3.
-const RADIAL: [usize; 4] = [0, 4, 5, 8];
+const RADIAL: [LensParameter; 4] =
+    [LensParameter::Fx, LensParameter::K1, LensParameter::K2, LensParameter::K3];
 
 /// Covariance of the lens of `bundle`, the richest one, from the term r⁸; `model` and `k1` are those of the chosen lens. Corners that err
 /// alike tell less: their information is divided by `overcount`, 1 for independent corners. `None` if the corners leave the term undetermined or
@@ -82,8 +81,10 @@ pub(crate) fn next_radial_doubt(
         let shift: Vector2<f64> =
             (flat * flat.norm_squared().powi(power)).component_mul(&camera.f_px);
         let by = SMatrix::<f64, 2, 4>::from_fn(|row, i| match RADIAL[i] {
-            0 => jac_lens[(row, 0)] + jac_lens[(row, 1)],
-            parameter => jac_lens[(row, parameter)],
+            fx @ LensParameter::Fx => {
+                jac_lens[(row, fx.index())] + jac_lens[(row, LensParameter::Fy.index())]
+            }
+            parameter => jac_lens[(row, parameter.index())],
         });
         squares += by.transpose() * by;
         pull += by.transpose() * shift;
@@ -91,9 +92,9 @@ pub(crate) fn next_radial_doubt(
     let alike = inverse(&squares)? * pull;
     let mut moved: SVector<f64, LENS_PARAMETERS> = -lens_by_value;
     for (value, parameter) in alike.iter().zip(RADIAL) {
-        moved[parameter] -= value;
+        moved[parameter.index()] -= value;
     }
-    moved[1] -= alike[0];
+    moved[LensParameter::Fy.index()] -= alike[0];
     let doubt = moved * moved.transpose() * (spread / total);
     doubt.iter().all(|x| x.is_finite()).then_some(doubt)
 }

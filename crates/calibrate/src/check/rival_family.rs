@@ -3,13 +3,16 @@
 //! A quotient and a polynomial of the angle may agree wherever boards were and part beyond. How far the picture of the one
 //! is from that of the other is fitted by the parameters of the lens chosen, so that their covariance carries it.
 
-use nalgebra::{Matrix3, Point2, SMatrix, SVector, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix3, Point2, SVector, UnitQuaternion, Vector2, Vector3};
 
 use super::projection_sd::projection_jacobian;
-use crate::solve::{lens_model::LensFreedom, schur_lm::inverse, wide_lens::Rival};
-use boresight_geometry::{Camera, LENS_PARAMETERS, frame::ImageSize};
+use crate::solve::{
+    lens_model::{LensFreedom, tie_focal_lengths},
+    schur_lm::inverse,
+    wide_lens::Rival,
+};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, frame::ImageSize};
 
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
 /// Rounds in which the turn between two lenses settles.
@@ -49,13 +52,7 @@ fn as_parameters(
         // Places that the rival doesn't see tell nothing.
         let Some(off_px) = off_px else { continue };
         let mut by = *jac_lens;
-        if freedom.square_pixels {
-            let of_f = by.column(0) + by.column(1);
-            by.set_column(0, &of_f);
-        }
-        for fixed in (0..LENS_PARAMETERS).filter(|i| !freedom.free[*i]) {
-            by.column_mut(fixed).fill(0.0);
-        }
+        freedom.restrict(&mut by);
         squares += by.transpose() * by;
         pull += by.transpose() * off_px;
     }
@@ -64,7 +61,7 @@ fn as_parameters(
     }
     let mut off = inverse(&squares)? * pull;
     if freedom.square_pixels {
-        off[1] = off[0];
+        tie_focal_lengths(off.as_mut_slice());
     }
     off.iter().all(|x| x.is_finite()).then_some(off)
 }

@@ -20,7 +20,7 @@ use crate::{
     solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
 };
 use boresight_geometry::{
-    Camera, Corner, GRID_COLUMNS, GRID_ROWS, OutlierLine, frame::ImageSize, seen_count,
+    Camera, Corner, GRID_COLUMNS, GRID_ROWS, LensParts, OutlierLine, frame::ImageSize, seen_count,
 };
 
 /// Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99 quantile, `docs/method.md`, section 2.
@@ -255,7 +255,7 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
     }
     let noise_factor = choice.fits[full].noise_factor.max(noise_floor);
     let pp_covariance = |index: usize| -> Option<Matrix2<f64>> {
-        Some(choice.bundles[index].covariance(noise_factor)?.fixed_view::<2, 2>(2, 2).into())
+        Some(choice.bundles[index].covariance(noise_factor)?.pp())
     };
     let (full_covariance, covariance) = (pp_covariance(full)?, pp_covariance(choice.chosen)?);
     let off = choice.fits[full].camera.pp_px - choice.fit().camera.pp_px;

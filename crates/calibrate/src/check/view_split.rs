@@ -1,18 +1,12 @@
 //! Searches for the split of the views that explains a misfit best: another camera for some, or another focus from some
 //! view on.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use statrs::function::factorial::ln_binomial;
 
 use super::cause::Cause;
 use crate::solve::{bundle::Bundle, schur_lm::inverse};
-use boresight_geometry::LENS_PARAMETERS;
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
-
-/// Focal length, and principal point, among the lens parameters.
-const F: usize = 0;
-const F_AND_PP: [usize; 3] = [0, 2, 3];
+use boresight_geometry::{LensMatrix, LensParameter, LensParts};
 
 /// Splits the views into the two groups that disagree most about f and the principal point, and marks the smaller.
 ///
@@ -24,8 +18,8 @@ pub(super) fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
         .view_information()
         .iter()
         .map(|(information, gradient)| Pull {
-            information: Matrix3::from_fn(|i, j| information[(F_AND_PP[i], F_AND_PP[j])]),
-            gradient: Vector3::from_fn(|i, _| gradient[F_AND_PP[i]]),
+            information: information.block(LensParameter::F_AND_PP, LensParameter::F_AND_PP),
+            gradient: LensParameter::F_AND_PP.map(|of| gradient[of.index()]).into(),
         })
         .collect();
     let count = views.len();
@@ -135,13 +129,14 @@ pub(super) fn likeliest_jump(bundle: &Bundle) -> Option<usize> {
     }
     let settled = bundle.covariance(1.0)?;
     let mut after = views.iter().map(|(information, _)| information).sum::<LensMatrix>();
-    let mut pull = views.iter().map(|(_, gradient)| gradient[F]).sum::<f64>();
+    let f = LensParameter::Fx.index();
+    let mut pull = views.iter().map(|(_, gradient)| gradient[f]).sum::<f64>();
     let mut best: Option<(f64, usize)> = None;
     for (view, (information, gradient)) in views.iter().enumerate().take(views.len() - 1) {
         after -= information;
-        pull -= gradient[F];
-        let cross = after.column(F);
-        let left = after[(F, F)] - cross.dot(&(settled * cross));
+        pull -= gradient[f];
+        let cross = after.column(f);
+        let left = after[(f, f)] - cross.dot(&(settled * cross));
         let gain = pull * pull / left;
         if left > 0.0 && gain.is_finite() && best.is_none_or(|(most, _)| gain > most) {
             best = Some((gain, view + 1));

@@ -9,12 +9,11 @@ use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector3};
 
 use super::{
     gram::{Gram, Row},
-    lens_model::{LensFreedom, LensPrior},
+    lens_model::{LensFreedom, LensPrior, tie_covariance, tie_focal_lengths},
     schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
 };
-use boresight_geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS, parallel};
+use boresight_geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS, LensMatrix, parallel};
 
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
 /// Coordinates that a thread takes at once, about: 16 views of 54 corners.
@@ -358,7 +357,7 @@ impl Bundle {
         let covariance = self.covariance_of(&(self.information - information), noise_factor)?;
         let mut shift = covariance * gradient / -(noise_factor * noise_factor);
         if self.freedom.square_pixels {
-            shift[1] = shift[0];
+            tie_focal_lengths(shift.as_mut_slice());
         }
         Some((shift, covariance))
     }
@@ -385,10 +384,7 @@ impl Bundle {
             covariance.column_mut(i).fill(0.0);
         }
         if self.freedom.square_pixels {
-            let row = covariance.row(0).clone_owned();
-            covariance.row_mut(1).copy_from(&row);
-            let column = covariance.column(0).clone_owned();
-            covariance.column_mut(1).copy_from(&column);
+            tie_covariance(&mut covariance);
         }
         Some(covariance)
     }
@@ -457,7 +453,7 @@ impl<const S: usize> Problem<S, 6> for BundleProblem<'_> {
             *parameter += change;
         }
         if self.freedom.square_pixels {
-            parameters[1] = parameters[0];
+            tie_focal_lengths(&mut parameters);
         }
         let cam_from_board = state
             .cam_from_board
@@ -470,17 +466,5 @@ impl<const S: usize> Problem<S, 6> for BundleProblem<'_> {
             })
             .collect();
         BundleState { camera: state.camera.with_lens_parameters(&parameters), cam_from_board }
-    }
-}
-
-impl LensFreedom {
-    /// Zeroes the derivatives of fixed parameters; with square pixels, adds the derivative by fy to that by fx.
-    pub(crate) fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
-        if self.square_pixels {
-            jac_lens[(1, 0)] = jac_lens[(1, 1)];
-        }
-        for i in (0..LENS_PARAMETERS).filter(|i| !self.free[*i]) {
-            jac_lens.column_mut(i).fill(0.0);
-        }
     }
 }

@@ -1,6 +1,10 @@
 //! The families of lens models, nested within each family, and priors on their parameters.
 
-use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter, frame::ImageSize};
+use nalgebra::SMatrix;
+
+use boresight_geometry::{
+    Camera, LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize,
+};
 
 /// The distortion coefficients that are estimated, and what they act on. Within a [`LensFamily`] the models are nested: each
 /// contains the ones before it.
@@ -139,6 +143,19 @@ impl LensModel {
         models.clone().find(holds).or(models.next_back()).unwrap_or(Self::Pinhole)
     }
 
+    /// Prior standard deviations of the coefficients that the model may fix at zero when it's chosen.
+    ///
+    /// A coefficient too small for BIC to choose isn't zero. A tangential coefficient of 1e-4, about the centring error of
+    /// good lenses, shifts the principal point by as much as the standard error of eight good views. The series of a
+    /// fisheye lens, in the angle, falls off quickly.
+    pub(super) fn truncated_sd(self) -> [(LensParameter, f64); 4] {
+        use LensParameter::{K1, K2, K3, K4, P1, P2};
+        match self.kind() {
+            LensKind::Perspective => [(K2, 0.1), (P1, 1.5e-4), (P2, 1.5e-4), (K3, 0.05)],
+            LensKind::Fisheye => [(K1, 0.05), (K2, 0.02), (K3, 5e-3), (K4, 1e-3)],
+        }
+    }
+
     /// The prior without which its coefficients aren't told apart, if there is one.
     pub fn own_prior(self) -> Option<LensPrior> {
         (self == Self::Rational).then(LensPrior::of_quotient)
@@ -202,10 +219,41 @@ impl LensFamily {
     }
 }
 
+/// Square pixels: fy follows fx, in lens parameters or in a change of them.
+pub(crate) fn tie_focal_lengths(lens: &mut [f64]) {
+    lens[LensParameter::Fy.index()] = lens[LensParameter::Fx.index()];
+}
+
+/// The same for derivatives: the one by fy is added to that by fx.
+pub(crate) fn join_focal_lengths(jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
+    let [fx, fy] = LensParameter::F.map(LensParameter::index);
+    let of_f = jac_lens.column(fx) + jac_lens.column(fy);
+    jac_lens.set_column(fx, &of_f);
+}
+
+/// The same for a covariance: the row and column of fy are those of fx.
+pub(crate) fn tie_covariance(covariance: &mut LensMatrix) {
+    let [fx, fy] = LensParameter::F.map(LensParameter::index);
+    let row = covariance.row(fx).clone_owned();
+    covariance.row_mut(fy).copy_from(&row);
+    let column = covariance.column(fx).clone_owned();
+    covariance.column_mut(fy).copy_from(&column);
+}
+
 impl LensFreedom {
     /// Number of free parameters.
     pub fn count(&self) -> usize {
         self.free.iter().filter(|free| **free).count()
+    }
+
+    /// Zeroes the derivatives of fixed parameters; with square pixels, adds the derivative by fy to that by fx.
+    pub(crate) fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
+        if self.square_pixels {
+            join_focal_lengths(jac_lens);
+        }
+        for fixed in (0..LENS_PARAMETERS).filter(|i| !self.free[*i]) {
+            jac_lens.column_mut(fixed).fill(0.0);
+        }
     }
 
     /// The free parameters, in the order of [`LENS_PARAMETERS`].
@@ -222,11 +270,17 @@ impl LensPrior {
         let centre = image_size.centre_px();
         let pp_sd_px = 100.0_f64.max(100.0 * f64::from(image_size.width_px) / 1920.0);
         let mut prior = Self { mean: [0.0; LENS_PARAMETERS], information: [0.0; LENS_PARAMETERS] };
-        prior.mean[2] = centre.x;
-        prior.mean[3] = centre.y;
-        let sds = [pp_sd_px, pp_sd_px, 0.4, 0.6, 0.01, 0.01, 0.6, 0.6, 0.6, 0.6];
-        for (information, sd) in prior.information[2..].iter_mut().zip(sds) {
-            *information = 1.0 / (sd * sd);
+        prior.mean[LensParameter::Cx.index()] = centre.x;
+        prior.mean[LensParameter::Cy.index()] = centre.y;
+        for parameter in LensParameter::ALL {
+            let sd = match parameter {
+                LensParameter::Fx | LensParameter::Fy => f64::INFINITY,
+                LensParameter::Cx | LensParameter::Cy => pp_sd_px,
+                LensParameter::K1 => 0.4,
+                LensParameter::P1 | LensParameter::P2 => 0.01,
+                _ => 0.6,
+            };
+            prior.information[parameter.index()] = 1.0 / (sd * sd);
         }
         prior
     }
@@ -235,16 +289,18 @@ impl LensPrior {
     /// coefficients grow without changing the lens. k4, k5, k6 are 0 ± 3.
     pub fn of_quotient() -> Self {
         let mut prior = Self { mean: [0.0; LENS_PARAMETERS], information: [0.0; LENS_PARAMETERS] };
-        prior.information[9..].fill(1.0 / 9.0);
+        for parameter in [LensParameter::K4, LensParameter::K5, LensParameter::K6] {
+            prior.information[parameter.index()] = 1.0 / 9.0;
+        }
         prior
     }
 
     /// Adds a prior on the focal length along both axes: `f_px` ± `sd_px`.
     #[must_use]
     pub fn with_focal_length(mut self, f_px: f64, sd_px: f64) -> Self {
-        for i in 0..2 {
-            self.mean[i] = f_px;
-            self.information[i] = 1.0 / (sd_px * sd_px);
+        for parameter in LensParameter::F {
+            self.mean[parameter.index()] = f_px;
+            self.information[parameter.index()] = 1.0 / (sd_px * sd_px);
         }
         self
     }

@@ -1,6 +1,6 @@
 //! Chooses the lens model by BIC, and adds the uncertainty of the choice to the covariance.
 
-use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix};
+use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix2, OMatrix, SMatrix};
 
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust_from},
@@ -8,7 +8,7 @@ use super::{
     reversal::with_better_tilts,
     schur_lm::Start,
 };
-use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts};
 
 /// Penalty per parameter in the weights of model averaging, in place of BIC's ln n.
 ///
@@ -20,8 +20,6 @@ const AVERAGING_PENALTY: f64 = 4.5;
 const SUSPICIOUS: f64 = 1.5;
 /// … at most this often.
 const MOST_REVERSALS: usize = 4;
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// The fit of one lens model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,16 +39,7 @@ pub struct ModelFit {
     pub noise_factor: f64,
 }
 
-/// Prior standard deviations of the coefficients that the chosen model may fix at zero: k2, p1, p2, k3 of Brown's models.
-///
-/// A coefficient too small for BIC to choose isn't zero. A tangential coefficient of 1e-4, about the centring error of
-/// good lenses, shifts the principal point by as much as the standard error of eight good views.
-const TRUNCATED_SD: [(usize, f64); 4] = [(5, 0.1), (6, 1.5e-4), (7, 1.5e-4), (8, 0.05)];
-
-/// The same of a fisheye lens: k1, k2, k3, k4. A series in the angle falls off quickly.
-const TRUNCATED_FISHEYE_SD: [(usize, f64); 4] = [(4, 0.05), (5, 0.02), (8, 5e-3), (9, 1e-3)];
-
-/// Multiples of those standard deviations, with the prior probability of each: most lenses are good, some are not.
+/// Multiples of [`LensModel::truncated_sd`], with the prior probability of each: most lenses are good, some are not.
 const TRUNCATED_SCALES: [(f64, f64); 2] = [(1.0, 0.7), (6.0, 0.3)];
 
 /// All fitted models, and the one chosen.
@@ -229,12 +218,11 @@ impl ModelChoice {
         let (fit, bundle) = (self.fit(), self.bundle());
         let (richest, full) = (self.fits.last()?, self.bundles.last()?);
         let allowed = self.richest_allowed.freedom(bundle.freedom.square_pixels);
-        let sds = match fit.model.kind() {
-            LensKind::Perspective => TRUNCATED_SD,
-            LensKind::Fisheye => TRUNCATED_FISHEYE_SD,
-        };
-        let truncated: Vec<(usize, f64)> = sds
+        let truncated: Vec<(usize, f64)> = fit
+            .model
+            .truncated_sd()
             .into_iter()
+            .map(|(parameter, sd)| (parameter.index(), sd))
             .filter(|(i, _)| !bundle.freedom.free[*i] && full.freedom.free[*i] && allowed.free[*i])
             .collect();
         if truncated.is_empty() {
@@ -288,8 +276,9 @@ const SHARED_F_SD: f64 = 1.5e-5;
 fn shared_error(f_px: f64) -> LensMatrix {
     let mut variance = LensMatrix::zeros();
     // Equal along both axes, and fully correlated.
-    variance.fixed_view_mut::<2, 2>(0, 0).fill((SHARED_F_SD * f_px).powi(2));
-    variance[(2, 2)] = SHARED_PP_SD_PX * SHARED_PP_SD_PX;
-    variance[(3, 3)] = variance[(2, 2)];
+    let of_f = Matrix2::from_element((SHARED_F_SD * f_px).powi(2));
+    variance.set_block(LensParameter::F, LensParameter::F, &of_f);
+    let of_pp = Matrix2::from_diagonal_element(SHARED_PP_SD_PX * SHARED_PP_SD_PX);
+    variance.set_block(LensParameter::PP, LensParameter::PP, &of_pp);
     variance
 }

@@ -3,12 +3,12 @@
 //! The principal lines of the free homographies intersect in the principal point whatever the focal lengths of the views
 //! (Chuang 2021, section 3.4); each line then gives the focal length of its view.
 
-use nalgebra::{Matrix2, SMatrix, Vector2};
+use nalgebra::{Matrix2, Vector2};
 
 use super::{free_homography::FreeHomographies, lens_model::LensModel};
-use boresight_geometry::{Camera, Distortion, FocalLength, LENS_PARAMETERS, PrincipalLine};
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+use boresight_geometry::{
+    Camera, Distortion, FocalLength, LensMatrix, LensParameter, LensParts, PrincipalLine,
+};
 
 /// The lens of views that share everything except the focal length.
 #[derive(Clone, Debug)]
@@ -64,15 +64,15 @@ pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option
     let shared = free.shared_unit_covariance * variance;
     let to_k = [per_unit.powi(2), per_unit.powi(4)];
     let mut covariance = LensMatrix::zeros();
-    covariance.fixed_view_mut::<2, 2>(0, 0).fill(of_one_px2);
-    covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(&pp_covariance_px2);
-    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        covariance[(4 + i, 4 + j)] = shared[(2 + i, 2 + j)] * to_k[i] * to_k[j];
-    }
+    let radial = [LensParameter::K1, LensParameter::K2];
+    let of_radial = Matrix2::from_fn(|i, j| shared[(2 + i, 2 + j)] * to_k[i] * to_k[j]);
+    covariance.set_block(LensParameter::F, LensParameter::F, &Matrix2::from_element(of_one_px2));
+    covariance.set_block(LensParameter::PP, LensParameter::PP, &pp_covariance_px2);
+    covariance.set_block(radial, radial, &of_radial);
     // p1 depends on y, p2 on x.
-    for (p, axis) in [(6, 1), (7, 0)] {
+    for (p, axis) in [(LensParameter::P1, 1), (LensParameter::P2, 0)] {
         let of_centre = shared[(axis, axis)] + pp_covariance_px2[(axis, axis)];
-        covariance[(p, p)] = of_centre * (k1 / mean_px).powi(2);
+        covariance[(p.index(), p.index())] = of_centre * (k1 / mean_px).powi(2);
     }
     let camera = Camera { f_px: Vector2::repeat(mean_px), pp_px: free.pp_px, distortion };
     let usable = covariance.iter().chain(&camera.lens_parameters()).all(|x| x.is_finite());

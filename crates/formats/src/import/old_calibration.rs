@@ -1,9 +1,10 @@
 //! A calibration read from a file of any format, and why a file is refused.
 
-use crate::named_covariance::{LENS_PARAMETER_NAMES, LensCovariance};
+use crate::named_covariance::LensCovariance;
 use boresight_calibrate::Verdict;
 use boresight_geometry::{
-    BoardOutline, Camera, LENS_PARAMETERS, LensKind, board::Checkerboard, frame::ImageSize,
+    BoardOutline, Camera, LENS_PARAMETERS, LensKind, LensParameter, board::Checkerboard,
+    frame::ImageSize,
 };
 
 /// A calibration read from a file.
@@ -144,9 +145,9 @@ impl OldCalibration {
         size: [f64; 2],
     ) -> Result<Self, NotImported> {
         let nonsense = |name, value: f64| NotImported::Nonsense { name, value: value.to_string() };
-        for (name, value) in LENS_PARAMETER_NAMES.into_iter().zip(lens) {
-            if !value.is_finite() || (name.starts_with('f') && *value <= 1.0) {
-                return Err(nonsense(name, *value));
+        for (of, value) in LensParameter::ALL.into_iter().zip(lens) {
+            if !value.is_finite() || (LensParameter::F.contains(&of) && *value <= 1.0) {
+                return Err(nonsense(of.name(), *value));
             }
         }
         let [width_px, height_px] = size.map(|side| {

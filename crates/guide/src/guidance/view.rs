@@ -1,10 +1,10 @@
 //! What one picture of the board measures.
 
-use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
+use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::{params::width_scale, refusal::Refusal};
 use boresight_geometry::{
-    Camera, Corner, Homography, LENS_PARAMETERS, PrincipalLine,
+    Camera, Corner, Homography, LensMatrix, LensParameter, LensParts, PrincipalLine,
     board::Checkerboard,
     frame::{CaptureTime, FrameId, ImageSize},
     mean_px,
@@ -25,9 +25,9 @@ pub struct LensEstimate {
     /// The camera; a guess while [`Self::covariance`] is `None`.
     pub camera: Camera,
     /// Covariance of the lens parameters, in the order of `LENS_PARAMETERS`; `None` for a guess.
-    pub covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
+    pub covariance: Option<LensMatrix>,
     /// Covariance of the lens parameters before any view, if an earlier calibration of the same lens states it.
-    pub known_covariance: Option<SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>>,
+    pub known_covariance: Option<LensMatrix>,
 }
 
 impl LensEstimate {
@@ -51,7 +51,7 @@ impl LensEstimate {
     /// Covariance of the principal point; for a guess ±100 px per axis in a picture 1280 pixels wide.
     pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
         match &self.covariance {
-            Some(covariance) => covariance.fixed_view::<2, 2>(2, 2).into_owned(),
+            Some(covariance) => covariance.pp(),
             None => {
                 let sd_px = GUESSED_PP_SD_PX * width_scale(self.image_size);
                 Matrix2::from_diagonal_element(sd_px * sd_px)
@@ -62,8 +62,9 @@ impl LensEstimate {
     /// Pixels by which the unknown part of the distortion pulls a principal line, for each pixel that the
     /// board's centre is off the principal point: `2.75 sd(k1)`. Source: `docs/method.md`, section 3.3.
     pub fn line_bias_per_px(&self) -> f64 {
-        let sigma_k1 =
-            self.covariance.as_ref().map_or(0.3, |c| c[(4, 4)].max(0.0).sqrt().max(0.01));
+        let sd =
+            |covariance: &LensMatrix| covariance.variance_of(LensParameter::K1).max(0.0).sqrt();
+        let sigma_k1 = self.covariance.as_ref().map_or(0.3, |covariance| sd(covariance).max(0.01));
         2.75 * sigma_k1
     }
 }

@@ -1,10 +1,10 @@
 use crate::guidance::Precision;
 use boresight_calibrate::{Calibration, FindingCode, Severity, Verdict};
-use boresight_geometry::frame::ImageSize;
+use boresight_geometry::{LensParts, frame::ImageSize};
 
 /// How precise a calibration from pictures of `image_size` is, in the terms of the stop rule.
 pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precision {
-    let pp = calibration.covariance.fixed_view::<2, 2>(2, 2);
+    let pp = calibration.covariance.pp();
     let mut others = calibration.findings.clone();
     others.retain(|finding| !matches!(finding.code, FindingCode::CoverageLow { .. }));
     let width_px = image_size.width_px.max(image_size.height_px);

@@ -8,7 +8,7 @@ use boresight_calibrate::{
     Bundle, BundleState, CalibrationParams, LensPrior, Observations, adjust, calibrate,
     projection_jacobian,
 };
-use boresight_geometry::{Camera, Corner, cell_centres_px, fit_pose};
+use boresight_geometry::{Camera, Corner, LensParts, cell_centres_px, fit_pose};
 use boresight_guide::{
     guidance::{LensEstimate, Precision},
     session::precision_of,
@@ -53,7 +53,7 @@ pub(super) fn fitted(
     // The corners' noise is known; a misfit of the lens must not hide behind it.
     let covariance = bundle.covariance(1.0)?;
     let camera = &bundle.state.camera;
-    let pp = covariance.fixed_view::<2, 2>(2, 2).symmetric_eigenvalues().max().max(0.0);
+    let pp = covariance.pp().symmetric_eigenvalues().max().max(0.0);
     let errors = Errors {
         pp_sd_px: pp.sqrt(),
         projection_sd_px: projection_jacobian(camera, IMAGE_SIZE)?.sd(&covariance).mean_px,
