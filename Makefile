@@ -3,8 +3,8 @@
 # Both set up what they need on Debian 12 or newer with a Rust toolchain.
 
 ARGS ?=
-# What the build needs from Debian besides the Rust toolchain: libclang reads the kernel's V4L2 header.
-PACKAGES = gcc libc6-dev libclang-dev
+# What the build needs from Debian besides the Rust toolchain.
+PACKAGES = gcc libc6-dev
 # What the window opens at run time.
 WINDOW_PACKAGES = libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
 # What reads network streams and video files.

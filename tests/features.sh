@@ -20,13 +20,13 @@ limit() {
 }
 # One of them for the names of a batch's results: SHA-256.
 limit 111 "core" --no-default-features
-limit 150 "headless with live cameras" --no-default-features --features live
-limit 150 "headless with everything" --no-default-features --features live,nokhwa,report,study
+limit 114 "headless with live cameras" --no-default-features --features live
+limit 126 "headless with everything" --no-default-features --features live,nokhwa,report,study
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
-limit 185 "headless with everything and a phone" --no-default-features --features live,nokhwa,report,study,serve
+limit 163 "headless with everything and a phone" --no-default-features --features live,nokhwa,report,study,serve
 # SQLite: its binding, and the build of its one C file.
-limit 191 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,study,serve,history
-limit 338 "everything"
+limit 169 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,study,serve,history
+limit 321 "everything"
 # Not in the default features: Thrift, its schema language, and Snappy.
 limit 124 "a table of a batch in Parquet" --no-default-features --features parquet
 # Not in the default features: requests to an object store, their signatures, TLS with the system's certificates, and
