@@ -371,6 +371,7 @@ impl WindowHost {
             session: wish.go_on_with.clone(),
             against: self.opening.against.clone().filter(|_| wish.go_on_with.is_none()),
             out: self.folder_for(wish),
+            backend: self.opening.backend.clone(),
             ..self.opening
         };
         let mut run = opening.open(&self.announcer).inspect_err(|_| {

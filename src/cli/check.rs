@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{
-    backend::BackendName,
+    backend,
     board_args::BoardArguments,
     guide,
     terminal::{announcer, print, say, stop_flag},
@@ -24,7 +24,7 @@ use boresight_capture::without_secrets;
 use boresight_formats::import::OldCalibration;
 use boresight_geometry::device::Control;
 use boresight_present::text;
-use boresight_run::config::{Config, PlanName};
+use boresight_run::config::{Backend, Config, PlanName};
 
 /// Check an installed camera against its old calibration.
 ///
@@ -45,9 +45,9 @@ pub(super) struct Arguments {
     /// Source of the pictures, as for guide.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
-    /// Camera backend [default: v4l on Linux, nokhwa elsewhere].
-    #[arg(long, value_name = "BACKEND")]
-    backend: Option<BackendName>,
+    /// Camera backend [default: the first one below that this build has and that knows the camera].
+    #[arg(long, value_name = "BACKEND", value_parser = backend::names())]
+    backend: Option<Backend>,
     #[command(flatten)]
     board: BoardArguments,
     /// Treat it as the same camera even if its name differs.
@@ -83,7 +83,7 @@ impl Arguments {
         let mut config = self.board.config()?;
         config.guidance.plan = PlanName::Quick;
         let opening = Opening {
-            backend: self.backend.map(Into::into),
+            backend: self.backend.clone(),
             against: Some(self.against.clone()),
             out: self.out.clone(),
             max_frames: self.max_frames,
@@ -191,7 +191,7 @@ impl Arguments {
     /// A full session with the same source and board; its result names the old file.
     fn full_calibration(self) -> anyhow::Result<Exit> {
         let opening = Opening {
-            backend: self.backend.map(Into::into),
+            backend: self.backend.clone(),
             against: Some(self.against),
             max_frames: self.max_frames,
             ..Opening::new(&self.source, self.board.config()?)

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{
     accept_args::AcceptArguments,
-    backend::BackendName,
+    backend,
     beside::BesideArguments,
     board_args::BoardArguments,
     lens_args::LensArguments,
@@ -17,6 +17,7 @@ use boresight_app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concl
 #[cfg(feature = "serve")]
 use boresight_phone::session_page::Phone;
 use boresight_present::text::window as words;
+use boresight_run::config::Backend;
 use boresight_run::pipeline::Onlookers;
 #[cfg(feature = "window")]
 use {super::window, crate::app::AppHost};
@@ -36,9 +37,9 @@ pub(super) struct Arguments {
     /// the start page: the only camera, or a simulation if there is none.
     #[arg(long, value_name = "SOURCE")]
     source: Option<String>,
-    /// Camera backend [default: v4l on Linux, nokhwa elsewhere].
-    #[arg(long, value_name = "BACKEND")]
-    backend: Option<BackendName>,
+    /// Camera backend [default: the first one below that this build has and that knows the camera].
+    #[arg(long, value_name = "BACKEND", value_parser = backend::names())]
+    backend: Option<Backend>,
     /// Guide in the terminal instead of a window.
     #[arg(long)]
     headless: bool,
@@ -141,7 +142,7 @@ impl Arguments {
         self.lens.apply(&mut config);
         Ok(Opening {
             source: self.source.clone().unwrap_or_else(|| "auto".into()),
-            backend: self.backend.map(Into::into),
+            backend: self.backend.clone(),
             config,
             session: self.session.clone(),
             against: self.against.clone(),

@@ -22,11 +22,6 @@ macro_rules! left_out {
     };
 }
 
-#[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
-pub(super) mod devices {
-    left_out!(boresight_app::MissingFeature::LIVE, "List the cameras (not in this build).");
-}
-
 #[cfg(not(feature = "report"))]
 pub(super) mod report {
     left_out!(

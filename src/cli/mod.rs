@@ -10,7 +10,6 @@ mod check;
 #[cfg(feature = "manual")]
 mod completions;
 mod detect;
-#[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod devices;
 mod doctor;
 mod export;
@@ -18,8 +17,6 @@ mod guide;
 #[cfg(feature = "history")]
 mod history;
 #[cfg(not(all(
-    feature = "live",
-    feature = "nokhwa",
     feature = "report",
     feature = "manual",
     feature = "serve",
@@ -47,8 +44,6 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-#[cfg(not(any(all(target_os = "linux", feature = "live"), feature = "nokhwa")))]
-use left_out::devices;
 #[cfg(not(feature = "history"))]
 use left_out::history;
 #[cfg(not(feature = "report"))]

@@ -6,14 +6,14 @@ use clap::Args;
 
 use super::{
     accept_args::AcceptArguments,
-    backend::BackendName,
+    backend,
     beside::{NameArguments, VoiceArguments},
     board_args::BoardArguments,
     terminal::{announcer, stop_flag},
 };
 use boresight_app::{Exit, Opening, Voice};
 use boresight_phone::session_page::Head;
-use boresight_run::pipeline::Onlookers;
+use boresight_run::{config::Backend, pipeline::Onlookers};
 
 /// Wait for a phone: choose camera, board and plan on its page, and calibrate.
 ///
@@ -30,9 +30,9 @@ pub(super) struct Arguments {
     /// The source that the page offers first, as in `boresight guide`.
     #[arg(long, value_name = "SOURCE", default_value = "auto", hide_default_value = true)]
     source: String,
-    /// Camera backend [default: v4l on Linux, nokhwa elsewhere].
-    #[arg(long, value_name = "BACKEND")]
-    backend: Option<BackendName>,
+    /// Camera backend [default: the first one below that this build has and that knows the camera].
+    #[arg(long, value_name = "BACKEND", value_parser = backend::names())]
+    backend: Option<Backend>,
     #[command(flatten)]
     board: BoardArguments,
     #[command(flatten)]
@@ -57,7 +57,7 @@ impl Arguments {
         let mut config = self.board.config()?;
         self.goal.apply(&mut config);
         let opening = Opening {
-            backend: self.backend.map(Into::into),
+            backend: self.backend.clone(),
             against: self.against,
             record_stream: self.record_stream,
             ..Opening::new(&self.source, config)

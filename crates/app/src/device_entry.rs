@@ -1,11 +1,11 @@
-//! A camera of Linux as `devices` lists it.
+//! A camera of Linux as `devices` lists it: for a file, and in lines.
 
 use super::devices_file::{ControlEntry, DeviceEntry, ModeEntry, V4l2Entry};
 use boresight_capture::{
     CameraMode, choose, layout,
     v4l2::{Camera, ControlState},
 };
-use boresight_geometry::device::Wanted;
+use boresight_geometry::device::{Fault, Wanted};
 use boresight_present::text::camera::{self as words, printable};
 
 /// The four characters of a format, as they can be printed.
@@ -63,4 +63,73 @@ pub fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
         controls,
     };
     DeviceEntry { source: camera.stable_name(), name: printable(&camera.name), v4l2: Some(v4l2) }
+}
+
+/// What `devices` tells a person about a camera and its controls.
+pub fn describe(camera: &Camera, controls: &[ControlState]) -> Vec<String> {
+    let mut lines = vec![format!("{}  {}", camera.stable_name(), printable(&camera.name))];
+    let links: Vec<String> =
+        camera.node.links.iter().map(|link| format!(", {}", link.display())).collect();
+    lines.push(format!("  node      {}{}", camera.node.path.display(), links.concat()));
+    for (applies, fault) in marks(camera) {
+        if applies {
+            lines.push(format!("  note      {}: {}", fault.code(), words::fault(fault).0));
+        }
+    }
+    let best = choose(&camera.offers, &Wanted::default());
+    for (format, sizes) in by_format(&camera.offers) {
+        lines.push(format!("  {format:8}  {}", sizes.join(", ")));
+    }
+    if let Some(best) = best {
+        lines.push(format!("  auto      {}", mode_name(&best)));
+    }
+    for ControlState { control, range, value, automatic } in controls {
+        let value = value.map_or("?".into(), |value| value.to_string());
+        let automatic = match automatic {
+            Some(true) => ", automatic now",
+            Some(false) => ", automatic off",
+            None => "",
+        };
+        let name = words::control(*control);
+        lines.push(format!("  {name:13} {value} of {} to {}{automatic}", range.min, range.max));
+    }
+    lines
+}
+
+fn marks(camera: &Camera) -> [(bool, Fault); 3] {
+    [
+        (camera.is_virtual, Fault::Virtual),
+        (camera.is_infrared, Fault::Infrared),
+        (camera.has_twin, Fault::Twin),
+    ]
+}
+
+/// Sizes with their rates by format; formats that cannot be read are said to be so.
+fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
+    let mut formats: Vec<(String, Vec<String>)> = Vec::new();
+    let mut last = None;
+    for offer in offers {
+        let mut name = fourcc(offer);
+        if layout(offer.fourcc).is_none() {
+            name += " (not read)";
+        }
+        let at = match formats.iter().position(|(known, _)| *known == name) {
+            Some(at) => at,
+            None => {
+                formats.push((name, Vec::new()));
+                formats.len() - 1
+            }
+        };
+        let rate = rate(offer).map_or("?".into(), |rate| rate.to_string());
+        let key = (offer.fourcc, offer.size);
+        match formats[at].1.last_mut() {
+            Some(line) if last == Some(key) => *line = format!("{line}/{rate}"),
+            _ => {
+                let size = offer.size;
+                formats[at].1.push(format!("{}x{} at {rate}", size.width_px, size.height_px));
+            }
+        }
+        last = Some(key);
+    }
+    formats
 }

@@ -8,7 +8,10 @@ use std::{
 use image::GrayImage;
 use serde::{Deserialize, Serialize};
 
-use super::recordings::{DecidedRecording, Recording};
+use super::{
+    camera,
+    recordings::{DecidedRecording, Recording},
+};
 use boresight_calibrate::Drift;
 use boresight_geometry::{
     device::Adjustable,
@@ -22,6 +25,11 @@ use boresight_run::pipeline::{Background, Finished, LiveFeed, Pipeline, Pipeline
 
 /// Wakes the window; may be called from any thread.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// Whether `source` can only mean one of this computer's cameras, which may be away.
+pub fn is_camera_name(source: &str) -> bool {
+    camera::is_name(source)
+}
 
 /// The program around the window. Without a start page, what that needs can be left out.
 pub trait AppHost {

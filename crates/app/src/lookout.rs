@@ -14,7 +14,7 @@ use std::{
 use image::{GrayImage, imageops};
 
 use super::{
-    camera::{self, ChosenCamera, Unusable},
+    camera::{self, ChosenCamera, Near, NearCamera, Unusable},
     explain::user_error,
     host::{CameraView, UserError, Wake},
 };
@@ -40,8 +40,8 @@ const SAME_COUNTS: u32 = 3;
 
 /// The cameras of a computer.
 pub trait Cameras: Send + Sync {
-    /// Those that can be opened (source and name), and those that can't be used now.
-    fn near(&self) -> (Vec<(String, String)>, Vec<Unusable>);
+    /// Those that are there.
+    fn near(&self) -> Near;
 
     /// Opens the one called `source`.
     ///
@@ -55,13 +55,18 @@ pub trait Cameras: Send + Sync {
 pub struct Connected(pub Config);
 
 impl Cameras for Connected {
-    fn near(&self) -> (Vec<(String, String)>, Vec<Unusable>) {
-        camera::near()
+    fn near(&self) -> Near {
+        camera::near(&self.0.camera.backend)
     }
 
     fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>> {
         ChosenCamera::named(source, &self.0)?.preview()
     }
+}
+
+fn trouble(camera: &Unusable) -> UserError {
+    let (what, action) = camera.said();
+    UserError { what, action: Some(action) }
 }
 
 /// Threads that look through the cameras. Dropping it closes them all.
@@ -152,10 +157,10 @@ impl Shared {
     fn list(self: Arc<Self>) {
         let mut viewers: BTreeMap<String, Viewer> = BTreeMap::new();
         while !self.ends() {
-            let (cameras, unusable) = self.cameras.near();
-            let is_here = |source: &String| cameras.iter().any(|(here, _)| here == source);
+            let Near { cameras, unusable } = self.cameras.near();
+            let is_here = |source: &String| cameras.iter().any(|here| here.source == *source);
             let is_known = |source: &String| {
-                is_here(source) || unusable.iter().any(|(node, ..)| node == source)
+                is_here(source) || unusable.iter().any(|other| other.source == *source)
             };
             viewers.retain(|source, _| is_here(source));
             {
@@ -163,22 +168,22 @@ impl Shared {
                 let before = seen.len();
                 seen.retain(|source, _| is_known(source));
                 let mut changed = seen.len() != before;
-                for (source, name) in &cameras {
+                for NearCamera { source, name, .. } in &cameras {
                     changed |= !seen.contains_key(source);
                     seen.entry(source.clone()).or_insert_with(|| CameraView::new(source, name));
                 }
-                for (node, name, trouble) in unusable {
-                    let view = CameraView::new(&node, &name);
-                    let view = CameraView { trouble: Some(trouble), ..view };
-                    changed |= seen.get(&node) != Some(&view);
-                    seen.insert(node, view);
+                for other in unusable {
+                    let view = CameraView::new(&other.source, &other.source);
+                    let view = CameraView { trouble: Some(trouble(&other)), ..view };
+                    changed |= seen.get(&other.source) != Some(&view);
+                    seen.insert(other.source, view);
                 }
                 drop(seen);
                 if changed {
                     (self.wake)();
                 }
             }
-            for (source, _) in cameras {
+            for NearCamera { source, .. } in cameras {
                 viewers.entry(source.clone()).or_insert_with(|| {
                     let gone = Arc::new(AtomicBool::new(false));
                     let (shared, flag) = (Arc::clone(&self), Arc::clone(&gone));
@@ -299,9 +304,13 @@ mod tests {
     }
 
     impl Cameras for Plugged {
-        fn near(&self) -> (Vec<(String, String)>, Vec<Unusable>) {
-            let sources = lock(&self.sources).clone();
-            (sources.into_iter().map(|source| (source.clone(), source)).collect(), Vec::new())
+        fn near(&self) -> Near {
+            let camera = |source: &String| {
+                let (source, name) = (source.clone(), source.clone());
+                NearCamera { source, name, is_ordinary: true }
+            };
+            let cameras = lock(&self.sources).iter().map(camera).collect();
+            Near { cameras, unusable: Vec::new() }
         }
 
         fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>> {

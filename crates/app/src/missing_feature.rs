@@ -18,8 +18,6 @@ impl MissingFeature {
     /// Cameras of Linux, network streams and video files.
     pub const LIVE: Self =
         Self { part: "live cameras, network streams or video files", feature: "live" };
-    /// The second camera backend.
-    pub const NOKHWA: Self = Self { part: "camera backend nokhwa", feature: "nokhwa" };
     /// Shell completions and manual pages.
     pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
     /// The HTML report.

@@ -193,8 +193,8 @@ impl Opening {
     /// `config` with the backend that was asked for.
     pub fn with_backend(&self, config: &Config) -> Config {
         let mut config = config.clone();
-        if let Some(backend) = self.backend {
-            config.camera.backend = backend;
+        if let Some(backend) = &self.backend {
+            config.camera.backend.clone_from(backend);
         }
         config
     }

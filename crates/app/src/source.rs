@@ -78,8 +78,10 @@ impl SourceName {
     ///
     /// # Errors
     ///
-    /// If nothing has that name, a scene file is wrong, or `auto` finds several cameras.
+    /// If nothing has that name, a scene file is wrong, `auto` finds several cameras, or there is no backend as `config`
+    /// names it.
     pub fn parse(name: &str, config: &Config, announcer: &Announcer) -> anyhow::Result<Self> {
+        camera::Backend::asked(&config.camera.backend)?;
         if let Some(simulated) = name.strip_prefix("sim") {
             let board = config.board()?;
             let usual = |scene: Scene| Scene { board, ..scene };

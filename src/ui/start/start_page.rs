@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use egui::{Context, TextureHandle, TextureOptions};
 
 use crate::ui::picture::grey;
-use boresight_app::host::{CameraView, PrintedBoard, SessionRequest, UserError};
+use boresight_app::host::{CameraView, PrintedBoard, SessionRequest, UserError, is_camera_name};
 use boresight_geometry::{
     board::Checkerboard,
     markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, marker_count},
@@ -88,9 +88,7 @@ impl StartPage {
 
     /// Whether the source is, or was, one of this computer's cameras.
     fn names_camera(&self) -> bool {
-        ["/dev/", "usb:", "place:", "nokhwa:"]
-            .iter()
-            .any(|start| self.draft.source.starts_with(start))
+        is_camera_name(&self.draft.source)
     }
 
     /// Whether there is something to start with.

@@ -1,107 +1,106 @@
-//! Cameras listed by nokhwa: on other systems, and in builds without the feature `live`.
+//! Cameras through the library nokhwa: those of other systems, and a second way to those that V4L2 lists.
 
-use anyhow::bail;
+use super::Backend;
 
-use super::{
-    super::{Announcer, MissingFeature},
-    Unusable,
-    wanted::{several, wanted},
+pub(super) const BACKEND: Backend = Backend {
+    name: "nokhwa",
+    is: "the nokhwa library",
+    locks: &[],
+    cannot: &[
+        "Frames have no numbers, so lost frames aren't counted. Time stamps are those of arrival, not of capture.",
+        if cfg!(target_os = "linux") {
+            "Driver error flags are lost: the end of a truncated frame holds old data. Most such frames are rejected in MJPG, none in other formats."
+        } else {
+            "Driver error flags are lost: damage is detected only in MJPG frames and in frames that are too short."
+        },
+        "Frames with padded rows can't be read, nor can GREY on Linux.",
+        "A silent camera is reported lost after 2 s and isn't restarted: unplug it and plug it back in.",
+        if cfg!(target_os = "linux") {
+            "A camera that another program left at a frame rate such as 7.5 or in an unknown format is refused until you unplug it and plug it back in."
+        } else {
+            "Modes and controls aren't listed, and a camera without an address is identified by name only."
+        },
+    ],
+    begins: if cfg!(all(target_os = "linux", feature = "live")) {
+        super::v4l2::BACKEND.begins
+    } else {
+        &["nokhwa:"]
+    },
+    #[cfg(feature = "nokhwa")]
+    driver: Ok(built::DRIVER),
+    #[cfg(not(feature = "nokhwa"))]
+    driver: Err(|| {
+        let part = "camera backend nokhwa";
+        crate::MissingFeature { part, feature: "nokhwa" }.into()
+    }),
 };
-use boresight_capture::{
-    CaptureError, FrameSource,
-    nokhwa::{NokhwaCamera, find, list},
-};
-use boresight_geometry::device::Wanted;
-use boresight_present::text;
-use boresight_run::config::Config;
 
-/// Whether `name` can only mean a live camera.
-pub fn is_name(name: &str) -> bool {
-    ["nokhwa:"].iter().any(|start| name.starts_with(start))
+#[cfg(all(target_os = "linux", feature = "live", feature = "nokhwa"))]
+mod built {
+    use crate::camera::{ChosenCamera, Driver, v4l2::built};
+    use boresight_capture::nokhwa::NokhwaCamera;
+    use boresight_geometry::device::Wanted;
+
+    pub(super) const DRIVER: Driver = Driver { find, ..built::DRIVER };
+
+    fn find(name: &str, wanted: &Wanted) -> anyhow::Result<ChosenCamera> {
+        let (camera, wanted) = (built::found(name)?, *wanted);
+        Ok(ChosenCamera::new(camera.stable_name(), move |_| {
+            Ok(Box::new(NokhwaCamera::of(&camera, &wanted)?))
+        }))
+    }
 }
 
-/// A camera that was found but isn't open yet.
-#[derive(Clone, Debug)]
-pub struct ChosenCamera {
-    /// Its name in nokhwa's list.
-    source: String,
-    wanted: Wanted,
-}
+#[cfg(all(not(all(target_os = "linux", feature = "live")), feature = "nokhwa"))]
+mod built {
+    use crate::{
+        camera::{ChosenCamera, Devices, Driver, Near, NearCamera},
+        devices_file::{DeviceEntry, OtherDevice},
+    };
+    use boresight_capture::{
+        CaptureError,
+        nokhwa::{NokhwaCamera, find, list},
+    };
+    use boresight_geometry::device::Wanted;
+    use boresight_present::text::camera::{printable, with_detail};
 
-/// Modes are not listed on this system.
-pub fn modes(_name: &str) -> Vec<String> {
-    Vec::new()
-}
+    pub(super) const DRIVER: Driver = Driver { near, modes: |_| Vec::new(), find: chosen, devices };
 
-/// The connected cameras: the name that finds each again, and the product name.
-pub fn names() -> Vec<(String, String)> {
-    let listed = list().unwrap_or_default();
-    listed
-        .into_iter()
-        .map(|camera| (camera.source, text::camera::printable(&camera.name)))
-        .collect()
-}
+    /// Those that can't be used aren't known here.
+    fn near() -> Near {
+        let cameras = list().unwrap_or_default().into_iter().map(|camera| NearCamera {
+            source: camera.source,
+            name: printable(&camera.name),
+            is_ordinary: true,
+        });
+        Near { cameras: cameras.collect(), unusable: Vec::new() }
+    }
 
-/// The connected cameras, as [`names`]; those that can't be used aren't known here.
-pub fn near() -> (Vec<(String, String)>, Vec<Unusable>) {
-    (names(), Vec::new())
-}
-
-impl ChosenCamera {
-    /// The camera that `name` means.
-    ///
-    /// # Errors
-    ///
-    /// [`CaptureError::Camera`] if there is no such camera.
-    pub fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
-        if !config.camera.backend.is_nokhwa() {
-            if cfg!(target_os = "linux") {
-                bail!(MissingFeature::LIVE);
-            }
-            bail!(text::backend::V4L_ELSEWHERE);
-        }
+    fn chosen(name: &str, wanted: &Wanted) -> anyhow::Result<ChosenCamera> {
         let failed = |(fault, detail)| CaptureError::Camera { fault, detail };
         let source = find(&list().map_err(failed)?, name).map_err(failed)?.source;
-        Ok(Self { source, wanted: wanted(config) })
+        let wanted = *wanted;
+        Ok(ChosenCamera::new(source.clone(), move |_| {
+            Ok(Box::new(NokhwaCamera::named(&source, &wanted)?))
+        }))
     }
 
-    /// The only camera; `None` if there is none. Announces which.
-    ///
-    /// # Errors
-    ///
-    /// If there are several: the names to choose from.
-    pub fn only(config: &Config, announcer: &Announcer) -> anyhow::Result<Option<Self>> {
-        let names = names();
-        match names.as_slice() {
-            [] => Ok(None),
-            [(source, name)] => {
-                announcer.say(&format!("Camera: {name} ({source})"));
-                Self::named(source, config).map(Some)
+    fn devices() -> Devices {
+        let listed = match list() {
+            Ok(listed) => listed,
+            Err((fault, detail)) => {
+                let (cause, action) = with_detail(fault, &detail);
+                let line = format!("{}: {cause}. {action}", fault.code());
+                let (code, detail) = (fault.code().into(), printable(&detail));
+                let other = OtherDevice { node: None, code, detail };
+                return Devices { cameras: Vec::new(), others: vec![(other, Some(line))] };
             }
-            names => bail!(several(names)),
-        }
-    }
-
-    /// The name that finds it again.
-    pub fn stable_name(&self) -> String {
-        self.source.clone()
-    }
-
-    /// Starts streaming.
-    ///
-    /// # Errors
-    ///
-    /// [`CaptureError::Camera`] with the fault.
-    pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
-        Ok(Box::new(NokhwaCamera::named(&self.source, &self.wanted)?))
-    }
-
-    /// The same: nokhwa sets no control.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::open`].
-    pub fn preview(&self) -> anyhow::Result<Box<dyn FrameSource>> {
-        self.open()
+        };
+        let cameras = listed.into_iter().map(|camera| {
+            let name = printable(&camera.name);
+            let line = format!("{}  {name}", printable(&camera.source));
+            (DeviceEntry { source: camera.source, name, v4l2: None }, vec![line])
+        });
+        Devices { cameras: cameras.collect(), others: Vec::new() }
     }
 }

@@ -28,5 +28,4 @@ pub use controls::{ControlState, control_states};
 pub use discovery::{Camera, Found, discover, find};
 pub use linux::Linux;
 pub use source::LiveCamera;
-#[cfg(feature = "nokhwa")]
-pub(super) use source::found_again;
+pub use source::found_again;

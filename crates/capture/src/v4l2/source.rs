@@ -21,8 +21,7 @@ mod task;
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
-#[cfg(feature = "nokhwa")]
-pub(crate) use recognition::found_again;
+pub use recognition::found_again;
 use recognition::other_than_asked;
 use task::{ControlWork, Task};
 

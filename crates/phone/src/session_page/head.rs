@@ -11,7 +11,10 @@ use std::{
 use super::Phone;
 use crate::{Offer, OfferedCamera, Request, Stage};
 use boresight_app::{
-    Announcer, Exit, Opening, camera, explain::user_error, opening::new_session_path,
+    Announcer, Exit, Opening,
+    camera::{self, Near, NearCamera},
+    explain::user_error,
+    opening::new_session_path,
 };
 use boresight_capture::without_secrets;
 use boresight_geometry::markers::Dictionary;
@@ -101,8 +104,9 @@ impl Head {
     }
 
     fn offer(&self) -> Offer {
-        let (near, unusable) = camera::near();
-        let named = |(source, name): (String, String)| OfferedCamera { source, name };
+        let config = self.opening.with_backend(&self.opening.config);
+        let Near { cameras: near, unusable } = camera::near(&config.camera.backend);
+        let named = |NearCamera { source, name, .. }| OfferedCamera { source, name };
         let mut cameras: Vec<OfferedCamera> = near.into_iter().map(named).collect();
         let given = self.given();
         let has_given = cameras.iter().any(|camera| camera.source == given);
@@ -115,9 +119,9 @@ impl Head {
             .trouble
             .clone()
             .or_else(|| {
-                let (_, name, trouble) = unusable.into_iter().next()?;
-                let what = format!("{name}: {}", trouble.what);
-                Some((what, trouble.action.unwrap_or_default()))
+                let other = unusable.first()?;
+                let (what, action) = other.said();
+                Some((format!("{}: {what}", other.source), action))
             })
             .or_else(|| cameras.is_empty().then(no_camera).flatten());
         if self.opening.source != SIMULATION {

@@ -97,8 +97,8 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
             "Switch off autofocus and automatic framing in the camera's own program.",
         ),
         Fault::Unwatched => (
-            "The nokhwa backend can't lock or watch focus, zoom and exposure",
-            "Switch off autofocus and automatic framing in the camera's own program. On Linux, --backend v4l locks them.",
+            "This backend can't lock or watch focus, zoom and exposure",
+            "Switch off autofocus and automatic framing in the camera's own program. On Linux, --backend v4l locks those of USB cameras.",
         ),
         Fault::NoReader => (
             "This source needs ffmpeg, which isn't installed",

@@ -4,7 +4,6 @@
 
 pub mod acceptance;
 pub mod adjust;
-pub mod backend;
 pub mod camera;
 pub mod certificate;
 pub mod charts;

@@ -16,33 +16,34 @@ pub struct CameraConfig {
     pub backend: Backend,
 }
 
-/// Through what a live camera is read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Backend {
-    /// The system's best: V4L2 on Linux, nokhwa elsewhere.
-    #[default]
-    Auto,
-    /// The kernel's interface of Linux.
-    V4l,
-    /// The library nokhwa.
-    Nokhwa,
-}
+/// Through what a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Backend(String);
 
 impl Backend {
-    /// Whether this is the library; `auto` is on every system but Linux.
-    pub fn is_nokhwa(self) -> bool {
-        match self {
-            Self::Auto => cfg!(not(all(target_os = "linux", feature = "live"))),
-            Self::V4l => false,
-            Self::Nokhwa => true,
-        }
+    const AUTO: &str = "auto";
+
+    /// The backend called `name`; for `auto`, the usual one of the camera.
+    pub fn named(name: &str) -> Self {
+        Self(name.into())
+    }
+
+    /// Its name; `None` for `auto`.
+    pub fn name(&self) -> Option<&str> {
+        (self.0 != Self::AUTO).then_some(&self.0)
+    }
+}
+
+impl Default for Backend {
+    fn default() -> Self {
+        Self::named(Self::AUTO)
     }
 }
 
 impl Default for CameraConfig {
     fn default() -> Self {
-        Self { mode: "auto".into(), backend: Backend::Auto }
+        Self { mode: "auto".into(), backend: Backend::default() }
     }
 }
 

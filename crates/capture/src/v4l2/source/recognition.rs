@@ -9,7 +9,11 @@ use crate::{CameraMode, layout};
 use boresight_geometry::device::{Fault, Mode};
 
 /// The camera of that identity, if it is there.
-pub(crate) fn found_again(kernel: &mut dyn Kernel, identity: &Identity) -> Result<Camera, Loss> {
+///
+/// # Errors
+///
+/// The fault and its details: it's away, another one is there, or two fit equally well.
+pub fn found_again(kernel: &mut dyn Kernel, identity: &Identity) -> Result<Camera, Loss> {
     let found = discover_those(kernel, |node| identity.may_be(node));
     same(&found, identity)
 }
