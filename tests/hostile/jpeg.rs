@@ -60,15 +60,17 @@ fn raw_frames() {
             let [layout, width, height, a, b, c, d, wide, low, rest @ ..] = input else {
                 return Ok(false);
             };
-            let layouts =
-                [PixelLayout::Grey, PixelLayout::Yuyv, PixelLayout::Nv12, PixelLayout::Decoded];
+            let layouts = PixelLayout::OF_CAMERAS.map(|layout| match layout {
+                PixelLayout::Mjpeg => PixelLayout::Decoded,
+                raw => raw,
+            });
             let size = if wide % 8 == 0 {
                 ImageSize { width_px: u32::from(*wide) << 24, height_px: u32::from(*low) << 24 }
             } else {
                 ImageSize { width_px: u32::from(width % 24), height_px: u32::from(height % 24) }
             };
             let per_line = if low % 4 == 0 { u32::from_le_bytes([*a, *b, *c, *d]) } else { 0 };
-            let layout = layouts[usize::from(layout % 4)];
+            let layout = layouts[usize::from(*layout) % layouts.len()];
             match Unpacker::new(layout, size, per_line).unpack(rest) {
                 Err(_) => Ok(false),
                 Ok(picture) if picture.dimensions() == (size.width_px, size.height_px) => Ok(true),

@@ -312,9 +312,17 @@ fn a_camera_that_always_pads_its_frames_is_learnt_and_others_are_not() {
 
 #[test]
 fn raw_frames_with_too_few_bytes_are_refused_at_every_length() {
-    for (layout, bytes) in
-        [(PixelLayout::Grey, 1.0), (PixelLayout::Yuyv, 2.0), (PixelLayout::Nv12, 1.5)]
-    {
+    for (layout, bytes) in [
+        (PixelLayout::Grey, 1.0),
+        (PixelLayout::Yuyv, 2.0),
+        (PixelLayout::Nv12, 1.5),
+        (PixelLayout::Y10, 2.0),
+        (PixelLayout::Y12, 2.0),
+        (PixelLayout::Y16, 2.0),
+        (PixelLayout::Rgb, 3.0),
+        (PixelLayout::Bgr, 3.0),
+        (PixelLayout::Bayer, 1.0),
+    ] {
         let whole = (f64::from(SIZE.0 * SIZE.1) * bytes) as usize;
         let frame = vec![90; whole];
         let mut unpacker = Unpacker::new(layout, SMALL, 0);

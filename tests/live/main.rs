@@ -12,6 +12,7 @@ mod world;
 #[cfg(target_os = "linux")]
 mod camera_controls;
 mod damaged_frames;
+mod deep_pictures;
 mod device_faults;
 mod failing_calls;
 #[cfg(unix)]

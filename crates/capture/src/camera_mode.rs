@@ -27,13 +27,20 @@ pub fn layout(fourcc: [u8; 4]) -> Option<PixelLayout> {
         b"GREY" => Some(PixelLayout::Grey),
         b"YUYV" => Some(PixelLayout::Yuyv),
         b"NV12" => Some(PixelLayout::Nv12),
+        b"Y10 " => Some(PixelLayout::Y10),
+        b"Y12 " => Some(PixelLayout::Y12),
+        b"Y16 " => Some(PixelLayout::Y16),
+        b"RGB3" => Some(PixelLayout::Rgb),
+        b"BGR3" => Some(PixelLayout::Bgr),
+        b"BA81" | b"GBRG" | b"GRBG" | b"RGGB" => Some(PixelLayout::Bayer),
         b"MJPG" | b"JPEG" => Some(PixelLayout::Mjpeg),
         _ => None,
     }
 }
 
 /// The best of the offers that can be read: the largest that keeps 15 pictures per second, of those
-/// the uncompressed one if it is about as fast, of those the one nearest to 30 pictures per second.
+/// the uncompressed one if it is about as fast, rather with 8-bit brightness as it is, of those the one nearest to 30
+/// pictures per second.
 pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
     let rate = |offer: &CameraMode| offer.interval.map(|(n, d)| f64::from(d) / f64::from(n));
     let aim_hz = wanted.rate_hz.unwrap_or(ENOUGH_RATE_HZ);
@@ -46,7 +53,11 @@ pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
         };
         let area = u64::from(offer.size.width_px) * u64::from(offer.size.height_px);
         let steady = rate_hz.is_none_or(|rate_hz| rate_hz >= 0.8 * aim_hz);
-        let raw = layout(offer.fourcc) != Some(PixelLayout::Mjpeg);
+        let raw = match layout(offer.fourcc) {
+            Some(PixelLayout::Mjpeg) | None => 0,
+            Some(PixelLayout::Grey | PixelLayout::Yuyv | PixelLayout::Nv12) => 2,
+            Some(_) => 1,
+        };
         // Thousandths, so that scores can be ordered.
         let off = rate_hz.map_or(i64::MAX, |rate_hz| ((rate_hz - aim_hz).abs() * 1000.0) as i64);
         (fast_enough, area, steady, raw, -off)
@@ -85,6 +96,8 @@ mod tests {
         check(&[offer(b"YUYV", 640, 480, 60), offer(b"YUYV", 640, 480, 30)], any, 1);
         check(&[offer(b"H264", 1920, 1080, 30), offer(b"GREY", 640, 480, 30)], any, 1);
         check(&[offer(b"YUYV", 640, 480, 5), offer(b"YUYV", 320, 240, 0)], any, 1);
+        check(&[offer(b"GREY", 640, 480, 30), offer(b"Y12 ", 640, 480, 30)], any, 0);
+        check(&[offer(b"MJPG", 640, 480, 30), offer(b"RGGB", 640, 480, 30)], any, 1);
         let size = Some(ImageSize { width_px: 640, height_px: 480 });
         let small = Wanted { size, ..any };
         check(&[offer(b"MJPG", 1280, 720, 30), offer(b"YUYV", 640, 480, 30)], small, 1);

@@ -70,7 +70,8 @@ impl FrameSource for ImageFolder {
     }
 }
 
-/// Reads a PNG or JPEG as brightness, in the orientation in which the sensor delivered it.
+/// Reads a PNG or JPEG as brightness, in the orientation in which the sensor delivered it. 16 bits are scaled to 8 and
+/// colours weighed as a camera's are, see `pixel_format`; transparency counts for nothing.
 ///
 /// # Errors
 ///
@@ -137,4 +138,40 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
         }
     }
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
+
+    use super::*;
+
+    #[test]
+    fn deep_and_coloured_files_are_read_as_brightness() {
+        let place = tempfile::tempdir().expect("a folder");
+        let read = |name: &str, picture: DynamicImage| {
+            let path = place.path().join(name);
+            picture.save(&path).expect("written");
+            read_picture(&path).expect("read")
+        };
+        let ramp = |x: u32| (x * 257) as u16;
+        let deep = ImageBuffer::from_fn(300, 1, |x, _| Luma([(x * 218) as u16]));
+        for (deep, grey) in deep.pixels().zip(read("deep.png", deep.clone().into()).pixels()) {
+            let wanted = (255.0 * f64::from(deep.0[0]) / 65535.0).round();
+            assert_eq!(f64::from(grey.0[0]), wanted, "{deep:?}");
+        }
+        let grey = GrayImage::from_fn(256, 1, |x, _| Luma([x as u8]));
+        let seen = ImageBuffer::from_fn(256, 1, |x, _| LumaA([x as u8, 255 - x as u8]));
+        assert_eq!(read("seen.png", seen.into()), grey);
+        let seen = ImageBuffer::from_fn(256, 1, |x, _| Rgba([ramp(x), ramp(x), ramp(x), 9]));
+        assert_eq!(read("deep_colours.png", seen.into()), grey);
+        let colours = ImageBuffer::from_fn(3, 1, |x, _| {
+            Rgb([0, 1, 2].map(|at| if at == x { 255_u8 } else { 0 }))
+        });
+        assert_eq!(read("colours.png", colours.into()).into_raw(), [54, 182, 18]);
+        let even = ImageBuffer::from_pixel(64, 64, Rgb([200_u8, 100, 40]));
+        for pixel in read("colours.jpeg", even.into()).pixels() {
+            assert!(pixel.0[0].abs_diff(117) <= 2, "{pixel:?}");
+        }
+    }
 }

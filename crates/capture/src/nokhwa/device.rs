@@ -152,10 +152,9 @@ fn gaps(came: usize, needed: usize) -> Loss {
 fn picture_bytes(mode: &Mode) -> Option<usize> {
     let pixels = mode.size.width_px as usize * mode.size.height_px as usize;
     match mode.layout {
-        PixelLayout::Grey => Some(pixels),
-        PixelLayout::Yuyv => Some(2 * pixels),
         PixelLayout::Nv12 => Some(pixels + pixels.div_ceil(2)),
         PixelLayout::Mjpeg | PixelLayout::Decoded => None,
+        layout => Some(layout.bytes_per_pixel() * pixels),
     }
 }
 

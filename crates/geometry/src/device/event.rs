@@ -202,6 +202,18 @@ pub enum PixelLayout {
     Yuyv,
     /// Brightness, then colour.
     Nv12,
+    /// Ten bits a pixel, in two bytes, the lower one first.
+    Y10,
+    /// Twelve bits a pixel, likewise.
+    Y12,
+    /// Sixteen bits a pixel, likewise.
+    Y16,
+    /// Red, green and blue, a byte each.
+    Rgb,
+    /// Blue, green and red, a byte each.
+    Bgr,
+    /// One byte a pixel behind a filter of red, green and blue squares, whichever is first.
+    Bayer,
     /// A JPEG per frame.
     Mjpeg,
     /// As the reading program delivers it.
@@ -209,12 +221,41 @@ pub enum PixelLayout {
 }
 
 impl PixelLayout {
-    /// Its four-character code.
+    /// Those that cameras offer.
+    pub const OF_CAMERAS: [Self; 10] = [
+        Self::Grey,
+        Self::Yuyv,
+        Self::Nv12,
+        Self::Y10,
+        Self::Y12,
+        Self::Y16,
+        Self::Rgb,
+        Self::Bgr,
+        Self::Bayer,
+        Self::Mjpeg,
+    ];
+
+    /// Bytes from a pixel's brightness to the next one's in a row; 1 in a JPEG, which has no rows.
+    pub fn bytes_per_pixel(self) -> usize {
+        match self {
+            Self::Grey | Self::Nv12 | Self::Bayer | Self::Mjpeg | Self::Decoded => 1,
+            Self::Yuyv | Self::Y10 | Self::Y12 | Self::Y16 => 2,
+            Self::Rgb | Self::Bgr => 3,
+        }
+    }
+
+    /// Its name in a mode: its four-character code, if it has only one.
     pub fn name(self) -> &'static str {
         match self {
             Self::Grey => "GREY",
             Self::Yuyv => "YUYV",
             Self::Nv12 => "NV12",
+            Self::Y10 => "Y10",
+            Self::Y12 => "Y12",
+            Self::Y16 => "Y16",
+            Self::Rgb => "RGB3",
+            Self::Bgr => "BGR3",
+            Self::Bayer => "BAYER",
             Self::Mjpeg => "MJPG",
             Self::Decoded => "decoded",
         }

@@ -40,7 +40,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::NoFormat => (
             "The camera offers no supported picture format",
-            "Supported formats are MJPG, YUYV, NV12 and GREY. See `boresight devices`, or try another camera with --source.",
+            "Supported formats are MJPG, YUYV, NV12, GREY, Y10, Y12, Y16, RGB3, BGR3 and 8-bit Bayer. See `boresight devices`, or try another camera with --source.",
         ),
         Fault::OtherMode => (
             "The camera chose a different mode",

@@ -72,10 +72,8 @@ impl CameraConfig {
                 Some(rate.parse().ok().filter(|hz: &f64| *hz > 0.0 && hz.is_finite())?);
         }
         if let Some(format) = format {
-            let layouts =
-                [PixelLayout::Grey, PixelLayout::Yuyv, PixelLayout::Nv12, PixelLayout::Mjpeg];
             let named = |layout: &PixelLayout| layout.name().eq_ignore_ascii_case(format);
-            wanted.layout = Some(layouts.into_iter().find(named)?);
+            wanted.layout = Some(PixelLayout::OF_CAMERAS.into_iter().find(named)?);
         }
         Some(wanted)
     }

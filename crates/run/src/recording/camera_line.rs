@@ -128,6 +128,12 @@ pub enum LayoutLine {
     Nv12,
     Mjpeg,
     Decoded,
+    Y10,
+    Y12,
+    Y16,
+    Rgb,
+    Bgr,
+    Bayer,
 }
 
 /// Mirror of [`Control`].
@@ -246,6 +252,12 @@ impl From<Mode> for ModeLine {
             PixelLayout::Nv12 => LayoutLine::Nv12,
             PixelLayout::Mjpeg => LayoutLine::Mjpeg,
             PixelLayout::Decoded => LayoutLine::Decoded,
+            PixelLayout::Y10 => LayoutLine::Y10,
+            PixelLayout::Y12 => LayoutLine::Y12,
+            PixelLayout::Y16 => LayoutLine::Y16,
+            PixelLayout::Rgb => LayoutLine::Rgb,
+            PixelLayout::Bgr => LayoutLine::Bgr,
+            PixelLayout::Bayer => LayoutLine::Bayer,
         };
         let size = [mode.size.width_px, mode.size.height_px];
         Self { size, layout, interval_secs: mode.interval_secs }
@@ -260,6 +272,12 @@ impl From<ModeLine> for Mode {
             LayoutLine::Nv12 => PixelLayout::Nv12,
             LayoutLine::Mjpeg => PixelLayout::Mjpeg,
             LayoutLine::Decoded => PixelLayout::Decoded,
+            LayoutLine::Y10 => PixelLayout::Y10,
+            LayoutLine::Y12 => PixelLayout::Y12,
+            LayoutLine::Y16 => PixelLayout::Y16,
+            LayoutLine::Rgb => PixelLayout::Rgb,
+            LayoutLine::Bgr => PixelLayout::Bgr,
+            LayoutLine::Bayer => PixelLayout::Bayer,
         };
         let size = ImageSize { width_px: line.size[0], height_px: line.size[1] };
         Self { size, layout, interval_secs: line.interval_secs }

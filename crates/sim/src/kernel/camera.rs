@@ -2,10 +2,14 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use boresight_capture::v4l2::kernel::{
-    CAP_STREAMING, CAP_VIDEO_CAPTURE, Capability, ControlRange, Format, FourCc, Fraction,
-    FrameSizes, Node,
+use boresight_capture::{
+    layout,
+    v4l2::kernel::{
+        CAP_STREAMING, CAP_VIDEO_CAPTURE, Capability, ControlRange, Format, FourCc, Fraction,
+        FrameSizes, Node,
+    },
 };
+use boresight_geometry::device::PixelLayout;
 
 /// Changes the frame of that number before it is sent.
 type FrameFault = Box<dyn FnMut(u64, &mut SimFrame) + Send>;
@@ -111,8 +115,8 @@ impl SimCamera {
         (fourcc, width, height): (FourCc, u32, u32),
         picture: impl FnMut(u64) -> Vec<u8> + Send + 'static,
     ) -> Self {
-        let bytes_per_pixel = if &fourcc == b"YUYV" { 2 } else { 1 };
-        let buffer_size = (width * height * 2) as usize;
+        let bytes_per_pixel = layout(fourcc).map_or(1, PixelLayout::bytes_per_pixel) as u32;
+        let buffer_size = (width * height * bytes_per_pixel.max(2)) as usize;
         Self {
             node: Node {
                 path: PathBuf::from(format!("/dev/video{number}")),
