@@ -16,12 +16,7 @@ mod export;
 mod guide;
 #[cfg(feature = "history")]
 mod history;
-#[cfg(not(all(
-    feature = "report",
-    feature = "manual",
-    feature = "serve",
-    feature = "history"
-)))]
+#[cfg(not(all(feature = "report", feature = "manual", feature = "serve", feature = "history")))]
 mod left_out;
 mod lens_args;
 #[cfg(feature = "manual")]

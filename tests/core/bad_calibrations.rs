@@ -460,9 +460,8 @@ fn what_is_found_is_allowed_for() {
 fn a_view_that_repeats_another_on_a_corrected_board_fits_as_well() {
     let bow = |p: &Point2<f64>| Point3::new(p.x, p.y, 0.003 * (1.0 - (p.x / 0.1).powi(2)));
     let stretch = |p: &Point2<f64>| Point3::new(p.x, p.y * 1.03, 0.0);
-    let boards: [(&str, &dyn Fn(&Point2<f64>) -> Point3<f64>); 2] =
-        [("BOARD-BENT", &bow), ("BOARD-STRETCHED", &stretch)];
-    for (code, board_m) in boards {
+    type Shape = fn(&Point2<f64>) -> Point3<f64>;
+    for (code, board_m) in [("BOARD-BENT", bow as Shape), ("BOARD-STRETCHED", stretch)] {
         for seed in 0..4 {
             let mut scene = Scene::ordinary(2000 + seed);
             let plan = scene.plan(10);

@@ -8,9 +8,7 @@ use boresight::{
         Observations, OldLens, adjust, calibrate, drift,
     },
     frame::ImageSize,
-    geometry::{
-        BoardOutline, Camera, Corner, Distortion, LensKind, LensParameter, cell_centres_px,
-    },
+    geometry::{BoardOutline, Camera, Corner, Distortion, LensParameter, cell_centres_px},
 };
 use nalgebra::{Isometry3, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -366,10 +364,15 @@ fn the_smallest_change_that_is_stated_is_the_one_that_is_told() {
         };
         let of_lens =
             |times: f64| share(lens.bent_by(times * lens_px), &|found| found.lens_changed);
-        let kinds: [(&str, f64, &dyn Fn(f64) -> f64); 3] =
-            [("f", f_px, &of_f), ("PP", pp_px, &of_pp), ("distortion", lens_px, &of_lens)];
-        for (kind, visible_px, told) in kinds {
-            let [less, at, more] = [0.9, 1.0, 1.1].map(told);
+        let told_of_f = [0.9, 1.0, 1.1].map(of_f);
+        let told_of_pp = [0.9, 1.0, 1.1].map(of_pp);
+        let told_of_lens = [0.9, 1.0, 1.1].map(of_lens);
+        for (kind, visible_px, told) in [
+            ("f", f_px, told_of_f),
+            ("PP", pp_px, told_of_pp),
+            ("distortion", lens_px, told_of_lens),
+        ] {
+            let [less, at, more] = told;
             println!(
                 "  {kind}: {visible_px:.3} px stated; told {less:.3} at 0.9, {at:.3} at 1, {more:.3} at 1.1 of it"
             );

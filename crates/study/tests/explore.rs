@@ -7,9 +7,8 @@ use egui::{Theme, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 
 fn page() -> Harness<'static, Explored> {
-    let mut harness = Harness::builder()
-        .with_size(SMALLEST)
-        .build_ui_state(window::show, Explored::default());
+    let mut harness =
+        Harness::builder().with_size(SMALLEST).build_ui_state(window::show, Explored::default());
     apply_theme(&harness.ctx);
     harness.ctx.set_theme(Theme::Dark);
     harness.run();
