@@ -7,7 +7,7 @@ use super::{
 };
 
 /// The text in the file at `path`, which nobody but its owner may read. If nothing is there, `fresh` is stored and
-/// returned.
+/// returned; of several programs that store at once, all return the text of the first.
 ///
 /// # Errors
 ///
@@ -20,8 +20,10 @@ pub fn read_or_make_private(
 ) -> Result<String, FileError> {
     if !file_or_nothing(path)? {
         let fresh = fresh();
-        save_with_mode(path, fresh.as_bytes(), Overwrite::Never, 0o600)?;
-        return Ok(fresh);
+        match save_with_mode(path, fresh.as_bytes(), Overwrite::Never, 0o600) {
+            Err(FileError::Exists { .. }) => {}
+            saved => return saved.map(|()| fresh),
+        }
     }
     let kept = open(path, Links::Refused)?;
     #[cfg(unix)]
@@ -47,6 +49,19 @@ mod tests {
         let of = |fresh: &str| read_or_make_private(&path, 100, || fresh.to_owned());
         assert_eq!(of("first").expect("made"), "first");
         assert_eq!(of("second").expect("read"), "first");
+    }
+
+    #[test]
+    fn two_programs_that_start_at_once_have_the_same_secret() {
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("key");
+        // The other one is faster between the look and the writing.
+        let slower = read_or_make_private(&path, 100, || {
+            let faster = read_or_make_private(&path, 100, || "theirs".into());
+            assert_eq!(faster.expect("made"), "theirs");
+            "ours".into()
+        });
+        assert_eq!(slower.expect("read"), "theirs");
     }
 
     #[cfg(unix)]
