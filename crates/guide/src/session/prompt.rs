@@ -144,7 +144,7 @@ pub enum Prompt {
     Blurred,
     /// Add light.
     Dark,
-    /// Find a plainer background.
+    /// The search takes too long: the background is busy, or the computer slow.
     Busy,
     /// Tip this edge away from the camera.
     Tip(Edge),

@@ -356,7 +356,7 @@ pub fn refusal_kind(code: &str) -> &str {
         "too_small" => "Squares too small to measure",
         "blurred" => "Blurred",
         "low_contrast" => "Too dark",
-        "out_of_time" => "Background too busy",
+        "out_of_time" => "Search took too long",
         "no_line" => "Board faced the camera",
         "outside_lens" => "Board outside the part of the lens measured so far",
         "too_flat" => "Board not tipped enough",

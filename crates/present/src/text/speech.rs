@@ -24,7 +24,6 @@ pub fn spoken(asked: Prompt) -> String {
         Prompt::CutOff(Side::Bottom) => "Move up".into(),
         Prompt::Glare => "Glare. Tilt the board".into(),
         Prompt::Blurred => "Blurry. Hold still".into(),
-        Prompt::Busy => "Find a plainer background".into(),
         Prompt::TipInstead(away) => format!("Now the {} edge away", edge(away)),
         Prompt::OntoTheOutline => "Almost. Onto the outline".into(),
         Prompt::Contradicts => "That doesn't fit. Board flat?".into(),
