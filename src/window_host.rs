@@ -3,11 +3,12 @@
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::{Child, Command, Stdio},
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
+    thread::Builder,
 };
 
 #[cfg(feature = "serve")]
@@ -219,7 +220,7 @@ impl AppHost for WindowHost {
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn();
-        shown.map(drop).map_err(|_| UserError {
+        shown.map(await_end).map_err(|_| UserError {
             what: text::window::NO_VIEWER.into(),
             action: Some(text::window::written(file)),
         })
@@ -258,6 +259,12 @@ impl AppHost for WindowHost {
     fn phone_ends_session(&self) -> bool {
         self.phone.as_ref().is_some_and(|phone| phone.hub().wants_end())
     }
+}
+
+/// Waits for the end of `child` in the background, so that the system forgets it.
+fn await_end(mut child: Child) {
+    // Without a thread, it's forgotten when the program ends.
+    Builder::new().name("viewer".into()).spawn(move || child.wait()).ok();
 }
 
 impl WindowHost {
@@ -340,13 +347,12 @@ impl WindowHost {
 
     /// A folder named for the first session is that session's. One that begins again with another board gets a
     /// folder beside it, and any other one in `sessions`.
-    fn folder_for(&mut self, wish: &SessionRequest) -> Option<PathBuf> {
+    fn folder_for(&self, wish: &SessionRequest) -> Option<PathBuf> {
         if wish.go_on_with.is_some() {
             return None;
         }
-        if let Some(out) = self.opening.out.take() {
-            self.named = Some(out.clone());
-            return Some(out);
+        if let Some(out) = &self.opening.out {
+            return Some(out.clone());
         }
         let [columns, rows] = wish.board;
         let mut beside = self.named.clone()?.into_os_string();
@@ -374,9 +380,10 @@ impl WindowHost {
             backend: self.opening.backend.clone(),
             ..self.opening
         };
-        let mut run = opening.open(&self.announcer).inspect_err(|_| {
-            self.opening.out.clone_from(&opening.out);
-        })?;
+        let mut run = opening.open(&self.announcer)?;
+        if opening.out.is_some() && opening.out == self.opening.out {
+            self.named = self.opening.out.take();
+        }
         let (pictures, note) = (run.pictures()?, run.note.take());
         let source = run.open.source.identity().name;
         let (mut setup, context) = run.setup(&self.announcer)?;
@@ -424,5 +431,51 @@ impl WindowHost {
             Ended { folder, files, compared, trouble }
         });
         Ok(Opened { pipeline, showing, source, folder, pictures, adjustables, note, conclude })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use boresight_run::config::Config;
+
+    #[test]
+    fn a_named_folder_stays_the_next_sessions_until_one_is_opened() {
+        let place = tempfile::tempdir().expect("a folder");
+        let out = place.path().join("named");
+        let config = Config::load(None, &[]).expect("settings");
+        let opening = Opening { out: Some(out.clone()), ..Opening::new("sim", config) };
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut host =
+            WindowHost::new(opening, false, stop, Announcer::silent(), Arc::new(|_, _| ()));
+        let wish = |go_on_with| SessionRequest {
+            source: "sim".into(),
+            mode: String::new(),
+            board: [9, 6],
+            markers: None,
+            square_m: 0.02,
+            plan: boresight_guide::guidance::Plan::Quick,
+            go_on_with,
+            first: None,
+        };
+        let missing = wish(Some(place.path().join("missing")));
+        assert!(host.opened(&missing, Arc::new(|| ())).is_err());
+        assert_eq!(host.folder_for(&wish(None)), Some(out.clone()));
+        let nowhere = SessionRequest { source: "no-such-source".into(), ..wish(None) };
+        assert!(host.opened(&nowhere, Arc::new(|| ())).is_err());
+        assert_eq!(host.folder_for(&wish(None)), Some(out));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_viewer_that_has_ended_leaves_nothing_behind() {
+        let child = Command::new("true").spawn().expect("a program");
+        let process = PathBuf::from(format!("/proc/{}", child.id()));
+        await_end(child);
+        let began = std::time::Instant::now();
+        while process.exists() && began.elapsed().as_secs() < 20 {
+            std::thread::yield_now();
+        }
+        assert!(!process.exists());
     }
 }

@@ -231,7 +231,7 @@ impl FinishedRun {
     ///
     /// # Errors
     ///
-    /// If the result can't be written. A report or comparison that can't be written is announced.
+    /// If the result, or after all else a simulation's truth, can't be written. A report or comparison that can't be written is announced.
     pub fn conclude(self, announcer: &Announcer) -> anyhow::Result<Concluded> {
         let Self { session, path, truth, first_frame } = self;
         let header = SessionFolder::header(&path)?;
@@ -239,12 +239,9 @@ impl FinishedRun {
         if !session.failures().is_empty() {
             announcer.say(&text::views_are_safe(&path));
         }
-        if let Some(log) = truth {
-            let truth = log.snapshot();
-            if let Some(calibration) = session.calibration() {
-                truth::announce(&truth, calibration, announcer);
-            }
-            truth::write(&path, &truth, first_frame)?;
+        let truth = truth.map(|log| log.snapshot());
+        if let (Some(truth), Some(calibration)) = (&truth, session.calibration()) {
+            truth::announce(truth, calibration, announcer);
         }
         let file = path.join(RESULT_FILE);
         // The result follows from the journal, so it may be replaced.
@@ -267,6 +264,10 @@ impl FinishedRun {
         }
         #[cfg(feature = "report")]
         super::session_report::write_and_announce(&path, &session, announcer);
+        // Last: the result counts more than what only a simulation knows.
+        if let Some(truth) = truth {
+            truth::write(&path, &truth, first_frame)?;
+        }
         Ok(Concluded { path, exit, result, compared })
     }
 }
@@ -312,4 +313,26 @@ fn has_ended(snapshot: &Snapshot) -> bool {
     snapshot.decision.progress != Progress::Collecting
         || snapshot.source_ended
         || !snapshot.failures.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Opening;
+    use boresight_run::config::Config;
+
+    #[test]
+    fn a_result_is_written_even_if_the_truth_of_a_simulation_cannot_be() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join("session");
+        let config = Config::load(None, &[]).expect("settings");
+        let opening =
+            Opening { out: Some(folder.clone()), max_frames: 3, ..Opening::new("sim", config) };
+        let silent = Announcer::silent();
+        let run = opening.open(&silent).expect("a session");
+        let finished = run.carry_out(&AtomicBool::new(false), &silent).expect("it runs");
+        std::fs::create_dir(folder.join("truth.json")).expect("made");
+        assert!(finished.conclude(&silent).is_err(), "and it's said");
+        assert!(folder.join(RESULT_FILE).is_file());
+    }
 }
