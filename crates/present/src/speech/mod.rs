@@ -4,8 +4,8 @@
 //! cut short. Both are pure: time is handed in, and whoever has a voice (a program, a browser) speaks. The phone's
 //! page follows the same rules in its script.
 //!
-//! Two kinds of words: *news* happens once and is always said (a view was taken, the camera is lost). A *request*
-//! holds while it's shown; it is offered again and again, so that leaving out an old one loses nothing.
+//! Two kinds of words: *news* happens once (a view was taken, the camera is lost or back). A *request* holds while it's
+//! shown; it is offered again and again, so that leaving out an old one loses nothing.
 
 mod narrator;
 mod queue;
@@ -21,6 +21,8 @@ pub enum Rank {
     Guidance,
     /// Keep the board still.
     Hold,
+    /// What was lost is back.
+    Back,
     /// Camera, picture or session need attention.
     Lost,
     /// A view was taken, or the session is complete.
@@ -28,9 +30,9 @@ pub enum Rank {
 }
 
 impl Rank {
-    /// Whether it's said whatever happens.
+    /// Whether it's finished once it's begun.
     pub fn is_news(self) -> bool {
-        self >= Self::Lost
+        self >= Self::Back
     }
 }
 

@@ -20,12 +20,14 @@ impl Narrator {
             news.push(word(Prompt::Taken));
         }
         let prompt = snapshot.shown.prompt;
-        let state = prompt.is_state().then_some(prompt);
-        if state != self.state {
-            news.extend(state.map(word));
-            self.state = state;
-        }
+        news.extend(self.change_to(prompt.is_state().then_some(prompt)));
         news
+    }
+
+    /// The news of `state`, or that the one before is over; `None` without a change.
+    fn change_to(&mut self, state: Option<Prompt>) -> Option<Word> {
+        let before = std::mem::replace(&mut self.state, state);
+        if state == before { None } else { state.map(word).or_else(|| before.map(back)) }
     }
 
     /// What `snapshot` asks for, as long as it's shown; `None` for news.
@@ -33,6 +35,12 @@ impl Narrator {
         let word = word(snapshot.shown.prompt);
         (!word.rank.is_news()).then_some(word)
     }
+}
+
+/// The news that `ended` holds no longer.
+fn back(ended: Prompt) -> Word {
+    let text = text::spoken_after(ended).to_owned();
+    Word { rank: Rank::Back, mirrored: text.clone(), text }
 }
 
 fn word(prompt: Prompt) -> Word {
@@ -44,4 +52,20 @@ fn word(prompt: Prompt) -> Word {
     };
     let mirrored = text::spoken(prompt.mirrored());
     Word { rank, text: text::spoken(prompt), mirrored }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn that_the_camera_is_back_is_news() {
+        let mut narrator = Narrator::default();
+        let mut said = |state| narrator.change_to(state).map(|word| (word.rank, word.text));
+        assert_eq!(said(None), None);
+        assert_eq!(said(Some(Prompt::CameraLost)), Some((Rank::Lost, "Camera lost".into())));
+        assert_eq!(said(Some(Prompt::CameraLost)), None);
+        assert_eq!(said(None), Some((Rank::Back, "The camera is back".into())));
+        assert_eq!(said(None), None);
+    }
 }

@@ -22,7 +22,8 @@ pub struct Step {
 
 /// Words that wait for one voice. Times are seconds of any clock that doesn't go back.
 ///
-/// - News is said in the order of its rank, then of its arrival; it's never dropped and never cut short.
+/// - News is said in the order of its rank, then of its arrival; it's never cut short. A view that was taken is always
+///   said. Of what is lost or back only the newest waits; what is back by the time it would be said wasn't lost.
 /// - Any other word is cut short by one of a higher rank.
 /// - Of requests only the newest waits, and at most for [`STALE_SECS`].
 /// - Guidance is begun every [`GUIDANCE_GAP_SECS`] at most. A request said last is repeated after [`REPEAT_SECS`] only.
@@ -43,6 +44,13 @@ impl Queue {
             // What was asked for before is over.
             self.request = None;
             self.said = None;
+            if word.rank != Rank::Taken {
+                let is_unheard = self.news.iter().any(|(_, waits)| waits.rank == Rank::Lost);
+                self.news.retain(|(_, waits)| waits.rank == Rank::Taken);
+                if word.rank == Rank::Back && is_unheard {
+                    return;
+                }
+            }
             self.news.push_back((now_secs, word));
         } else if !self.was_said(now_secs, &word) {
             self.request = Some((now_secs, word));
@@ -165,6 +173,54 @@ mod tests {
         assert_eq!(said(queue.next(0.5)), Some(("hold".into(), true)));
     }
 
+    #[test]
+    fn what_is_back_is_not_said_to_be_lost() {
+        let mut queue = Queue::default();
+        queue.offer(0.0, word(Rank::Taken, "taken"));
+        assert!(queue.next(0.0).is_some());
+        queue.offer(0.2, word(Rank::Lost, "lost"));
+        queue.offer(0.6, word(Rank::Back, "back"));
+        queue.finished();
+        assert_eq!(queue.next(1.0), None, "it was never said that it's lost");
+        queue.offer(2.0, word(Rank::Lost, "lost"));
+        assert_eq!(said(queue.next(2.0)), Some(("lost".into(), false)));
+        queue.offer(2.1, word(Rank::Back, "back"));
+        queue.finished();
+        assert_eq!(said(queue.next(3.0)), Some(("back".into(), false)));
+    }
+
+    #[test]
+    fn a_camera_that_flaps_for_a_minute_is_no_news_of_minutes() {
+        let mut queue = Queue::default();
+        let mut now = 0.0;
+        let mut until = f64::NEG_INFINITY;
+        let mut speak = |queue: &mut Queue, now: f64| {
+            if now >= until {
+                queue.finished();
+            }
+            let step = queue.next(now)?;
+            until = now + 2.5;
+            Some(step.word.text)
+        };
+        for _ in 0..60 {
+            queue.offer(now, word(Rank::Lost, "lost"));
+            speak(&mut queue, now);
+            queue.offer(now + 0.5, word(Rank::Back, "back"));
+            speak(&mut queue, now + 0.5);
+            now += 1.0;
+        }
+        let mut after = Vec::new();
+        while now < 70.0 {
+            queue.offer(now, word(Rank::Guidance, "closer"));
+            after.extend(speak(&mut queue, now));
+            now += 0.1;
+        }
+        assert!(
+            after.iter().position(|said| said == "closer").is_some_and(|at| at < 2),
+            "{after:?}"
+        );
+    }
+
     proptest! {
         /// Whatever is offered, and however long it takes to say: the promises of the queue.
         #[test]
@@ -174,15 +230,16 @@ mod tests {
             let mut queue = Queue::default();
             let (mut now, mut until, mut guided) = (0.0, None::<f64>, f64::NEG_INFINITY);
             let mut speaking = Rank::Guidance;
-            let (mut news_in, mut news_out) = (0, 0);
+            let (mut taken_in, mut taken_out) = (0, 0);
             for (gap, kind, length) in offers {
                 let rank = match kind {
                     0 => Rank::Taken,
                     1 => Rank::Lost,
-                    2..5 => Rank::Hold,
+                    2 => Rank::Back,
+                    3..5 => Rank::Hold,
                     _ => Rank::Guidance,
                 };
-                news_in += u32::from(rank.is_news());
+                taken_in += u32::from(rank == Rank::Taken);
                 queue.offer(now, word(rank, &format!("{kind}")));
                 let next_offer = now + gap;
                 while now < next_offer {
@@ -203,18 +260,20 @@ mod tests {
                         if !rank.is_news() {
                             prop_assert!(step.waited_secs <= STALE_SECS);
                         }
-                        news_out += u32::from(rank.is_news());
+                        taken_out += u32::from(rank == Rank::Taken);
                         speaking = rank;
                         until = Some(now + length);
                     }
                     now += 0.01;
                 }
             }
-            for _ in 0..news_in {
+            let others = queue.news.iter().filter(|(_, word)| word.rank != Rank::Taken).count();
+            prop_assert!(others <= 1, "only the newest state waits");
+            for _ in 0..=taken_in {
                 queue.finished();
-                news_out += u32::from(queue.next(now).is_some_and(|s| s.word.rank.is_news()));
+                taken_out += u32::from(queue.next(now).is_some_and(|s| s.word.rank == Rank::Taken));
             }
-            prop_assert_eq!(news_in, news_out, "no news is lost");
+            prop_assert_eq!(taken_in, taken_out, "no view is lost");
         }
     }
 }

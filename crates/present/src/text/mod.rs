@@ -39,7 +39,7 @@ pub use findings::{
     verdict_on,
 };
 pub use run::{resuming, views_are_safe};
-pub use speech::{NO_VOICE, VOICE_TEST, spoken};
+pub use speech::{NO_VOICE, VOICE_TEST, spoken, spoken_after};
 pub use target::{
     NO_ROOM_FOR_CODE, board_from_code, code_in_margin, does_not_fit, other_square, target_lines,
     target_steps,

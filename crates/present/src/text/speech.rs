@@ -33,6 +33,14 @@ pub fn spoken(asked: Prompt) -> String {
     }
 }
 
+/// What is said when the state that `ended` tells of is over.
+pub fn spoken_after(ended: Prompt) -> &'static str {
+    match ended {
+        Prompt::CameraLost => "The camera is back",
+        _ => "Going on",
+    }
+}
+
 /// To try the voice.
 pub const VOICE_TEST: &str = "This is how I sound";
 /// No program speaks.
