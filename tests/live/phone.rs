@@ -12,7 +12,8 @@ use std::{
 use boresight::{
     app::{Announcer, Opening},
     config::Config,
-    pipeline::Onlookers,
+    frame::{CaptureTime, Frame, FrameId, FrameKind},
+    pipeline::{Onlooker, Onlookers},
     serve::{EndedPage, Hub, PageFile, Secret, Server, Setup, Stage, session_page::ended_page},
 };
 use rand::{RngExt, SeedableRng};
@@ -458,6 +459,37 @@ fn a_session_is_shown_and_obeys_the_page() {
     assert!(image::load_from_memory(&picture.body).is_ok_and(|picture| picture.width() == 640));
     let journal = std::fs::read_to_string(folder.join("journal.jsonl")).expect("it's there");
     assert_eq!(journal.matches("undo_last").count(), 1, "it's recorded as the window's are");
+}
+
+/// A watcher may have as many keys and connections as they like.
+#[test]
+fn hundreds_of_streams_of_watchers_leave_an_owner_and_pictures_alone() {
+    let site = Site::new();
+    let owner = site.key(&site.owner);
+    let watchers: Vec<String> = (0..9).map(|_| site.key(&site.watcher)).collect();
+    let follow = |key: &str| {
+        let mut stream = TcpStream::connect(site.at).expect("the page is served");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a time-out");
+        stream.write_all(&Ask::get("/api/events").key(key).bytes(&site)).expect("it reads");
+        stream.read(&mut [0; 64]).expect("an answer");
+        stream
+    };
+    let streams: Vec<TcpStream> = (0..256).map(|n| follow(&watchers[n % 8])).collect();
+    for route in ["/", "/api/events"] {
+        assert_eq!(Ask::get(route).key(&owner).of(&site).status, 200, "{route}");
+    }
+    for id in 0..2 {
+        let frame = Frame {
+            id: FrameId(id),
+            captured_at: CaptureTime { nanos: 0 },
+            kind: FrameKind::Video,
+            name: String::new(),
+            image: image::GrayImage::new(64, 48),
+        };
+        site.hub.captured(&Arc::new(frame));
+    }
+    assert_eq!(Ask::get("/api/picture").key(&watchers[8]).of(&site).status, 200);
+    drop(streams);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::{
     net::{IpAddr, SocketAddr},
     pin::{Pin, pin},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, OnceLock, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
     task::{Context, Poll, ready},
@@ -20,8 +20,12 @@ use hyper_util::{
 };
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
+use super::keys::Role;
+
 /// Connections at once, over all pages.
 const MOST_CONNECTIONS: usize = 256;
+/// Of these, those of watchers; the rest is kept for owners and those who have shown no key yet.
+const MOST_OF_WATCHERS: usize = 192;
 /// A connection that has shown no key after this time is closed.
 const STRANGER_SECS: u64 = 15;
 /// A connection on which nothing has moved for this time is closed: its page reads nothing, or is gone.
@@ -38,16 +42,17 @@ const LOOK: Duration = Duration::from_millis(500);
 pub(super) struct Peer {
     pub(super) address: IpAddr,
     since: Instant,
-    trusted: AtomicBool,
+    /// As whom it has shown a key; empty for a stranger.
+    role: OnceLock<Role>,
     must_go: AtomicBool,
     /// Milliseconds after `since` at which bytes moved last.
     moved_ms: AtomicU64,
 }
 
 impl Peer {
-    /// It has shown a key.
-    pub(super) fn trust(&self) {
-        self.trusted.store(true, Ordering::Relaxed);
+    /// It has shown a key of `role`; the first one counts.
+    pub(super) fn trust(&self, role: Role) {
+        self.role.set(role).ok();
     }
 
     fn moved(&self) {
@@ -60,7 +65,7 @@ impl Peer {
         let moved = Duration::from_millis(self.moved_ms.load(Ordering::Relaxed));
         self.must_go.load(Ordering::Relaxed)
             || age.saturating_sub(moved) > IDLE
-            || (!self.trusted.load(Ordering::Relaxed) && age.as_secs() >= STRANGER_SECS)
+            || (self.role.get().is_none() && age.as_secs() >= STRANGER_SECS)
     }
 }
 
@@ -71,26 +76,40 @@ pub(super) struct Peers {
 }
 
 impl Peers {
-    /// Room for a connection from `address`. If there is none, the oldest stranger goes; if there is no stranger, `None`.
+    /// Admits a connection from `address`. Watchers beyond [`MOST_OF_WATCHERS`] go, the oldest first. When there is still
+    /// no room, the oldest stranger goes, or else the oldest watcher; `None` if all are owners.
     pub(super) fn admit(&self, address: SocketAddr) -> Option<Arc<Peer>> {
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         open.retain(|peer| Arc::strong_count(peer) > 1);
-        if open.len() >= MOST_CONNECTIONS {
-            let strangers = open.iter().filter(|peer| !peer.trusted.load(Ordering::Relaxed));
-            let oldest = strangers.min_by_key(|peer| peer.since).cloned()?;
-            oldest.must_go.store(true, Ordering::Relaxed);
-            open.retain(|peer| !Arc::ptr_eq(peer, &oldest));
+        let watchers = open.iter().filter(|peer| peer.role.get() == Some(&Role::Watcher)).count();
+        for _ in MOST_OF_WATCHERS..watchers {
+            end_oldest(&mut open, Some(Role::Watcher));
+        }
+        let is_room = open.len() < MOST_CONNECTIONS
+            || end_oldest(&mut open, None)
+            || end_oldest(&mut open, Some(Role::Watcher));
+        if !is_room {
+            return None;
         }
         let peer = Arc::new(Peer {
             address: address.ip().to_canonical(),
             since: Instant::now(),
-            trusted: AtomicBool::new(false),
+            role: OnceLock::new(),
             must_go: AtomicBool::new(false),
             moved_ms: AtomicU64::new(0),
         });
         open.push(Arc::clone(&peer));
         Some(peer)
     }
+}
+
+/// Ends the oldest connection of `role`; of a stranger for `None`. False if there is none. `open` is in the order of age.
+fn end_oldest(open: &mut Vec<Arc<Peer>>, role: Option<Role>) -> bool {
+    let Some(at) = open.iter().position(|peer| peer.role.get().copied() == role) else {
+        return false;
+    };
+    open.remove(at).must_go.store(true, Ordering::Relaxed);
+    true
 }
 
 /// Answers the requests of one connection until it ends or breaks a limit.
@@ -194,5 +213,39 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
 
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_shutdown(cx)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So many connections that have shown a key of `role`, as far as there is room.
+    fn come(peers: &Peers, count: usize, role: Option<Role>) -> Vec<Arc<Peer>> {
+        let address = SocketAddr::from(([127, 0, 0, 1], 1));
+        let come = std::iter::repeat_with(|| peers.admit(address)).take(count).flatten();
+        come.inspect(|peer| role.into_iter().for_each(|role| peer.trust(role))).collect()
+    }
+
+    fn staying(peers: &[Arc<Peer>]) -> usize {
+        peers.iter().filter(|peer| !peer.is_over()).count()
+    }
+
+    #[test]
+    fn watchers_never_shut_an_owner_out() {
+        let peers = Peers::default();
+        let watchers = come(&peers, MOST_CONNECTIONS, Some(Role::Watcher));
+        assert_eq!(watchers.len(), MOST_CONNECTIONS);
+        let owners = come(&peers, 1, Some(Role::Owner));
+        assert_eq!((owners.len(), staying(&watchers)), (1, MOST_OF_WATCHERS));
+        // Whoever comes next takes no owner's place, and no owner waits for a place.
+        let more = come(&peers, 3 * MOST_CONNECTIONS, Some(Role::Watcher));
+        let strangers = come(&peers, 3 * MOST_CONNECTIONS, None);
+        assert_eq!(staying(&owners), 1);
+        assert_eq!(staying(&watchers) + staying(&more), MOST_OF_WATCHERS);
+        assert_eq!(staying(&strangers), MOST_CONNECTIONS - MOST_OF_WATCHERS - 1);
+        let all = come(&peers, MOST_CONNECTIONS - 1, Some(Role::Owner));
+        assert_eq!((all.len(), staying(&owners)), (MOST_CONNECTIONS - 1, 1));
+        assert!(come(&peers, 1, None).is_empty(), "all are owners");
     }
 }

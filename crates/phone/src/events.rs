@@ -90,8 +90,8 @@ struct NewsEvent<'a> {
 /// from now on.
 pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, role: Role, seen: Option<u64>) -> Body {
     let (sender, receiver) = mpsc::channel(1);
-    hub.page_came();
-    let page = Page { hub };
+    hub.page_came(role);
+    let page = Page { hub, role };
     tokio::spawn(async move {
         let changes = page.hub.states();
         tell(&page.hub, &states, changes, &sender, (role, seen)).await;
@@ -103,11 +103,12 @@ pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, role: Role, seen: Opti
 /// A page that is counted while it's there.
 struct Page {
     hub: Arc<Hub>,
+    role: Role,
 }
 
 impl Drop for Page {
     fn drop(&mut self) {
-        self.hub.page_left();
+        self.hub.page_left(self.role);
     }
 }
 

@@ -135,7 +135,7 @@ fn check(gate: &Gate, request: &mut Request<Body>) -> Result<(), Answer> {
         match key.and_then(|key| gate.keys().open(&key, now)) {
             Some(Opened::As(role)) => {
                 if let Some(peer) = &peer {
-                    peer.trust();
+                    peer.trust(role);
                 }
                 request.extensions_mut().insert(role);
                 return Ok(());

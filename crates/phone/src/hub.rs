@@ -12,6 +12,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 use tokio::sync::watch;
 
+use super::keys::Role;
 use boresight_geometry::{frame::Frame, markers::MarkerChoice};
 use boresight_guide::{
     guidance::Refusal,
@@ -35,6 +36,8 @@ pub struct Hub {
     request: Mutex<Option<Request>>,
     wants_end: AtomicBool,
     pages: AtomicUsize,
+    /// Those of them that only watch.
+    watchers: AtomicUsize,
     /// When the last page left; `None` before the first came.
     left: Mutex<Option<Instant>>,
 }
@@ -188,6 +191,7 @@ impl Hub {
             request: Mutex::default(),
             wants_end: AtomicBool::new(false),
             pages: AtomicUsize::new(0),
+            watchers: AtomicUsize::new(0),
             left: Mutex::default(),
         }
     }
@@ -220,12 +224,19 @@ impl Hub {
         (self.pages() == 0).then(|| left.elapsed().as_secs_f64())
     }
 
-    pub(super) fn page_came(&self) {
-        self.pages.fetch_add(1, Ordering::Relaxed);
+    /// Pages that follow the events now, and only watch.
+    pub(super) fn watchers(&self) -> usize {
+        self.watchers.load(Ordering::Relaxed)
     }
 
-    pub(super) fn page_left(&self) {
+    pub(super) fn page_came(&self, role: Role) {
+        self.pages.fetch_add(1, Ordering::Relaxed);
+        self.watchers.fetch_add(usize::from(role == Role::Watcher), Ordering::Relaxed);
+    }
+
+    pub(super) fn page_left(&self, role: Role) {
         *lock(&self.left) = Some(Instant::now());
+        self.watchers.fetch_sub(usize::from(role == Role::Watcher), Ordering::Relaxed);
         self.pages.fetch_sub(1, Ordering::Relaxed);
     }
 

@@ -35,9 +35,11 @@ const LARGEST_REQUEST: usize = 2048;
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 /// A request that isn't complete by then is given up.
 const READ_WITHIN: Duration = Duration::from_secs(5);
-/// Pictures sent per second at most, over all pages. With 64 of them, each still has one within a second.
+/// Pages that only watch, at most.
+const MOST_WATCHERS: usize = 64;
+/// Pictures sent per second at most, over all pages. With [`MOST_WATCHERS`], each still has one within a second.
 const MOST_PICTURES_PER_SEC: f64 = 96.0;
-/// An owner's pages wait as if there were at most so many.
+/// Cap on the page count by which owners are paced, and on what owners add to the one by which watchers are.
 const PAGES_OF_OWNERS: usize = 4;
 
 /// What every route sees.
@@ -104,6 +106,8 @@ async fn page(State(shop): State<Shop>) -> impl IntoResponse {
 type Refused = (StatusCode, &'static str);
 
 const NOT_JSON: Refused = (StatusCode::UNSUPPORTED_MEDIA_TYPE, "Only JSON is understood.\n");
+const TOO_MANY_WATCH: Refused =
+    (StatusCode::SERVICE_UNAVAILABLE, "As many as can are watching already.\n");
 const NOT_UNDERSTOOD: Refused = (StatusCode::BAD_REQUEST, "That wasn't understood.\n");
 
 /// The JSON of a request. A form on another site can't send this content type.
@@ -168,6 +172,9 @@ async fn follow(
     Extension(role): Extension<Role>,
     RawQuery(query): RawQuery,
 ) -> Response {
+    if role == Role::Watcher && shop.hub.watchers() >= MOST_WATCHERS {
+        return TOO_MANY_WATCH.into_response();
+    }
     let seen = number(query.as_deref(), "heard");
     let body = events::follow(shop.hub, shop.states, role, seen);
     ([(header::CONTENT_TYPE, "text/event-stream")], body).into_response()
@@ -183,7 +190,7 @@ async fn picture(
     let asked = Instant::now();
     let pages = match role {
         Role::Owner => shop.hub.pages().clamp(1, PAGES_OF_OWNERS),
-        Role::Watcher => shop.hub.pages().max(1),
+        Role::Watcher => shop.hub.pages().clamp(1, MOST_WATCHERS + PAGES_OF_OWNERS),
     };
     let share = pages as f64 / MOST_PICTURES_PER_SEC;
     let mut pictures = shop.hub.pictures();
