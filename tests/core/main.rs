@@ -10,6 +10,7 @@ mod world;
 mod acceptance;
 mod bad_calibrations;
 mod beyond_edge;
+mod build_id;
 mod calibration_anywhere;
 mod calibration_cost;
 mod calibration_monte_carlo;

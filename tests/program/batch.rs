@@ -121,6 +121,36 @@ fn rows_hold_what_replay_says() {
     }
 }
 
+#[test]
+fn a_session_whose_result_was_replaced_is_another_item() {
+    let place = sessions(1);
+    let place = place.path();
+    let before = plan(place);
+    let result = Path::new(before[0]["session"].as_str().expect("a path")).join("calibration.json");
+    let text = fs::read_to_string(&result).expect("readable");
+    // As long as it was.
+    let other = text.replacen("good", "care", 1);
+    assert_ne!(text, other);
+    fs::remove_file(&result).expect("removed");
+    fs::write(&result, other).expect("written");
+    assert_ne!(plan(place)[0]["content"], before[0]["content"]);
+}
+
+/// Two builds of one version may decide differently.
+#[test]
+fn results_of_another_build_are_not_taken_as_done() {
+    let place = sessions(1);
+    let place = place.path();
+    says(&run(place, "out", &[]), 0, &["1 of 1"]);
+    let file = place.join("out/batch.json");
+    let job = fs::read_to_string(&file).expect("readable");
+    let version = lines(&job.replace('\n', "")).remove(0)["version"].clone();
+    let (number, build) = version.as_str().and_then(|it| it.split_once('+')).expect("a build");
+    assert_eq!((number, build.len()), (env!("CARGO_PKG_VERSION"), 16));
+    fs::write(&file, job.replace(build, "0123456789abcdef")).expect("written");
+    says(&run(place, "out", &[]), 1, &["different batch", "0123456789abcdef", "--out"]);
+}
+
 /// The next of some numbers that look random: the test is the same each time.
 fn next(state: &mut u64) -> u64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -22,10 +22,13 @@ use boresight_app::Exit;
 use boresight_files::{Overwrite, may_save};
 use boresight_fleet::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
 
+/// The version of this program, with the hash of its sources.
+const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("BORESIGHT_BUILD"));
+
 /// Work on the sessions of a manifest, or on one shard of them.
 ///
 /// Results go to a folder, one file each. Those that are there are left alone: run it again to continue. The folder
-/// takes results of one action with the same settings by the same version; others are refused.
+/// takes results of one action with the same settings by the same build of boresight; others are refused.
 ///
 /// Actions:
 ///   replay     make every decision again, with --set if another setting is asked for, and compare with the recorded ones
@@ -216,7 +219,7 @@ impl Arguments {
         }
         // Better known now than from every row.
         boresight_run::config::Config::load(None, &self.settings)?;
-        let mut job = Job { settings: self.settings.clone(), ..Job::new(action) };
+        let mut job = Job { settings: self.settings.clone(), ..Job::new(action, BUILD) };
         if action == Action::Export {
             let format = self.format.unwrap_or(FormatName::OpencvYaml);
             job.format = Some(boresight_app::export::Format::from(format).code().into());

@@ -8,7 +8,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use boresight_app::RESULT_FILE;
-use boresight_files::{FileError, Links, open, read};
+use boresight_files::{FileError, Links, TEXT_LIMIT, open, read};
 
 /// Whose presence makes a folder a session.
 pub(super) const HEADER: &str = "session.toml";
@@ -25,8 +25,8 @@ pub(super) const END_BYTES: u64 = 2048;
 pub struct Item {
     /// The session's folder: an absolute path, or `s3://BUCKET/PREFIX`.
     pub session: String,
-    /// Hash of what the session holds: all of `session.toml`; length and end of the journal, whose lines are numbered
-    /// and only appended; length of the result.
+    /// Hash of what the session holds: all of `session.toml` and of the result; length and end of the journal, whose lines
+    /// are numbered and only appended.
     pub content: String,
     /// Length of the journal.
     pub bytes: u64,
@@ -38,20 +38,22 @@ pub(super) struct Content {
     pub(super) header: Result<Vec<u8>, &'static str>,
     /// Length of the journal, and its last [`END_BYTES`].
     pub(super) journal: Result<(u64, Vec<u8>), &'static str>,
-    /// Length of the result, if there is one.
-    pub(super) result: Option<u64>,
+    /// All of the result; without one, the name of that, too.
+    pub(super) result: Result<Vec<u8>, &'static str>,
 }
 
 impl Content {
     /// The session by the name `session` that holds this.
     pub(super) fn item(self, session: String) -> Item {
         let mut hash = hmac_sha256::Hash::new();
-        match self.header {
-            Ok(header) => {
-                hash.update((header.len() as u64).to_le_bytes());
-                hash.update(header);
+        for whole in [self.header, self.result] {
+            match whole {
+                Ok(file) => {
+                    hash.update((file.len() as u64).to_le_bytes());
+                    hash.update(file);
+                }
+                Err(code) => hash.update(code),
             }
-            Err(code) => hash.update(code),
         }
         let mut bytes = 0;
         match self.journal {
@@ -62,7 +64,6 @@ impl Content {
             }
             Err(code) => hash.update(code),
         }
-        hash.update(self.result.map_or(0, |length| length + 1).to_le_bytes());
         Item { session, content: hex(&hash.finalize()[..16]), bytes }
     }
 }
@@ -73,11 +74,11 @@ impl Item {
     pub fn of(session: &Path) -> Option<Self> {
         let name = session.to_str()?.to_owned();
         let header = read(&session.join(HEADER), HEADER_LIMIT, Links::Refused);
-        let result = session.join(RESULT_FILE).symlink_metadata();
+        let result = read(&session.join(RESULT_FILE), TEXT_LIMIT, Links::Refused);
         let content = Content {
             header: header.map_err(|err| err.code()),
             journal: end_of(&session.join(JOURNAL)).map_err(|err| err.code()),
-            result: result.ok().map(|there| there.len()),
+            result: result.map_err(|err| err.code()),
         };
         Some(content.item(name))
     }

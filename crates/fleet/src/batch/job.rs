@@ -47,15 +47,16 @@ pub struct Job {
     pub against_sha256: Option<String>,
     /// The format of an export.
     pub format: Option<String>,
-    /// Version of the program.
+    /// Version of the program, `+`, and the hash of its sources.
     pub version: String,
     /// Version of the rules by which it takes views.
     pub guidance_rules: u32,
 }
 
 impl Job {
-    /// `action` by this program, with nothing changed.
-    pub fn new(action: Action) -> Self {
+    /// `action` by the program of that version, with nothing changed. Programs that may decide differently have different
+    /// versions.
+    pub fn new(action: Action, version: &str) -> Self {
         Self {
             schema: JOB_SCHEMA.into(),
             action,
@@ -63,7 +64,7 @@ impl Job {
             against: None,
             against_sha256: None,
             format: None,
-            version: env!("CARGO_PKG_VERSION").into(),
+            version: version.into(),
             guidance_rules: RULES,
         }
     }

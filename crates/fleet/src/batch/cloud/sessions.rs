@@ -68,11 +68,16 @@ async fn look(client: &Client, at: String) -> anyhow::Result<Place> {
     };
     let Some(header_size) = size(HEADER) else { return Ok(Place::Folders(folders)) };
     let address = Address { bucket: client.bucket.clone(), key: at.clone() };
-    let header = path(&address.key_of(HEADER))?;
-    let header = match header_size {
-        size if size > HEADER_LIMIT => Err(TOO_LARGE),
-        _ => read(client, &header, HEADER_LIMIT).await?.ok_or(MISSING),
+    let whole = async |name: &str, size: Option<u64>, limit_bytes: u64| match size {
+        None => anyhow::Ok(Err(MISSING)),
+        Some(size) if size > limit_bytes => Ok(Err(TOO_LARGE)),
+        Some(_) => {
+            let object = path(&address.key_of(name))?;
+            Ok(read(client, &object, limit_bytes).await?.ok_or(MISSING))
+        }
     };
+    let header = whole(HEADER, Some(header_size), HEADER_LIMIT).await?;
+    let result = whole(RESULT_FILE, size(RESULT_FILE), TEXT_LIMIT).await?;
     let journal = match size(JOURNAL) {
         None => Err(MISSING),
         Some(size) => {
@@ -84,7 +89,7 @@ async fn look(client: &Client, at: String) -> anyhow::Result<Place> {
             }
         }
     };
-    let content = Content { header, journal, result: size(RESULT_FILE) };
+    let content = Content { header, journal, result };
     Ok(Place::Session(content.item(address.to_string())))
 }
 
