@@ -24,7 +24,6 @@ limit 114 "headless with live cameras" --no-default-features --features live
 limit 126 "headless with everything" --no-default-features --features live,nokhwa,report,study
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
 limit 163 "headless with everything and a phone" --no-default-features --features live,nokhwa,report,study,serve
-# SQLite: its binding, and the build of its one C file.
 limit 169 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,study,serve,history
 limit 321 "everything"
 # Not in the default features: Thrift, its schema language, and Snappy.

@@ -16,7 +16,10 @@ use super::{
 use boresight_app::{Exit, session_folders::session_folders};
 use boresight_calibrate::LensDifference;
 use boresight_files::{Overwrite, save};
-use boresight_fleet::history::{CameraHistory, Entry, Index, NotAnEntry, Step, Trend, histories};
+use boresight_fleet::{
+    batch::{Row, recorded},
+    history::{CameraHistory, Index, Step, Taken, Trend, histories},
+};
 use boresight_present::report::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page};
 
 /// Keep track of every calibration of every camera: what drifts, what is due.
@@ -37,7 +40,9 @@ pub(super) struct Arguments {
 #[derive(Debug, Args)]
 struct Common {
     /// The index.
-    #[arg(long, value_name = "FILE", default_value = "history.sqlite")]
+    ///
+    /// One of an earlier version (.sqlite) is taken over into a new file beside it.
+    #[arg(long, value_name = "FILE", default_value = "history.jsonl")]
     index: PathBuf,
     /// Print JSON on stdout.
     #[arg(long)]
@@ -119,15 +124,28 @@ impl Arguments {
 }
 
 impl Common {
+    /// Where the index is; `None` if it isn't there yet.
+    fn find(&self) -> anyhow::Result<Option<PathBuf>> {
+        let Some((path, taken)) = Index::find(&self.index)? else { return Ok(None) };
+        if let Some(Taken { count, from, to }) = taken {
+            say(&format!(
+                "Imported {count} calibrations from {} into {}; the old file stays as it is.",
+                from.display(),
+                to.display()
+            ));
+        }
+        Ok(Some(path))
+    }
+
     /// The index, which must be there.
     fn open(&self) -> anyhow::Result<Index> {
-        if !self.index.is_file() {
+        let Some(path) = self.find()? else {
             bail!(
                 "there is no index {:?}; make one: boresight history add SESSIONS",
                 self.index.display()
             );
-        }
-        Ok(Index::open(&self.index)?)
+        };
+        Ok(Index::open(&path)?)
     }
 }
 
@@ -144,27 +162,34 @@ fn add(roots: &[PathBuf], common: &Common) -> anyhow::Result<Exit> {
             "there is no session in or below these folders: a session is a folder with a session.toml"
         );
     }
-    let mut index = Index::open(&common.index)?;
+    let path = common.find()?.unwrap_or_else(|| common.index.clone());
+    // Better known now than after the work.
+    Index::open(&path)?;
     let progress = Progress::new("reading results", folders.len());
     let mut without = 0;
-    let entries = folders.iter().filter_map(|folder| {
+    let rows = folders.iter().filter_map(|folder| {
         progress.step();
-        match Entry::read(folder) {
-            Ok(entry) => return Some(entry),
-            Err(NotAnEntry::File(err)) if err.is_missing() => without += 1,
-            Err(err) => progress.say(&format!("Left out: {err}")),
+        match recorded(folder) {
+            Ok(Some(row)) => return Some(row),
+            Ok(None) => without += 1,
+            Err(err) => progress.say(&format!("Left out: {err:#}")),
         }
         None
     });
-    let added = index.add(entries)?;
+    let rows: Vec<Row> = rows.collect();
     progress.finish();
+    // Read again: another program may have added some meanwhile.
+    let mut index = Index::open(&path)?;
+    index.add(&rows)?;
+    index.save(&path, Overwrite::Allowed)?;
+    let added = rows.len();
     let none = if without > 0 { format!("; {without} have no result") } else { String::new() };
-    say(&format!("{added} of {} sessions are in {}{none}", folders.len(), common.index.display()));
+    say(&format!("{added} of {} sessions are in {}{none}", folders.len(), path.display()));
     Ok(if added > 0 { Exit::Good } else { Exit::Failed })
 }
 
 fn list(common: &Common) -> anyhow::Result<Exit> {
-    for history in histories(&common.open()?.all()?) {
+    for history in histories(&common.open()?.all()) {
         if common.json {
             print(&summary_json(&history).to_string())?;
         } else {
@@ -182,12 +207,12 @@ fn list(common: &Common) -> anyhow::Result<Exit> {
 
 fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
     let index = common.open()?;
-    let mut entries = index.of_camera(camera)?;
+    let mut entries = index.of_camera(camera);
     if entries.is_empty() {
-        let names = index.cameras_with(camera)?;
+        let names = index.cameras_with(camera);
         match names.as_slice() {
             [] => bail!("no camera is called {camera:?}; `boresight history` lists all"),
-            [name] => entries = index.of_camera(name)?,
+            [name] => entries = index.of_camera(name),
             several => bail!("{} cameras are called so: {}", several.len(), several.join(", ")),
         }
     }
@@ -222,7 +247,7 @@ fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
 }
 
 fn due(older: f64, common: &Common) -> anyhow::Result<Exit> {
-    let due = common.open()?.due(&days_ago(older)?)?;
+    let due = common.open()?.due(&days_ago(older)?);
     for (camera, newest) in &due {
         if common.json {
             print(&json!({ "camera": camera, "newest": newest }).to_string())?;
@@ -307,7 +332,7 @@ fn page(out: &Path, force: bool, older: f64, common: &Common) -> anyhow::Result<
     let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
     boresight_files::may_save(out, overwrite)?;
     let limit = days_ago(older)?;
-    let all = histories(&common.open()?.all()?);
+    let all = histories(&common.open()?.all());
     let mut models: BTreeMap<&str, ModelLine> = BTreeMap::new();
     let mut cameras = Vec::with_capacity(all.len());
     for history in &all {

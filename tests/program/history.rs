@@ -119,7 +119,7 @@ fn drift_is_told_from_chance_and_the_index_is_made_again() {
     println!("by its whole name: {:.0} ms", began.elapsed().as_secs_f64() * 1e3);
     says(&named, 0, &[]);
     // Deleted, it's made again from the sessions, in whatever order.
-    fs::remove_file(place.join("history.sqlite")).expect("removed");
+    fs::remove_file(place.join("history.jsonl")).expect("removed");
     for camera in (0..cameras).rev().step_by(2).chain((0..cameras).rev().skip(1).step_by(2)) {
         if cameras > 100 && camera > 0 {
             continue;
@@ -173,7 +173,81 @@ fn what_cannot_be_used_says_what_to_do() {
     says(&boresight(place, &["history", "add", "sessions"]), 0, &["2 of 2"]);
     says(&boresight(place, &["history", "usb"]), 1, &["2 cameras"]);
     says(&boresight(place, &["history", "other"]), 1, &["no camera"]);
-    fs::write(place.join("text.sqlite"), "not a database, by far not".repeat(50)).expect("written");
-    says(&boresight(place, &["history", "--index", "text.sqlite"]), 1, &["index"]);
     says(&boresight(place, &["history", "due", "--older", "soon"]), 2, &["180d"]);
+}
+
+/// `add` and looking alike.
+#[test]
+fn a_file_of_another_program_is_refused_and_stays_as_it_is() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    fleet(place, 1, 1, 0);
+    let mut database = old_index();
+    database[60..64].fill(0);
+    let files: [(&str, Vec<u8>); 4] = [
+        ("text.txt", b"not an index, by far not\n".repeat(50)),
+        ("other.jsonl", b"{\"schema\":\"boresight.calibration/1\",\"session\":\"s\"}\n".to_vec()),
+        ("other.sqlite", database),
+        ("empty-database.sqlite", b"SQLite format 3\0".to_vec()),
+    ];
+    for (name, bytes) in files {
+        let file = place.join(name);
+        fs::write(&file, &bytes).expect("written");
+        says(&boresight(place, &["history", "--index", name]), 1, &["index", name]);
+        says(&boresight(place, &["history", "add", "sessions", "--index", name]), 1, &["index"]);
+        assert!(fs::read(&file).expect("readable") == bytes, "{name} was changed");
+        assert!(name.ends_with("jsonl") || !file.with_extension("jsonl").exists(), "{name}");
+        fs::remove_file(&file).expect("removed");
+    }
+}
+
+/// As an earlier version wrote it.
+fn old_index() -> Vec<u8> {
+    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/history/index.sqlite"))
+        .expect("readable")
+}
+
+#[test]
+fn an_index_in_sqlite_is_taken_over_and_stays_as_it_is() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    fs::write(place.join("history.sqlite"), old_index()).expect("written");
+    let imported = "Imported 36 calibrations from history.sqlite into history.jsonl";
+    let listed = boresight(place, &["history", "--json"]);
+    says(&listed, 0, &[imported]);
+    assert_eq!(lines(&listed.stdout).len(), 5);
+    let again = boresight(place, &["history", "--json"]);
+    assert!(again.stdout == listed.stdout && !again.stderr.contains("Imported"));
+    // New calibrations go into the new file, by whatever name it's meant.
+    fleet(place, 1, 1, 0);
+    let named = ["history", "add", "sessions", "--index", "history.sqlite"];
+    says(&boresight(place, &named), 0, &["1 of 1", "history.jsonl"]);
+    assert!(fs::read(place.join("history.sqlite")).expect("readable") == old_index());
+    assert_eq!(fs::read_to_string(place.join("history.jsonl")).expect("there").lines().count(), 37);
+    fs::write(place.join("cameras.sqlite"), old_index()).expect("written");
+    let named = boresight(
+        place,
+        &["history", "usb:0000:0001:00001", "--index", "cameras.sqlite", "--json"],
+    );
+    says(&named, 0, &["Imported 36", "cameras.jsonl"]);
+    assert_eq!(lines(&named.stdout)[0]["calibrations"].as_array().map(Vec::len), Some(7));
+}
+
+/// One table, whoever made it.
+#[test]
+fn the_table_of_a_batch_is_an_index() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1/good");
+    let good = good.to_str().expect("a path");
+    let planned = boresight(place, &["batch", "plan", good]);
+    fs::write(place.join("manifest.jsonl"), planned.stdout).expect("written");
+    let run = ["batch", "run", "manifest.jsonl", "--action", "calibrate", "--out", "out"];
+    says(&boresight(place, &run), 0, &["1 of 1"]);
+    let table = boresight(place, &["batch", "gather", "out"]).stdout;
+    fs::write(place.join("results.jsonl"), table).expect("written");
+    let listed = boresight(place, &["history", "--index", "results.jsonl", "--json"]);
+    says(&listed, 0, &[]);
+    says(&boresight(place, &["history", "add", good]), 0, &["1 of 1"]);
+    assert_eq!(lines(&boresight(place, &["history", "--json"]).stdout), lines(&listed.stdout));
 }

@@ -98,7 +98,6 @@ pub(crate) const RULES: Rules = Rules {
             &["run/config", "run/recording", "app", "boresight/cli", "sim/scene_file"],
         ),
         (Reach::Path("serde_saphyr"), &["formats/import"]),
-        (Reach::Path("rusqlite"), &["fleet/history"]),
         (Reach::Path("parquet"), &["fleet/batch/parquet_table.rs"]),
         (Reach::Path("object_store"), &["fleet/batch/cloud"]),
         (Reach::Path("rustls"), &["fleet/batch/cloud/client.rs"]),

@@ -16,6 +16,8 @@ pub const JOB_SCHEMA: &str = "boresight.batch/1";
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Action {
+    /// The session's own result is taken as it is.
+    Recorded,
     /// Every decision is made again, and compared with the recorded one.
     Replay,
     /// The same, with the board found again in the stored pictures.

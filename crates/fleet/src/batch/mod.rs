@@ -13,6 +13,7 @@
 //! | `manifest` | the sessions below some folders, one a line |
 //! | `job` | what is done with each item, and the name of its result |
 //! | `row` | one result |
+//! | `recorded` | the row of a session's own result, without a batch |
 //! | `work` | one item, from its session to its row |
 //! | `shard` | a worker's part of the manifest, from an argument or a scheduler's variables |
 //! | `store` | the results of a batch |
@@ -40,6 +41,7 @@ mod no_cloud;
 #[cfg(feature = "parquet")]
 mod parquet_table;
 mod place;
+mod recorded;
 mod row;
 mod run;
 mod shard;
@@ -61,7 +63,8 @@ pub use manifest::{Manifest, ManifestError, plan};
 pub use metrics::write as write_metrics;
 #[cfg(feature = "parquet")]
 pub use parquet_table::gather_parquet;
-pub use row::{DecisionsEntry, LensRow, ROW_SCHEMA, Row};
+pub use recorded::recorded;
+pub use row::{DecisionsEntry, LensRow, ROW_SCHEMA, Row, StatedRow};
 pub use run::{Batch, Event, Tally, run};
 pub use shard::{Shard, ShardError};
 pub use store::{OtherJob, Store};

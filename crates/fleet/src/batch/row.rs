@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::job::Action;
-use boresight_formats::{CalibrationFile, CheckFile, DistortionEntry, SigmaEntry};
+use boresight_formats::{CalibrationFile, CheckFile, DistortionEntry, LensEntry, SigmaEntry};
 
 /// Name and version of the format.
 pub const ROW_SCHEMA: &str = "boresight.batch-row/1";
@@ -53,6 +53,8 @@ pub struct Row {
     pub views: Option<usize>,
     /// The lens.
     pub lens: Option<LensRow>,
+    /// What a change of the lens is judged by; null if each view has its own focal length.
+    pub stated: Option<StatedRow>,
     /// How the decisions compare with the recorded ones.
     pub decisions: Option<DecisionsEntry>,
     /// The comparison with an older calibration.
@@ -77,6 +79,39 @@ pub struct LensRow {
     pub sigma: Option<SigmaEntry>,
     /// Root mean square reprojection residual per coordinate.
     pub rms_px: Option<f64>,
+}
+
+/// Focal length and principal point with their covariance, doubt about what the model holds at zero included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct StatedRow {
+    /// Focal length along x.
+    pub f_px: f64,
+    /// Principal point.
+    pub pp_px: [f64; 2],
+    /// Covariance of focal length, and principal point along x and y.
+    pub covariance_px2: [[f64; 3]; 3],
+}
+
+impl StatedRow {
+    /// `None` if each view has its own focal length, or the covariance isn't known.
+    fn of(lens: &LensEntry) -> Option<Self> {
+        if lens.focal.is_some_and(|focal| focal.varies) {
+            return None;
+        }
+        let covariance = lens.covariance_all.as_ref().or(lens.covariance.as_ref())?;
+        let place = |names: &[&str]| {
+            covariance.order.iter().position(|name| names.contains(&name.as_str()))
+        };
+        let places = [place(&["f", "fx"])?, place(&["cx"])?, place(&["cy"])?];
+        let mut covariance_px2 = [[0.0; 3]; 3];
+        for (row, i) in covariance_px2.iter_mut().zip(places) {
+            for (value, j) in row.iter_mut().zip(places) {
+                *value = (*covariance.matrix.get(i)?.get(j)?).filter(|value| value.is_finite())?;
+            }
+        }
+        Some(Self { f_px: lens.f_px[0], pp_px: lens.pp_px, covariance_px2 })
+    }
 }
 
 /// How decisions compare with the recorded ones.
@@ -117,6 +152,7 @@ impl Row {
             findings: Vec::new(),
             views: None,
             lens: None,
+            stated: None,
             decisions: None,
             check: None,
             file: None,
@@ -138,6 +174,7 @@ impl Row {
         self.verdict = Some(file.verdict.clone()).filter(|verdict| !verdict.is_empty());
         self.findings = file.findings.iter().map(|finding| finding.code.clone()).collect();
         self.views = Some(file.used().count());
+        self.stated = file.result.as_ref().and_then(StatedRow::of);
         self.lens = file.result.as_ref().map(|lens| LensRow {
             model: lens.model.clone(),
             f_px: lens.f_px,

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use super::{
     item::Item,
     job::{Action, Job},
+    recorded::recorded,
     row::{DecisionsEntry, Row},
     store::Store,
 };
@@ -92,6 +93,10 @@ fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<
         _ => journal.header.config.with(&job.settings)?,
     };
     match job.action {
+        Action::Recorded => {
+            let own = recorded(path)?.context("the session has no result")?;
+            *row = Row { id: row.id.clone(), ..own };
+        }
         Action::Replay | Action::Redetect => {
             if job.action == Action::Redetect {
                 redetect(&mut journal, &config.board()?, 1, || ())?;
@@ -126,7 +131,8 @@ fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<
     Ok(())
 }
 
-fn describe(row: &mut Row, header: &Header) {
+/// Notes what the session says of itself.
+pub(super) fn describe(row: &mut Row, header: &Header) {
     row.created = Some(header.created.clone());
     row.source = Some(header.source.clone());
     row.image_size = Some(header.image_size_px);

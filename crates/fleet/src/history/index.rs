@@ -1,198 +1,202 @@
-//! The entries in SQLite.
+//! The entries as lines of JSON, each a row as `batch gather` prints it.
 
-use std::path::Path;
+use std::{
+    collections::BTreeMap,
+    io::Write,
+    path::{Path, PathBuf},
+};
 
-use nalgebra::{Matrix3, Vector3};
-use rusqlite::{Connection, Row, params};
-
-use super::entry::Entry;
-use boresight_calibrate::StatedLens;
-
-/// Version of the tables.
-const VERSION: i64 = 1;
-const TABLES: &str = "
-CREATE TABLE IF NOT EXISTS calibration (
-    session TEXT PRIMARY KEY, camera TEXT NOT NULL, model TEXT NOT NULL, created TEXT NOT NULL,
-    width INTEGER NOT NULL, height INTEGER NOT NULL, verdict TEXT NOT NULL,
-    f REAL, cx REAL, cy REAL, v_f REAL, v_f_cx REAL, v_f_cy REAL, v_cx REAL, v_cx_cy REAL, v_cy REAL
-) WITHOUT ROWID;
-CREATE INDEX IF NOT EXISTS by_camera ON calibration (camera, width, height, created, session);
-CREATE INDEX IF NOT EXISTS usable ON calibration (camera, created)
-    WHERE f IS NOT NULL AND verdict != 'untrustworthy';
-";
-/// Every camera once: from each to the next, so that a camera's many calibrations aren't looked at.
-const EACH_CAMERA: &str = "
-WITH RECURSIVE each_camera (camera) AS (
-    SELECT min(camera) FROM calibration
-    UNION ALL
-    SELECT (SELECT min(camera) FROM calibration AS next WHERE next.camera > each_camera.camera)
-    FROM each_camera WHERE each_camera.camera IS NOT NULL
-)";
-const COLUMNS: &str = "session, camera, model, created, width, height, verdict, \
-                       f, cx, cy, v_f, v_f_cx, v_f_cy, v_cx, v_cx_cy, v_cy";
-const IN_ORDER: &str = "ORDER BY camera, width, height, created, session";
+use super::{
+    entry::{Counted, Entry},
+    sqlite::is_sqlite,
+    sqlite_index::{NotTaken, rows_of},
+};
+use crate::batch::{ROW_SCHEMA, Row};
+use boresight_files::{FileError, Links, Overwrite, TEXT_LIMIT, read, read_text, save_streamed};
 
 /// Why the index can't be used.
 #[derive(Debug, thiserror::Error)]
 pub enum IndexError {
-    /// SQLite says no.
-    #[error("could not use the index: {0}")]
-    Database(#[from] rusqlite::Error),
-    /// Another version made it.
-    #[error("another version of boresight made this index; delete it and add the sessions again")]
-    OtherVersion,
+    /// A file can't be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A row can't be written.
+    #[error("could not write the index")]
+    Row(#[from] serde_json::Error),
+    /// It's another program's, or damaged.
+    #[error("line {line} of this file is none of an index ({reason}): {path:?}")]
+    Line {
+        /// Its number, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// It's a database of another program, or damaged.
+    #[error("{reason}: {path:?}")]
+    Database {
+        /// What is wrong.
+        reason: NotTaken,
+        /// The file.
+        path: PathBuf,
+    },
 }
 
 /// Every calibration of every camera. Derived from session folders: nothing is lost with it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Index {
-    database: Connection,
+    /// By session, with the line that holds it.
+    rows: BTreeMap<String, (Entry, String)>,
+}
+
+/// An index that an earlier version kept in SQLite, as lines of JSON now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Taken {
+    /// Calibrations.
+    pub count: usize,
+    /// The file in SQLite, as it was.
+    pub from: PathBuf,
+    /// The new file.
+    pub to: PathBuf,
 }
 
 impl Index {
-    /// Opens the index at `path`, or makes an empty one.
+    /// Finds the index by the name `path`; `None` if there is none. One in SQLite, by that name or beside it, is taken
+    /// over into a new file that ends in `.jsonl`, unless that is there; it stays as it is.
+    ///
+    /// # Errors
+    ///
+    /// [`IndexError`].
+    pub fn find(path: &Path) -> Result<Option<(PathBuf, Option<Taken>)>, IndexError> {
+        let (old, new) = (path.with_extension("sqlite"), path.with_extension("jsonl"));
+        if path.is_file() {
+            let bytes = read(path, TEXT_LIMIT, Links::Followed)?;
+            if !is_sqlite(&bytes) {
+                return Ok(Some((path.to_path_buf(), None)));
+            }
+            let rows = rows_of(&bytes, path)
+                .map_err(|reason| IndexError::Database { reason, path: path.to_path_buf() })?;
+            if new.is_file() {
+                return Ok(Some((new, None)));
+            }
+            return take(&rows, path, new).map(Some);
+        }
+        if path == new && old.is_file() {
+            let bytes = read(&old, TEXT_LIMIT, Links::Followed)?;
+            // Another program's isn't meant.
+            if let Ok(rows) = rows_of(&bytes, &old) {
+                return take(&rows, &old, new).map(Some);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads the index at `path`; an empty one if nothing is there.
     ///
     /// # Errors
     ///
     /// [`IndexError`].
     pub fn open(path: &Path) -> Result<Self, IndexError> {
-        let database = Connection::open(path)?;
-        let version: i64 = database.query_row("PRAGMA user_version", [], |row| row.get(0))?;
-        match version {
-            0 => {
-                database.execute_batch(TABLES)?;
-                database.pragma_update(None, "user_version", VERSION)?;
+        let mut index = Self::default();
+        let text = match read_text(path, TEXT_LIMIT, Links::Followed) {
+            Err(err) if err.is_missing() => return Ok(index),
+            text => text?,
+        };
+        for (number, line) in (1..).zip(text.lines()) {
+            let wrong =
+                |reason: String| IndexError::Line { line: number, reason, path: path.into() };
+            let row: Counted = serde_json::from_str(line).map_err(|err| wrong(err.to_string()))?;
+            if row.schema != ROW_SCHEMA {
+                return Err(wrong(format!("its schema is {:?}, not {ROW_SCHEMA:?}", row.schema)));
             }
-            VERSION => {}
-            _ => return Err(IndexError::OtherVersion),
+            index.put(Entry::of(row), || Ok(line.to_owned()))?;
         }
-        Ok(Self { database })
+        Ok(index)
     }
 
-    /// Adds entries, all or none; one that is there already is replaced. Returns how many.
+    /// Adds rows; those of sessions that are there already are replaced.
     ///
     /// # Errors
     ///
-    /// [`IndexError`].
-    pub fn add(&mut self, entries: impl Iterator<Item = Entry>) -> Result<usize, IndexError> {
-        let transaction = self.database.transaction()?;
-        let mut count = 0;
-        {
-            let mut insert = transaction.prepare(&format!(
-                "INSERT OR REPLACE INTO calibration ({COLUMNS}) \
-                 VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16)"
-            ))?;
-            for entry in entries {
-                let lens = |i: usize| entry.lens.map(|lens| lens.f_pp_px[i]);
-                let v = |i, j| entry.lens.map(|lens| lens.covariance_px2[(i, j)]);
-                let [width, height] = entry.image_size;
-                insert.execute(params![
-                    entry.session,
-                    entry.camera,
-                    entry.model,
-                    entry.created,
-                    width,
-                    height,
-                    entry.verdict,
-                    lens(0),
-                    lens(1),
-                    lens(2),
-                    v(0, 0),
-                    v(0, 1),
-                    v(0, 2),
-                    v(1, 1),
-                    v(1, 2),
-                    v(2, 2),
-                ])?;
-                count += 1;
-            }
+    /// Never for rows: all of their fields have a form in JSON.
+    pub fn add(&mut self, rows: &[Row]) -> Result<(), IndexError> {
+        rows.iter()
+            .try_for_each(|row| self.put(Entry::of(row.into()), || Ok(serde_json::to_string(row)?)))
+    }
+
+    /// Work that couldn't be done, or gave no calibration, has no entry.
+    fn put(
+        &mut self,
+        entry: Option<Entry>,
+        line: impl FnOnce() -> Result<String, IndexError>,
+    ) -> Result<(), IndexError> {
+        if let Some(entry) = entry {
+            self.rows.insert(entry.session.clone(), (entry, line()?));
         }
-        transaction.commit()?;
-        Ok(count)
+        Ok(())
     }
 
-    /// Every entry, by camera and time.
+    /// Writes the index to `path`, in the order of [`Self::all`]: the same calibrations give the same bytes.
     ///
     /// # Errors
     ///
-    /// [`IndexError`].
-    pub fn all(&self) -> Result<Vec<Entry>, IndexError> {
-        let mut query =
-            self.database.prepare(&format!("SELECT {COLUMNS} FROM calibration {IN_ORDER}"))?;
-        let rows = query.query_map([], entry)?;
-        Ok(rows.collect::<Result<_, _>>()?)
+    /// [`IndexError::File`]; what was there then stays.
+    pub fn save(&self, path: &Path, overwrite: Overwrite) -> Result<(), IndexError> {
+        let mut rows: Vec<&(Entry, String)> = self.rows.values().collect();
+        rows.sort_by(|(a, _), (b, _)| a.order().cmp(&b.order()));
+        save_streamed(path, overwrite, |out| {
+            let mut write = |(_, line): &(Entry, String)| writeln!(out, "{line}");
+            rows.into_iter().try_for_each(&mut write).map_err(FileError::writing(path))
+        })?;
+        Ok(())
     }
 
-    /// The entries of the camera of that name, by time.
-    ///
-    /// # Errors
-    ///
-    /// [`IndexError`].
-    pub fn of_camera(&self, camera: &str) -> Result<Vec<Entry>, IndexError> {
-        let text = format!("SELECT {COLUMNS} FROM calibration WHERE camera = ?1 {IN_ORDER}");
-        let mut query = self.database.prepare(&text)?;
-        let rows = query.query_map([camera], entry)?;
-        Ok(rows.collect::<Result<_, _>>()?)
+    /// Every entry, by camera, size of the picture, time and session.
+    pub fn all(&self) -> Vec<Entry> {
+        let mut entries: Vec<Entry> = self.rows.values().map(|(entry, _)| entry.clone()).collect();
+        entries.sort_by(|a, b| a.order().cmp(&b.order()));
+        entries
+    }
+
+    /// The entries of the camera of that name, in the same order.
+    pub fn of_camera(&self, camera: &str) -> Vec<Entry> {
+        self.all().into_iter().filter(|entry| entry.camera == camera).collect()
     }
 
     /// The names of the cameras that hold `part`, sorted.
-    ///
-    /// # Errors
-    ///
-    /// [`IndexError`].
-    pub fn cameras_with(&self, part: &str) -> Result<Vec<String>, IndexError> {
-        let mut query = self.database.prepare(&format!(
-            "{EACH_CAMERA} SELECT camera FROM each_camera WHERE instr(camera, ?1) > 0 ORDER BY camera"
-        ))?;
-        let rows = query.query_map([part], |row| row.get(0))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+    pub fn cameras_with(&self, part: &str) -> Vec<String> {
+        let mut names: Vec<String> = self.all().into_iter().map(|entry| entry.camera).collect();
+        names.dedup();
+        names.retain(|name| name.contains(part));
+        names
     }
 
     /// Cameras whose newest usable calibration began before `limit`, or that have none, with the time of the newest; the
     /// oldest first.
-    ///
-    /// # Errors
-    ///
-    /// [`IndexError`].
-    pub fn due(&self, limit: &str) -> Result<Vec<(String, Option<String>)>, IndexError> {
-        let mut query = self.database.prepare(&format!(
-            "{EACH_CAMERA}, newest AS (
-                 SELECT camera, (
-                     SELECT max(created) FROM calibration AS own WHERE own.camera = each_camera.camera
-                         AND own.f IS NOT NULL AND own.verdict != 'untrustworthy'
-                 ) AS created
-                 FROM each_camera WHERE camera IS NOT NULL
-             )
-             SELECT camera, created FROM newest WHERE created IS NULL OR created < ?1 ORDER BY created, camera"
-        ))?;
-        let rows = query.query_map([limit], |row| Ok((row.get(0)?, row.get(1)?)))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+    pub fn due(&self, limit: &str) -> Vec<(String, Option<String>)> {
+        let mut newest: BTreeMap<&str, Option<&str>> = BTreeMap::new();
+        for (entry, _) in self.rows.values() {
+            let own = newest.entry(&entry.camera).or_default();
+            if entry.is_usable() {
+                *own = (*own).max(Some(&entry.created));
+            }
+        }
+        let mut due: Vec<_> = newest
+            .into_iter()
+            .filter(|(_, newest)| newest.is_none_or(|newest| newest < limit))
+            .map(|(camera, newest)| (camera.to_owned(), newest.map(str::to_owned)))
+            .collect();
+        due.sort_by(|a, b| (&a.1, &a.0).cmp(&(&b.1, &b.0)));
+        due
     }
 }
 
-fn entry(row: &Row<'_>) -> rusqlite::Result<Entry> {
-    let number = |i: usize| row.get::<_, Option<f64>>(i);
-    let [f, x, y] = [number(7)?, number(8)?, number(9)?];
-    let v = [number(10)?, number(11)?, number(12)?, number(13)?, number(14)?, number(15)?];
-    let lens = match (f, x, y, v) {
-        (
-            Some(f),
-            Some(x),
-            Some(y),
-            [Some(ff), Some(fx), Some(fy), Some(xx), Some(xy), Some(yy)],
-        ) => Some(StatedLens {
-            f_pp_px: Vector3::new(f, x, y),
-            covariance_px2: Matrix3::new(ff, fx, fy, fx, xx, xy, fy, xy, yy),
-        }),
-        _ => None,
-    };
-    Ok(Entry {
-        session: row.get(0)?,
-        camera: row.get(1)?,
-        model: row.get(2)?,
-        created: row.get(3)?,
-        image_size: [row.get(4)?, row.get(5)?],
-        verdict: row.get(6)?,
-        lens,
-    })
+/// Writes `rows`, from the index at `from`, to a new index at `to`.
+fn take(rows: &[Row], from: &Path, to: PathBuf) -> Result<(PathBuf, Option<Taken>), IndexError> {
+    let mut index = Index::default();
+    index.add(rows)?;
+    index.save(&to, Overwrite::Never)?;
+    let taken = Taken { count: index.rows.len(), from: from.to_path_buf(), to: to.clone() };
+    Ok((to, Some(taken)))
 }

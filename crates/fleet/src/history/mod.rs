@@ -1,18 +1,23 @@
 //! Every calibration of every camera: which drift, which are due.
 //!
-//! The index is derived: [`Index::add`] reads session folders, and an index that was deleted is made again by adding
-//! the same folders.
+//! The index is derived: its lines are what [`crate::batch::recorded`] reads from session folders, and an index
+//! that was deleted is made again from the same folders. They are rows as `batch gather` prints them, whose table of
+//! calibrated sessions is an index, too.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `entry` | what a session folder says of one calibration |
-//! | `index` | the entries in SQLite |
+//! | `entry` | what a row says of one calibration |
+//! | `index` | the rows as lines of JSON |
+//! | `sqlite_index`, `sqlite` | takes over the index of earlier versions, which was kept in SQLite |
 //! | `trend` | one camera over time: the statistic of a check between its oldest and its newest calibrations |
 
 mod entry;
 mod index;
+mod sqlite;
+mod sqlite_index;
 mod trend;
 
-pub use entry::{Entry, NotAnEntry};
-pub use index::{Index, IndexError};
+pub use entry::Entry;
+pub use index::{Index, IndexError, Taken};
+pub use sqlite_index::NotTaken;
 pub use trend::{CameraHistory, Step, Trend, histories};

@@ -1,0 +1,50 @@
+//! The row of a session's own result: nothing is decided again.
+
+use std::path::Path;
+
+use anyhow::Context;
+
+use super::{
+    item::Item,
+    job::{Action, Job},
+    row::Row,
+    work::describe,
+};
+use boresight_app::RESULT_FILE;
+use boresight_files::{Links, read_text};
+use boresight_formats::CalibrationFile;
+use boresight_run::recording::SessionFolder;
+
+/// The largest result that is read.
+const RESULT_LIMIT: u64 = 16 << 20;
+
+/// The row of what the session in `folder` ended with; `None` if it has no result.
+///
+/// # Errors
+///
+/// If a file of the session can't be read, or the folder's name isn't UTF-8.
+pub fn recorded(folder: &Path) -> anyhow::Result<Option<Row>> {
+    let result = match read_text(&folder.join(RESULT_FILE), RESULT_LIMIT, Links::Refused) {
+        Err(err) if err.is_missing() => return Ok(None),
+        result => result?,
+    };
+    let of_result = || format!("the session's result: {:?}", folder.join(RESULT_FILE));
+    let result = serde_json::from_str(&result).with_context(of_result)?;
+    let file = CalibrationFile::read(&result).with_context(of_result)?;
+    let item = Item::of(folder).with_context(|| format!("its name isn't UTF-8: {folder:?}"))?;
+    let mut row = Row::recorded(&item);
+    describe(&mut row, &SessionFolder::header(folder)?);
+    row.image_size = Some(file.image_size);
+    row.calibrated(&file);
+    anyhow::ensure!(row.verdict.is_some(), "the session's result has no verdict: {folder:?}");
+    row.recorded_verdict.clone_from(&row.verdict);
+    Ok(Some(row))
+}
+
+impl Row {
+    /// A row of what `item` ended with, with nothing in it yet. It depends on no rule of the program.
+    pub fn recorded(item: &Item) -> Self {
+        let job = Job::new(Action::Recorded, "");
+        Self::new(job.id_of(item).to_string(), &item.session, job.action)
+    }
+}
