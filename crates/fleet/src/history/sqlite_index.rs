@@ -85,8 +85,8 @@ mod tests {
     use super::*;
 
     /// Written by SQLite 3.40.1 in Python: 36 calibrations, two with long names, and 20 on pages of 512 bytes.
-    const USUAL: &[u8] = include_bytes!("../../../fixtures/history/index.sqlite");
-    const SMALL_PAGES: &[u8] = include_bytes!("../../../fixtures/history/small-pages.sqlite");
+    const USUAL: &[u8] = include_bytes!("../../../../fixtures/history/index.sqlite");
+    const SMALL_PAGES: &[u8] = include_bytes!("../../../../fixtures/history/small-pages.sqlite");
 
     fn rows(bytes: &[u8]) -> Result<Vec<Row>, NotTaken> {
         rows_of(bytes, Path::new("no-such-file"))
