@@ -24,7 +24,7 @@ const SOURCES: [&str; 4] = ["Cargo.lock", "Cargo.toml", "crates", "src"];
 /// # Errors
 ///
 /// If a source can't be read.
-fn build_id(root: &Path) -> io::Result<String> {
+pub(crate) fn build_id(root: &Path) -> io::Result<String> {
     let mut files = Vec::new();
     for name in SOURCES {
         add(&root.join(name), name.to_owned(), &mut files)?;
