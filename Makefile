@@ -20,25 +20,33 @@ RUN_PACKAGES = $(PACKAGES) $(WINDOW_PACKAGES)
 RUN_MINUTES = 5
 else
 RUN_PACKAGES = $(PACKAGES)
-RUN_FEATURES = --no-default-features --features live,nokhwa,report,study,serve
+RUN_FEATURES = --no-default-features --features live,nokhwa,report,serve
 RUN_MINUTES = 2
 endif
 TARGET = $(or $(CARGO_TARGET_DIR),target)
+
+# Every crate but the Python package, which maturin builds.
+CRATES = --workspace --exclude boresight-python
 
 # A virtual environment in which the Python package is built and tested.
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud run test test-vm setup lint features windows doc msrv bench dist dist-check
+.PHONY: wheel test-python test-cloud run study test test-vm setup lint features windows doc msrv bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
 	@[ -x $(TARGET)/release/boresight ] || echo "Building boresight (about $(RUN_MINUTES) minutes the first time) …"
 	@cargo run --release $(RUN_FEATURES) -- $(or $(ARGS),--source auto)
 
+# The source paper's experiments: a program of its own.
+study: PACKAGES += $(WINDOW_PACKAGES)
+study: setup
+	cargo run --release -p boresight-study -- $(ARGS)
+
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(VM_PACKAGES)
 test: setup msrv lint features doc
-	cargo test
+	cargo test $(CRATES)
 	tests/vm/run.sh
 
 # The camera on the kernel's own drivers, in a small virtual machine; needs neither root nor KVM.
@@ -48,7 +56,7 @@ test-vm: setup
 
 lint: setup
 	cargo fmt --check
-	cargo clippy --all-targets --quiet -- -D warnings
+	cargo clippy $(CRATES) --all-targets --quiet -- -D warnings
 
 # Every combination of features compiles without a warning, and brings no more crates than it may.
 features: setup
@@ -56,7 +64,7 @@ features: setup
 
 # The Python package as a wheel, without window and cameras: python/dist.
 wheel: setup $(VENV)/bin/maturin
-	cd python && CARGO_TARGET_DIR=$(abspath $(TARGET))/python $(abspath $(VENV))/bin/maturin build --release --out dist
+	cd python && CARGO_TARGET_DIR=$(abspath $(TARGET))/python $(abspath $(VENV))/bin/maturin build --profile dist --out dist
 
 $(VENV)/bin/maturin:
 	$(PYTHON) -m venv $(VENV)
@@ -82,14 +90,14 @@ windows:
 	cargo check --quiet --target x86_64-pc-windows-gnu
 
 doc: setup
-	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --quiet
+	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --no-deps --quiet
 
 # The oldest toolchain that Cargo.toml promises compiles everything.
 msrv: setup
 	@oldest=$$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml); \
 	case "$$(rustc --version)" in \
 		"rustc $$oldest."*) echo "This toolchain is the oldest that is promised: $$oldest";; \
-		*) cargo +$$oldest check --all-targets --quiet;; \
+		*) cargo +$$oldest check $(CRATES) --all-targets --quiet;; \
 	esac
 
 bench: setup

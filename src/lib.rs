@@ -18,41 +18,29 @@
 //!                                                                             journal line, synced
 //! ```
 //!
-//! # The rooms, bottom up
+//! # The crates
 //!
-//! | module | holds | uses |
+//! This crate is the program, and a facade: it passes on the crates that do the work, under the names of their rooms.
+//!
+//! | module | crate | holds |
 //! |---|---|---|
-//! | [`markers`] | the markers in the light squares of a board | – |
-//! | [`board`], [`frame`] | the checkerboard; a picture and when it was taken | markers |
-//! | [`device`] | what is known about a live camera, and everything that can go wrong with it | frame |
-//! | `panic_message` | the message of a caught panic | – |
-//! | `parallel` | independent work on several threads | – |
-//! | [`geometry`] | homography, principal line, principal point, lens, pose: pure functions of numbers | frame |
-//! | [`detection`] | picture → corners, or the reason why not | geometry, board |
-//! | [`calibration`] | views → lens with covariance; checks and verdict; calibration files | geometry, board, parallel |
-//! | [`guidance`] | what a view is worth, what to show next, when to stop | geometry, board |
-//! | [`capture`] | frames in: folders, videos, recordings, live cameras | geometry, board, device |
-//! | [`session`] | the state of one session, and the only code that changes it | guidance, calibration, detection, device |
-//! | [`config`] | TOML → parameters, with millimetres and degrees | session and below |
-//! | [`simulation`] | a camera and a technician with known truth | capture, config |
-//! | [`recording`] | sessions as bytes: journal, frames, replay | session, config |
-//! | [`target`] | the board as PDF, SVG and PNG in true size, in millimetres | – |
-//! | [`text`] | every sentence that a person reads in a session | session and below |
-//! | `ghost` | the board as it should be held, as a card in space | geometry, board |
-//! | [`speech`] | what is said aloud, and when | text, session |
-//! | [`pipeline`] | the threads | recording, capture |
-//! | `chart` | drawings as SVG text | – |
-//! | `study` | the paper's experiments, and strategies of guidance compared | chart, simulation, guidance |
-//! | `report` | a calibration as one page to read and print | chart, text, calibration |
-//! | `serve` | the page for a phone | pipeline, speech, ghost, text |
-//! | [`app`] | what the program does, without a command line and without a window | report, pipeline and below |
-//! | `ui` | the window: panels that see the newest snapshot and picture | app, text |
-//! | [`cli`] | arguments and printing: one subcommand a file | app |
+//! | [`geometry`], [`board`], [`markers`], [`board_code`], [`frame`], [`device`] | `boresight-geometry` | homography, principal line and point, lens, pose; boards; pictures; what is known about a live camera |
+//! | [`files`] | `boresight-files` | the only place that opens and writes files |
+//! | [`detection`] | `boresight-detect` | picture → corners, or the reason why not |
+//! | [`calibration`] | `boresight-calibrate`, `boresight-formats` | views → lens with covariance; checks and verdict; calibration files |
+//! | [`guidance`], [`session`] | `boresight-guide` | what a view is worth, what to show next, when to stop; the state of one session |
+//! | [`capture`] | `boresight-capture` | frames in: folders, videos, recordings, live cameras |
+//! | [`config`], [`recording`], [`pipeline`] | `boresight-run` | TOML → parameters; sessions as bytes; the threads |
+//! | [`simulation`] | `boresight-sim` | a camera and a technician with known truth |
+//! | [`text`], [`speech`], [`ghost`], [`target`], `report` | `boresight-present` | what a person reads, hears and sees |
+//! | [`app`] | `boresight-app` | what the program does, without a command line and without a window |
+//! | `serve` | `boresight-phone` | the page for a phone |
+//! | [`fleet`] | `boresight-fleet` | many sessions at once, many cameras over time |
+//! | `ui`, [`cli`] | this one | the window; arguments and printing |
 //!
 //! # Invariants
 //!
-//! - Below `recording` nothing reads a clock, a file, chance or another thread. `tests/core/layering`
-//!   holds that and the table above.
+//! - Up to `session` nothing reads a clock, a file, chance or another thread. `tests/core/layering` holds that.
 //! - Nothing is taken from a camera that is lost, frozen, or whose focus or zoom has moved; a frame that
 //!   is not whole never becomes a picture.
 //! - A view is shown as taken only after its picture and its journal line are on disk.

@@ -21,10 +21,10 @@ limit() {
 # One of them for the names of a batch's results: SHA-256.
 limit 111 "core" --no-default-features
 limit 114 "headless with live cameras" --no-default-features --features live
-limit 126 "headless with everything" --no-default-features --features live,nokhwa,report,study
+limit 126 "headless with everything" --no-default-features --features live,nokhwa,report
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
-limit 163 "headless with everything and a phone" --no-default-features --features live,nokhwa,report,study,serve
-limit 169 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,study,serve,history
+limit 163 "headless with everything and a phone" --no-default-features --features live,nokhwa,report,serve
+limit 169 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,serve,history
 limit 321 "everything"
 # Not in the default features: Thrift, its schema language, and Snappy.
 limit 124 "a table of a batch in Parquet" --no-default-features --features parquet
@@ -32,7 +32,7 @@ limit 124 "a table of a batch in Parquet" --no-default-features --features parqu
 # XML. The most of all features, for names in other scripts (ICU) come with addresses.
 limit 219 "a batch in object stores" --no-default-features --features cloud
 
-for features in "" live window window,accessibility nokhwa study report manual serve history parquet cloud live,report; do
+for features in "" live window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

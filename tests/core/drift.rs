@@ -323,8 +323,9 @@ impl Lens {
     }
 }
 
-/// The stated smallest change is the true one within a tenth: a change as large is told 95 times of 100, one a tenth smaller
-/// less often, and one a tenth larger more often.
+/// The stated smallest change of f or of the principal point is the true one within a tenth: a change as large is told 95
+/// times of 100, one a tenth smaller less often, and one a tenth larger more often. That of the distortion is told at
+/// least as often: either of two tests may tell it, and what is stated is what the second one sees.
 #[test]
 fn the_smallest_change_that_is_stated_is_the_one_that_is_told() {
     let trials = asked_for("BORESIGHT_SESSIONS").unwrap_or(150);
@@ -376,8 +377,10 @@ fn the_smallest_change_that_is_stated_is_the_one_that_is_told() {
             println!(
                 "  {kind}: {visible_px:.3} px stated; told {less:.3} at 0.9, {at:.3} at 1, {more:.3} at 1.1 of it"
             );
-            assert!(less < 0.95 && 0.95 < more, "{kind}: {less} {more}");
-            assert!((at - 0.95).abs() < 0.045, "{kind}: {at}");
+            assert!(0.95 < more && at > 0.905, "{kind}: {at} {more}");
+            if kind != "distortion" {
+                assert!(less < 0.95 && at < 0.995, "{kind}: {less} {at}");
+            }
         }
     }
 }

@@ -8,7 +8,6 @@
 //! |---|---|
 //! | `announcer` | where sentences for the person go |
 //! | `saved_session` | opens a session folder; the only caller of [`boresight_run::recording::replay`] |
-//! | `batch` | many sessions at once, on one computer or a cluster |
 //! | `camera`, `source` | what a source's name means, and how it's opened |
 //! | `opening` | a new session, or one that is resumed: source, folder and state |
 //! | `run` | a session from its first frame to its stored result |
@@ -19,21 +18,17 @@
 //! | `export` | a result in the formats of other programs |
 //! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
 //! | `device_entry`, `devices_file` | the cameras of a computer as a file |
-//! | `schemas` | JSON Schema of the files, with the feature of that name |
-//! | `study_folder` | the finished parts of a study |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `session_folders` | the sessions below a folder |
-//! | `history` | every calibration of every camera over time, with the feature of that name |
-//! | `host`, `window_host` | what the window asks of the program, and the answer |
+//! | `host` | what the window asks of the program |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `board_from_code` | the board that a code in its margin names |
-//! | `phone` | the phone's page beside a session |
 //! | `voice` | the computer's voice |
 //! | `prometheus`, `session_metrics` | how a batch or a session goes, for Prometheus |
 //! | `error_code`, `explain` | the stable name of an error, and the next action |
 //! | `missing_feature` | what this build leaves out |
 //!
-//! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain`] turns one into the next action.
+//! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain()`] turns one into the next action.
 
 mod announcer;
 pub mod board_from_code;

@@ -3,11 +3,11 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use boresight::app::SavedSession;
+//! use boresight_app::SavedSession;
 //!
-//! let saved = SavedSession::open(Path::new("fixtures/recordings/v1/good"))?;
+//! let saved = SavedSession::open(Path::new("../../fixtures/recordings/v1/good"))?;
 //! // An earlier version recorded it with its own rules of guidance; the views are the ones it took.
-//! assert!(saved.header.guidance_rules < boresight::guidance::RULES);
+//! assert!(saved.header.guidance_rules < boresight_guide::guidance::RULES);
 //! assert_eq!(saved.session.accepted().len(), 8);
 //! let calibration = saved.session.calibration().ok_or("no calibration")?;
 //! assert!(calibration.camera.f_px.x > 100.0);

@@ -55,12 +55,8 @@ const SUSPICIOUS: f64 = 1.5;
 /// Eight views of a simulated board, tilted by 40° in eight directions:
 ///
 /// ```
-/// use boresight::{
-///     board::Checkerboard,
-///     calibration::{CalibrationParams, LensModel, calibrate},
-///     frame::ImageSize,
-///     geometry::{Camera, Corner, Distortion},
-/// };
+/// use boresight_calibrate::{CalibrationParams, LensModel, calibrate};
+/// use boresight_geometry::{Camera, Corner, Distortion, board::Checkerboard, frame::ImageSize};
 /// use nalgebra::{Isometry3, Point2, Vector3};
 ///
 /// let distortion = Distortion { k1: -0.1, ..Distortion::default() };

@@ -4,7 +4,6 @@
 //! |---|---|
 //! | [`solve`] | corners → lens and poses, with covariance, for the lens model that the corners support |
 //! | [`check`] | findings and the verdict: checks that don't rely on the residual of the fit |
-//! | [`files`] | calibrations as files: the formats of other programs, read and written |
 //! | `params`, `inputs` | what to estimate; the corners and everything derived from them before adjustment |
 //! | `calibrate`, `examined`, `summary`, `result` | runs the stages; judges the residuals; turns the minimum into a [`Calibration`] |
 //! | `free_fit` | free homographies of the views, straightened under a wide lens |

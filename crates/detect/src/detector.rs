@@ -94,10 +94,8 @@ pub struct Detector {
 /// # Examples
 ///
 /// ```
-/// use boresight::{
-///     detection::{DetectorParams, detect},
-///     simulation::{Scene, render_view},
-/// };
+/// use boresight_detect::{DetectorParams, detect};
+/// use boresight_sim::{Scene, render_view};
 /// use nalgebra::{Isometry3, Vector3};
 ///
 /// let scene = Scene::default_720p(1);

@@ -11,7 +11,7 @@
 //! A session folder may come from somebody else: nothing in it may lead out of it, block, or fill the memory.
 //!
 //! ```
-//! use boresight::files::{Links, Overwrite, read_text, save};
+//! use boresight_files::{Links, Overwrite, read_text, save};
 //!
 //! let place = tempfile::tempdir()?;
 //! let path = place.path().join("result.json");

@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `calibration_file`, `from_calibration`, `named_covariance` | `boresight.calibration/1`: the type, and how a [`Calibration`](super::Calibration) becomes one |
+//! | `calibration_file`, `from_calibration`, `named_covariance` | `boresight.calibration/1`: the type, and how a [`Calibration`](boresight_calibrate::Calibration) becomes one |
 //! | `field_of_view` | the angles that a file's camera sees |
 //! | `check_file` | `boresight.check/1` |
 //! | `schema` | reading files that name their schema |

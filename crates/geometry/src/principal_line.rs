@@ -32,10 +32,7 @@ const MIN_FORESHORTENING_SIGMAS: f64 = 5.0;
 /// the principal point:
 ///
 /// ```
-/// use boresight::{
-///     board::Checkerboard,
-///     geometry::{Camera, Corner, Homography, PrincipalLine, mean_px},
-/// };
+/// use boresight_geometry::{Camera, Corner, Homography, PrincipalLine, mean_px, board::Checkerboard};
 /// use nalgebra::{Isometry3, Matrix2, Point2, Vector3};
 ///
 /// let camera = Camera::pinhole(900.0, Point2::new(650.0, 350.0));

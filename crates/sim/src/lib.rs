@@ -6,10 +6,8 @@
 //! ```
 //! use std::time::Duration;
 //!
-//! use boresight::{
-//!     capture::{Arrival, FrameSource},
-//!     simulation::{NoCues, Scene, SyntheticSource},
-//! };
+//! use boresight_capture::{Arrival, FrameSource};
+//! use boresight_sim::{NoCues, Scene, SyntheticSource};
 //!
 //! // Three frames of the everyday webcam; no technician follows any guidance.
 //! let mut camera = SyntheticSource::new(Scene::default_720p(1), Box::new(NoCues), Some(3), 2);
@@ -20,7 +18,7 @@
 //! assert_eq!(sizes_px, [(1280, 720); 3]);
 //! // The simulation knows the lens that a calibration should find.
 //! assert!(camera.truth().snapshot().camera.f_px.x > 0.0);
-//! # Ok::<(), boresight::capture::CaptureError>(())
+//! # Ok::<(), boresight_capture::CaptureError>(())
 //! ```
 
 mod backdrop;

@@ -163,9 +163,11 @@ impl House {
         let mut problems = BTreeSet::new();
         let mut seen = false;
         for File { path, words, .. } in &self.files {
-            for word in words {
-                let is_unsafe =
-                    matches!(word, Word::Name(name) if name == "unsafe" || name == "unsafe_code");
+            let before = std::iter::once(None).chain(words.iter().map(Some));
+            for (word, before) in words.iter().zip(before) {
+                let is_forbidden = matches!(before, Some(Word::Name(name)) if name == "forbid");
+                let is_unsafe = !is_forbidden
+                    && matches!(word, Word::Name(name) if name == "unsafe" || name == "unsafe_code");
                 if is_unsafe && *path == rules.unsafe_in {
                     seen = true;
                 } else if is_unsafe {

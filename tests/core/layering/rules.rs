@@ -25,6 +25,7 @@ pub(crate) const RULES: Rules = Rules {
         "app/host",
         "app/recordings",
     ],
+    // Whose libraries a crate uses is said by its `Cargo.toml`; here is what can't be said there.
     only_in: &[
         // Decisions are a pure fold: no threads, channels, files, clocks, chance or printing below.
         // nokhwa's calls may never return: it has a thread that can be left behind.
@@ -32,18 +33,19 @@ pub(crate) const RULES: Rules = Rules {
             Reach::Path("std::thread"),
             &[
                 "geometry/parallel",
-                "run/pipeline",
-                "study",
-                "app",
-                "boresight/cli",
                 "capture/nokhwa",
+                "run/pipeline",
+                "app",
                 "phone/server.rs",
+                "phone/session_page",
+                "fleet/batch",
+                "boresight/cli",
+                "boresight/window_host",
+                "study",
             ],
         ),
-        (Reach::Path("crossbeam_channel"), &["run/pipeline", "app", "boresight/cli"]),
         // One place opens and writes files; sysfs, and the lock of a session, are other matters.
         (Reach::Path("std::fs"), &["files", "capture/v4l2", "run/recording/folder.rs"]),
-        (Reach::Path("tempfile"), &["files"]),
         (Reach::Method("exists"), FILES),
         (Reach::Method("try_exists"), FILES),
         (Reach::Method("is_file"), FILES_AND_SOUND),
@@ -57,18 +59,28 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Method("sync_all"), FILES),
         (
             Reach::Path("std::env"),
-            &["app", "boresight/cli", "boresight/ui/run", "boresight/ui/sound"],
+            &[
+                "app",
+                "fleet/batch/cloud",
+                "boresight/cli",
+                "boresight/ui/run",
+                "boresight/ui/sound",
+            ],
         ),
         (
             Reach::Path("std::process"),
-            &["capture", "app", "boresight/cli", "boresight/main", "boresight/ui/sound"],
+            &[
+                "capture",
+                "app",
+                "fleet/batch",
+                "boresight/cli",
+                "boresight/main",
+                "boresight/ui/sound",
+                "boresight/window_host",
+                "study/main",
+            ],
         ),
         (Reach::Path("std::net"), &["phone"]),
-        (Reach::Path("tokio"), &["phone", "fleet/batch/cloud"]),
-        (Reach::Path("tokio_rustls"), &["phone"]),
-        (Reach::Path("axum"), &["phone"]),
-        (Reach::Path("hyper"), &["phone"]),
-        (Reach::Path("getrandom"), &["phone/keys.rs"]),
         (Reach::Path("std::os"), &["capture", "files"]),
         (Reach::Path("std::io::stdin"), &["boresight/cli"]),
         (Reach::Path("std::io::stdout"), &["boresight/cli"]),
@@ -76,36 +88,27 @@ pub(crate) const RULES: Rules = Rules {
         // A stream read through another program or library has no clock of a driver.
         (
             Reach::Path("std::time::Instant"),
-            &["run/pipeline", "app", "boresight/cli", "capture/nokhwa", "capture/ffmpeg", "phone"],
+            &[
+                "capture/nokhwa",
+                "capture/ffmpeg",
+                "run/pipeline",
+                "app",
+                "phone",
+                "fleet/batch",
+                "boresight/cli",
+            ],
         ),
         (Reach::Path("std::time::SystemTime"), &[]),
         (Reach::Path("std::time::UNIX_EPOCH"), &[]),
-        (Reach::Path("jiff"), &["run/recording", "app", "boresight/cli"]),
-        (Reach::Path("rand"), &["sim", "study"]),
-        (Reach::Path("rand_chacha"), &["sim", "study"]),
-        (Reach::Path("rand_distr"), &["sim", "study"]),
-        (Reach::Path("libc"), &["capture", "sim/kernel"]),
-        (Reach::Path("rustix"), &["capture", "files", "phone/server.rs"]),
-        (Reach::Path("v4l"), &["capture", "sim/kernel"]),
-        (Reach::Path("nokhwa"), &["capture"]),
         (Reach::Macro("print"), &[]),
         (Reach::Macro("println"), &[]),
         (Reach::Macro("eprint"), &[]),
         (Reach::Macro("eprintln"), &[]),
-        // Formats are read and written where files are.
-        (
-            Reach::Path("toml"),
-            &["run/config", "run/recording", "app", "boresight/cli", "sim/scene_file"],
-        ),
-        (Reach::Path("serde_saphyr"), &["formats/import"]),
-        (Reach::Path("parquet"), &["fleet/batch/parquet_table.rs"]),
+        // Randomness of the system is for keys alone; the simulation's comes from a seed.
+        (Reach::Path("getrandom"), &["phone/keys.rs"]),
         (Reach::Path("object_store"), &["fleet/batch/cloud"]),
-        (Reach::Path("rustls"), &["fleet/batch/cloud/client.rs"]),
-        (Reach::Path("futures_util"), &["fleet/batch/cloud"]),
-        (Reach::Path("clap"), &["boresight/cli"]),
-        (Reach::Path("anyhow"), &["app", "boresight/cli"]),
-        (Reach::Path("egui"), &["boresight/ui"]),
-        (Reach::Path("eframe"), &["boresight/ui"]),
+        (Reach::Path("clap"), &["boresight/cli", "study/main"]),
+        (Reach::Path("egui"), &["boresight/ui", "study/window", "study/main"]),
         // People's units stop at the edge: settings, files, sentences.
         (
             Reach::Ending("_mm"),
@@ -117,7 +120,9 @@ pub(crate) const RULES: Rules = Rules {
                 "present/text",
                 "present/report",
                 "app",
+                "phone/session_page",
                 "boresight/cli",
+                "boresight/window_host",
             ],
         ),
         (
@@ -129,9 +134,26 @@ pub(crate) const RULES: Rules = Rules {
     unsafe_in: "capture/v4l2/linux.rs",
 };
 
-const FILES: &[&str] = &["files", "capture", "run/recording", "app", "boresight/cli"];
-const FILES_AND_SOUND: &[&str] =
-    &["files", "capture", "run/recording", "app", "boresight/cli", "boresight/ui/sound"];
+const FILES: &[&str] = &[
+    "files",
+    "capture",
+    "run/recording",
+    "app",
+    "fleet",
+    "boresight/cli",
+    "boresight/window_host",
+    "study/study_folder",
+];
+const FILES_AND_SOUND: &[&str] = &[
+    "files",
+    "capture",
+    "run/recording",
+    "app",
+    "fleet",
+    "boresight/cli",
+    "boresight/window_host",
+    "boresight/ui/sound",
+];
 
 /// The tables that say who may do what.
 pub(crate) struct Rules {

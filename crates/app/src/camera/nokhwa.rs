@@ -1,6 +1,6 @@
 //! Cameras through the library nokhwa: those of other systems, and a second way to those that V4L2 lists.
 
-use super::Backend;
+use super::backend::Backend;
 
 pub(super) const BACKEND: Backend = Backend {
     name: "nokhwa",
@@ -37,7 +37,10 @@ pub(super) const BACKEND: Backend = Backend {
 
 #[cfg(all(target_os = "linux", feature = "live", feature = "nokhwa"))]
 mod built {
-    use crate::camera::{ChosenCamera, Driver, v4l2::built};
+    use crate::camera::{
+        backend::{ChosenCamera, Driver},
+        v4l2::built,
+    };
     use boresight_capture::nokhwa::NokhwaCamera;
     use boresight_geometry::device::Wanted;
 

@@ -1,6 +1,6 @@
 //! The cameras of Linux, found through V4L2.
 
-use super::Backend;
+use super::backend::Backend;
 use boresight_geometry::device::Control;
 
 pub(super) const BACKEND: Backend = Backend {

@@ -10,14 +10,14 @@ pub(super) const TWO_SIDED_95: f64 = 1.959_964;
 /// # Examples
 ///
 /// ```
-/// use boresight::calibration::AcceptanceGoal;
+/// use boresight_calibrate::AcceptanceGoal;
 ///
 /// let goal: AcceptanceGoal = "length 800mm at 2m <= 0.5mm".parse()?;
 /// assert_eq!(goal, AcceptanceGoal::Length { length_m: 0.8, at_m: 2.0, within_m: 0.0005 });
 /// assert_eq!(goal.to_string(), "length 800mm at 2m <= 0.5mm");
 ///
 /// assert_eq!("0.2px".parse(), Ok(AcceptanceGoal::Projection { px: 0.2 }));
-/// # Ok::<(), boresight::calibration::NotAGoal>(())
+/// # Ok::<(), boresight_calibrate::NotAGoal>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]

@@ -8,12 +8,11 @@ use super::{
     item::Item,
     job::{Action, Job},
     row::Row,
-    work::describe,
 };
 use boresight_app::RESULT_FILE;
 use boresight_files::{Links, read_text};
 use boresight_formats::CalibrationFile;
-use boresight_run::recording::SessionFolder;
+use boresight_run::recording::{Header, SessionFolder};
 
 /// The largest result that is read.
 const RESULT_LIMIT: u64 = 16 << 20;
@@ -39,6 +38,18 @@ pub fn recorded(folder: &Path) -> anyhow::Result<Option<Row>> {
     anyhow::ensure!(row.verdict.is_some(), "the session's result has no verdict: {folder:?}");
     row.recorded_verdict.clone_from(&row.verdict);
     Ok(Some(row))
+}
+
+/// Notes what the session says of itself.
+pub(super) fn describe(row: &mut Row, header: &Header) {
+    row.created = Some(header.created.clone());
+    row.source = Some(header.source.clone());
+    row.image_size = Some(header.image_size_px);
+    if let Some(camera) = &header.camera {
+        row.model = Some(camera.name().to_owned());
+        row.usb = camera.usb().map(str::to_owned);
+        row.serial = Some(camera.serial().to_owned()).filter(|serial| !serial.is_empty());
+    }
 }
 
 impl Row {

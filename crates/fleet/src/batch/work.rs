@@ -12,7 +12,7 @@ use serde::Deserialize;
 use super::{
     item::Item,
     job::{Action, Job},
-    recorded::recorded,
+    recorded::{describe, recorded},
     row::{DecisionsEntry, Row},
     store::Store,
 };
@@ -26,7 +26,7 @@ use boresight_app::{
 };
 use boresight_files::{Links, read_text};
 use boresight_geometry::panic_message::panic_message;
-use boresight_run::recording::{Header, Replayed};
+use boresight_run::recording::Replayed;
 
 /// The largest result whose verdict is looked up.
 const RESULT_LIMIT: u64 = 16 << 20;
@@ -129,18 +129,6 @@ fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<
         }
     }
     Ok(())
-}
-
-/// Notes what the session says of itself.
-pub(super) fn describe(row: &mut Row, header: &Header) {
-    row.created = Some(header.created.clone());
-    row.source = Some(header.source.clone());
-    row.image_size = Some(header.image_size_px);
-    if let Some(camera) = &header.camera {
-        row.model = Some(camera.name().to_owned());
-        row.usb = camera.usb().map(str::to_owned);
-        row.serial = Some(camera.serial().to_owned()).filter(|serial| !serial.is_empty());
-    }
 }
 
 fn compared(replayed: &Replayed, count: usize) -> DecisionsEntry {

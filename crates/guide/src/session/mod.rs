@@ -33,15 +33,10 @@
 //! taken:
 //!
 //! ```
-//! use boresight::{
-//!     board::Checkerboard,
-//!     calibration::CalibrationParams,
-//!     detection::{Detection, Quality},
-//!     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
-//!     geometry::Corner,
-//!     guidance::{GuidanceParams, Purpose},
-//!     session::{Command, Input, Observation, Outcome, Session, SessionSetup},
-//! };
+//! use boresight_calibrate::CalibrationParams;
+//! use boresight_detect::{Detection, Quality};
+//! use boresight_geometry::{Corner, board::Checkerboard, frame::{CaptureTime, FrameId, FrameKind, ImageSize}};
+//! use boresight_guide::{guidance::{GuidanceParams, Purpose}, session::{Command, Input, Observation, Outcome, Session, SessionSetup}};
 //!
 //! let image_size = ImageSize { width_px: 1280, height_px: 720 };
 //! let mut session = Session::new(SessionSetup {
@@ -70,7 +65,7 @@
 //!
 //! session.handle(&Input::Command(Command::UndoLast));
 //! assert!(session.accepted().is_empty());
-//! # Ok::<(), boresight::board::InvalidBoard>(())
+//! # Ok::<(), boresight_geometry::board::InvalidBoard>(())
 //! ```
 
 mod accepted;

@@ -82,7 +82,7 @@ impl Phone {
     ///
     /// # Errors
     ///
-    /// As [`Opening::open`], [`super::Run::carry_out`] and [`super::FinishedRun::conclude`].
+    /// As [`Opening::open`], [`boresight_app::Run::carry_out`] and [`boresight_app::FinishedRun::conclude`].
     pub fn session(
         &self,
         opening: &Opening,

@@ -14,12 +14,9 @@
 //! damaged line anywhere else is named and refused. The first line holds a checksum of `session.toml`.
 //!
 //! ```
-//! use boresight::{
-//!     config::Config,
-//!     frame::ImageSize,
-//!     recording::{Header, SessionFolder},
-//!     session::{Input, Session},
-//! };
+//! use boresight_geometry::frame::ImageSize;
+//! use boresight_guide::session::{Input, Session};
+//! use boresight_run::{config::Config, recording::{Header, SessionFolder}};
 //!
 //! let place = tempfile::tempdir()?;
 //! let path = place.path().join("session");

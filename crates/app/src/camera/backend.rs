@@ -1,0 +1,176 @@
+//! A backend as a value: what it is, what it locks, and how its cameras are reached.
+
+use std::{fmt, sync::Arc};
+
+use boresight_capture::{CaptureError, FrameSource};
+use boresight_geometry::device::{Control, Fault, Wanted};
+use boresight_present::text::camera as words;
+
+use crate::devices_file::{DeviceEntry, OtherDevice};
+
+/// A way to cameras.
+#[derive(Clone, Copy, Debug)]
+pub struct Backend {
+    /// What `--backend` and the settings call it.
+    pub name: &'static str,
+    /// What it is.
+    pub is: &'static str,
+    /// The controls that it locks and watches.
+    pub locks: &'static [Control],
+    /// What it cannot promise, besides the other controls.
+    pub cannot: &'static [&'static str],
+    /// How a name begins that can only mean one of its cameras. A backend whose names another one before it knows, too,
+    /// opens the cameras that that one lists.
+    pub begins: &'static [&'static str],
+    /// How its cameras are reached; the reason if this build can't.
+    pub(super) driver: Result<Driver, fn() -> anyhow::Error>,
+}
+
+/// How the cameras of a backend are reached.
+#[derive(Clone, Copy, Debug)]
+pub struct Driver {
+    /// The connected cameras. It's called every second while a person chooses one.
+    pub near: fn() -> Near,
+    /// Modes of the camera called so that can be read, as the settings name them, the largest first; none if they or the
+    /// camera aren't known.
+    pub modes: fn(&str) -> Vec<String>,
+    /// The camera called so, used in that mode.
+    pub find: fn(&str, &Wanted) -> anyhow::Result<ChosenCamera>,
+    /// The connected cameras, and all that is known of them.
+    pub devices: fn() -> Devices,
+}
+
+/// The connected cameras.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Near {
+    /// Those that can be opened.
+    pub cameras: Vec<NearCamera>,
+    /// Those that can't be used now.
+    pub unusable: Vec<Unusable>,
+}
+
+/// A camera that can be opened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NearCamera {
+    /// The name that finds it again.
+    pub source: String,
+    /// Its product name, which may be shown.
+    pub name: String,
+    /// Whether it may be taken unasked: it's neither virtual nor infrared.
+    pub is_ordinary: bool,
+}
+
+/// A camera that is there and can't be used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unusable {
+    /// Its node, or what else it's called.
+    pub source: String,
+    /// Why.
+    pub fault: Fault,
+    /// Details; may be empty.
+    pub detail: String,
+}
+
+/// What `devices` says of a backend's cameras: entries for its file, each with its lines for a person.
+#[derive(Clone, Debug, Default)]
+pub struct Devices {
+    /// Cameras that can be opened.
+    pub cameras: Vec<(DeviceEntry, Vec<String>)>,
+    /// Devices that are no camera or can't be used; no line for those that are no news.
+    pub others: Vec<(OtherDevice, Option<String>)>,
+}
+
+/// What a camera is opened for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// A session: its controls are locked, if the backend can.
+    Session,
+    /// A look: no control is set.
+    Preview,
+}
+
+type Opens = dyn Fn(Purpose) -> Result<Box<dyn FrameSource>, CaptureError> + Send + Sync;
+
+/// A camera that was found but isn't open yet.
+#[derive(Clone)]
+pub struct ChosenCamera {
+    source: String,
+    opens: Arc<Opens>,
+}
+
+impl Backend {
+    /// Whether this build has it.
+    pub fn is_built(&self) -> bool {
+        self.driver.is_ok()
+    }
+
+    /// Whether `source` can mean one of its cameras.
+    pub(super) fn knows(&self, source: &str) -> bool {
+        self.begins.iter().any(|start| source.starts_with(start))
+    }
+
+    /// What it cannot promise, in sentences.
+    pub fn limits(&self) -> Vec<String> {
+        let free = Control::ALL.into_iter().filter(|control| !self.locks.contains(control));
+        let free: Vec<&str> = free.map(words::control).collect();
+        let free = match free.as_slice() {
+            [] => None,
+            [one] => Some(format!("{one} isn't locked or watched.")),
+            [rest @ .., last] => {
+                Some(format!("{} and {last} aren't locked or watched.", rest.join(", ")))
+            }
+        };
+        let cannot = self.cannot.iter().map(|limit| (*limit).to_owned());
+        free.map(|free| words::capital(&free)).into_iter().chain(cannot).collect()
+    }
+
+    pub(super) fn driver(&self) -> anyhow::Result<Driver> {
+        self.driver.map_err(|missing| missing())
+    }
+}
+
+impl Unusable {
+    /// Why it can't be used, and what to do.
+    pub fn said(&self) -> (String, String) {
+        words::with_detail(self.fault, &self.detail)
+    }
+}
+
+impl ChosenCamera {
+    /// The camera called `source`, which `opens` starts; it's found already.
+    pub fn new(
+        source: String,
+        opens: impl Fn(Purpose) -> Result<Box<dyn FrameSource>, CaptureError> + Send + Sync + 'static,
+    ) -> Self {
+        Self { source, opens: Arc::new(opens) }
+    }
+
+    /// The name that finds it again.
+    pub fn stable_name(&self) -> String {
+        self.source.clone()
+    }
+
+    /// Starts streaming.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError::Camera`] with the fault.
+    pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+        Ok((self.opens)(Purpose::Session)?)
+    }
+
+    /// Starts streaming without setting any control: somebody only looks.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn preview(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+        Ok((self.opens)(Purpose::Preview)?)
+    }
+}
+
+impl fmt::Debug for ChosenCamera {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("ChosenCamera").field(&self.source).finish()
+    }
+}
