@@ -4,6 +4,7 @@ use std::{
     ffi::OsString,
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    slice,
     sync::{Arc, Mutex, PoisonError},
     thread::{Builder, JoinHandle},
 };
@@ -111,13 +112,15 @@ struct Events;
 
 impl Onlooker for Events {
     fn decided(&self, snapshot: &Snapshot) {
-        let (event, view) = match snapshot.decision.outcome {
-            Outcome::Accepted { view, .. } => ("view-taken", view),
-            Outcome::Removed { view } => ("view-removed", view),
-            Outcome::Restored { view } => ("view-restored", view),
+        let (event, views) = match &snapshot.decision.outcome {
+            Outcome::Accepted { view, .. } => ("view-taken", slice::from_ref(view)),
+            Outcome::Removed { .. } => ("view-removed", snapshot.just_removed.as_slice()),
+            Outcome::Restored { view } => ("view-restored", slice::from_ref(view)),
             Outcome::Refused { .. } | Outcome::Noted => return,
         };
-        log(event, || json!({ "view": view.0, "views": snapshot.views.len() }));
+        for view in views {
+            log(event, || json!({ "view": view.0, "views": snapshot.views.len() }));
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use boresight::{
     guidance::{GuidanceParams, Progress, Target},
     session::{Decision, Input, Observation, Outcome, Session, SessionSetup},
 };
-use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, UnitSphere};
@@ -26,12 +26,18 @@ pub(crate) struct World {
     pub(crate) camera: Camera,
     pub(crate) board: Checkerboard,
     pub(crate) noise_px: f64,
+    /// How much higher the middle of the board is than its left and right end.
+    pub(crate) bent_by_m: f64,
+    /// Time from picture to picture.
+    pub(crate) step_nanos: u64,
     rng: ChaCha8Rng,
     time_nanos: u64,
     frame: u64,
     is_followed: bool,
 }
 
+/// From picture to picture, a board moves too far in this time to be followed.
+const NOT_FOLLOWED_NANOS: u64 = 120_000_000;
 /// Least share of the board's corners that tell a part of it.
 const LEAST_SEEN: f64 = 0.4;
 
@@ -49,7 +55,17 @@ impl World {
             distortion: Distortion { k1, k2, ..Distortion::default() },
         };
         let board = Checkerboard::new(9, 6, 0.025).expect("valid");
-        Self { camera, board, noise_px: NOISE_PX, rng, time_nanos: 0, frame: 0, is_followed: false }
+        Self {
+            camera,
+            board,
+            noise_px: NOISE_PX,
+            bent_by_m: 0.0,
+            step_nanos: 33_000_000,
+            rng,
+            time_nanos: 0,
+            frame: 0,
+            is_followed: false,
+        }
     }
 
     fn normal(&mut self, sigma: f64) -> f64 {
@@ -89,13 +105,16 @@ impl World {
 
     pub(crate) fn observe(&mut self, pose: &Isometry3<f64>) -> Observation {
         self.frame += 1;
-        self.time_nanos += 33_000_000;
+        self.time_nanos += self.step_nanos;
+        let half_m = 0.5 * (self.board.columns() - 1) as f64 * self.board.square_m();
         let corners: Vec<Corner> = self
             .board
             .corners_in_board_m()
             .iter()
             .map(|point| {
-                let Some(px) = self.camera.px_from_board(pose, point) else {
+                let height_m = self.bent_by_m * (1.0 - (point.x / half_m).powi(2));
+                let point = pose.transform_point(&Point3::new(point.x, point.y, height_m));
+                let Some(px) = self.camera.project(&point) else {
                     return Corner::unseen(Point2::new(f64::NAN, f64::NAN));
                 };
                 let noise = Vector2::new(self.normal(self.noise_px), self.normal(self.noise_px));
@@ -107,7 +126,7 @@ impl World {
         let (wanted, found) = (corners.len(), corners.iter().filter(|c| c.is_seen()).count());
         let is_told =
             found == wanted || (self.is_followed && found as f64 >= LEAST_SEEN * wanted as f64);
-        self.is_followed = is_told;
+        self.is_followed = is_told && self.step_nanos < NOT_FOLLOWED_NANOS;
         let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
         Observation {
             frame_id: FrameId(self.frame),

@@ -4,7 +4,7 @@ use boresight::{
     calibration::CalibrationParams,
     geometry::Corner,
     guidance::{Progress, Purpose},
-    session::{Input, Outcome, Session},
+    session::{Command, Input, Outcome, Session},
     text,
 };
 use nalgebra::{Isometry3, Point2};
@@ -75,7 +75,12 @@ fn asked_beyond_edge(seed: u64) -> (World, Session) {
     let world = World::new(seed);
     let mut setup = setup(world.board);
     setup.guidance.stop_corner_sigma_px = Some(1e-4);
-    let (mut world, mut session) = (world, Session::new(setup));
+    setup.guidance.pairs_beyond_edge = 1;
+    ask_beyond_edge(world, Session::new(setup))
+}
+
+/// Goes on until a pose is asked for that leaves the picture.
+fn ask_beyond_edge(mut world: World, mut session: Session) -> (World, Session) {
     for _ in 0..60 {
         let target = session.target().expect("collecting").clone();
         if target.purpose == Purpose::BeyondEdge {
@@ -144,4 +149,73 @@ fn the_ghost_beyond_the_edge_shows_most_of_the_board() {
         })
         .collect();
     assert!(seen.len() < ghost.len() && seen.len() * 10 >= ghost.len() * 6, "{}", seen.len());
+}
+
+/// The purpose of the pose asked for.
+fn purpose(session: &Session) -> Option<Purpose> {
+    session.target().map(|target| target.purpose)
+}
+
+/// Shows the board at the pose asked for until a view is taken.
+fn take(world: &mut World, session: &mut Session) {
+    let target = session.target().expect("collecting").clone();
+    if let Some(whole) = world.whole_first(&target) {
+        session.handle(&Input::Observed(whole));
+    }
+    let pose = world.pose_for(&target.ghost_px, 0.0).expect("a pose");
+    let mut observe = || session.handle(&Input::Observed(world.observe(&pose))).outcome;
+    let is_taken = (0..90).any(|_| matches!(observe(), Outcome::Accepted { .. }));
+    assert!(is_taken, "not taken");
+}
+
+#[test]
+fn a_view_beyond_the_edge_that_is_undone_is_asked_for_again() {
+    let (mut world, mut session) = asked_beyond_edge(3);
+    take(&mut world, &mut session);
+    assert!(matches!(purpose(&session), Some(Purpose::Partner { .. })));
+    session.handle(&Input::Command(Command::UndoLast));
+    assert_eq!(purpose(&session), Some(Purpose::BeyondEdge));
+}
+
+#[test]
+fn who_takes_a_view_back_is_asked_beyond_the_edge_again() {
+    let (mut world, mut session) = asked_beyond_edge(3);
+    let whole = whole_pose(&world);
+    for _ in 0..720 {
+        session.handle(&Input::Observed(world.observe(&whole)));
+    }
+    assert_eq!(session.progress(), Progress::Complete, "the person can't show it");
+    session.handle(&Input::Command(Command::UndoLast));
+    take(&mut world, &mut session);
+    assert_eq!(purpose(&session), Some(Purpose::BeyondEdge));
+}
+
+#[test]
+fn a_rest_does_not_count_as_not_being_able_to_reach_beyond_the_edge() {
+    let (mut world, mut session) = asked_beyond_edge(3);
+    let whole = whole_pose(&world);
+    let away = Isometry3::translation(40.0, 0.0, 1.0);
+    session.handle(&Input::Observed(world.observe(&whole)));
+    for _ in 0..900 {
+        session.handle(&Input::Observed(world.observe(&away)));
+    }
+    session.handle(&Input::Observed(world.observe(&whole)));
+    assert_eq!(purpose(&session), Some(Purpose::BeyondEdge));
+}
+
+#[test]
+fn a_slow_camera_is_not_asked_for_parts_that_it_cannot_tell() {
+    let mut world = World::new(3);
+    world.step_nanos = 166_000_000;
+    let mut setup = setup(world.board);
+    setup.guidance.stop_corner_sigma_px = Some(1e-4);
+    let mut session = Session::new(setup);
+    for _ in 0..12 {
+        if session.progress() != Progress::Collecting {
+            break;
+        }
+        assert_ne!(purpose(&session), Some(Purpose::BeyondEdge));
+        take(&mut world, &mut session);
+    }
+    assert_eq!(session.progress(), Progress::Complete);
 }

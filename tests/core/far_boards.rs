@@ -7,7 +7,7 @@ use std::sync::Arc;
 use boresight::{
     calibration::{Calibration, CalibrationParams, FindingCode, KnownLens},
     guidance::{GuidanceParams, Progress},
-    session::{Input, Session, SessionSetup},
+    session::{Command, Input, Session, SessionSetup},
 };
 
 use crate::world::{SIZE, World, guided, setup};
@@ -189,5 +189,31 @@ fn a_lens_that_was_touched_is_not_held() {
         assert!(!contradicts(&alone.calibration));
         let ratio = held.stated_px[1] / alone.stated_px[1];
         assert!(ratio > 0.3, "seed {seed}: it stands alone, {ratio}");
+    }
+}
+
+#[test]
+fn a_near_board_of_which_a_part_is_seen_is_not_far() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    for seconds_only in [false, true] {
+        let ghost_px = session.target().expect("collecting").ghost_px.clone();
+        let whole = world.pose_for(&ghost_px, 0.0).expect("a pose");
+        // So that a little more than the right half of the board is in the picture.
+        let aside_m = 0.5 * whole.translation.z * f64::from(SIZE.width_px) / world.camera.f_px.x;
+        let part = nalgebra::Translation3::new(-aside_m, 0.0, 0.0) * whole;
+        session.handle(&Input::Observed(world.observe(&whole)));
+        for number in 0..if seconds_only { 300 } else { 2 } {
+            if !seconds_only {
+                session.handle(&Input::Command(Command::ForceNext));
+            }
+            let input = Input::Observed(world.observe(&part));
+            let decision = session.handle(&input);
+            let snapshot = session.snapshot(decision);
+            let live = snapshot.live.as_ref().expect("a frame");
+            let span = live.measured.as_ref().expect("a board").span_fraction;
+            assert!(!live.unseen.is_empty() && span < 0.45, "{span}");
+            assert!(snapshot.far.is_none(), "part {number} spans {span}");
+        }
     }
 }

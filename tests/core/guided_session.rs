@@ -1,8 +1,13 @@
 //! Whole guided sessions on projected corners: the planner, the solver and the stop rule in closed loop.
 
-use boresight::{calibration::Verdict, guidance::Progress};
+use boresight::{
+    calibration::{CalibrationParams, Verdict},
+    geometry::Corner,
+    guidance::Progress,
+    session::AcceptedView,
+};
 
-use crate::world::guided;
+use crate::world::{World, guided, guided_in};
 
 #[test]
 fn guided_sessions_end_with_the_truth_inside_their_uncertainty() {
@@ -45,4 +50,19 @@ fn guided_sessions_end_with_the_truth_inside_their_uncertainty() {
     assert!(inside * 100 >= 80 * sessions, "{inside} of {sessions}");
     assert!(views[views.len() / 2] <= 8);
     assert_eq!(complete, sessions);
+}
+
+#[test]
+fn a_bent_board_costs_no_views_that_cannot_unbend_it() {
+    let mut world = World::new(3);
+    world.bent_by_m = 0.001;
+    let (_, session, _) = guided_in(world, CalibrationParams::default(), |_, _| ());
+    let calibration = session.calibration().expect("calibrated");
+    let codes: Vec<_> = calibration.findings.iter().map(|finding| finding.code.code()).collect();
+    assert!(codes.contains(&"BOARD-BENT"), "{codes:?}");
+    assert_eq!(calibration.verdict, Verdict::Care, "{codes:?}");
+    assert_eq!(session.progress(), Progress::Complete, "{codes:?}");
+    assert!(session.accepted().len() <= 12, "{} views, {codes:?}", session.accepted().len());
+    let is_part = |taken: &AcceptedView| !taken.view.corners.iter().all(Corner::is_seen);
+    assert!(session.accepted().iter().any(is_part), "no board beyond the edge: {codes:?}");
 }

@@ -6,7 +6,10 @@ use boresight::{
     detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
     frame::{CaptureTime, FrameId, FrameKind},
     geometry::{Camera, Corner, Distortion, LensKind, expect_unseen, seen_count},
-    guidance::{GuidanceParams, LensEstimate, Role, View, measure, next_target, role_of},
+    guidance::{
+        GuidanceParams, Knowledge, LensEstimate, Role, View, information::LensMatrix, measure,
+        next_target, role_of,
+    },
     simulation::{Scene as Rendered, render_view},
 };
 use image::{GrayImage, Luma};
@@ -339,4 +342,33 @@ fn the_partner_of_a_part_stands_where_its_pose_is_reflected() {
     assert!(counts[0] > counts[1] + 3, "{counts:?}");
     let role = role_of(&other, &accepted, &lens_estimate, &params);
     assert_eq!(role, Ok(Role::Partner { of: 0 }));
+}
+
+#[test]
+fn a_part_tells_and_covers_what_is_seen_of_it() {
+    let mut scene = Scene::ordinary(77);
+    scene.noise_px = 1e-3;
+    let plan = scene.plan(4);
+    let whole = scene.views(&plan);
+    let mut parts = whole.clone();
+    for view in &mut parts {
+        // The two left columns of nine.
+        for (index, corner) in view.iter_mut().enumerate() {
+            *corner = if index % 9 < 2 { *corner } else { Corner::unseen(corner.px) };
+        }
+    }
+    let lens_estimate = LensEstimate { camera: scene.camera, ..LensEstimate::guess(SIZE) };
+    let [whole_variance, part_variance] = [&whole, &parts].map(|views| {
+        let views: Vec<View> =
+            (0..4).map(|i| measured(i, &views[i as usize], &lens_estimate)).collect();
+        let knowledge =
+            Knowledge::new(&views, &board(), &lens_estimate, &GuidanceParams::default());
+        knowledge.variance_with(&LensMatrix::zeros()).expect("definite")
+    });
+    assert!(part_variance > 3.0 * whole_variance, "{part_variance} {whole_variance}");
+    let [whole, part] = [whole, parts].map(|views| {
+        let params = CalibrationParams::default();
+        calibrate(&views, &board(), SIZE, &params).expect("a lens").coverage
+    });
+    assert!(part < 0.6 * whole, "{part} {whole}");
 }

@@ -451,3 +451,71 @@ fn twice_the_pixels_ask_for_the_same_poses() {
         assert!((doubled - large).norm() < 1.0, "{doubled} {large}");
     }
 }
+
+/// The board is out of the picture.
+fn away() -> nalgebra::Isometry3<f64> {
+    nalgebra::Isometry3::translation(40.0, 0.0, 1.0)
+}
+
+#[test]
+fn a_person_who_walks_away_from_a_far_board_finds_the_session_as_it_was() {
+    for pauses in [false, true] {
+        let mut world = World::new(3);
+        let mut setup = setup(world.board);
+        setup.guidance.target_span_fraction = 0.3;
+        let mut session = Session::new(setup);
+        take_one(&mut world, &mut session);
+        let ghost_px = session.target().expect("collecting").ghost_px.clone();
+        let pose = world.pose_for(&ghost_px, 0.0).expect("a pose");
+        session.handle(&Input::Observed(world.observe(&pose)));
+        if pauses {
+            session.handle(&Input::Command(Command::Pause));
+        }
+        for _ in 0..1000 {
+            let pose = if pauses { pose } else { away() };
+            session.handle(&Input::Observed(world.observe(&pose)));
+        }
+        session.handle(&Input::Command(Command::Resume));
+        let decision = session.handle(&Input::Observed(world.observe(&pose)));
+        assert_eq!(decision.progress, Progress::Collecting, "paused: {pauses}");
+    }
+}
+
+#[test]
+fn every_view_that_a_moved_lens_costs_is_named() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    for _ in 0..4 {
+        take_one(&mut world, &mut session);
+    }
+    session.handle(&Input::Command(Command::UndoLast));
+    let good_until = CaptureTime { nanos: 0 };
+    let change = ControlChange { control: Control::Focus, from: 30, to: 45, good_until };
+    let decision = session.handle(&Input::Camera(CameraEvent::ControlChanged(change)));
+    assert_eq!(said(&session, decision), "Removed: views 1, 2 and 3");
+}
+
+#[test]
+fn a_ghost_recedes_after_many_views_too() {
+    let mut world = World::new(3);
+    let mut setup = setup(world.board);
+    setup.guidance =
+        GuidanceParams { stop_pp_sigma_px: 1e-3, stop_corner_sigma_px: None, ..setup.guidance };
+    let mut session = Session::new(setup);
+    while session.accepted().len() < 10
+        || matches!(session.target().expect("collecting").purpose, Purpose::Partner { .. })
+    {
+        take_one(&mut world, &mut session);
+    }
+    let span = |session: &Session| session.target().expect("collecting").span_fraction(SIZE);
+    let before = span(&session);
+    let ghost_px = session.target().expect("collecting").ghost_px.clone();
+    let pose = world.pose_for(&ghost_px, 0.0).expect("a pose");
+    let shifted = nalgebra::Translation3::new(-0.9 * pose.translation.z, 0.0, 0.0) * pose;
+    for _ in 0..60 {
+        let cut_off = world.observe(&shifted);
+        assert!(cut_off.seen.is_err(), "cut off");
+        session.handle(&Input::Observed(cut_off));
+    }
+    assert!(span(&session) < 0.97 * before, "{before} {}", span(&session));
+}

@@ -66,6 +66,11 @@ impl Track {
         }
     }
 
+    /// Whether a prediction that far ahead is good enough to tell which corners a part of the board has.
+    pub fn names_corners_after(gap_secs: f64) -> bool {
+        gap_secs < LONGEST_NAMING_GAP_SECS
+    }
+
     /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole picture should be
     /// searched.
     pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
@@ -88,7 +93,7 @@ impl Track {
             None => newest.clone(),
         };
         Some(Prediction {
-            names_corners: steps.is_some() && ahead_secs < LONGEST_NAMING_GAP_SECS,
+            names_corners: steps.is_some() && Self::names_corners_after(ahead_secs),
             everywhere: self.followed.is_multiple_of(FULL_SEARCH_EVERY),
             corners_px,
         })

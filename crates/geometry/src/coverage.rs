@@ -20,12 +20,34 @@ impl BoardOutline {
     ///
     /// `None` unless the corners fill whole rows, at least one, and the outermost ones are finite.
     pub fn of(corners_px: &[Point2<f64>], columns: usize) -> Option<Self> {
-        let last = corners_px.len().checked_sub(1)?;
+        Self::of_seen(corners_px, columns, |_| true)
+    }
+
+    /// The outline of the part of a board that is seen, which `is_seen` says of a corner by its index: between those nearest
+    /// to the outermost ones. That of the whole board if all are.
+    ///
+    /// `None` if fewer than two are seen, and where [`Self::of`] gives none.
+    pub fn of_seen(
+        corners_px: &[Point2<f64>],
+        columns: usize,
+        is_seen: impl Fn(usize) -> bool,
+    ) -> Option<Self> {
         if columns == 0 || !corners_px.len().is_multiple_of(columns) {
             return None;
         }
-        let corners = [0, columns - 1, last, last + 1 - columns];
-        Self::around(corners.map(|index| corners_px[index]))
+        let seen = || (0..corners_px.len()).filter(|&index| is_seen(index));
+        let mut two = seen();
+        let (Some(first), Some(_)) = (two.next(), two.next()) else { return None };
+        let (last_row, last_column) = (corners_px.len() / columns - 1, columns - 1);
+        let corners = [(0, 0), (0, last_column), (last_row, last_column), (last_row, 0)];
+        Self::around(corners.map(|(row, column)| {
+            let nearest = seen().min_by_key(|index| {
+                let down = (index / columns).abs_diff(row);
+                let across = (index % columns).abs_diff(column);
+                (down + across, down.max(across))
+            });
+            corners_px[nearest.unwrap_or(first)]
+        }))
     }
 
     /// The outline with these corners, in order around the board. `None` unless all are finite.
@@ -130,6 +152,9 @@ mod tests {
         assert!(coverage(&[], size).abs() < 1e-12);
         assert_eq!(open_corners(&[outline], size), [false, true, true, false]);
         assert_eq!(corner_coverage(&[outline], size), [1.0, 0.0, 0.0, 1.0]);
+        let part = BoardOutline::of_seen(&view, 3, |index| [0, 1, 3, 4, 6].contains(&index));
+        assert_eq!(part, BoardOutline::around([view[0], view[1], view[4], view[6]]));
+        assert_eq!(BoardOutline::of_seen(&view, 3, |index| index == 4), None);
         assert_eq!(BoardOutline::of(&view, 4), None);
         assert_eq!(BoardOutline::of(&[], 3), None);
     }

@@ -56,6 +56,12 @@ impl ImageSize {
         Point2::new((f64::from(self.width_px) - 1.0) / 2.0, (f64::from(self.height_px) - 1.0) / 2.0)
     }
 
+    /// Whether `px` lies in the picture, up to the centres of its outermost pixels.
+    pub fn contains(self, px: &Point2<f64>) -> bool {
+        (0.0..=f64::from(self.width_px) - 1.0).contains(&px.x)
+            && (0.0..=f64::from(self.height_px) - 1.0).contains(&px.y)
+    }
+
     /// Size of `image`.
     pub fn of(image: &GrayImage) -> Self {
         Self { width_px: image.width(), height_px: image.height() }

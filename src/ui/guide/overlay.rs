@@ -71,12 +71,9 @@ fn opacity(age_secs: Option<f64>) -> f32 {
 
 /// The part of the picture in which boards have been.
 fn coverage(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
-    let (size, columns) = (snapshot.setup.image_size, snapshot.setup.board.columns());
-    let outlines: Vec<BoardOutline> = snapshot
-        .views
-        .iter()
-        .filter_map(|view| BoardOutline::of(&view.corners_px, columns))
-        .collect();
+    let size = snapshot.setup.image_size;
+    let outlines: Vec<BoardOutline> =
+        snapshot.views.iter().filter_map(|view| view.outline).collect();
     let half_px = Vector2::new(
         0.5 * f64::from(size.width_px) / f64::from(GRID_COLUMNS),
         0.5 * f64::from(size.height_px) / f64::from(GRID_ROWS),

@@ -139,12 +139,8 @@ fn uncovered(
     may_go_on: bool,
     asks: &mut Vec<UiAction>,
 ) {
-    let columns = snapshot.setup.board.columns();
-    let outlines: Vec<BoardOutline> = snapshot
-        .views
-        .iter()
-        .filter_map(|view| BoardOutline::of(&view.corners_px, columns))
-        .collect();
+    let outlines: Vec<BoardOutline> =
+        snapshot.views.iter().filter_map(|view| view.outline).collect();
     if calibration.verdict != Verdict::Untrustworthy
         && let Some(open) = words::open_corners(open_corners(&outlines, calibration.image_size))
     {

@@ -403,6 +403,17 @@ pub enum FindingCode {
     NotConverged,
 }
 
+impl Finding {
+    /// Whether further views are worth taking because of it: it's bad, or they put it right.
+    pub fn calls_for_views(&self) -> bool {
+        match self.severity {
+            Severity::Info => false,
+            Severity::Care => OF_TOO_FEW_VIEWS.contains(&self.code.code()),
+            Severity::Bad => true,
+        }
+    }
+}
+
 impl FindingCode {
     /// Stable name.
     pub fn code(&self) -> &'static str {

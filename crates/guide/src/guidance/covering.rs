@@ -2,18 +2,16 @@
 //! lens is extrapolated.
 //! Source: `docs/method.md`, section 3.4.
 
-use nalgebra::{Isometry3, Vector2};
+use nalgebra::{Isometry3, Point2, Vector2};
 
 use super::{
     beyond_edge::pairs_beyond_edge,
     candidates::{Pair, candidates, free_directions_rad},
-    information::{
-        CORNER_SIGMA_PX, corner_weight, information_in_picture, known_information, reflected,
-    },
+    information::{CORNER_SIGMA_PX, corner_weight, information_in_picture, reflected},
     params::GuidanceParams,
     view::{LensEstimate, View},
     wanted_pose::{WantedPose, place_board, seen_px},
-    worth::pose_of,
+    worth::accepted_information,
 };
 use boresight_geometry::{
     BoardOutline, board::Checkerboard, corner_coverage, coverage, frame::ImageSize,
@@ -84,8 +82,7 @@ pub(super) fn best_pair_beyond_edge(
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<Pair> {
-    let poses = accepted.iter().filter_map(|view| pose_of(&view.corners, board, lens_estimate));
-    let known = known_information(poses, board, lens_estimate, CORNER_SIGMA_PX);
+    let known = accepted_information(accepted, board, lens_estimate);
     let weight = corner_weight(lens_estimate)?;
     let information =
         |pose: &Isometry3<f64>| information_in_picture(pose, board, lens_estimate, CORNER_SIGMA_PX);
@@ -121,11 +118,11 @@ fn reached(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
     closed + coverage(outlines, image_size)
 }
 
-/// What `view` would cover that none of the `accepted` ones does, corners first, as a share of what the ghost would.
-/// 1 if the ghost covers nothing more.
+/// What the seen part of `view` would cover that none of the `accepted` ones does, corners first, as a share of what the
+/// part of the ghost in the picture would. 1 if the ghost covers nothing more.
 pub fn covering_share(
     view: &View,
-    ghost: &BoardOutline,
+    ghost_px: &[Point2<f64>],
     accepted: &[View],
     columns: usize,
     image_size: ImageSize,
@@ -139,17 +136,21 @@ pub fn covering_share(
         outlines.pop();
         after - before
     };
-    let wanted = gain(Some(*ghost));
-    if wanted > 0.0 { gain(outline(view, columns)) / wanted } else { 1.0 }
+    let wanted = gain(outline_in_picture(ghost_px, columns, image_size));
+    if wanted > 0.0 { gain(view.outline(columns)) / wanted } else { 1.0 }
 }
 
 fn outlines(views: &[View], columns: usize) -> Vec<BoardOutline> {
-    views.iter().filter_map(|view| outline(view, columns)).collect()
+    views.iter().filter_map(|view| view.outline(columns)).collect()
 }
 
-fn outline(view: &View, columns: usize) -> Option<BoardOutline> {
-    let corners: Vec<_> = view.corners.iter().map(|corner| corner.px).collect();
-    BoardOutline::of(&corners, columns)
+/// Outline of the part of a ghost that is seen once a board stands there.
+fn outline_in_picture(
+    ghost_px: &[Point2<f64>],
+    columns: usize,
+    image_size: ImageSize,
+) -> Option<BoardOutline> {
+    BoardOutline::of_seen(ghost_px, columns, |index| image_size.contains(&ghost_px[index]))
 }
 
 /// What the accepted views cover, and what pairs would cover beside them.
@@ -178,7 +179,7 @@ impl<'a> Covering<'a> {
             self.outlines.truncate(taken);
             self.outlines.extend([pose, reflected(&pose)].iter().filter_map(|pose| {
                 let corners_px = seen_px(pose, self.board, self.lens_estimate);
-                BoardOutline::of(&corners_px, self.board.columns())
+                outline_in_picture(&corners_px, self.board.columns(), image_size)
             }));
             let now = score(&self.outlines, image_size);
             if now > most {

@@ -28,8 +28,8 @@ const IN_CORNER: f64 = 0.3;
 /// Standard deviation, as a share of the weak prior's, of a coefficient that an earlier calibration held fixed.
 const FIXED_SHARE: f64 = 1e-3;
 
-/// Fisher information about the lens from views at these poses, with corner errors of `sigma_px`, and from
-/// weak priors: positive definite without any view. A view with a corner behind the camera adds nothing.
+/// Fisher information about the lens from views at these poses, of each the corners in the picture, with errors of
+/// `sigma_px`, and from weak priors: positive definite without any view. A view with a corner behind the camera adds nothing.
 pub fn known_information(
     poses: impl IntoIterator<Item = Isometry3<f64>>,
     board: &Checkerboard,
@@ -44,7 +44,7 @@ pub fn known_information(
 }
 
 /// Weak priors and, if there is one, an earlier calibration: its covariance, with the error that no model states.
-fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
+pub(super) fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     let sigma = prior_sigma(lens_estimate.image_size);
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
     let known = lens_estimate.known_covariance.and_then(|known| {
@@ -100,7 +100,7 @@ pub fn view_information(
     camera: &Camera,
     sigma_px: f64,
 ) -> Option<LensMatrix> {
-    information_of(pose, board, camera, sigma_px, |_| true)
+    information_of(pose, board, camera, sigma_px, |_, _| true)
 }
 
 /// [`view_information`] of the corners that lie in the picture.
@@ -111,25 +111,23 @@ pub(super) fn information_in_picture(
     sigma_px: f64,
 ) -> Option<LensMatrix> {
     let size = lens_estimate.image_size;
-    let (right, bottom) = (f64::from(size.width_px) - 1.0, f64::from(size.height_px) - 1.0);
-    information_of(pose, board, &lens_estimate.camera, sigma_px, |px| {
-        (0.0..=right).contains(&px.x) && (0.0..=bottom).contains(&px.y)
-    })
+    information_of(pose, board, &lens_estimate.camera, sigma_px, |_, px| size.contains(px))
 }
 
-fn information_of(
+/// [`view_information`] of the corners for which `is_seen` says so of their index and pixel.
+pub(super) fn information_of(
     pose: &Isometry3<f64>,
     board: &Checkerboard,
     camera: &Camera,
     sigma_px: f64,
-    is_seen: impl Fn(&Point2<f64>) -> bool,
+    is_seen: impl Fn(usize, &Point2<f64>) -> bool,
 ) -> Option<LensMatrix> {
     let mut a = LensMatrix::zeros();
     let mut b = SMatrix::<f64, PARAMETERS, 6>::zeros();
     let mut d = SMatrix::<f64, 6, 6>::zeros();
-    for point in board.corners_in_board_m() {
+    for (index, point) in board.corners_in_board_m().into_iter().enumerate() {
         let at = camera.project_board_point(pose, &point)?;
-        if !is_seen(&at.px) {
+        if !is_seen(index, &at.px) {
             continue;
         }
         let jac_lens = square_pixels(&at.jac_lens);

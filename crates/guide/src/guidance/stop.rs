@@ -23,11 +23,11 @@ pub struct Precision {
     /// With a goal in the person's own unit: the error over what the goal leaves to the lens; met at 1. It replaces the
     /// limits of both standard deviations.
     pub goal_excess: Option<f64>,
-    /// Whether every trust check passed, coverage of the picture aside.
+    /// Whether no trust check, coverage of the picture aside, found what further views put right, or what is bad.
     pub trusted: bool,
     /// Whether the boards covered enough of the picture.
     pub covered: bool,
-    /// Whether every trust check passed that a board passes which stays small in the picture.
+    /// The same of the trust checks that a board passes which stays small in the picture.
     pub trusted_far: bool,
 }
 

@@ -283,11 +283,7 @@ fn within_picture(mut target: Target, image_size: ImageSize, params: &GuidancePa
 
 /// Whether a part of the ghost lies outside of the picture.
 fn leaves(ghost_px: &[Point2<f64>], image_size: ImageSize) -> bool {
-    let ImageSize { width_px, height_px } = image_size;
-    let (right, bottom) = (f64::from(width_px) - 1.0, f64::from(height_px) - 1.0);
-    let is_inside =
-        |px: &Point2<f64>| (0.0..=right).contains(&px.x) && (0.0..=bottom).contains(&px.y);
-    !ghost_px.iter().all(is_inside)
+    !ghost_px.iter().all(|px| image_size.contains(px))
 }
 
 fn target(

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::{params::width_scale, refusal::Refusal};
 use boresight_geometry::{
-    Camera, Corner, Homography, LensMatrix, LensParameter, LensParts, PrincipalLine,
+    BoardOutline, Camera, Corner, Homography, LensMatrix, LensParameter, LensParts, PrincipalLine,
     board::Checkerboard,
     frame::{CaptureTime, FrameId, ImageSize},
     mean_px,
@@ -101,6 +101,18 @@ impl View {
     pub fn tilt_azimuth_rad(&self) -> f64 {
         self.line.tilt_azimuth_rad
     }
+
+    /// Outline of the part of a board with `columns` corners in a row that is seen.
+    pub fn outline(&self, columns: usize) -> Option<BoardOutline> {
+        let px: Vec<_> = self.corners.iter().map(|corner| corner.px).collect();
+        BoardOutline::of_seen(&px, columns, |index| self.corners[index].is_seen())
+    }
+
+    /// Larger of the shares of the picture's width and height that the whole board spans, where it isn't seen as expected:
+    /// above 1 if it's larger than the picture.
+    pub fn board_span_fraction(&self, image_size: ImageSize) -> f64 {
+        span_fraction(bounds_px(self.corners.iter().map(|corner| corner.px)), image_size)
+    }
 }
 
 /// Measures the `corners` seen in a frame through the lens estimate.
@@ -149,10 +161,15 @@ pub fn measure(
         tilt_rad,
         mean_px: mean_px(corners),
         board_px: board_px(corners),
-        span_fraction: ((high.x - low.x) / width).max((high.y - low.y) / height),
+        span_fraction: span_fraction((low, high), lens_estimate.image_size),
         margin_px,
         partner_frame: None,
     })
+}
+
+fn span_fraction((low, high): (Point2<f64>, Point2<f64>), image_size: ImageSize) -> f64 {
+    let ImageSize { width_px, height_px } = image_size;
+    ((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px))
 }
 
 fn board_px(corners: &[Corner]) -> Point2<f64> {

@@ -5,7 +5,8 @@ use nalgebra::Isometry3;
 
 use super::{
     information::{
-        CORNER_SIGMA_PX, LensMatrix, information_in_picture, known_information, projection_weight,
+        CORNER_SIGMA_PX, LensMatrix, information_in_picture, information_of, prior_information,
+        projection_weight,
     },
     params::GuidanceParams,
     slots::direction_difference_rad,
@@ -35,15 +36,14 @@ pub struct Knowledge {
 }
 
 impl Knowledge {
-    /// What the `accepted` views tell, with corner errors of a tenth of a pixel.
+    /// What the corners that are seen in the `accepted` views tell, with errors of a tenth of a pixel.
     pub fn new(
         accepted: &[View],
         board: &Checkerboard,
         lens_estimate: &LensEstimate,
         params: &GuidanceParams,
     ) -> Self {
-        let poses = accepted.iter().filter_map(|view| pose_of(&view.corners, board, lens_estimate));
-        let information = known_information(poses, board, lens_estimate, CORNER_SIGMA_PX);
+        let information = accepted_information(accepted, board, lens_estimate);
         let (projection, pixels) = projection_weight(lens_estimate);
         let mut weight =
             projection / (2.0 * pixels.max(1) as f64 * params.stop_projection_sigma_px.powi(2));
@@ -64,15 +64,29 @@ impl Knowledge {
         Some((self.weight * covariance).trace())
     }
 
-    /// [`Self::variance_with`] a view at that pose; the present variance if such a view tells nothing.
+    /// [`Self::variance_with`] a board at that pose, of the corners in the picture; the present variance if it tells nothing.
     pub fn variance_after(
         &self,
         cam_from_board: &Isometry3<f64>,
         board: &Checkerboard,
         lens_estimate: &LensEstimate,
     ) -> f64 {
-        information_in_picture(cam_from_board, board, lens_estimate, CORNER_SIGMA_PX)
-            .and_then(|view| self.variance_with(&view))
+        let more = information_in_picture(cam_from_board, board, lens_estimate, CORNER_SIGMA_PX);
+        self.variance_after_more(more)
+    }
+
+    /// [`Self::variance_with`] those `corners` that are seen; the present variance if they tell nothing.
+    pub fn variance_after_seen(
+        &self,
+        corners: &[Corner],
+        board: &Checkerboard,
+        lens_estimate: &LensEstimate,
+    ) -> f64 {
+        self.variance_after_more(seen_information(corners, board, lens_estimate))
+    }
+
+    fn variance_after_more(&self, more: Option<LensMatrix>) -> f64 {
+        more.and_then(|more| self.variance_with(&more))
             .map_or(self.variance, |after| after.min(self.variance))
     }
 
@@ -87,6 +101,30 @@ impl Knowledge {
         }
         (removed / removed_by_wanted).min(after_wanted / after)
     }
+}
+
+/// Information about the lens from the corners that are seen in the `accepted` views, and from weak priors.
+pub(super) fn accepted_information(
+    accepted: &[View],
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+) -> LensMatrix {
+    accepted
+        .iter()
+        .filter_map(|view| seen_information(&view.corners, board, lens_estimate))
+        .fold(prior_information(lens_estimate), |sum, view| sum + view)
+}
+
+/// Information about the lens from those `corners` that are seen; `None` if they fit no board.
+fn seen_information(
+    corners: &[Corner],
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+) -> Option<LensMatrix> {
+    let pose = pose_of(corners, board, lens_estimate)?;
+    information_of(&pose, board, &lens_estimate.camera, CORNER_SIGMA_PX, |index, _| {
+        corners.get(index).is_some_and(Corner::is_seen)
+    })
 }
 
 /// Pose of the board whose corners appear at `corners`; `None` if they fit no board.

@@ -40,7 +40,8 @@ pub enum Outcome {
         /// What it is for.
         role: Role,
     },
-    /// A view was removed. If focus or zoom moved, it is the newest of several.
+    /// A view was removed. If focus or zoom moved, it is the newest of several: see
+    /// [`Snapshot::just_removed`](super::Snapshot::just_removed).
     Removed {
         /// Its number.
         view: ViewNumber,

@@ -1,6 +1,7 @@
 //! Applies inputs: commands, camera events and everything that is not a frame.
 
 use super::{
+    accepted::AcceptedView,
     camera::CameraState,
     decision::{Decision, Outcome},
     input::{Command, Input, Observation},
@@ -14,6 +15,7 @@ use boresight_geometry::device::CameraEvent;
 impl Session {
     /// Applies one input and returns what it decided.
     pub fn handle(&mut self, input: &Input) -> Decision {
+        self.tracking.just_removed.clear();
         let (frame, outcome, advice) = match input {
             Input::Observed(observation) => {
                 let (outcome, advice) = self.judge_frame(observation);
@@ -103,11 +105,11 @@ impl Session {
         }
         let is_of_this_lens = |view: &View| view.captured_at <= change.good_until;
         ground.removed.retain(|(_, removed)| is_of_this_lens(&removed.view));
-        let newest = ground.accepted.iter().rev().find(|taken| !is_of_this_lens(&taken.view));
-        let Some(view) = newest.map(|taken| taken.number) else { return Outcome::Noted };
-        ground.accepted.retain(|taken| is_of_this_lens(&taken.view));
-        self.replan();
-        self.tracking.forget_motion();
+        let is_other = |taken: &mut AcceptedView| !is_of_this_lens(&taken.view);
+        let dropped = ground.accepted.extract_if(.., is_other).map(|taken| taken.number);
+        self.tracking.just_removed.extend(dropped);
+        let Some(view) = self.tracking.just_removed.last().copied() else { return Outcome::Noted };
+        self.views_removed();
         Outcome::Removed { view }
     }
 
@@ -147,10 +149,15 @@ impl Session {
         };
         let removed = self.ground.accepted.remove(index);
         self.ground.removed.push((index, removed));
-        self.ground.seen.given_up = false;
+        self.tracking.just_removed.push(view);
+        self.views_removed();
+        Outcome::Removed { view }
+    }
+
+    fn views_removed(&mut self) {
+        self.ground.seen.note_removed();
         self.replan();
         self.tracking.forget_motion();
-        Outcome::Removed { view }
     }
 
     fn restore(&mut self) -> Outcome {

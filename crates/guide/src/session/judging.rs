@@ -12,16 +12,16 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    Advice, GuidanceParams, HeldFrame, Hold, Motion, Progress, Refusal, Role, Smear, StillLimits,
-    View, advise, covering_share, gate,
+    Advice, GuidanceParams, HeldFrame, Hold, Motion, Progress, Purpose, Refusal, Role, Smear,
+    StillLimits, View, advise, covering_share, gate,
     hold::wanted_secs,
     measure, role_of, still,
-    worth::{is_followed, least_share, pose_of},
+    worth::{is_followed, least_share},
 };
 use boresight_detect::Miss;
 use boresight_geometry::{
-    BoardOutline, Corner,
-    frame::{CaptureTime, FrameKind, ImageSize},
+    Corner,
+    frame::{FrameKind, ImageSize},
 };
 
 /// Largest multiple of a partner's limit …
@@ -82,6 +82,8 @@ const BEYOND_EDGE_WITHIN_SECS: f64 = 20.0;
 const LOST_BEYOND_EDGE_SECS: f64 = 6.0;
 /// A board that hasn't come nearer within this time won't.
 const NEARER_WITHIN_SECS: f64 = 8.0;
+/// No frame counts for longer than this, however long ago the one before came: photographs in a folder are a second apart.
+const LONGEST_STEP_SECS: f64 = 1.0;
 
 /// What a frame measures, if anything, and its role or why it is refused.
 struct Judgement {
@@ -93,6 +95,7 @@ impl Session {
     /// Judges a frame and takes the view that it completes. The advice is `None` if a view was taken.
     pub(super) fn judge_frame(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
         let now = observation.captured_at;
+        let step_secs = self.note_time(observation);
         let motion = self.note_motion(observation);
         let exposure_secs = self.exposure_secs();
         let smear = motion.map(|motion| Smear::of(&motion, exposure_secs));
@@ -114,7 +117,7 @@ impl Session {
                 if let Some(accepted) = self.hold_on(observation.kind, frame) {
                     return (accepted, None);
                 }
-                let wanted_secs = self.wanted_hold_secs(now);
+                let wanted_secs = self.wanted_hold_secs();
                 let hold = self.tracking.hold.as_ref();
                 Refusal::Holding { progress: hold.map_or(0.0, |hold| hold.progress(wanted_secs)) }
             }
@@ -124,7 +127,7 @@ impl Session {
                 refusal
             }
         };
-        self.adapt_target(observation, view.as_ref(), &refusal);
+        self.adapt_target(observation, view.as_ref(), &refusal, step_secs);
         let target = self.derived.target.as_ref();
         let needs_support = self.tracking.patience.needs_advice(now);
         let advice = advise(view.as_ref(), &refusal, target, needs_support, &self.setup.guidance);
@@ -135,11 +138,27 @@ impl Session {
         f64::from(self.setup.image_size.width_px)
     }
 
+    /// Lets the time go on for which the pose has been asked for, if a board is in the picture. The time since the frame
+    /// before, as far as it counts.
+    fn note_time(&mut self, observation: &Observation) -> f64 {
+        let Tracking { asked_secs, newest_at, .. } = &mut self.tracking;
+        let now = observation.captured_at;
+        let passed_secs = newest_at.replace(now).map(|then| now.secs_since(then));
+        let step_secs = passed_secs.unwrap_or(0.0).clamp(0.0, LONGEST_STEP_SECS);
+        if let Ok(seen) = &observation.seen {
+            *asked_secs += if self.ground.paused { 0.0 } else { step_secs };
+            if observation.kind == FrameKind::Video {
+                self.ground.seen.note_found(&seen.corners, passed_secs);
+            }
+        }
+        step_secs
+    }
+
     /// How the board moved up to this frame, which becomes the newest one to compare with. `None` without a board
     /// or an earlier frame.
     fn note_motion(&mut self, observation: &Observation) -> Option<Motion> {
         let now = observation.captured_at;
-        let Tracking { motion: window, exposure, asked_at, .. } = &mut self.tracking;
+        let Tracking { motion: window, exposure, .. } = &mut self.tracking;
         let Ok(seen) = &observation.seen else {
             window.clear();
             exposure.add(now, None, 0.0);
@@ -148,8 +167,6 @@ impl Session {
         let motion = window.motion(now, &seen.corners);
         window.push(now, &seen.corners);
         exposure.add(now, motion.as_ref(), seen.quality.blur_px);
-        // A clock that started again says nothing about how long the pose has been asked for.
-        *asked_at = Some(asked_at.filter(|asked_at| *asked_at <= now).unwrap_or(now));
         motion
     }
 
@@ -158,25 +175,25 @@ impl Session {
         self.ground.camera.exposure_secs().unwrap_or_else(|| self.tracking.exposure.secs())
     }
 
-    /// How long the pose has been asked for with a board in the picture.
-    fn waited_secs(&self, now: CaptureTime) -> f64 {
-        self.tracking.asked_at.map_or(0.0, |asked_at| now.secs_since(asked_at))
-    }
-
     /// Asks for another pose if frames show that this one can't be shown: the board is cut off at it, the lens isn't
     /// as believed, or the board comes no nearer.
-    fn adapt_target(&mut self, observation: &Observation, view: Option<&View>, refusal: &Refusal) {
-        let now = observation.captured_at;
+    fn adapt_target(
+        &mut self,
+        observation: &Observation,
+        view: Option<&View>,
+        refusal: &Refusal,
+        step_secs: f64,
+    ) {
         if observation.kind == FrameKind::Photograph || *refusal == Refusal::NotCollecting {
             return;
         }
         let image_size = self.setup.image_size;
         let cut_off = matches!(refusal, Refusal::AtTheEdge { .. })
             || matches!(observation.seen, Err(Miss::PartialBoard { cut_off_by: Some(_), .. }));
-        let waited_secs = self.waited_secs(now);
         let seen = &mut self.ground.seen;
-        let is_far = seen.limits(&self.setup.guidance).is_far();
-        if is_far
+        let Tracking { asked_secs, cut_off_secs, largest_span_fraction, .. } = &mut self.tracking;
+        let waited_secs = *asked_secs;
+        if self.derived.limits.is_far()
             && observation.seen.is_ok()
             && !self.ground.accepted.is_empty()
             && waited_secs >= GIVEN_UP_SECS
@@ -185,9 +202,6 @@ impl Session {
             self.replan();
             return;
         }
-        let Tracking { cut_off_secs, judged_at, largest_span_fraction, .. } = &mut self.tracking;
-        let step_secs = judged_at.map_or(0.0, |then| now.secs_since(then)).clamp(0.0, 0.5);
-        *judged_at = Some(now);
         *cut_off_secs += if cut_off { step_secs } else { 0.0 };
         if self.derived.target.as_ref().is_some_and(|target| target.leaves_picture) {
             if waited_secs >= BEYOND_EDGE_WITHIN_SECS || *cut_off_secs >= LOST_BEYOND_EDGE_SECS {
@@ -203,14 +217,13 @@ impl Session {
             return;
         }
         let Some(view) = view else { return };
-        *largest_span_fraction = largest_span_fraction.max(view.span_fraction);
+        *largest_span_fraction = largest_span_fraction.max(view.board_span_fraction(image_size));
         let largest_span_fraction = *largest_span_fraction;
         let (derived, seen) = (&self.derived, &mut self.ground.seen);
         if self.ground.accepted.is_empty() && seen.note_first_focal(view, &derived.lens_estimate) {
             self.replan();
             return;
         }
-        let waited_secs = self.waited_secs(now);
         let Some(target) = &self.derived.target else { return };
         if waited_secs >= NEARER_WITHIN_SECS
             && self.ground.seen.note_small(largest_span_fraction, target, image_size)
@@ -220,8 +233,8 @@ impl Session {
         }
     }
 
-    fn wanted_hold_secs(&self, now: CaptureTime) -> f64 {
-        wanted_secs(self.waited_secs(now), self.ground.unfollowed, &self.setup.guidance)
+    fn wanted_hold_secs(&self) -> f64 {
+        wanted_secs(self.tracking.asked_secs, self.ground.unfollowed, &self.setup.guidance)
     }
 
     fn fade_hold(&mut self, observation: &Observation) {
@@ -279,7 +292,7 @@ impl Session {
         let role = self.offered_role(view, kind);
         self.tracking.patience.note(now, role.is_ok());
         let role = role?;
-        let unfollowed = self.ground.unfollowed > 0 || self.waited_secs(now) > UNFOLLOWED_SECS;
+        let unfollowed = self.ground.unfollowed > 0 || self.tracking.asked_secs > UNFOLLOWED_SECS;
         let eased = if unfollowed { UNFOLLOWED_MOTION } else { 1.0 };
         let relaxed = self.tracking.patience.factor(now).max(eased);
         let SessionSetup { image_size, guidance, .. } = &*self.setup;
@@ -297,7 +310,7 @@ impl Session {
         } else {
             self.setup.guidance.after(self.ground.accepted.len())
         };
-        let waited_secs = self.waited_secs(view.captured_at);
+        let waited_secs = self.tracking.asked_secs;
         // A photograph was chosen, and is offered once.
         let least_share = match kind {
             FrameKind::Photograph => 0.0,
@@ -332,24 +345,21 @@ impl Session {
         let derived = &self.derived;
         let target = derived.target.as_ref().filter(|_| derived.covers_more())?;
         let columns = self.setup.board.columns();
-        let ghost = BoardOutline::of(&target.ghost_px, columns)?;
-        Some(covering_share(view, &ghost, &derived.measured, columns, self.setup.image_size))
+        let (ghost, size) = (&target.ghost_px, self.setup.image_size);
+        Some(covering_share(view, ghost, &derived.measured, columns, size))
     }
 
     /// What a view tells, as a share of what the pose asked for would.
     fn worth(&self, view: &View) -> f64 {
         let (derived, board) = (&self.derived, &self.setup.board);
         let lens = &derived.lens_estimate;
-        pose_of(&view.corners, board, lens).map_or(0.0, |pose| {
-            let after = derived.knowledge.variance_after(&pose, board, lens);
-            derived.knowledge.share(after, derived.variance_after_target)
-        })
+        let after = derived.knowledge.variance_after_seen(&view.corners, board, lens);
+        derived.knowledge.share(after, derived.variance_after_target)
     }
 
     /// Adds a good frame to the hold; takes the sharpest once the hold is complete.
     fn hold_on(&mut self, kind: FrameKind, frame: HeldFrame) -> Option<Outcome> {
         let (width_px, role) = (self.width_px(), frame.role);
-        let frame_time = frame.view.captured_at;
         let hold = match self.tracking.hold.take() {
             Some(mut hold) if hold.covers(&frame.view.corners, width_px) => {
                 hold.add(frame);
@@ -359,7 +369,7 @@ impl Session {
         };
         let complete = kind == FrameKind::Photograph
             || role == Role::Forced
-            || hold.is_complete(self.wanted_hold_secs(frame_time));
+            || hold.is_complete(self.wanted_hold_secs());
         if !complete {
             self.tracking.hold = Some(hold);
             return None;
@@ -370,7 +380,7 @@ impl Session {
         self.ground.unfollowed =
             if follows { self.ground.unfollowed / 2 } else { self.ground.unfollowed + 1 };
         let (number, frame) = (self.ground.next_number, view.frame_id.0);
-        self.accept(AcceptedView { number, name, role, view });
+        self.accept(number, name, role, view);
         Some(Outcome::Accepted { view: number, frame, role })
     }
 
@@ -386,19 +396,19 @@ impl Session {
         role: Role,
     ) -> Result<(), Refusal> {
         let view = self.measured(observation)?;
-        self.accept(AcceptedView { number, name: observation.name.clone(), role, view });
+        self.accept(number, observation.name.clone(), role, view);
         Ok(())
     }
 
-    fn accept(&mut self, mut accepted: AcceptedView) {
-        if let Role::Partner { of } = accepted.role {
-            accepted.view.partner_frame =
-                self.ground.accepted.get(of).map(|partner| partner.view.frame_id);
+    fn accept(&mut self, number: ViewNumber, name: String, role: Role, mut view: View) {
+        if let Role::Partner { of } = role {
+            view.partner_frame = self.ground.accepted.get(of).map(|partner| partner.view.frame_id);
         }
-        self.ground.next_number = self.ground.next_number.max(accepted.number.next());
+        self.ground.next_number = self.ground.next_number.max(number.next());
         let (target, image_size) = (self.derived.target.as_ref(), self.setup.image_size);
-        self.ground.seen.note_accepted(&accepted.view, target, image_size);
-        self.ground.accepted.push(accepted);
+        self.ground.seen.note_accepted(&view, target, image_size);
+        let was_beyond_edge = target.is_some_and(|target| target.purpose == Purpose::BeyondEdge);
+        self.ground.accepted.push(AcceptedView { number, name, role, was_beyond_edge, view });
         self.replan();
         self.tracking.forget_motion();
     }

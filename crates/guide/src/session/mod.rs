@@ -8,7 +8,7 @@
 //!
 //! | part | holds | changed by |
 //! |---|---|---|
-//! | ground | accepted and removed views, next view number, what frames have shown (noise, focal length before the first view, how near the board comes), whether the person follows, paused, source ended, failures, camera | every input; a refused frame changes only what frames have shown |
+//! | ground | accepted and removed views, next view number, what frames have shown (noise, focal length before the first view, how near the board comes, whether parts of it are told), whether the person follows, paused, source ended, failures, camera | every input; a refused frame changes only what frames have shown |
 //! | derived | lens estimate, calibration, measured views, progress, target, what the views tell, forecast, what a far board reaches, how well the newest pair was predicted, summaries | a change of the accepted views, or frames that show that the pose asked for can't be met: all of it is recomputed. A ghost that recedes changes the target only |
 //! | tracking | motion window, exposure, hold, patience, how long the pose has been asked for, forced next frame, newest frame | every frame; forgotten when views or camera change, except exposure, and when the run changes |
 //!

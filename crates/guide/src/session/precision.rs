@@ -1,5 +1,5 @@
 use crate::guidance::Precision;
-use boresight_calibrate::{Calibration, FindingCode, Severity, Verdict};
+use boresight_calibrate::{Calibration, Finding, FindingCode};
 use boresight_geometry::{LensParts, frame::ImageSize};
 
 /// How precise a calibration from pictures of `image_size` is, in the terms of the stop rule.
@@ -23,10 +23,10 @@ pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precisi
         corner_sigma_px: calibration.projection_sd.max_px,
         f_to_width: calibration.camera.f_px.x / f64::from(width_px),
         goal_excess: calibration.acceptance.map(|judged| judged.excess()),
-        trusted: Verdict::of(&others) == Verdict::Good,
+        trusted: !others.iter().any(Finding::calls_for_views),
         covered: others.len() == calibration.findings.len(),
         trusted_far: others
             .iter()
-            .all(|finding| finding.severity < Severity::Care || is_of_size(&finding.code)),
+            .all(|finding| !finding.calls_for_views() || is_of_size(&finding.code)),
     }
 }

@@ -1,9 +1,11 @@
 //! What frames have shown beside the views taken from them.
 
+use super::accepted::AcceptedView;
 use crate::guidance::{
-    GuidanceParams, LensEstimate, Purpose, Scatter, Target, View, params::FAR_SPAN_FRACTION,
+    GuidanceParams, LensEstimate, Scatter, Target, View, params::FAR_SPAN_FRACTION,
 };
-use boresight_geometry::frame::ImageSize;
+use boresight_detect::Track;
+use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
 
 /// Degrees of freedom from which the measured noise is known to 3 %.
 const NOISE_FREEDOM: f64 = 600.0;
@@ -35,9 +37,12 @@ pub(super) struct Seen {
     pub(super) span_cap: Option<f64>,
     /// Whether a board that stays small has shown no further view for so long that none will come.
     pub(super) given_up: bool,
-    /// Views taken at poses beyond the picture's edge, without their partners, and whether no more can be shown.
-    beyond_edge: usize,
+    /// Whether no more poses beyond the picture's edge can be shown.
     pub(super) stays_inside: bool,
+    /// Frames with a board that came so soon after the one before that a part would have been told, less the others.
+    followed: i32,
+    /// Whether a part was told in one of the others: not by following it.
+    tells_parts: bool,
     /// How many views in a row were much smaller than their ghosts, and the largest share that they spanned.
     small_in_a_row: Option<(u32, f64)>,
     /// How often the ghost of the pose asked for has receded.
@@ -50,25 +55,48 @@ impl Seen {
         self.noise.corner_sigma_px(NOISE_FREEDOM)
     }
 
-    /// The limits for a board that comes no nearer than it has.
-    pub(super) fn limits(&self, guidance: &GuidanceParams) -> GuidanceParams {
+    /// The limits for a board that comes no nearer than it has, and leaves the picture only if parts of it can be told.
+    pub(super) fn limits(
+        &self,
+        guidance: &GuidanceParams,
+        board: &Checkerboard,
+        accepted: &[AcceptedView],
+    ) -> GuidanceParams {
         let cap = self.span_cap.unwrap_or(1.0);
+        let beyond_edge = accepted.iter().filter(|taken| taken.was_beyond_edge).count();
+        let tells_parts = board.markers().is_some() || self.tells_parts || self.followed >= 0;
+        let may_leave = tells_parts && !self.stays_inside;
         GuidanceParams {
             target_span_fraction: guidance.target_span_fraction.min(cap),
-            pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(self.beyond_edge),
-            stop_corner_sigma_px: guidance.stop_corner_sigma_px.filter(|_| !self.stays_inside),
+            pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(beyond_edge),
+            stop_corner_sigma_px: guidance.stop_corner_sigma_px.filter(|_| may_leave),
             ..*guidance
         }
     }
 
-    /// The limits for a ghost that is one step smaller than that of `target`.
+    /// Notes a frame of a video in which a board was found, `step_secs` after the frame before.
+    pub(super) fn note_found(&mut self, corners: &[Corner], step_secs: Option<f64>) {
+        let Some(step_secs) = step_secs else { return };
+        if Track::names_corners_after(step_secs) {
+            self.followed += 1;
+        } else {
+            self.followed -= 1;
+            self.tells_parts |= !corners.iter().all(Corner::is_seen);
+        }
+    }
+
+    /// Notes that a view was removed: the person, who had given up, may want another one.
+    pub(super) fn note_removed(&mut self) {
+        self.given_up = false;
+        self.stays_inside = false;
+    }
+
+    /// `limits` for a ghost that is one step smaller than that of `target`.
     pub(super) fn receded_limits(
-        &self,
         target: &Target,
         image_size: ImageSize,
-        guidance: &GuidanceParams,
+        limits: GuidanceParams,
     ) -> GuidanceParams {
-        let limits = self.limits(guidance);
         let smaller = RECEDING * target.span_fraction(image_size);
         // Receding doesn't make a near board a far one.
         let least = if limits.is_far() { 0.0 } else { FAR_SPAN_FRACTION };
@@ -135,21 +163,48 @@ impl Seen {
     ) {
         self.receded = 0;
         self.given_up = false;
-        let is_beyond_edge = target.is_some_and(|target| target.purpose == Purpose::BeyondEdge);
-        self.beyond_edge += usize::from(is_beyond_edge);
+        let span_fraction = view.board_span_fraction(image_size);
         let is_small = target.is_some_and(|target| {
-            !target.leaves_picture
-                && view.span_fraction < TOO_SMALL * target.span_fraction(image_size)
+            !target.leaves_picture && span_fraction < TOO_SMALL * target.span_fraction(image_size)
         });
         self.small_in_a_row = is_small.then(|| {
             let (count, largest) = self.small_in_a_row.unwrap_or_default();
-            (count + 1, largest.max(view.span_fraction))
+            (count + 1, largest.max(span_fraction))
         });
         if let Some((SMALL_ENOUGH_TIMES.., largest)) = self.small_in_a_row {
             self.span_cap = Some(A_LITTLE_LARGER * largest);
             self.small_in_a_row = None;
-        } else if self.span_cap.is_some_and(|cap| TOO_SMALL * view.span_fraction > cap) {
+        } else if self.span_cap.is_some_and(|cap| TOO_SMALL * span_fraction > cap) {
             self.span_cap = None;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point2;
+
+    use super::*;
+    use boresight_geometry::markers::Markers;
+
+    #[test]
+    fn boards_leave_the_picture_only_where_a_part_can_be_told() {
+        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let dictionary = "4x4_50".parse().expect("known");
+        let marked = board.with_markers(Markers::sized(dictionary, None)).expect("enough markers");
+        let may_leave = |seen: &Seen, board: &Checkerboard| {
+            seen.limits(&GuidanceParams::default(), board, &[]).stop_corner_sigma_px.is_some()
+        };
+        let corner = Corner::isotropic(Point2::origin(), 0.1);
+        let mut seen = Seen::default();
+        assert!(may_leave(&seen, &board), "nothing speaks against it");
+        for _ in 0..3 {
+            seen.note_found(&[corner], Some(1.0 / 6.0));
+        }
+        assert!(!may_leave(&seen, &board), "six pictures a second");
+        assert!(may_leave(&seen, &marked), "markers tell parts at any rate");
+        let part = [corner, Corner::unseen(Point2::origin())];
+        seen.note_found(&part, Some(1.0 / 6.0));
+        assert!(may_leave(&seen, &board), "something told a part: the printed code, say");
     }
 }

@@ -11,7 +11,7 @@ use crate::guidance::{LensEstimate, Role, Smear, Target, View, partner_of};
 use boresight_calibrate::Calibration;
 use boresight_detect::Miss;
 use boresight_geometry::{
-    Camera, FocalLength, PrincipalLine,
+    BoardOutline, Camera, FocalLength, PrincipalLine,
     frame::{CaptureTime, FrameId},
 };
 
@@ -46,6 +46,8 @@ pub struct Snapshot {
     pub views: Arc<[ViewSummary]>,
     /// The opposed pairs among them.
     pub pairs: Arc<[PairSummary]>,
+    /// Views that the newest decision removed, oldest first: several if focus or zoom moved.
+    pub just_removed: Vec<ViewNumber>,
     /// The view that would be restored next.
     pub removed: Option<ViewNumber>,
     /// Forecast of the views still to take; `None` once the session is over.
@@ -117,6 +119,8 @@ pub struct ViewSummary {
     pub rms_px: Option<f64>,
     /// Corners as seen, in numbering order.
     pub corners_px: Arc<[Point2<f64>]>,
+    /// Outline of the part of the board that is seen.
+    pub outline: Option<BoardOutline>,
     /// Number of its opposed partner.
     pub partner: Option<ViewNumber>,
 }
@@ -184,6 +188,7 @@ impl LiveView {
 pub(super) fn summaries(
     accepted: &[AcceptedView],
     measured: &[View],
+    columns: usize,
     lens_estimate: &LensEstimate,
     calibration: Option<&Calibration>,
 ) -> (Arc<[ViewSummary]>, Arc<[PairSummary]>) {
@@ -212,6 +217,7 @@ pub(super) fn summaries(
             focal: result.and_then(|result| result.focal),
             rms_px: result.map(|result| result.residual_rms_px),
             corners_px: view.corners.iter().map(|corner| corner.px).collect(),
+            outline: view.outline(columns),
             partner: partners[index].map(|partner| numbers[partner]),
         }
     });

@@ -16,9 +16,9 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    ExposureEstimate, Hold, Knowledge, LensEstimate, MotionWindow, Patience, Precision, Progress,
-    Purpose, Target, View, covering_target, final_progress, forecast, measure, next_target,
-    progress, worth::pose_of,
+    ExposureEstimate, GuidanceParams, Hold, Knowledge, LensEstimate, MotionWindow, Patience,
+    Precision, Progress, Purpose, Target, View, covering_target, final_progress, forecast, measure,
+    next_target, progress, worth::pose_of,
 };
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
@@ -72,6 +72,8 @@ pub(super) struct Derived {
     pub(super) measured: Vec<View>,
     pub(super) progress: Progress,
     pub(super) target: Option<Target>,
+    /// The limits with which the pose asked for was chosen.
+    pub(super) limits: GuidanceParams,
     /// Whether the person wants more than the plan: views that cover more of the picture.
     pub(super) wants_more: bool,
     /// What the accepted views tell, and the variance that the pose asked for would leave; infinite without one.
@@ -96,13 +98,16 @@ pub(super) struct Tracking {
     pub(super) patience: Patience,
     /// Whether the board was still in the newest frame.
     pub(super) was_still: bool,
-    /// When a board was first seen since the pose was asked for.
-    pub(super) asked_at: Option<CaptureTime>,
-    /// For how long the board has been cut off since the pose was asked for, and when a frame was last judged.
+    /// For how long a board has been in the picture since the pose was asked for, pauses aside.
+    pub(super) asked_secs: f64,
+    /// For how long the board has been cut off since then.
     pub(super) cut_off_secs: f64,
-    pub(super) judged_at: Option<CaptureTime>,
+    /// When the newest frame was taken since then.
+    pub(super) newest_at: Option<CaptureTime>,
     /// Largest share of the picture that the board has spanned since then.
     pub(super) largest_span_fraction: f64,
+    /// Views that the newest input removed.
+    pub(super) just_removed: Vec<ViewNumber>,
     /// Take the next frame with a board, whatever it measures.
     pub(super) force_next: bool,
     /// What the newest frame showed.
@@ -116,9 +121,9 @@ impl Tracking {
         self.motion.clear();
         self.patience = Patience::default();
         self.was_still = false;
-        self.asked_at = None;
+        self.asked_secs = 0.0;
         self.cut_off_secs = 0.0;
-        self.judged_at = None;
+        self.newest_at = None;
         self.largest_span_fraction = 0.0;
     }
 }
@@ -130,7 +135,7 @@ impl Derived {
         let solver =
             &CalibrationParams { noise_floor_px: seen.noise_px(), ..setup.calibration.clone() };
         let more = wanted_views.saturating_sub(accepted.len());
-        let guidance = &seen.limits(&setup.guidance.after(accepted.len()));
+        let guidance = &seen.limits(&setup.guidance.after(accepted.len()), board, accepted);
         let corners: Vec<Vec<Corner>> =
             accepted.iter().map(|accepted| accepted.view.corners.clone()).collect();
         let calibration = (!corners.is_empty())
@@ -145,11 +150,9 @@ impl Derived {
             progress = final_progress(precision.as_ref(), guidance);
         }
         let covers = (1..=MORE_VIEWS).contains(&more);
+        let covering = seen.limits(&setup.guidance.for_coverage(), board, accepted);
         let target = match progress {
-            _ if covers => {
-                let limits = seen.limits(&setup.guidance.for_coverage());
-                covering_target(&measured, board, &lens_estimate, &limits)
-            }
+            _ if covers => covering_target(&measured, board, &lens_estimate, &covering),
             Progress::Collecting => {
                 next_target(&measured, board, &lens_estimate, precision.as_ref(), guidance)
             }
@@ -174,12 +177,14 @@ impl Derived {
             }
             Progress::Complete | Progress::Exhausted => None,
         };
-        let (views, pairs) = summaries(accepted, &measured, &lens_estimate, solved);
+        let (views, pairs) =
+            summaries(accepted, &measured, board.columns(), &lens_estimate, solved);
         Self {
             lens_estimate,
             measured,
             progress,
             target,
+            limits: if covers { covering } else { *guidance },
             wants_more,
             knowledge,
             variance_after_target,
@@ -194,10 +199,9 @@ impl Derived {
     }
 
     /// Draws the ghost of the pose asked for again, a step smaller.
-    fn recede_target(&mut self, setup: &SessionSetup, seen: &Seen) {
+    fn recede_target(&mut self, setup: &SessionSetup) {
         let Some(target) = &self.target else { return };
-        let guidance = if self.wants_more { setup.guidance.for_coverage() } else { setup.guidance };
-        let limits = seen.receded_limits(target, setup.image_size, &guidance);
+        let limits = Seen::receded_limits(target, setup.image_size, self.limits);
         let (board, precision) = (&setup.board, self.precision.as_ref());
         let (measured, lens) = (&self.measured, &self.lens_estimate);
         let smaller = if self.wants_more {
@@ -290,7 +294,7 @@ impl Session {
     pub(super) fn recede(&mut self) {
         if self.ground.seen.recede() {
             self.ground.changes += 1;
-            self.derived.recede_target(&self.setup, &self.ground.seen);
+            self.derived.recede_target(&self.setup);
         }
     }
 
@@ -364,6 +368,7 @@ impl Session {
             calibration: derived.calibration().cloned(),
             views: Arc::clone(&derived.views),
             pairs: Arc::clone(&derived.pairs),
+            just_removed: tracking.just_removed.clone(),
             removed: ground.removed.last().map(|(_, accepted)| accepted.number),
             views_to_go: derived.views_to_go,
             camera: ground.camera.clone(),

@@ -269,9 +269,20 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
             );
             Some(format!("Taken: {}, {what}{slot}", view_name(view)))
         }
-        Outcome::Removed { view } => Some(format!("Removed: {}", view_name(view))),
+        Outcome::Removed { view } => Some(format!("Removed: {}", removed(view, snapshot))),
         Outcome::Restored { view } => Some(format!("Brought back: {}", view_name(view))),
         Outcome::Refused { .. } | Outcome::Noted => None,
+    }
+}
+
+/// Names the views that the newest decision removed, of which `newest` is one.
+fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
+    match snapshot.just_removed.as_slice() {
+        [earlier @ .., last] if !earlier.is_empty() => {
+            let earlier: Vec<String> = earlier.iter().map(ViewNumber::to_string).collect();
+            format!("views {} and {last}", earlier.join(", "))
+        }
+        _ => view_name(newest),
     }
 }
 
