@@ -32,7 +32,7 @@ CRATES = --workspace --exclude boresight-python
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud run study test test-vm setup lint features windows doc msrv bench dist dist-check
+.PHONY: wheel test-python test-cloud run study test test-vm setup lint wasm features windows doc msrv bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -45,7 +45,7 @@ study: setup
 	cargo run --release -p boresight-study -- $(ARGS)
 
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(VM_PACKAGES)
-test: setup msrv lint features doc
+test: setup msrv lint features wasm doc
 	cargo test $(CRATES)
 	tests/vm/run.sh
 
@@ -57,6 +57,13 @@ test-vm: setup
 lint: setup
 	cargo fmt --check
 	cargo clippy $(CRATES) --all-targets --quiet -- -D warnings
+
+# The core runs in a browser: no files, no clocks, no threads of its own.
+WASM = wasm32-unknown-unknown
+WASM_CRATES = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
+wasm: setup
+	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
+	cargo check --quiet --target $(WASM) $(WASM_CRATES)
 
 # Every combination of features compiles without a warning, and brings no more crates than it may.
 features: setup

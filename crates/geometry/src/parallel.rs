@@ -1,21 +1,29 @@
-//! Independent work on several threads. The result doesn't depend on their number.
-
-use std::{
-    sync::{
-        Mutex, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
-    thread,
-};
+//! Independent work on several threads, with the feature of that name. The result doesn't depend on their number.
 
 /// `work(0), work(1), … work(count − 1)` in this order, on this thread and up to `threads − 1` others, which end before the
 /// call returns.
 ///
-/// Threads that the system refuses to start are done without. A panic of `work` continues in the caller.
+/// Threads that the system refuses to start are done without, as are all without the feature `threads`. A panic of `work`
+/// continues in the caller.
 pub fn map<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    if threads <= 1 || count <= 1 {
-        return (0..count).map(work).collect();
+    #[cfg(feature = "threads")]
+    if threads > 1 && count > 1 {
+        return on_threads(threads, count, work);
     }
+    let _ = threads;
+    (0..count).map(work).collect()
+}
+
+#[cfg(feature = "threads")]
+fn on_threads<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    use std::{
+        sync::{
+            Mutex, PoisonError,
+            atomic::{AtomicUsize, Ordering},
+        },
+        thread,
+    };
+
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::with_capacity(count));
     let take = || {
