@@ -31,6 +31,7 @@ use boresight_app::{
 use boresight_capture::{is_address, without_secrets};
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{board_code::BoardId, markers::Markers};
+#[cfg(feature = "serve")]
 use boresight_phone::QrCode;
 use boresight_present::text;
 #[cfg(feature = "serve")]

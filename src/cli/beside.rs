@@ -11,6 +11,7 @@ use clap::Args;
 use super::terminal::announcer;
 use super::terminal::say;
 use boresight_app::{NoVoice, Voice};
+#[cfg(feature = "serve")]
 use boresight_files::{Links, read, read_or_make_private};
 #[cfg(feature = "serve")]
 use boresight_phone::{Certificate, Secret, ServeAddress, Setup, session_page::Phone};

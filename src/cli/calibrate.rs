@@ -29,6 +29,7 @@ use boresight_calibrate::{CalibrationParams, calibrate};
 use boresight_files::{Overwrite, may_save, save};
 use boresight_formats::CalibrationFile;
 use boresight_present::text;
+#[cfg(feature = "report")]
 use boresight_present::{
     report::{CameraSection, Provenance, Report, page},
     text::report as words,

@@ -18,9 +18,10 @@ use boresight_app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concl
 use boresight_phone::session_page::Phone;
 use boresight_present::text::window as words;
 use boresight_run::config::Backend;
+#[cfg(feature = "serve")]
 use boresight_run::pipeline::Onlookers;
 #[cfg(feature = "window")]
-use {super::window, crate::app::AppHost};
+use {super::window, boresight_app::AppHost};
 
 /// Guide a person through the poses, take the views, and calibrate.
 ///
