@@ -5,7 +5,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use image::{GrayImage, Pixel, Rgb};
+use image::GrayImage;
 use zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 use zune_jpeg::JpegDecoder;
 
@@ -51,8 +51,8 @@ impl Unpacker {
             PixelLayout::Y10 => self.each(bytes, shallow::<10>),
             PixelLayout::Y12 => self.each(bytes, shallow::<12>),
             PixelLayout::Y16 => self.each(bytes, shallow::<16>),
-            PixelLayout::Rgb => self.each(bytes, |rgb| Rgb(rgb).to_luma().0[0]),
-            PixelLayout::Bgr => self.each(bytes, |[b, g, r]| Rgb([r, g, b]).to_luma().0[0]),
+            PixelLayout::Rgb => self.each(bytes, brightness),
+            PixelLayout::Bgr => self.each(bytes, |[b, g, r]| brightness([r, g, b])),
             PixelLayout::Bayer => self.without_colours(bytes),
             PixelLayout::Grey | PixelLayout::Nv12 | PixelLayout::Decoded | PixelLayout::Mjpeg => {
                 self.each(bytes, |[brightness]| brightness)
@@ -107,6 +107,12 @@ fn neighbours(at: usize, count: usize) -> (usize, usize) {
     } else {
         (at - 1, at + 1)
     }
+}
+
+/// Brightness of a colour: red, green, blue.
+fn brightness(rgb: [u8; 3]) -> u8 {
+    let [r, g, b] = rgb.map(u32::from);
+    ((2126 * r + 7152 * g + 722 * b + 5000) / 10_000) as u8
 }
 
 /// Brightness of `BITS` bits in 8: the whole range, rounded. Larger numbers, which such a camera can't mean, are white.
