@@ -282,7 +282,6 @@ fn files_without_an_end_are_refused() {
         (&["calibrate", "pipe.vnl", "--image-size", "320x240"], "a FIFO"),
         (&["guide", "--headless", "--config", "pipe", "--source", "sim"], "a FIFO"),
         (&["guide", "--headless", "--source", "sim:/dev/zero"], "a device"),
-        (&["study", "--params", "zero", "--out", "study"], "a device"),
         (&["detect", "pipe"], "file"),
     ] {
         let ended = ends_soon(place.path(), arguments);
