@@ -97,7 +97,7 @@ impl ChosenCamera {
     ///
     /// # Errors
     ///
-    /// [`CaptureError::Camera`] if there is no such camera; [`super::MissingFeature`] if this build leaves its backend out.
+    /// [`boresight_capture::CaptureError::Camera`] if there is no such camera; [`super::MissingFeature`] if this build leaves its backend out.
     pub fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
         let backend = match Backend::asked(&config.camera.backend)? {
             Some(asked) => Some(asked),
