@@ -37,7 +37,7 @@ pub fn spoken(asked: Prompt) -> String {
 pub fn spoken_after(ended: Prompt) -> &'static str {
     match ended {
         Prompt::CameraLost => "The camera is back",
-        _ => "Going on",
+        _ => "Continuing",
     }
 }
 
