@@ -119,7 +119,7 @@ pub struct BackendEntry {
     pub name: String,
     /// What it is.
     pub is: String,
-    /// Whether it's taken when none is named.
+    /// True for the default backend.
     #[serde(rename = "default")]
     pub is_default: bool,
     /// What it can't promise.

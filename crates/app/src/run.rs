@@ -50,7 +50,7 @@ pub struct Run {
     pub stored: Vec<Stored>,
     /// Whether the session was resumed.
     pub resumed: bool,
-    /// Something to know at the start, such as that the camera is simulated.
+    /// Notice shown at the start, e.g. that the camera is simulated.
     pub note: Option<String>,
 }
 

@@ -45,7 +45,7 @@ impl Examined {
         Self { correlation, causes, overcount }
     }
 
-    /// What a better calibration would allow for, if that's clear.
+    /// The correction to apply, if one cause clearly stands out.
     pub(super) fn correction(
         &self,
         inputs: &Inputs<'_>,

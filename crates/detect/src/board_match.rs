@@ -12,7 +12,7 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// Most corners in an outer row that count as chance corners beside the board.
+/// An outer row with at most this many corners is clutter.
 const MOST_CHANCE_CORNERS: usize = 2;
 /// A grid with less than one in this many of the board's corners is not worth completing.
 const LEAST_SHARE: usize = 4;

@@ -18,7 +18,7 @@ use boresight_geometry::{
 
 /// One in this many cells of a marker may be read wrongly.
 const WRONG_SHARE: usize = 7;
-/// Up to one in this many, a marker may be the board's, but blurred: it tells nothing.
+/// With up to one wrong cell in this many, a reading is ambiguous and ignored.
 const BLURRED_SHARE: usize = 4;
 /// Bits by which the cells must agree beyond chance: once in four million, and more than with any other placement.
 const LEAST_BITS: f64 = 22.0;

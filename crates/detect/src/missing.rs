@@ -8,8 +8,8 @@ use super::{
     reduce::sample,
 };
 
-/// Where the outer squares still have their colours, and where the white around the board is looked for: steps beyond
-/// the outer corners, which are one step from the board's edge.
+/// Sampling distances beyond the outermost corners, in squares (the board ends at 1): inside the outer squares, and in the
+/// white margin.
 const IN_OUTER_SQUARES: f32 = 0.75;
 const IN_WHITE: f32 = 1.3;
 /// Lighter than this share of the step from dark to light squares counts as white.

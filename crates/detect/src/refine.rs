@@ -32,11 +32,12 @@ const AGAIN_RESIDUAL: f64 = 0.5;
 /// A corner beside one that isn't seen may fit so much worse than the median, in residual and standard deviation.
 const TOUCHED_RESIDUAL: f64 = 1.5;
 const TOUCHED_SIGMA: f64 = 3.0;
-/// Fewer corners don't make a board, and not if more than one in so many of those looked at can't be measured.
+/// Minimum corners of a board; at most one in `LOST_SHARE` of those tried may fail, or one in `LOST_SHARE_OF_PART` on a
+/// board that is seen in part.
 const LEAST_CORNERS: usize = 12;
 const LOST_SHARE: usize = 8;
 const LOST_SHARE_OF_PART: usize = 3;
-/// The same where markers say which corners are seen.
+/// Both limits where markers say which corners are seen.
 const LEAST_CORNERS_WITH_MARKERS: usize = 6;
 const LOST_SHARE_WITH_MARKERS: usize = 2;
 

@@ -146,7 +146,7 @@ fn check(gate: &Gate, request: &mut Request<Body>) -> Result<(), Answer> {
             None => {}
         }
     }
-    // Strangers may look at the door, not rattle it.
+    // Rate limit for requests without a key.
     if !peer.is_some_and(|peer| gate.may_knock(peer.address, now)) {
         return Err((StatusCode::TOO_MANY_REQUESTS, "Too many requests.\n"));
     }

@@ -133,7 +133,7 @@ pub struct EndedPage {
     pub map: Vec<[f64; 3]>,
     /// Whether the page may start another session.
     pub can_restart: bool,
-    /// To download.
+    /// Files offered for download.
     pub files: Vec<PageFile>,
 }
 
@@ -142,7 +142,7 @@ pub struct EndedPage {
 pub struct PageFile {
     /// The name to save it under.
     pub name: String,
-    /// What it's for.
+    /// Label on the button.
     pub label: String,
     /// Its type.
     #[serde(skip)]
@@ -330,8 +330,8 @@ impl Onlooker for Hub {
     fn captured(&self, frame: &Arc<Frame>) {
         let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
         let picture = Picture { number, frame: Arc::clone(frame), came: Instant::now() };
-        // Pages make work for the processor. While a picture is judged, that is the detector's; afterwards, it waits
-        // for the next one. A picture that isn't judged by then is shown all the same.
+        // A frame is published once it's judged: encoding JPEGs while the detector works would slow it down. The previous
+        // frame, if nobody judged it, is published now.
         let before = lock(&self.unjudged).replace(picture);
         self.publish(before);
     }

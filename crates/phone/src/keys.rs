@@ -9,7 +9,7 @@ use super::error::ServeError;
 
 /// Keys in use at most; the one unused for longest goes.
 const MOST_KEYS: usize = 96;
-/// Of these, an owner's are kept before a watcher's.
+/// Owner keys, evicted last.
 const MOST_OWNERS: usize = 16;
 
 /// What a page may do.

@@ -41,7 +41,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     } else if screen.preferences.panels {
         Panel::bottom("status").show_separator_line(false).show(ui, |ui| status(ui, screen));
         Panel::right("numbers").resizable(false).exact_size(252.0).show(ui, |ui| {
-            // A bar that is seen: what does not fit, with a camera's controls, is below.
+            // Always show the scroll bar: a camera's controls may not fit.
             ui.spacing_mut().scroll = ScrollStyle::solid();
             ui.spacing_mut().scroll.bar_width = 6.0;
             let high = ui.available_height();

@@ -72,7 +72,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) -> Response {
         screen.snapshot.as_ref().map(|s| text::window::prompt(s, screen.preferences.mirrored));
     let sign = prompt.and_then(icon::of);
     let side = if sign.is_some() { SIGN * high } else { 0.0 };
-    // One size for every sentence: a change of size is a change that says nothing.
+    // One font size: resizing would draw the eye for nothing.
     let room = width - SIGN * high - 3.0 * theme::UNIT;
     let size = (letters * high).min(across * room).floor();
     let wrap = if screen.distance { room } else { f32::INFINITY };

@@ -81,9 +81,9 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// What a calibration can and should allow for, and how serious that is: the likeliest cause, if it's clear. Else
-    /// pixels or squares that aren't square, if that gains what a coefficient of the lens must gain: what else is wrong
-    /// shows better then. Corners that err alike gain too much, by `overcount`; `n` is the number of coordinates.
+    /// The correctable cause and its severity: the clear winner, else non-square pixels or squares if they gain as much as
+    /// a lens coefficient must. Correcting it makes other causes easier to see. `overcount` is the factor by which corners
+    /// with correlated errors inflate gains; `n` is the number of coordinates.
     pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<(&Hypothesis, Severity)> {
         let best = self.best_hypothesis();
         let clear = best.filter(|_| self.rivals().is_empty());
@@ -103,14 +103,14 @@ impl Causes {
             .hypotheses
             .iter()
             .find(|hypothesis| hypothesis.explanation.cause.family() == Family::Aspect)?;
-        // If no cause beats correlated noise, it's noise that tells the two apart.
+        // Without a clear cause, correlated noise inflates the gain.
         let overcounted = if best.is_none() { overcount } else { 1.0 };
         let aspect = self.aspect_rather_than(likeliest, overcounted);
         let gain = (likeliest.gain + n.ln()) / overcount;
         if gain > WORTH_A_PARAMETER + n.ln() {
             return care(aspect);
         }
-        // Beside a misfit, it would only take up some of it.
+        // With another misfit present it would absorb part of it.
         let may_be = best.is_none() && aspect.explanation.cause == Cause::PixelAspect;
         (may_be && gain > WORTH_ALLOWING).then_some((aspect, Severity::Info))
     }

@@ -1,7 +1,7 @@
 //! Doubt about the lens from another family of lens models that explains the corners nearly as well.
 //!
-//! A quotient and a polynomial of the angle may agree wherever boards were and part beyond. How far the picture of the one
-//! is from that of the other is fitted by the parameters of the lens chosen, so that their covariance carries it.
+//! Rational and fisheye models can agree where boards were and diverge elsewhere. Their difference, projected onto the
+//! chosen lens's parameters, is added to the covariance.
 
 use nalgebra::{Matrix3, Point2, SVector, UnitQuaternion, Vector2, Vector3};
 

@@ -115,7 +115,7 @@ impl Drop for Worker {
         self.items = None;
         let _ = self.process.kill();
         let _ = self.process.wait();
-        // A row that nobody waits for would hold it.
+        // Drain pending rows so that the reader can exit.
         while self.rows.try_recv().is_ok() {}
         if let Some(reader) = self.reader.take() {
             let _ = reader.join();

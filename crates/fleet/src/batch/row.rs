@@ -12,7 +12,7 @@ pub const ROW_SCHEMA: &str = "boresight.batch-row/1";
 /// Code of a row whose work was done.
 pub(super) const OK: &str = "OK";
 
-/// What came of one session. Equal sessions, settings and versions give equal rows, on whatever machine.
+/// Result of one session. Equal sessions, settings and versions give equal rows on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Row {

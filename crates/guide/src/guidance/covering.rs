@@ -17,7 +17,7 @@ use boresight_geometry::{
     BoardOutline, board::Checkerboard, corner_coverage, coverage, frame::ImageSize,
 };
 
-/// A corner of the picture is closed once boards cover this share of its cells.
+/// A picture corner counts as covered from this share of its cells.
 const CLOSED: f64 = 0.5;
 /// Directions searched over the full turn for a pair in opposite corners …
 const DIRECTIONS: u32 = 24;

@@ -34,7 +34,7 @@ const EASED_INDEPENDENT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 const EASED_WITHIN_SECS: f64 = 2.0;
 /// … for someone who hasn't followed the ghost for this long, or didn't for the last view.
 const UNFOLLOWED_SECS: f64 = 4.0;
-/// Someone who doesn't follow isn't asked to hold still either, and may move this many times as fast.
+/// Speed limit multiplier for a person who ignores the outline.
 const UNFOLLOWED_MOTION: f64 = 1.3;
 
 /// The limits after a pose has been asked for during `waited_secs`: a partner may be farther off its place, and
@@ -74,10 +74,9 @@ fn least_covered(waited_secs: f64) -> f64 {
 
 /// A ghost recedes after the board has been cut off at it for this long.
 const RECEDE_AFTER_SECS: f64 = 0.7;
-/// A board that stays small and has shown no further view for this long won't: its lines are too uncertain to differ.
+/// Give up on a far board after this long without a new view: its lines are too uncertain to differ.
 const GIVEN_UP_SECS: f64 = 30.0;
-/// A board that hasn't been shown beyond the picture's edge within this time won't be, nor one that was cut off so that it
-/// couldn't be told apart for this long.
+/// Give up on poses beyond the picture's edge after this long without one, or after this long cut off and unidentified.
 const BEYOND_EDGE_WITHIN_SECS: f64 = 20.0;
 const LOST_BEYOND_EDGE_SECS: f64 = 6.0;
 /// A board that hasn't come nearer within this time won't.

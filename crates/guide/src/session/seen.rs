@@ -18,7 +18,7 @@ const FOCAL_CHANGE: f64 = 0.12;
 /// Size of a ghost after it recedes, relative to before, and how often it may recede before a view is taken.
 const RECEDING: f64 = 0.95;
 const MOST_RECEDED: u32 = 14;
-/// A board counts as unable to come nearer if it spans less than this share of what is asked for …
+/// A board spanning less than `TOO_SMALL` of the ghost, this many times in a row, is treated as far …
 const SMALL_ENOUGH_TIMES: u32 = 2;
 const TOO_SMALL: f64 = 0.6;
 /// … and the ghost then spans at most this multiple of the largest share seen.

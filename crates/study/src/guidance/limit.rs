@@ -1,9 +1,9 @@
 //! What no way of guiding can beat: the best poses of all, found by search.
 //!
-//! Every pose counts whose corners lie in the picture as far as they're found, tilted by at most 60°, at 10 cm or
-//! farther. A pool of random poses and of opposed pairs about the principal point; the best ones by exchange, each then
-//! refined by itself. The search may miss the optimum by some per cent, so the limit is a bound from above. Source of the
-//! exchange: Fedorov, "Theory of Optimal Experiments", 1972.
+//! All poses with every corner inside the picture and detectable, tilt ≤ 60°, distance ≥ 10 cm. The search draws a pool of
+//! random poses and of opposed pairs about the principal point, picks the best by exchange (Fedorov, "Theory of Optimal
+//! Experiments", 1972), then refines each by itself. It may miss the optimum by some per cent, so the limit is a bound from
+//! above.
 
 use nalgebra::{Isometry3, SMatrix, Vector2};
 use rand::RngExt;

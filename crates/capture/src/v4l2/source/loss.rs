@@ -37,7 +37,7 @@ impl<K: Kernel> LiveCamera<K> {
     pub(super) fn look_for_it(&mut self) {
         match self.come_back() {
             Ok(stream) => {
-                // What it forgot is set at once.
+                // Restore controls the camera lost when it was unplugged.
                 let is_known = self.locks.is_some();
                 let phase = if self.only_looks {
                     Phase::Looking

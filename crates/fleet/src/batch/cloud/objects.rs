@@ -129,8 +129,8 @@ impl Prefix {
         Ok(())
     }
 
-    /// Stores the file at `file` as an object that isn't there yet; false if it is. A large file goes in parts, which
-    /// can't tell: whoever ends last has stored it.
+    /// Stores the file at `file` as an object that isn't there yet; false if it is. A large file goes in parts. Multipart
+    /// uploads can't be conditional; the last writer wins.
     ///
     /// # Errors
     ///
@@ -180,7 +180,7 @@ impl Prefix {
                     Err(err) => Err(err),
                 };
                 if let Err(err) = stored {
-                    // What is left of it costs until it's cleared away; the first error counts.
+                    // Abort, or the store bills for the parts; report the first error.
                     upload.abort().await.ok();
                     return Err(err);
                 }
@@ -300,7 +300,7 @@ pub(super) async fn copy(
 async fn create(client: &Client, path: &Path, payload: PutPayload) -> object_store::Result<bool> {
     let mut looks = LOOKS;
     loop {
-        // If an answer breaks off, the next one says that the object is there: stored by whomever, it's the same.
+        // A retry after a lost reply sees AlreadyExists; either copy is right.
         let put = whole(async || {
             let create = PutOptions::from(PutMode::Create);
             client.store.put_opts(path, payload.clone(), create).await
