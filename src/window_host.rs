@@ -44,7 +44,7 @@ pub type OnResult = Arc<dyn Fn(&Path, &CalibrationFile) + Send + Sync>;
 /// Answers the window: opens and concludes sessions, compares, exports and replays.
 pub struct WindowHost {
     opening: Opening,
-    /// Whether sources that can wait keep to the time of their recording.
+    /// True if sources that can wait keep to the time of their recording.
     paced: bool,
     stop: Arc<AtomicBool>,
     announcer: Announcer,
@@ -52,7 +52,7 @@ pub struct WindowHost {
     /// Folders that hold sessions.
     session_folders: BTreeSet<PathBuf>,
     exit: Arc<Mutex<Exit>>,
-    /// Whether the first session starts without asking.
+    /// True if the first session starts without asking.
     at_once: bool,
     /// File of what is remembered.
     memory: Option<PathBuf>,

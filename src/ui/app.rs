@@ -68,14 +68,14 @@ pub struct App {
     offered_of: String,
     /// The camera whose board is counted.
     counted: Option<String>,
-    /// Whether the cameras are being looked through.
+    /// True if the cameras are being looked through.
     looks: bool,
     memory: Memory,
     /// Another board that is in view, and since when.
     other_board: Option<([u16; 2], f64)>,
     /// How often another board was used by itself since the person started.
     switches: u32,
-    /// Whether the window fills the screen only while nobody is at the computer.
+    /// True if the window fills the screen only while nobody is at the computer.
     fills_screen: bool,
     phone: phone::PhoneCard,
     stage: SessionState,

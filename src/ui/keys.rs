@@ -28,11 +28,11 @@ pub enum UiAction {
         /// Number of the paper.
         paper: usize,
     },
-    /// Whether the camera faces the person, who has been asked.
+    /// True if the camera faces the person, who has been asked.
     Mirror(bool),
     /// Say something to try the voice, which is then on.
     TestVoice,
-    /// Whether a session fills the screen while nobody is at the computer.
+    /// True if a session fills the screen while nobody is at the computer.
     FullScreenAfar(bool),
     /// Start with these settings.
     Open(Box<boresight_app::host::SessionRequest>),
@@ -82,7 +82,7 @@ fn key(act: Act) -> Key {
     }
 }
 
-/// Whether `act` does something to the running session.
+/// True if `act` does something to the running session.
 pub(super) fn is_of_session(act: Act) -> bool {
     matches!(act, Act::Force | Act::Undo | Act::Restore | Act::Pause | Act::Finish | Act::GoOn)
 }

@@ -87,8 +87,8 @@ pub fn options() -> eframe::NativeOptions {
     }
 }
 
-/// Whether there is a display to open a window on. The environment names those of X11 and Wayland; other
-/// systems always have one.
+/// True if there is a display to open a window on. The environment names those of X11 and Wayland; other systems always
+/// have one.
 pub fn has_display() -> bool {
     let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     cfg!(any(not(unix), target_os = "macos"))

@@ -69,7 +69,7 @@ pub struct Screen {
     pub first_locks: Locks,
     /// What was asked of a control and is not read back yet.
     pub adjusting: BTreeMap<Control, Adjusting>,
-    /// Whether it's read from afar: big letters, no panels.
+    /// True if the screen is read from afar: big letters, no panels.
     pub distance: bool,
     /// A moment of a recording, in which nothing can be changed.
     pub is_recorded: bool,

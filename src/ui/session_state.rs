@@ -32,8 +32,8 @@ pub(super) struct Running {
     opened: Opened,
     /// What the session's inbox had no room for yet.
     unsent: VecDeque<Command>,
-    /// Whether views were wanted at some time: a resumed session may be complete already, and
-    /// is then ended by hand, or by what is done to it.
+    /// True if views were wanted at some time: a resumed session may be complete already, and is then ended by hand, or
+    /// by what is done to it.
     has_collected: bool,
 }
 

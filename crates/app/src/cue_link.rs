@@ -112,7 +112,7 @@ fn instruction(advice: &Advice, target: Option<&Target>) -> Option<Instruction> 
     })
 }
 
-/// Whether a person who has read `last` learns nothing from `new`.
+/// True if a person who has read `last` learns nothing from `new`.
 fn is_same_gist(last: &Instruction, new: &Instruction) -> bool {
     let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= NOTICED_CHANGE * scale;
     match (*last, *new) {

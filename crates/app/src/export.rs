@@ -101,7 +101,7 @@ impl Format {
 pub struct Exported {
     /// The file's text.
     pub text: String,
-    /// Whether the calibration must not be used; its findings say why.
+    /// True if the calibration must not be used; its findings say why.
     pub untrustworthy: bool,
 }
 

@@ -26,7 +26,7 @@ use boresight_run::pipeline::{Background, Finished, LiveFeed, Pipeline, Pipeline
 /// Wakes the window; may be called from any thread.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// Whether `source` can only mean one of this computer's cameras, which may be away.
+/// True if `source` can only mean one of this computer's cameras, which may be away.
 pub fn is_camera_name(source: &str) -> bool {
     camera::is_name(source)
 }
@@ -36,7 +36,7 @@ pub trait AppHost {
     /// What the first session is about.
     fn first_wish(&self) -> SessionRequest;
 
-    /// Whether the first session starts without asking: the person has said what it's about.
+    /// True if the first session starts without asking: the person has said what it's about.
     fn starts_at_once(&self) -> bool {
         true
     }
@@ -126,7 +126,7 @@ pub trait AppHost {
     /// [`UserError`] if it cannot begin.
     fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError>;
 
-    /// Whether a dropped path is a folder, which is then opened as a recording.
+    /// True if a dropped path is a folder, which is then opened as a recording.
     fn is_folder(&self, path: &Path) -> bool;
 
     /// Shows a file in the program that the desktop has for it.
@@ -136,7 +136,7 @@ pub trait AppHost {
     /// [`UserError`].
     fn show(&mut self, file: &Path) -> Result<(), UserError>;
 
-    /// Whether the person asked the whole program to end.
+    /// True if the person asked the whole program to end.
     fn interrupted(&self) -> bool;
 
     /// Switches the computer's voice on or off. With `mirrored`, left and right are those of a person who faces the
@@ -169,7 +169,7 @@ pub trait AppHost {
         0
     }
 
-    /// Whether a phone asked for the end of the session.
+    /// True if a phone asked for the end of the session.
     fn phone_ends_session(&self) -> bool {
         false
     }
@@ -273,7 +273,7 @@ pub struct Memory {
     pub streams: Vec<String>,
     /// Paper for a printed board.
     pub paper: Option<usize>,
-    /// Whether the person sees themselves as in a mirror.
+    /// True if the person sees themselves as in a mirror.
     pub mirrored: Option<bool>,
     /// A tone for each view.
     pub tone: Option<bool>,

@@ -39,7 +39,7 @@ pub struct Opening {
     pub hold: bool,
     /// Folder of a new session; `None` takes a new one in `sessions`.
     pub out: Option<PathBuf>,
-    /// Whether every picture is stored, not only the accepted ones.
+    /// True if every picture is stored, not only the accepted ones.
     pub record_stream: bool,
     /// Frames that a simulated camera delivers at most.
     pub max_frames: u64,

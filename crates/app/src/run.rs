@@ -42,13 +42,13 @@ pub struct Run {
     pub session: Session,
     /// Where frames come from.
     pub open: OpenSource,
-    /// Whether every picture is stored, not only the accepted ones.
+    /// True if every picture is stored, not only the accepted ones.
     pub record_stream: bool,
     /// The first frame number that the journal has not used.
     pub first_frame: u64,
     /// The pictures that a resumed session has stored.
     pub stored: Vec<Stored>,
-    /// Whether the session was resumed.
+    /// True if the session was resumed.
     pub resumed: bool,
     /// Notice shown at the start, e.g. that the camera is simulated.
     pub note: Option<String>,

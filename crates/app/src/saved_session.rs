@@ -91,8 +91,8 @@ pub struct SavedSession {
     pub session: Session,
     /// Decisions that this build makes differently.
     pub replayed: Replayed,
-    /// Whether the accepted views had to be restored from the recorded outcomes, because this build would
-    /// have accepted others.
+    /// True if the accepted views had to be restored from the recorded outcomes, because this build would have accepted
+    /// others.
     pub restored: bool,
     /// What the journal holds. If the last line was cut by a crash, it's left out.
     pub contents: JournalContents,

@@ -90,7 +90,7 @@ pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Repo
     Ok(report)
 }
 
-/// Whether the folder has a result that is not `ours`.
+/// True if the folder has a result that is not `ours`.
 fn holds_another_result(path: &Path, ours: &CalibrationFile) -> bool {
     let Ok(text) = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused)
     else {

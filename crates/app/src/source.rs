@@ -176,7 +176,7 @@ fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
     bail!("network streams and video files are read on Linux and macOS only: {name:?}")
 }
 
-/// Whether `path` is a file of moving pictures.
+/// True if `path` is a file of moving pictures.
 fn is_video(path: &Path) -> bool {
     const ENDINGS: [&str; 18] = [
         "mp4", "mov", "mkv", "avi", "webm", "m4v", "mjpeg", "mjpg", "ts", "mts", "m2ts", "mpg",

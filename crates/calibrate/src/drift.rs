@@ -83,9 +83,9 @@ pub struct Drift {
     pub statistic: f64,
     /// Limit of `statistic`, exceeded by chance in 1 % of checks.
     pub limit: f64,
-    /// Whether the principal point alone changed significantly, at 1 %.
+    /// True if the principal point alone changed significantly, at 1 %.
     pub pp_changed: bool,
-    /// Whether the focal length alone changed significantly, at 1 %.
+    /// True if the focal length alone changed significantly, at 1 %.
     pub f_changed: bool,
     /// Shift of the principal point, in the direction in which it is least visible, that would be detected with a
     /// probability of 95 %, in pixels.
@@ -101,9 +101,9 @@ pub struct Drift {
     pub matters_px: f64,
     /// Residual with the old distortion over that with a free one; far above 1 if the distortion itself changed.
     pub residual_ratio: f64,
-    /// Whether the distortion changed: significantly, at 0.1 %, or so that `residual_ratio` is too large.
+    /// True if the distortion changed: significantly, at 0.1 %, or so that `residual_ratio` is too large.
     pub lens_changed: bool,
-    /// Whether a typical covariance was assumed because the old calibration states none.
+    /// True if a typical covariance was assumed because the old calibration states none.
     pub assumed: bool,
     /// The lens now: new focal length and principal point, old distortion.
     pub camera: Camera,
@@ -267,7 +267,7 @@ pub fn drift(
     Ok(Drift { verdict, ..found })
 }
 
-/// Whether most of a view lies where the old calibration had boards; true if that isn't known.
+/// True if most of a view lies where the old calibration had boards; true if that isn't known.
 fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
     if old.outlines.is_empty() {
         return true;

@@ -178,7 +178,7 @@ impl KnownLens {
 }
 
 impl Combined {
-    /// Whether the two calibrations measure the same lens, as far as they can tell.
+    /// True if the two calibrations measure the same lens, as far as they can tell.
     pub fn agrees(&self) -> bool {
         self.statistic <= self.limit
     }

@@ -1,4 +1,4 @@
-//! Whether new views show another distortion than an old calibration, `docs/method.md`, section 4.
+//! Test for a change of distortion between an old calibration and new views, `docs/method.md`, section 4.
 //!
 //! Two tests share a tenth of the false alarms: of any change of the coefficients, and of a change in proportion, which is what
 //! refocusing or warming does and which a few views see far better.
@@ -38,7 +38,7 @@ pub(super) struct DistortionPull {
 /// The outcome of both tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LensChange {
-    /// Whether one of them tells.
+    /// True if either test finds a change.
     pub(super) is_significant: bool,
     /// Largest displacement of a ray by the change found, in pixels.
     pub(super) displacement_px: f64,

@@ -46,7 +46,7 @@ impl StatedLens {
 /// How two calibrations differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensDifference {
-    /// Whether it's more than chance, and whether it matters.
+    /// Significance and size of the change.
     pub verdict: DriftVerdict,
     /// New less old focal length and principal point, in pixels.
     pub change_px: Vector3<f64>,

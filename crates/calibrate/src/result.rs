@@ -66,7 +66,7 @@ pub struct ViewResult {
     pub focal_as_seen: Option<FocalLength>,
 }
 
-/// Whether all views share one focal length.
+/// Focal length over the views: common or varying.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Focal {
     /// All views have the camera's focal length.
@@ -87,7 +87,7 @@ pub struct Calibration {
     pub model: LensModel,
     /// The lens.
     pub camera: Camera,
-    /// Whether the camera's focal length is that of every view.
+    /// [`Focal::Common`] if every view has the camera's focal length.
     pub focal: Focal,
     /// Covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included;
     /// zero for parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully
@@ -125,7 +125,7 @@ pub struct Calibration {
     /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still; `None` if it
     /// wasn't measured.
     pub noise_floor_px: Option<f64>,
-    /// Whether the goal is met; `None` without a goal.
+    /// Verdict on the goal; `None` without one.
     pub acceptance: Option<Acceptance>,
     /// Fraction of the picture covered by at least one board, 0 to 1.
     pub coverage: f64,

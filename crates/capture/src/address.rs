@@ -7,7 +7,7 @@ const HIDDEN: &str = "…";
 /// Words in a path after which a secret follows.
 const SECRET_WORDS: [&str; 4] = ["pass", "pwd", "token", "key="];
 
-/// Whether `name` is an address that ffmpeg reads, such as `rtsp://camera/1`.
+/// True if `name` is an address that ffmpeg reads, such as `rtsp://camera/1`.
 pub fn is_address(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     SCHEMES.iter().any(|scheme| name.starts_with(scheme))

@@ -259,7 +259,7 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     command
 }
 
-/// Whether the stream is one of plain pictures without times, as motion JPEG over HTTP is.
+/// True if the stream is one of plain pictures without times, as motion JPEG over HTTP is.
 fn has_no_times(name: &str) -> bool {
     const TIMED: [&str; 8] = [".m3u8", ".mpd", ".ts", ".mp4", ".flv", ".mkv", ".webm", ".m4s"];
     let name = without_secrets(name).to_ascii_lowercase();
@@ -285,7 +285,7 @@ struct Pictures {
     messages: Messages,
     /// Times in the stream of pictures that have not come yet.
     times: VecDeque<Option<i64>>,
-    /// Whether these are worth more than the time of arrival.
+    /// True if the stream's times are better than the times of arrival.
     has_times: bool,
     /// Time in the stream and arrival of the first picture.
     first: Option<(Option<i64>, Instant)>,
@@ -411,7 +411,7 @@ struct Messages {
 }
 
 impl Messages {
-    /// Whether reading doesn't wait and brings something.
+    /// True if reading doesn't wait and brings something.
     fn is_readable(&self) -> bool {
         let zero = timespec(Duration::ZERO);
         !self.ended

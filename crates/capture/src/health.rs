@@ -49,7 +49,7 @@ impl Health {
         std::mem::take(&mut self.changes)
     }
 
-    /// Whether the frame with bytes of that `checksum` is the one before again: nothing new to look at.
+    /// True if the frame with bytes of that `checksum` is the one before again: nothing new to look at.
     pub(super) fn repeats(&mut self, checksum: u32, now_nanos: u64) -> bool {
         let repeats = self.last_checksum == Some(checksum);
         self.last_checksum = Some(checksum);

@@ -113,7 +113,7 @@ fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> ImageResult<Dynam
     reader.decode()
 }
 
-/// Whether a JPEG goes on to its end-of-image marker; decoders fill what is missing with grey.
+/// True if a JPEG goes on to its end-of-image marker; decoders fill what is missing with grey.
 ///
 /// Segments are stepped over by their lengths: the thumbnail in one of them has its own end. Some
 /// cameras append data after the marker.

@@ -13,7 +13,7 @@ pub(super) struct ColourStep {
     pub(super) value: f32,
     /// Larger brightness difference between the two squares on a diagonal.
     pub(super) uneven: f32,
-    /// Whether the squares on each diagonal agree.
+    /// True if the squares on each diagonal agree.
     pub(super) clean: bool,
 }
 
@@ -71,8 +71,8 @@ pub(super) fn colours(image: &GrayImage, lattice: &Lattice) -> Option<f32> {
     (typical > 3.0).then_some(sign * typical)
 }
 
-/// Whether the square beyond the corner at `node` towards lower columns and rows is dark, if columns run along the first
-/// axis (`upright`) or the second. `None` if its squares can't be seen.
+/// True if the square beyond the corner at `node` towards lower columns and rows is dark, if columns run along the
+/// first axis (`upright`) or the second. `None` if its squares can't be seen.
 pub(super) fn dark_outside(
     image: &GrayImage,
     lattice: &Lattice,
@@ -90,9 +90,9 @@ const BESIDE_EDGE: f32 = 0.2;
 /// Where along an edge they are looked at, in squares: in each third of it, away from its corners.
 const ALONG_EDGE: [f32; 3] = [0.25, 0.5, 0.75];
 
-/// Whether the edges between the corners of a whole grid change sides on the way, along the first or the second axis: the
-/// grid has every third corner of smaller squares. The colours around its corners don't tell the sides, for they are those
-/// of squares further away.
+/// True if the edges between the corners of a whole grid change sides on the way, along the first or the second axis:
+/// the grid has every third corner of smaller squares. The colours around its corners don't tell the sides, for they
+/// are those of squares further away.
 pub(super) fn skips_squares(image: &GrayImage, lattice: &Lattice) -> bool {
     [(1, 0), (0, 1)].into_iter().any(|along| {
         let (mut agree, mut all) = (0, 0);

@@ -41,7 +41,7 @@ pub(super) fn cut_off_by(image: &GrayImage, lattice: &Lattice) -> Option<Side> {
     (count >= 2).then_some(side)
 }
 
-/// Whether the grid ends where the picture is saturated: at least one in eight of the next three nodes beyond each end
+/// True if the grid ends where the picture is saturated: at least one in eight of the next three nodes beyond each end
 /// of a line.
 pub(super) fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
     let (mut missing, mut bright) = (0, 0);
@@ -132,8 +132,9 @@ pub(super) fn beyond(image: &GrayImage, lattice: &Lattice, out: Node) -> Beyond 
     }
 }
 
-/// Whether the outer square beyond two neighbouring corners of the rim is light, and whether what follows is as light as
-/// light squares (`true`) or as dark as dark ones (`false`). `None` outside of the picture, or without a square.
+/// Colour of the outer square beyond two neighbouring corners of the rim (`true`: light), and of the area beyond that
+/// square: as light as light squares (`true`), as dark as dark ones (`false`), or neither. `None` outside of the
+/// picture, or without a square.
 fn outer_square(
     image: &GrayImage,
     lattice: &Lattice,
@@ -179,7 +180,7 @@ fn outer_square(
     Some((outside > inside, (is_light || is_dark).then_some(is_light)))
 }
 
-/// Whether white surrounds a full rectangle of corners: its outer squares keep their colours up to where the board must
+/// True if white surrounds a full rectangle of corners: its outer squares keep their colours up to where the board must
 /// end, and beyond all is as light as its light squares. A hand, or another row of squares, isn't.
 pub(super) fn ends_in_white(image: &GrayImage, rectangle: &Lattice) -> bool {
     rectangle.nodes().iter().all(|&(i, j)| {

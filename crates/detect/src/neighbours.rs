@@ -82,7 +82,7 @@ pub(super) fn expected_px(
     })
 }
 
-/// Whether all rows and columns are smooth: the third difference of any four corners in line that are seen stays below
+/// True if all rows and columns are smooth: the third difference of any four corners in line that are seen stays below
 /// 0.45 of a square plus half a pixel.
 pub(super) fn smooth(fits: &[Option<EdgeFit>], columns: usize) -> bool {
     let at = |index: usize| fits[index].as_ref().map(|fit| fit.corner.px);

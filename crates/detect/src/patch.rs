@@ -56,7 +56,7 @@ impl Patch {
             * (1.0 - free * free)
     }
 
-    /// Whether only bands along the axes belong to the patch.
+    /// True if only bands along the axes belong to the patch.
     pub(super) fn has_bands(&self) -> bool {
         self.band_squares < self.reach_squares
     }

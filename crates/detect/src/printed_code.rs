@@ -40,8 +40,8 @@ pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) ->
     codes(image, size, &px_of).map(|(code, _)| code).next()
 }
 
-/// Whether the code of `board` is seen beside it, and the right way round if nothing else tells. `px_of` is where a place
-/// is in the picture, in squares from the board's top-left corner.
+/// True if the code of `board` is seen beside it, and the right way round if nothing else tells. `px_of` is where a
+/// place is in the picture, in squares from the board's top-left corner.
 pub(super) fn is_named_by_code(image: &GrayImage, board: &Checkerboard, px_of: &PxOf<'_>) -> bool {
     let size = (board.columns(), board.rows());
     let either_way = !board.looks_the_same_upside_down();

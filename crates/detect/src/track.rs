@@ -34,9 +34,9 @@ const LONGEST_NAMING_GAP_SECS: f64 = 0.12;
 pub struct Prediction {
     /// Every inner corner in the board's numbering, in pixels `[x, y]`.
     pub corners_px: Vec<[f64; 2]>,
-    /// Whether the whole picture should be searched, nevertheless.
+    /// True if the whole picture should be searched, nevertheless.
     pub everywhere: bool,
-    /// Whether the prediction is good enough to tell which corners a part of the board has.
+    /// True if the prediction is good enough to tell which corners a part of the board has.
     pub names_corners: bool,
 }
 
@@ -66,7 +66,7 @@ impl Track {
         }
     }
 
-    /// Whether a prediction that far ahead is good enough to tell which corners a part of the board has.
+    /// True if a prediction that far ahead is good enough to tell which corners a part of the board has.
     pub fn names_corners_after(gap_secs: f64) -> bool {
         gap_secs < LONGEST_NAMING_GAP_SECS
     }

@@ -82,7 +82,7 @@ impl FileError {
         }
     }
 
-    /// Whether the file isn't there.
+    /// True if the file isn't there.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if source.kind() == io::ErrorKind::NotFound)
     }

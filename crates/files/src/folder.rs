@@ -53,7 +53,7 @@ pub fn sync_folder(folder: &Path) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Whether `path` is a folder itself, not a link to one.
+/// True if `path` is a folder itself, not a link to one.
 pub fn is_own_folder(path: &Path) -> bool {
     path.symlink_metadata().is_ok_and(|found| found.is_dir())
 }

@@ -14,7 +14,7 @@ use super::{
 /// The largest text that is read whole: settings, scenes, corner tables, calibrations.
 pub const TEXT_LIMIT: u64 = 256 << 20;
 
-/// Whether a link at the path itself is followed.
+/// Treatment of a symbolic link at the path itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Links {
     /// Yes: a person named the file.

@@ -14,7 +14,7 @@ use super::{
     read::{Links, open},
 };
 
-/// Whether an existing file may be replaced.
+/// Treatment of an existing file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overwrite {
     /// Refuse with [`FileError::Exists`].
@@ -23,8 +23,7 @@ pub enum Overwrite {
     Allowed,
 }
 
-/// Whether [`save`] could write a file at `path`, as far as can be told before: better known before the work than
-/// after.
+/// Checks, before any work is done, that [`save`] could write a file at `path`, as far as can be told.
 ///
 /// # Errors
 ///

@@ -434,7 +434,7 @@ pub struct CameraEntry {
 }
 
 impl CalibrationFile {
-    /// Whether it isn't wrong but needs more views: see [`is_unfinished`].
+    /// True if the calibration isn't wrong but needs more views: see [`is_unfinished`].
     pub fn is_unfinished(&self) -> bool {
         let bad = self.findings.iter().filter(|finding| finding.severity == "bad");
         is_unfinished(bad.map(|finding| finding.code.as_str()))
@@ -517,7 +517,7 @@ impl CalibrationFile {
     }
 }
 
-/// Whether no number is so large that drawing it would overflow.
+/// True if no number is so large that drawing it would overflow.
 fn has_sane_numbers(tree: &Value) -> bool {
     const LARGEST: f64 = 1e15;
     match tree {
@@ -549,7 +549,7 @@ impl LensEntry {
         LensModel::ALL.into_iter().find(|model| model.code() == self.model)
     }
 
-    /// Whether both focal lengths are one parameter.
+    /// True if both focal lengths are one parameter.
     pub fn square_pixels(&self) -> bool {
         (self.f_px[0] - self.f_px[1]).abs() <= 1e-9 * self.f_px[0].abs()
     }

@@ -100,7 +100,8 @@ impl Camera {
         self.distortion.invert(&Point2::from((px - self.pp_px).component_div(&self.f_px)))
     }
 
-    /// Whether a pixel lies outside the round picture of a fisheye lens, where it sees nothing: more than 110° from its axis.
+    /// True if a pixel lies outside the round picture of a fisheye lens, where it sees nothing: more than 110° from its
+    /// axis.
     pub fn is_outside_field(&self, px: &Point2<f64>) -> bool {
         self.distortion.is_outside(&Point2::from((px - self.pp_px).component_div(&self.f_px)))
     }

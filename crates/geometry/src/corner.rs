@@ -33,7 +33,7 @@ impl Corner {
         Self { px, covariance_px2: Matrix2::from_diagonal_element(f64::INFINITY) }
     }
 
-    /// Whether the corner was measured.
+    /// True if the corner was measured.
     pub fn is_seen(&self) -> bool {
         self.covariance_px2[(0, 0)] != f64::INFINITY
     }

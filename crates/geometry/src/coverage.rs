@@ -63,7 +63,7 @@ impl BoardOutline {
         &self.corners_px
     }
 
-    /// Whether `px` lies inside the outline or at most `reach_px` pixels outside it.
+    /// True if `px` lies inside the outline or at most `reach_px` pixels outside it.
     pub fn reaches(&self, px: &Point2<f64>, reach_px: f64) -> bool {
         self.covers(px)
             || (0..4).any(|i| {
@@ -74,7 +74,7 @@ impl BoardOutline {
             })
     }
 
-    /// Whether `px` lies inside the outline, a convex quadrilateral of either orientation.
+    /// True if `px` lies inside the outline, a convex quadrilateral of either orientation.
     pub fn covers(&self, px: &Point2<f64>) -> bool {
         let sides = (0..4).map(|i| {
             let (from, to) = (self.corners_px[i], self.corners_px[(i + 1) % 4]);

@@ -154,12 +154,12 @@ fn angle_over_radius(in_cam: &Vector3<f64>) -> Option<f64> {
 }
 
 impl Distortion {
-    /// Whether every coefficient of a perspective lens is zero.
+    /// True if every coefficient of a perspective lens is zero.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Whether a ray with the given flat coordinates is seen at all: beyond a pole of the rational model it isn't.
+    /// True if a ray with the given flat coordinates is seen at all: beyond a pole of the rational model it isn't.
     pub(super) fn reaches(&self, flat: &Point2<f64>) -> bool {
         self.is_polynomial() || self.radial(flat.coords.norm_squared()).denominator > 0.0
     }
@@ -169,8 +169,8 @@ impl Distortion {
         is_undivided || self.kind == LensKind::Fisheye
     }
 
-    /// Whether distorted coordinates lie outside the picture that a fisheye lens throws on the sensor: farther from its centre
-    /// than the rays at 110° from the axis. Never if the polynomial folds over before.
+    /// True if distorted coordinates lie outside the picture that a fisheye lens throws on the sensor: farther from its
+    /// centre than the rays at 110° from the axis. Never if the polynomial folds over before.
     pub(super) fn is_outside(&self, distorted: &Point2<f64>) -> bool {
         const STEPS: u32 = 110;
         if self.kind == LensKind::Perspective {

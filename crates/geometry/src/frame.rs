@@ -32,7 +32,7 @@ impl CaptureTime {
     }
 }
 
-/// Whether consecutive frames belong together.
+/// Kind of source: a stream, or pictures that stand alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
     /// A frame of a stream: the board may be moving, and stillness is judged over several frames.
@@ -56,7 +56,7 @@ impl ImageSize {
         Point2::new((f64::from(self.width_px) - 1.0) / 2.0, (f64::from(self.height_px) - 1.0) / 2.0)
     }
 
-    /// Whether `px` lies in the picture, up to the centres of its outermost pixels.
+    /// True if `px` lies in the picture, up to the centres of its outermost pixels.
     pub fn contains(self, px: &Point2<f64>) -> bool {
         (0.0..=f64::from(self.width_px) - 1.0).contains(&px.x)
             && (0.0..=f64::from(self.height_px) - 1.0).contains(&px.y)

@@ -80,7 +80,7 @@ pub struct Minimum<State, const N: usize, Extra = ()> {
     pub state: State,
     /// Cost and normal equations there.
     pub at: Linearised<N, Extra>,
-    /// Whether the next step is negligible.
+    /// True if the next step is negligible.
     pub converged: bool,
 }
 

@@ -83,12 +83,12 @@ impl LensParameter {
         }
     }
 
-    /// Whether Brown's model has the parameter.
+    /// True if Brown's model has the parameter.
     pub const fn is_browns(self) -> bool {
         self.index() < BROWN_PARAMETERS
     }
 
-    /// Whether the parameter is a coefficient of the distortion.
+    /// True if the parameter is a coefficient of the distortion.
     pub const fn is_distortion(self) -> bool {
         !matches!(self, Self::Fx | Self::Fy | Self::Cx | Self::Cy)
     }

@@ -14,7 +14,7 @@ pub const DEFAULT_PORT: u16 = 8417;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ServeAddress {
     pub(super) bind: SocketAddr,
-    /// Whether another port will do.
+    /// True if another port will do.
     pub(super) any_port: bool,
 }
 

@@ -49,7 +49,7 @@ impl Gate {
         self.keys.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether a request that names `host` is meant for this server: an address, or a name of ours. Another name may
+    /// True if a request that names `host` is meant for this server: an address, or a name of ours. Another name may
     /// have been bound to our address by somebody else (DNS rebinding).
     fn is_ours(&self, host: &str) -> bool {
         let name = without_port(host);
@@ -60,7 +60,7 @@ impl Gate {
             || self.names.iter().any(|ours| ours.eq_ignore_ascii_case(name))
     }
 
-    /// Whether a request comes from the page itself, as far as the browser says.
+    /// True if a request comes from the page itself, as far as the browser says.
     fn is_own_origin(&self, headers: &HeaderMap, host: &str) -> bool {
         let scheme = if self.https { "https" } else { "http" };
         let own = match headers.get(header::ORIGIN) {

@@ -131,7 +131,7 @@ pub struct EndedPage {
     pub image_size_px: [u32; 2],
     /// Uncertainty of the projection over the picture: x, y, standard deviation, in pixels.
     pub map: Vec<[f64; 3]>,
-    /// Whether the page may start another session.
+    /// True if the page may start another session.
     pub can_restart: bool,
     /// Files offered for download.
     pub files: Vec<PageFile>,

@@ -30,7 +30,7 @@ impl QrCode {
         self.side
     }
 
-    /// Whether the module is dark; those outside are light.
+    /// True if the module is dark; those outside are light.
     pub fn is_dark(&self, x: usize, y: usize) -> bool {
         x < self.side && self.dark.get(y * self.side + x).copied().unwrap_or(false)
     }

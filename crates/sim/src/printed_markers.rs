@@ -36,7 +36,7 @@ pub(super) enum Cells {
 pub(super) struct Crossing {
     /// Its place, in squares.
     pub(super) at: [f32; 2],
-    /// Whether they are dark: top left, top right, bottom left, bottom right.
+    /// True for each dark one: top left, top right, bottom left, bottom right.
     pub(super) dark: [bool; 4],
 }
 
@@ -62,7 +62,7 @@ impl PrintedMarkers {
         }
     }
 
-    /// Whether a point of the pattern is on a black cell.
+    /// True if a point of the pattern is on a black cell.
     #[inline]
     pub(super) fn is_black(&self, u: f32, v: f32) -> bool {
         self.is_cell_black(self.cells_at(u, v), self.cell_at(u), self.cell_at(v))
@@ -88,7 +88,7 @@ impl PrintedMarkers {
         Cells::Four(Crossing { at: [line(u, right), line(v, bottom)], dark })
     }
 
-    /// Whether a marker may lie within `du`, `dv` of a point, which is so far from the lines between squares.
+    /// True if a marker may lie within `du`, `dv` of a point, which is so far from the lines between squares.
     #[inline]
     pub(super) fn may_reach(&self, from_line_u: f32, from_line_v: f32, du: f32, dv: f32) -> bool {
         from_line_u > self.gap - du && from_line_v > self.gap - dv

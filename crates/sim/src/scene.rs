@@ -146,7 +146,7 @@ fn random_camera(rng: &mut ChaCha8Rng, image_size: ImageSize) -> Camera {
     }
 }
 
-/// Whether every pixel, and a little beyond, has a ray.
+/// True if every pixel, and a little beyond, has a ray.
 fn sees_whole_picture(camera: &Camera, image_size: ImageSize) -> bool {
     let beyond_px = 20.0;
     let (right, bottom) =

@@ -112,7 +112,7 @@ impl TechnicianFile {
     }
 }
 
-/// Whether a person can be like this.
+/// True if a person can be like this.
 fn is_sensible(person: &TechnicianParams) -> bool {
     let within = |value: f64, largest: f64| (0.0..=largest).contains(&value);
     let time = |secs: f64| within(secs, 3600.0);

@@ -34,7 +34,7 @@ pub struct Claim {
     pub verdict: Verdict,
 }
 
-/// Whether a claim holds.
+/// Verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -88,7 +88,7 @@ pub enum Within {
 }
 
 impl Check {
-    /// Whether the number is reproduced.
+    /// True if the number is reproduced.
     pub fn passes(&self) -> bool {
         match self.within {
             Within::Share(share, rounding) => {

@@ -26,7 +26,7 @@ pub struct Setup {
     pub distance_m: f64,
     /// Angle between the board and the image plane.
     pub tilt_rad: f64,
-    /// Whether corners are found by the detector in rendered pictures.
+    /// True if corners are found by the detector in rendered pictures.
     pub rendered: bool,
 }
 

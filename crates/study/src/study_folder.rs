@@ -41,7 +41,7 @@ impl StudyFolder {
         Ok(folder)
     }
 
-    /// Whether the part called `name` is finished.
+    /// True if the part called `name` is finished.
     pub fn is_done(&self, name: &str) -> bool {
         self.path.join(format!("{PARTS}/{name}.json")).exists()
     }

@@ -17,7 +17,7 @@ const MARGIN: f32 = 8.0;
 pub(super) struct PhoneCard {
     link: Option<PhoneLink>,
     open: bool,
-    /// Whether a phone has come.
+    /// True if a phone has come.
     came: bool,
 }
 

@@ -9,7 +9,7 @@ use boresight_present::text::{self, Trouble, adjust, window as words};
 /// Longer than this without a picture is worth saying.
 const STALLED_SECS: f64 = 2.0;
 
-/// Whether there is anything to show.
+/// True if there is anything to show.
 pub(super) fn is_needed(screen: &Screen) -> bool {
     let set_by_hand = |snapshot: &Snapshot| !snapshot.camera.set_by_hand.is_empty();
     !troubles(screen).is_empty() || screen.snapshot.as_ref().is_some_and(set_by_hand)

@@ -23,7 +23,7 @@ pub(in super::super) struct RecordingBrowser {
 }
 
 impl RecordingBrowser {
-    /// Whether a recording is open.
+    /// True if a recording is open.
     pub(in super::super) fn is_open(&self) -> bool {
         self.recording.is_some()
     }

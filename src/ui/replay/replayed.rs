@@ -14,7 +14,7 @@ pub struct Replayed {
     pub(super) steps: Vec<Snapshot>,
     /// Seconds since the first frame.
     pub(super) secs: Vec<f64>,
-    /// Whether the recording decided differently.
+    /// True for each step that the recording decided differently.
     pub(super) differs: Vec<bool>,
     pub(super) load: LoadPicture,
     pub(super) screen: Screen,
@@ -23,7 +23,7 @@ pub struct Replayed {
     pub(super) shown: Option<usize>,
     /// Time of the recording at the window's clock 0, while it plays.
     pub(super) playing_from_secs: Option<f64>,
-    /// Whether gauges and numbers stand beside the picture.
+    /// True if gauges and numbers stand beside the picture.
     pub(super) numbers: bool,
 }
 

@@ -39,7 +39,7 @@ impl Comparison {
         Self { older, ..Self::default() }
     }
 
-    /// Whether one is under way.
+    /// True while a comparison is under way.
     pub(in super::super) fn is_working(&self) -> bool {
         matches!(self.outcome, Outcome::Working(_))
     }

@@ -21,13 +21,13 @@ pub struct StartPage {
     marked: MarkerChoice,
     /// What stands in the field for streams and files.
     pub(super) typed: String,
-    /// Whether the board in front of the camera is counted.
+    /// True if the board in front of the camera is counted.
     pub(super) counts: bool,
     /// Number of the paper to print on.
     pub paper: usize,
     /// What came of printing.
     pub printed: Option<Result<PrintedBoard, UserError>>,
-    /// Whether a window shows the board.
+    /// True if a window shows the board.
     pub shows_board: bool,
     textures: BTreeMap<String, (u64, TextureHandle)>,
 }
@@ -43,9 +43,9 @@ pub struct Choices {
     pub streams: Vec<String>,
     /// Names of papers.
     pub papers: Vec<&'static str>,
-    /// Whether the picture is mirrored; `None` until the person has been asked.
+    /// True if the picture is mirrored; `None` until the person has been asked.
     pub mirrored: Option<bool>,
-    /// Whether sessions fill the screen while nobody is at the computer.
+    /// True if sessions fill the screen while nobody is at the computer.
     pub full_screen: bool,
 }
 
@@ -86,12 +86,12 @@ impl StartPage {
         choices.cameras.iter().find(|camera| camera.source == self.draft.source)
     }
 
-    /// Whether the source is, or was, one of this computer's cameras.
+    /// True if the source is, or was, one of this computer's cameras.
     fn names_camera(&self) -> bool {
         is_camera_name(&self.draft.source)
     }
 
-    /// Whether there is something to start with.
+    /// True if there is something to start with.
     pub(super) fn has_source(&self, choices: &Choices) -> bool {
         let source = self.draft.source.trim();
         match self.camera(choices) {

@@ -56,7 +56,7 @@ pub struct NearCamera {
     pub source: String,
     /// Its product name, which may be shown.
     pub name: String,
-    /// Whether it may be taken unasked: it's neither virtual nor infrared.
+    /// True for a camera that may be opened unasked: neither virtual nor infrared.
     pub is_ordinary: bool,
 }
 
@@ -99,12 +99,12 @@ pub struct ChosenCamera {
 }
 
 impl Backend {
-    /// Whether this build has it.
+    /// True if this build includes the backend.
     pub fn is_built(&self) -> bool {
         self.driver.is_ok()
     }
 
-    /// Whether `source` can mean one of its cameras.
+    /// True if `source` can mean one of its cameras.
     pub(super) fn knows(&self, source: &str) -> bool {
         self.begins.iter().any(|start| source.starts_with(start))
     }

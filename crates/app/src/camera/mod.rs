@@ -58,7 +58,7 @@ fn drivers(asked: &config::Backend) -> anyhow::Result<Vec<Driver>> {
     Ok(built.iter().enumerate().filter_map(lists).collect())
 }
 
-/// Whether `name` can only mean a live camera, which this build may not be able to open.
+/// True if `name` can only mean a live camera, which this build may not be able to open.
 pub fn is_name(name: &str) -> bool {
     BACKENDS.iter().any(|backend| backend.knows(name))
 }

@@ -19,7 +19,7 @@ const AREA: f64 = 0.95;
 /// Places tried for one end of a length, across and down, the picture's edges included.
 const PLACES: [u32; 2] = [17, 11];
 
-/// Whether a calibration meets a goal.
+/// Verdict on one goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acceptance {
     /// The goal.
@@ -44,12 +44,12 @@ pub struct ErrorBound {
 }
 
 impl Acceptance {
-    /// Whether the error stays within the goal.
+    /// True if the error stays within the goal.
     pub fn is_met(&self) -> bool {
         self.bound.is_some_and(|bound| bound.total <= self.goal.limit())
     }
 
-    /// Whether the board's square size alone spoils the goal: no view can help.
+    /// True if the board's square size alone spoils the goal: no view can help.
     pub fn is_out_of_reach(&self) -> bool {
         self.bound.is_some_and(|bound| bound.scale >= self.goal.limit())
     }

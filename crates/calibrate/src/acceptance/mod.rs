@@ -1,4 +1,4 @@
-//! Whether a calibration is good enough for what it's needed for, in the unit of that need.
+//! Acceptance: judges a calibration by the error that its use allows, in the unit of that use.
 //!
 //! | file | holds |
 //! |---|---|

@@ -131,7 +131,7 @@ impl Causes {
 }
 
 impl Family {
-    /// Whether a hypothesis of this family contradicts one of `other`.
+    /// True if a hypothesis of this family contradicts one of `other`.
     pub(super) fn rivals(self, other: Self) -> bool {
         // Two cameras are called a moved focus only if they have the same principal point.
         self != other && (self, other) != (Self::Focus, Self::Mixed)

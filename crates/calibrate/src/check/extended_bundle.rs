@@ -214,7 +214,7 @@ impl ExtendedProblem<'_> {
         cost.is_finite().then_some(cost)
     }
 
-    /// Whether a shared parameter, lens or extra, is estimated.
+    /// True if a shared parameter, lens or extra, is estimated.
     pub(super) fn is_free(&self, index: usize) -> bool {
         match LensParameter::ALL.get(index) {
             Some(LensParameter::Fx) => *self.cause != Cause::Focus,

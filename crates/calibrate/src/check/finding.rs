@@ -20,7 +20,7 @@ pub enum Severity {
     Bad,
 }
 
-/// Whether a calibration can be used: the worst [`Severity`] found.
+/// Verdict on a calibration: the worst [`Severity`] found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {
     /// No limitation was found.
@@ -45,8 +45,8 @@ const OF_TOO_FEW_VIEWS: [&str; 10] = [
     "PROJECTION-UNCERTAIN",
 ];
 
-/// Whether a calibration isn't wrong but unfinished: there are fewer than four views or one tilt axis, and nothing
-/// else is bad. `bad` are the codes of its bad findings.
+/// True if a calibration isn't wrong but unfinished: there are fewer than four views or one tilt axis, and nothing else
+/// is bad. `bad` are the codes of its bad findings.
 pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
     let mut has_few = false;
     for code in bad {
@@ -124,7 +124,7 @@ pub enum FindingCode {
     },
     /// Weak priors on the lens were needed to reach a result.
     PriorUsed {
-        /// Whether the focal length needed a prior, too.
+        /// True if the focal length needed a prior, too.
         focal_length: bool,
     },
     /// A richer lens model shifts the principal point by more than chance explains (Hausman test).
@@ -404,7 +404,7 @@ pub enum FindingCode {
 }
 
 impl Finding {
-    /// Whether further views are worth taking because of it: it's bad, or they put it right.
+    /// True if further views are worth taking because of it: it's bad, or they put it right.
     pub fn calls_for_views(&self) -> bool {
         match self.severity {
             Severity::Info => false,

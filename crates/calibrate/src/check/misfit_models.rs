@@ -153,7 +153,7 @@ impl<'a> Unexplained<'a> {
         (explanations, drift.and_then(|place| steps.of_one(place)))
     }
 
-    /// Whether a first step that leaves this cost promises to gain most of what the parameters of `cause` cost.
+    /// True if a first step that leaves this cost promises to gain most of what the parameters of `cause` cost.
     fn promises(&self, cause: &Cause, left: f64) -> bool {
         let n = self.observations.coordinate_count() as f64;
         let parameters = cause.parameters(self.observations.view_count()) as f64;

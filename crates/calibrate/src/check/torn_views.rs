@@ -131,7 +131,7 @@ impl FreeView {
         Some(Tear { at_px, gain, left_square: left.max(0.0) / (2 * pulls.len()) as f64 })
     }
 
-    /// Whether the view is torn, not smeared: a smear moves corners smoothly and has nothing to do with rows. So a tear
+    /// True if the view is torn, not smeared: a smear moves corners smoothly and has nothing to do with rows. So a tear
     /// along a row explains it far better than one along a column, or two rigid halves do far better than any smooth
     /// shift.
     fn is_torn(&self, tear: &Tear) -> bool {

@@ -74,7 +74,7 @@ pub(crate) struct ViewEvidence {
     pub(crate) tilt_azimuth_rad: f64,
     /// Root mean square residual per coordinate.
     pub(crate) residual_rms_px: f64,
-    /// Whether the view is a mirror image of the board.
+    /// True if the view is a mirror image of the board.
     pub(crate) mirrored: bool,
 }
 
@@ -262,7 +262,7 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
     Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
 }
 
-/// Whether the result is held to the earlier calibration, if that was asked for.
+/// Reports if a result that should be held to an earlier calibration contradicts it, or couldn't be held.
 fn known_lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     match evidence.known_lens {
         Some(Ok(Combined { statistic, limit, .. })) => {

@@ -203,7 +203,7 @@ pub struct Bundle {
     pub cost: f64,
     /// Measured coordinates minus estimated parameters; at least 1.
     pub degrees_of_freedom: usize,
-    /// Whether the next step would be below 1e-9 standard deviations.
+    /// True if the next step would be below 1e-9 standard deviations.
     pub converged: bool,
     /// Information of the corners about the free lens parameters, poses marginalised out.
     information: LensMatrix,

@@ -46,9 +46,9 @@ pub enum LensFamily {
 /// The lens parameters that an adjustment estimates, in the order of [`LENS_PARAMETERS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LensFreedom {
-    /// Whether each parameter is estimated. With square pixels, `fy` isn't: it follows `fx`.
+    /// True for each estimated parameter. With square pixels, `fy` isn't one: it follows `fx`.
     pub free: [bool; LENS_PARAMETERS],
-    /// Whether `fy = fx`, one parameter.
+    /// True if `fy = fx`, one parameter.
     pub square_pixels: bool,
 }
 

@@ -46,7 +46,7 @@ const TRUNCATED_SCALES: [(f64, f64); 2] = [(1.0, 0.7), (6.0, 0.3)];
 #[derive(Clone, Debug)]
 pub(crate) struct ModelChoice {
     pub(crate) fits: Vec<ModelFit>,
-    /// Whether a view was reversed.
+    /// True if a view was reversed.
     pub(crate) reversed: bool,
     /// In the order of `fits`.
     pub(crate) bundles: Vec<Bundle>,

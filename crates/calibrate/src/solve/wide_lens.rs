@@ -46,8 +46,8 @@ pub(crate) struct Rival {
     pub(crate) odds: f64,
 }
 
-/// Whether the lens sees so much that Brown's model may not hold it: a corner of the picture has no ray, or is more than 40°
-/// from the axis.
+/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture has no ray, or is more
+/// than 40° from the axis.
 pub(crate) fn is_wide(camera: &Camera, image_size: ImageSize) -> bool {
     corners_px(image_size)
         .iter()

@@ -51,7 +51,7 @@ impl<'a> Bits<'a> {
         8 * self.at - self.held as usize
     }
 
-    /// Whether bits were taken that are not in the data.
+    /// True if bits were taken that are not in the data.
     #[inline(always)]
     pub(super) fn overrun(&self) -> bool {
         self.taken() > 8 * self.data.len()

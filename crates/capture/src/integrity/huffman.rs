@@ -149,7 +149,7 @@ impl Step {
         u32::from(self.0 >> 5 & 127)
     }
 
-    /// Whether the block ends with them.
+    /// True if the block ends with them.
     #[inline(always)]
     fn ends(self) -> bool {
         self.0 >> 15 == 1

@@ -28,7 +28,7 @@ pub struct JpegGate {
 pub struct Checked<'a> {
     /// The frame, complete for any decoder: with Huffman tables, from its start to its end.
     pub bytes: Cow<'a, [u8]>,
-    /// Whether the tables had to be put in.
+    /// True if the tables had to be put in.
     pub lacked_tables: bool,
 }
 
@@ -238,7 +238,7 @@ struct Tables {
     from: Option<Vec<u8>>,
     means: [Option<MeanTable>; 4],
     steps: [Option<StepTable>; 4],
-    /// Whether any is not one of the standard ones.
+    /// True if any table is not a standard one.
     unusual: bool,
 }
 

@@ -36,7 +36,7 @@ pub(super) struct Expected<'a> {
     pub(super) rows: u32,
     /// Units between restart markers; 0 for none.
     pub(super) restart_every: u32,
-    /// Whether no picture gives a long run of zero bytes: so with the usual tables.
+    /// True if no picture gives a long run of zero bytes: so with the usual tables.
     pub(super) zeros_are_foreign: bool,
 }
 
@@ -108,8 +108,8 @@ pub(super) fn walk(
     }
 }
 
-/// Whether one of the components jumps in the middle of a row and stays. Restart markers start over in
-/// every row or so, and leave no such mark.
+/// True if a component jumps in the middle of a row and stays there. Restart markers start over in every row or so, and
+/// leave no such mark.
 fn jumps(expected: &Expected<'_>, edges: &[Vec<Edges>]) -> bool {
     let surely = |(part, edges): (&Part<'_>, &Vec<Edges>)| {
         let per_level = f64::from(8 * part.across) / f64::from(part.mean_step);
@@ -121,8 +121,8 @@ fn jumps(expected: &Expected<'_>, edges: &[Vec<Edges>]) -> bool {
             || sure.any(|other| other > SURE_OF_COLOUR))
 }
 
-/// Whether there is a run of zero bytes as a lost packet leaves it. Zeros are codes, too, and would pass for
-/// a picture; but one whose every coefficient is -1. Real pictures have up to 46 zero bits in a row.
+/// True if there is a run of zero bytes as a lost packet leaves it. Zeros are codes, too, and would pass for a picture;
+/// but one whose every coefficient is -1. Real pictures have up to 46 zero bits in a row.
 fn has_zeros(data: &[u8]) -> bool {
     const RUN: usize = 10;
     // Every run of that length covers one of these pieces.

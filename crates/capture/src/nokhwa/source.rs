@@ -47,7 +47,7 @@ pub struct NokhwaCamera {
     doubts: Vec<(Fault, String)>,
     mode: Mode,
     reader: Option<Reader>,
-    /// Whether it is lost, with the reason that was told.
+    /// Why the camera is lost; `None` while it runs.
     lost: Option<Loss>,
     next_look: Instant,
     pause: Duration,

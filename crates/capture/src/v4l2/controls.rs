@@ -47,7 +47,7 @@ pub struct ControlState {
     pub range: ControlRange,
     /// What it is; `None` if it cannot be read.
     pub value: Option<i64>,
-    /// Whether the camera moves it by itself; `None` if it has no such automatic.
+    /// True if the camera moves it by itself; `None` if it has no such automatic.
     pub automatic: Option<bool>,
 }
 
@@ -348,7 +348,7 @@ impl ControlLock {
         }
     }
 
-    /// Whether a control was last read at `value`, or its automatic as off as before.
+    /// True if a control was last read at `value`, or its automatic as off as before.
     fn stands_at(&self, id: u32, value: i64) -> bool {
         Control::ALL.into_iter().any(|control| {
             let (number, automatics) = numbers(control);

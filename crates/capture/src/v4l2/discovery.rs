@@ -114,7 +114,7 @@ impl Camera {
         }
     }
 
-    /// Whether `auto` may choose it.
+    /// True if `auto` may choose it.
     pub fn is_ordinary(&self) -> bool {
         !self.is_virtual
             && !self.is_infrared
@@ -149,12 +149,12 @@ impl Identity {
         }
     }
 
-    /// Whether it is worth asking `node` who it is.
+    /// True if `node` may be this camera: same USB id, or same place.
     pub(super) fn may_be(&self, node: &Node) -> bool {
         self.usb_id == node.usb_id || self.place == node.place
     }
 
-    /// Whether `camera` hangs where this one did.
+    /// True if `camera` hangs where this one did.
     pub(super) fn is_place_of(&self, camera: &Camera) -> bool {
         self.place == camera.node.place && self.index == camera.node.index
     }

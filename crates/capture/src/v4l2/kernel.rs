@@ -140,7 +140,7 @@ pub struct ControlRange {
     pub step: i64,
     /// Value at the start.
     pub default: i64,
-    /// Whether it can be set.
+    /// True if the control can be set.
     pub writable: bool,
 }
 

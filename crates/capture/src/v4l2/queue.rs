@@ -185,7 +185,7 @@ pub(super) fn again<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, 
     result
 }
 
-/// Whether the errno means that the device was unplugged.
+/// True if the errno means that the device was unplugged.
 pub(super) fn gone(errno: Errno) -> bool {
     matches!(errno.0, libc::ENODEV | libc::ENXIO | libc::ENOENT | libc::EBADF | libc::ESHUTDOWN)
 }

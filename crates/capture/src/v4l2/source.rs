@@ -78,7 +78,7 @@ pub struct LiveCamera<K: Kernel> {
     dropped_before: u64,
     rejected_before: u64,
     told: (u64, u64),
-    /// Whether its controls are left alone.
+    /// True if the camera's controls are left alone.
     only_looks: bool,
 }
 

@@ -8,7 +8,7 @@ const SCHEME: &str = "s3://";
 /// Name of a single file that was fetched.
 pub(super) const FETCHED: &str = "fetched";
 
-/// Whether `path` is the address of something in an object store.
+/// True if `path` is the address of something in an object store.
 pub(super) fn is_cloud(path: &Path) -> bool {
     path.to_str().is_some_and(|text| text.starts_with(SCHEME))
 }

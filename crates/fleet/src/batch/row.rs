@@ -164,7 +164,7 @@ impl Row {
         Self { code: code.into(), message: Some(message.into()), next, ..self }
     }
 
-    /// Whether the work was done.
+    /// True if the work was done.
     pub fn is_ok(&self) -> bool {
         self.code == OK
     }

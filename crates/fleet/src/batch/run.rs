@@ -40,7 +40,7 @@ pub struct Batch<'a> {
     pub budget: Duration,
     /// Items worked on at a time, at least 1.
     pub jobs: usize,
-    /// Whether items are tried again whose row says that they couldn't be worked on.
+    /// True if items are tried again whose row says that they couldn't be worked on.
     pub again: bool,
     /// The program whose `batch worker` works.
     pub program: &'a Path,
@@ -57,7 +57,7 @@ pub struct Tally {
     pub rows: BTreeMap<String, u64>,
     /// Time that workers spent on items.
     pub busy: Duration,
-    /// Whether it was asked to stop before the end.
+    /// True if the batch was asked to stop before the end.
     pub stopped: bool,
 }
 
@@ -94,7 +94,7 @@ struct Shared<'a> {
     batch: &'a Batch<'a>,
     store: Store,
     sessions: Sessions,
-    /// Whether some sessions must be fetched.
+    /// True if some sessions must be fetched.
     fetches: bool,
     items: Mutex<(Manifest, u64)>,
     tally: Mutex<Tally>,

@@ -109,7 +109,7 @@ impl Store {
         ManifestFile::at(&self.place.path(MANIFEST))
     }
 
-    /// Whether the results are in an object store.
+    /// True if the results are in an object store.
     pub(super) fn is_remote(&self) -> bool {
         matches!(self.place, Place::Cloud(_))
     }
@@ -128,7 +128,7 @@ impl Store {
         Ok(())
     }
 
-    /// Whether the row is there; with `again`, whether it's there and says that the work was done.
+    /// True if the row exists; with `again`, only if it also says that the work was done.
     ///
     /// # Errors
     ///
@@ -253,7 +253,7 @@ impl StoredRow {
         self.text.trim_end()
     }
 
-    /// Whether it says that the work was done.
+    /// True if the row says that the work was done.
     pub(super) fn is_ok(&self) -> bool {
         self.code == OK
     }
@@ -275,7 +275,7 @@ fn difference(there: &Job, job: &Job) -> Option<String> {
     Some(fields.filter_map(differs).collect::<Vec<_>>().join("; "))
 }
 
-/// Whether the file at `copy` holds the same lines as that at `path`; false if there is no copy.
+/// True if the file at `copy` holds the same lines as that at `path`; false if there is no copy.
 fn is_same(path: &Path, copy: &Path) -> Result<bool, FileError> {
     if copy.symlink_metadata().is_err() {
         return Ok(false);

@@ -80,7 +80,7 @@ impl Entry {
         (&self.camera, self.image_size, &self.created, &self.session)
     }
 
-    /// Whether the calibration counts in a trend.
+    /// True if the calibration counts in a trend.
     pub fn is_usable(&self) -> bool {
         self.lens.is_some() && self.verdict != "untrustworthy"
     }

@@ -8,7 +8,7 @@ const MAGIC: &[u8] = b"SQLite format 3\0";
 /// Values of a record that are read.
 pub(super) const COLUMNS: usize = 16;
 
-/// Whether `bytes` are a database of SQLite.
+/// True if `bytes` are a database of SQLite.
 pub(super) fn is_sqlite(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }

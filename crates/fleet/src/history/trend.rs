@@ -27,7 +27,7 @@ pub struct Trend {
     pub oldest: usize,
     /// How many of the newest.
     pub newest: usize,
-    /// Whether it's more than chance.
+    /// True if the change is more than chance.
     pub drifts: bool,
 }
 
@@ -70,7 +70,7 @@ impl CameraHistory {
         steps
     }
 
-    /// Whether the newest calibrations differ from the oldest by more than chance.
+    /// True if the newest calibrations differ from the oldest by more than chance.
     pub fn drifts(&self) -> bool {
         self.trend.is_some_and(|trend| trend.drifts)
     }

@@ -45,7 +45,7 @@ fn yaml(text: &str) -> Result<Value, String> {
     })
 }
 
-/// Whether the first thing that is no comment is a brace.
+/// True if the first thing that is no comment is a brace.
 fn starts_with_brace(text: &str) -> bool {
     let mut lines = text.lines().map(str::trim_start);
     lines

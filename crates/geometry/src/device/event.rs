@@ -100,7 +100,7 @@ impl Control {
     pub const ALL: [Self; 5] =
         [Self::Focus, Self::Zoom, Self::Exposure, Self::Gain, Self::WhiteBalance];
 
-    /// Whether the calibration depends on it.
+    /// True if the calibration depends on it.
     pub fn moves_geometry(self) -> bool {
         matches!(self, Self::Focus | Self::Zoom)
     }

@@ -26,7 +26,7 @@ pub struct ControlBefore {
     pub control: Control,
     /// In the driver's unit; `None` if it cannot be read.
     pub value: Option<i64>,
-    /// Whether the camera moved it by itself; `None` if it has no such automatic.
+    /// True if the camera moved it by itself; `None` if it has no such automatic.
     pub automatic: Option<bool>,
     /// The driver's numbers and values of it and of what moves it, in the order in which they are put back; empty
     /// if not known.

@@ -89,7 +89,7 @@ pub(super) fn pairs_beyond_edge(
     pairs
 }
 
-/// Whether a part of the board lies outside of the picture, but most of it inside.
+/// True if a part of the board lies outside of the picture, but most of it inside.
 fn leaves_picture(
     pose: &Isometry3<f64>,
     points: &[Point2<f64>],

@@ -38,7 +38,7 @@ pub struct HeldFrame {
     pub role: Role,
     /// File name of its picture, or empty.
     pub name: String,
-    /// Whether its corners moved rigidly since the frame before.
+    /// True if the corners moved rigidly since the frame before.
     pub is_rigid: bool,
     /// How it is smeared; `None` for a photograph.
     pub smear: Option<Smear>,
@@ -80,12 +80,12 @@ impl Hold {
         secs
     }
 
-    /// Whether the hold has lasted for `wanted_secs` and has a frame to take.
+    /// True if the hold has lasted for `wanted_secs` and has a frame to take.
     pub fn is_complete(&self, wanted_secs: f64) -> bool {
         self.best.is_rigid && self.progress(wanted_secs) >= 1.0
     }
 
-    /// Whether `corners` show the pose of the best frame, in a picture of that width.
+    /// True if `corners` show the pose of the best frame, in a picture of that width.
     pub fn covers(&self, corners: &[Corner], width_px: f64) -> bool {
         let best = &self.best.view.corners;
         let far = |(best, now): (&Corner, &Corner)| {

@@ -117,8 +117,8 @@ fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f6
     params.partner_offset_px.max(1.0 / lens_estimate.line_bias_per_px()).max(2.0 * known_px)
 }
 
-/// Whether the line of `view` passes the principal point with less than half the uncertainty of the line of
-/// `other`: then it tells at least four times as much.
+/// True if the line of `view` passes the principal point with less than half the uncertainty of the line of `other`:
+/// then it tells at least four times as much.
 pub(super) fn is_much_better(view: &View, other: &View, lens_estimate: &LensEstimate) -> bool {
     let pp = lens_estimate.camera.pp_px;
     view.line.variance_of_distance(&pp)

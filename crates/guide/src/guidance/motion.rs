@@ -44,7 +44,7 @@ pub struct Motion {
     pub speed_px_per_s: f64,
     /// The same over the last frame interval, including the noise.
     pub raw_speed_px_per_s: f64,
-    /// Whether all corners moved as those of one board since the frame before: see [`moved_rigidly`].
+    /// True if all corners moved as those of one board since the frame before: see [`moved_rigidly`].
     pub is_rigid: bool,
     /// What the corners' steps since the frame before leave without their common motion.
     pub scatter: Scatter,
@@ -190,8 +190,8 @@ impl CommonStep {
     }
 }
 
-/// Whether the corners moved as those of one board between two frames: by a homography, with errors like each
-/// other's. `false` if no homography fits or the frames have different numbers of corners.
+/// True if the corners moved as those of one board between two frames: by a homography, with errors like each other's.
+/// `false` if no homography fits or the frames have different numbers of corners.
 pub fn moved_rigidly(before: &[Corner], after: &[Corner]) -> bool {
     CommonStep::between(before, after).is_some_and(|step| step.is_rigid)
 }

@@ -180,7 +180,7 @@ impl GuidanceParams {
         Self { independent_rad: CLOSER * self.independent_rad, ..self }
     }
 
-    /// Whether boards stay small in the picture, as in front of an installed camera: see [`mod@super::reach`].
+    /// True if boards stay small in the picture, as in front of an installed camera: see [`mod@super::reach`].
     pub fn is_far(&self) -> bool {
         self.target_span_fraction < FAR_SPAN_FRACTION
     }

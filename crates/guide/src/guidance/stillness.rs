@@ -66,7 +66,7 @@ impl StillLimits {
     }
 }
 
-/// Whether the board stands still enough. A [`FrameKind::Photograph`] is still by definition.
+/// Checks that the board stands still enough. A [`FrameKind::Photograph`] is still by definition.
 ///
 /// # Errors
 ///
@@ -119,7 +119,7 @@ impl Patience {
         STEP.powf((1.0 + late_secs / STEP_SECS).floor().min(MOST_STEPS))
     }
 
-    /// Whether the person needs advice on how to hold the board steadily.
+    /// True if the person needs advice on how to hold the board steadily.
     pub fn needs_advice(&self, now: CaptureTime) -> bool {
         self.secs(now) >= ADVICE_SECS
     }

@@ -23,16 +23,16 @@ pub struct Precision {
     /// With a goal in the person's own unit: the error over what the goal leaves to the lens; met at 1. It replaces the
     /// limits of both standard deviations.
     pub goal_excess: Option<f64>,
-    /// Whether no trust check, coverage of the picture aside, found what further views put right, or what is bad.
+    /// True if no trust check, coverage of the picture aside, found what further views put right, or what is bad.
     pub trusted: bool,
-    /// Whether the boards covered enough of the picture.
+    /// True if the boards covered enough of the picture.
     pub covered: bool,
     /// The same of the trust checks that a board passes which stays small in the picture.
     pub trusted_far: bool,
 }
 
 impl Precision {
-    /// Whether the goal is met; without one, whether both standard deviations are small enough to stop. See
+    /// True if the goal is met; without a goal, if both standard deviations are small enough to stop. See
     /// [`Self::excess`].
     pub fn is_reached(&self, params: &GuidanceParams) -> bool {
         self.excess(params) <= 1.0
@@ -48,8 +48,8 @@ impl Precision {
         })
     }
 
-    /// Whether projection is known too badly in the picture's corners, and boards that leave the picture may help. Never with
-    /// a goal of the person's own, which says what matters.
+    /// True if projection is known too badly in the picture's corners, and boards that leave the picture may help.
+    /// Never with a goal of the person's own, which says what matters.
     pub fn lacks_corners(&self, params: &GuidanceParams) -> bool {
         self.goal_excess.is_none()
             && params.pairs_beyond_edge > 0
@@ -81,8 +81,8 @@ pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) ->
     }
 }
 
-/// Whether to stop: enough views, every view with its partner and, for the adaptive plan, the wanted
-/// precision with the trust checks passed. Source: `docs/method.md`, section 3.5.
+/// Decides whether to stop: enough views, every view with its partner and, for the adaptive plan, the wanted precision
+/// with the trust checks passed. Source: `docs/method.md`, section 3.5.
 pub fn progress(
     accepted: &[View],
     precision: Option<&Precision>,

@@ -57,7 +57,7 @@ pub struct Target {
     pub tilt_rad: f64,
     /// Where every inner corner should appear, in numbering order, distorted as the lens shows it.
     pub ghost_px: Vec<Point2<f64>>,
-    /// Whether a part of the board is wanted beyond the picture's edge.
+    /// True if a part of the board is wanted beyond the picture's edge.
     pub leaves_picture: bool,
 }
 
@@ -281,7 +281,7 @@ fn within_picture(mut target: Target, image_size: ImageSize, params: &GuidancePa
     target
 }
 
-/// Whether a part of the ghost lies outside of the picture.
+/// True if a part of the ghost lies outside of the picture.
 fn leaves(ghost_px: &[Point2<f64>], image_size: ImageSize) -> bool {
     !ghost_px.iter().all(|px| image_size.contains(px))
 }

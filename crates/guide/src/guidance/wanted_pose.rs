@@ -16,7 +16,7 @@ pub(super) struct WantedPose {
     pub(super) tilt_rad: f64,
     /// Where the mean corner should appear, from the principal point.
     pub(super) offset_px: Vector2<f64>,
-    /// Whether the view's point reflection about the principal point must lie in the picture, too.
+    /// True if the view's point reflection about the principal point must lie in the picture, too.
     pub(super) is_reflected: bool,
 }
 
@@ -128,7 +128,7 @@ fn span_fraction(
     Some(((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px)))
 }
 
-/// Whether the inner corners, and if wanted their reflections, lie in the picture with the margin asked for.
+/// True if the inner corners, and if wanted their reflections, lie in the picture with the margin asked for.
 fn corners_inside(
     pose: &Isometry3<f64>,
     corners: &[Point2<f64>],

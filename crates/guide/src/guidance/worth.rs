@@ -145,7 +145,7 @@ pub fn least_share(waited_secs: f64, unfollowed: u32) -> f64 {
     (FIRST_SHARE * patience * UNFOLLOWED.powi(unfollowed.min(20) as i32)).max(LEAST_SHARE)
 }
 
-/// Whether `view`, which tells `share` of what the pose asked for would, was shown by someone who follows the ghost: it
+/// True if `view`, which tells `share` of what the pose asked for would, was shown by someone who follows the ghost: it
 /// tells much, and the board recedes about in the direction asked for, `wanted_azimuth_rad`, if any was.
 pub fn is_followed(view: &View, share: f64, wanted_azimuth_rad: Option<f64>) -> bool {
     let is_turned_away = wanted_azimuth_rad.is_some_and(|wanted_rad| {

@@ -10,7 +10,7 @@ pub struct AcceptedView {
     pub name: String,
     /// What it is for.
     pub role: Role,
-    /// Whether a board beyond the picture's edge was asked for, whose partner comes next.
+    /// True if a board beyond the picture's edge was asked for, whose partner comes next.
     pub was_beyond_edge: bool,
     /// What it measured when it was accepted, through the lens estimate of that time.
     pub view: View,

@@ -8,7 +8,7 @@ use boresight_geometry::frame::CaptureTime;
 /// What the session knows about its camera: plain data for a window or a command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraState {
-    /// Whether frames arrive.
+    /// State of the stream: frames arrive, or why not.
     pub stream: Stream,
     /// What the driver granted.
     pub mode: Option<Mode>,
@@ -32,7 +32,7 @@ pub struct CameraState {
     pub rejected: u64,
 }
 
-/// Whether a camera's frames arrive.
+/// State of a camera's stream.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Stream {
     /// The source is no live camera.
@@ -50,8 +50,7 @@ pub enum Stream {
 }
 
 impl CameraState {
-    /// Whether views may be taken: the camera is there, focus and zoom are in place, and the stream isn't
-    /// frozen.
+    /// True if views may be taken: the camera is there, focus and zoom are in place, and the stream isn't frozen.
     pub fn may_take(&self) -> bool {
         !matches!(self.stream, Stream::Lost { .. })
             && !self.changed.keys().any(|control| control.moves_geometry())
@@ -65,7 +64,7 @@ impl CameraState {
         (1..=10_000).contains(&value).then_some(value as f64 * 1e-4)
     }
 
-    /// Whether a view may be taken from a frame captured at `time`.
+    /// True if a view may be taken from a frame captured at `time`.
     pub(super) fn may_take_of(&self, time: CaptureTime) -> bool {
         self.may_take() && self.good_from.is_none_or(|from| time >= from)
     }

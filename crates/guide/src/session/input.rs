@@ -39,7 +39,7 @@ pub struct Observation {
     pub frame_id: FrameId,
     /// Driver's time stamp.
     pub captured_at: CaptureTime,
-    /// Whether the frame is one of a stream or a picture by itself.
+    /// Video frame or photograph.
     pub kind: FrameKind,
     /// File name, or empty.
     pub name: String,

@@ -375,7 +375,7 @@ impl Prompt {
         }
     }
 
-    /// Whether it tells of the session's or the camera's state instead of the board.
+    /// True if the instruction is about the session's or the camera's state, not the board.
     pub fn is_state(self) -> bool {
         matches!(
             self,

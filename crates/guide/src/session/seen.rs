@@ -35,13 +35,13 @@ pub(super) struct Seen {
     focal: (f64, f64, Option<f64>),
     /// Largest share of the picture that the board is asked to span, because it doesn't come nearer.
     pub(super) span_cap: Option<f64>,
-    /// Whether a board that stays small has shown no further view for so long that none will come.
+    /// True if a board that stays small has shown no further view for so long that none will come.
     pub(super) given_up: bool,
-    /// Whether no more poses beyond the picture's edge can be shown.
+    /// True if no more poses beyond the picture's edge can be shown.
     pub(super) stays_inside: bool,
     /// Frames with a board that came so soon after the one before that a part would have been told, less the others.
     followed: i32,
-    /// Whether a part was told in one of the others: not by following it.
+    /// True if a part was told in one of the others: not by following it.
     tells_parts: bool,
     /// How many views in a row were much smaller than their ghosts, and the largest share that they spanned.
     small_in_a_row: Option<(u32, f64)>,

@@ -54,9 +54,9 @@ pub struct Snapshot {
     pub views_to_go: Option<usize>,
     /// The live camera, if the source is one.
     pub camera: CameraState,
-    /// Whether the source has no more frames.
+    /// True if the source has no more frames.
     pub source_ended: bool,
-    /// Whether the person paused.
+    /// True if the person paused.
     pub paused: bool,
     /// Workers that failed, with the reason.
     pub failures: Vec<(String, String)>,

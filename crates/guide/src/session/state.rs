@@ -74,7 +74,7 @@ pub(super) struct Derived {
     pub(super) target: Option<Target>,
     /// The limits with which the pose asked for was chosen.
     pub(super) limits: GuidanceParams,
-    /// Whether the person wants more than the plan: views that cover more of the picture.
+    /// True if the person wants more than the plan: views that cover more of the picture.
     pub(super) wants_more: bool,
     /// What the accepted views tell, and the variance that the pose asked for would leave; infinite without one.
     pub(super) knowledge: Knowledge,
@@ -96,7 +96,7 @@ pub(super) struct Tracking {
     pub(super) exposure: ExposureEstimate,
     pub(super) hold: Option<Hold>,
     pub(super) patience: Patience,
-    /// Whether the board was still in the newest frame.
+    /// True if the board was still in the newest frame.
     pub(super) was_still: bool,
     /// For how long a board has been in the picture since the pose was asked for, pauses aside.
     pub(super) asked_secs: f64,
@@ -216,7 +216,7 @@ impl Derived {
         }
     }
 
-    /// Whether the pose asked for is to cover what no board has covered.
+    /// True if the pose asked for is to cover what no board has covered.
     pub(super) fn covers_more(&self) -> bool {
         self.wants_more
             || self.target.as_ref().is_some_and(|target| target.purpose == Purpose::BeyondEdge)

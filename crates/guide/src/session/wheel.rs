@@ -10,7 +10,7 @@ pub struct WheelSlot {
     pub slot_rad: f64,
     /// Index of the newest view in it.
     pub view: Option<usize>,
-    /// Whether it's asked for.
+    /// True if the session asks for this direction now.
     pub wanted: bool,
 }
 

@@ -53,9 +53,9 @@ pub struct CameraCurve {
     pub name: String,
     /// What the trend says, in words.
     pub trend: String,
-    /// Whether it drifts.
+    /// True if the calibrations drift by more than chance.
     pub drifts: bool,
-    /// Whether it's due, in words; empty if it isn't.
+    /// Reason why the next calibration is due, in words; empty if it isn't.
     pub due: String,
     /// Its usable calibrations by time.
     pub points: Vec<CurvePoint>,

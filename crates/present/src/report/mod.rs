@@ -73,7 +73,7 @@ pub struct Report {
 pub struct CameraSection {
     /// Identity, mode and controls: name and value of each row.
     pub rows: Vec<(String, String)>,
-    /// Whether the camera was simulated.
+    /// True if the camera was simulated.
     pub simulated: bool,
     /// Changes while the views were taken, oldest first.
     pub changes: Vec<CameraChange>,

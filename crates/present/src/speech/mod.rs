@@ -30,7 +30,7 @@ pub enum Rank {
 }
 
 impl Rank {
-    /// Whether it's finished once it's begun.
+    /// True if a sentence of this rank, once begun, is finished.
     pub fn is_news(self) -> bool {
         self >= Self::Back
     }

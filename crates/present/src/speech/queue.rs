@@ -16,7 +16,7 @@ pub struct Step {
     pub word: Word,
     /// How long it has waited.
     pub waited_secs: f64,
-    /// Whether what is being said stops for it.
+    /// True if what is being said stops for it.
     pub cuts: bool,
 }
 
@@ -99,7 +99,7 @@ impl Queue {
         self.speaking = None;
     }
 
-    /// Whether all news has been said, to its end.
+    /// True if all news has been said, to its end.
     pub fn is_quiet(&self) -> bool {
         self.news.is_empty() && !self.speaking.is_some_and(Rank::is_news)
     }

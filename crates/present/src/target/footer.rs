@@ -41,7 +41,7 @@ pub(super) fn ruler_gap_mm(page: &Page) -> f64 {
     4.0 * page.text_mm
 }
 
-/// Whether the words stand beside the ruler, or else below it.
+/// True if the words stand beside the ruler, or else below it.
 pub(super) fn beside(page: &Page) -> bool {
     let words_mm = LETTERS * LETTER_WIDTH * page.text_mm;
     page.width_mm - 2.0 * edge_mm(page) >= 100.0 + ruler_gap_mm(page) + words_mm

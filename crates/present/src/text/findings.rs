@@ -29,7 +29,7 @@ pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     }
 }
 
-/// Whether a source of that name is the simulated camera.
+/// True if a source of that name is the simulated camera.
 pub fn is_simulated(source: &str) -> bool {
     source == "sim" || source.starts_with("sim:")
 }

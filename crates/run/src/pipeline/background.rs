@@ -40,7 +40,7 @@ impl<T: Send + 'static> Background<T> {
         self.outcome.try_recv()
     }
 
-    /// Whether no outcome will come: it was taken, or the work panicked.
+    /// True if no outcome will come: it was taken, or the work panicked.
     pub fn is_over(&self) -> bool {
         self.outcome.is_closed()
     }

@@ -55,7 +55,7 @@ pub(super) fn default_finder() -> Box<dyn BoardFinder> {
 pub(super) struct DetectorStage {
     pub(super) finder: Box<dyn BoardFinder>,
     pub(super) board: Checkerboard,
-    /// Whether a search may take as long as it needs: results then don't depend on the machine's speed.
+    /// True if a search may take as long as it needs: results then don't depend on the machine's speed.
     pub(super) unhurried: bool,
     /// Frames to the recorder, sent before their observations.
     pub(super) pictures: Sender<Arc<Frame>>,

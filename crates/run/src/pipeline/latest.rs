@@ -102,7 +102,7 @@ impl<T> LatestReceiver<T> {
         self.shared.lock().value.take()
     }
 
-    /// Whether the sender is gone and the slot is empty.
+    /// True if the sender is gone and the slot is empty.
     pub fn is_closed(&self) -> bool {
         let slot = self.shared.lock();
         slot.closed && slot.value.is_none()

@@ -44,7 +44,7 @@ impl LiveFeed {
         self.accepted.try_recv().ok()
     }
 
-    /// Whether the session thread has ended and every snapshot has been read from this feed.
+    /// True if the session thread has ended and every snapshot has been read from this feed.
     pub fn has_ended(&self) -> bool {
         self.snapshots.is_closed()
     }

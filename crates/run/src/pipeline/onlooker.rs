@@ -25,7 +25,7 @@ pub trait Onlooker: Send + Sync {
         let _ = snapshot;
     }
 
-    /// Whether the person asked for the end of the session.
+    /// True if the person asked for the end of the session.
     fn wants_end(&self) -> bool {
         false
     }

@@ -41,10 +41,10 @@ pub struct Setup {
     pub session: Session,
     /// Where to record; `None` records nothing.
     pub folder: Option<SessionFolder>,
-    /// Whether every frame must be judged before the next is fetched. For sources that wait: files,
-    /// recordings, the simulated camera. A live camera doesn't wait.
+    /// True if every frame must be judged before the next is fetched. For sources that wait: files, recordings, the
+    /// simulated camera. A live camera doesn't wait.
     pub lossless: bool,
-    /// Whether to store every picture, not only the accepted ones.
+    /// True if every picture is stored, not only the accepted ones.
     pub record_stream: bool,
     /// Called with every judged frame, on the session thread.
     pub on_frame: OnFrame,

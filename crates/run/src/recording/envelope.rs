@@ -9,7 +9,7 @@ use super::format::{Envelope, Line, Stored};
 pub(super) struct Glance {
     /// The picture stored with it, if one was.
     pub(super) stored: Option<Stored>,
-    /// Whether the session was resumed here.
+    /// True if the session was resumed here.
     pub(super) is_resumed: bool,
     /// The checksum of `session.toml` that it states.
     pub(super) header_crc32: Option<String>,

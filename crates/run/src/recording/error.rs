@@ -30,7 +30,7 @@ pub enum RecordingError {
     Header {
         /// What is wrong with it.
         reason: String,
-        /// Whether a newer version wrote it.
+        /// True if a newer version wrote it.
         newer: bool,
         /// The file.
         path: PathBuf,

@@ -100,7 +100,7 @@ impl Header {
     }
 }
 
-/// Whether nothing stands at `path` but what a crash during creation leaves behind.
+/// True if nothing stands at `path` but what a crash during creation leaves behind.
 fn is_new(path: &Path) -> bool {
     if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
         return false;

@@ -36,7 +36,7 @@ pub struct JournalContents {
     pub resumed: usize,
     /// Bytes up to the end of the last whole line.
     pub whole_bytes: u64,
-    /// Whether the end was cut and is left out: part of a line, or lines that had not been synced.
+    /// True if the end was cut and is left out: part of a line, or lines that had not been synced.
     pub cut: bool,
     /// CRC-32 of the `session.toml` that it was recorded with; `None` in older recordings and without a line.
     pub header_crc32: Option<String>,

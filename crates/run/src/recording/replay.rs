@@ -71,7 +71,7 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Whether the recorded and the replayed decision do something else to the views.
+    /// True if the recorded and the replayed decision do something else to the views.
     pub fn changes_views(&self) -> bool {
         RecordedOutcome::of(&self.recorded) != RecordedOutcome::of(&self.replayed)
     }
@@ -101,7 +101,7 @@ pub struct Replayed {
     pub different_lines: Vec<usize>,
     /// The first [`MOST_KEPT`] of these decisions.
     pub differences: Vec<Difference>,
-    /// Whether any of them does something else to the views.
+    /// True if any of the different decisions does something else to the views.
     pub changes_views: bool,
     /// Decisions that differ by rounding only.
     pub rounding: Rounding,

@@ -20,7 +20,7 @@ pub struct SimCamera {
     pub node: Node,
     /// What its driver says.
     pub capability: Capability,
-    /// Whether it is plugged in.
+    /// True while the camera is plugged in.
     pub present: bool,
     /// Formats with their sizes and intervals.
     pub formats: Vec<(FourCc, Vec<FrameSizes>, Vec<Fraction>)>,
@@ -75,7 +75,7 @@ pub struct SimControl {
     pub range: ControlRange,
     /// What it is.
     pub value: i64,
-    /// Whether setting it does anything.
+    /// True if setting it does anything.
     pub obeys: bool,
 }
 
@@ -86,13 +86,13 @@ pub struct SimFrame {
     pub bytes: Vec<u8>,
     /// How many of the buffer's bytes are said to be its.
     pub bytes_used: u32,
-    /// Whether the driver calls it bad.
+    /// True if the driver calls it bad.
     pub error: bool,
     /// Its number.
     pub sequence: u32,
     /// Its time.
     pub nanos: u64,
-    /// Whether it arrives.
+    /// True if the buffer arrives.
     pub delivered: bool,
     /// The number of a buffer that the driver makes up.
     pub index: Option<u32>,

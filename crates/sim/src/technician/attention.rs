@@ -85,7 +85,7 @@ impl Stamina {
         self.rested
     }
 
-    /// Whether the last rest was more than `times` the person's limit ago.
+    /// True if the last rest was more than `times` the person's limit ago.
     pub(super) fn needs_rest(&self, now: CaptureTime, times: f64) -> bool {
         self.rest_after_secs > 0.0 && now.secs_since(self.rested) > times * self.rest_after_secs
     }

@@ -1,4 +1,4 @@
-//! Whether the view that a hand shows counts, by the rules of each strategy's source.
+//! Acceptance of a view that a hand shows, by the rules of each strategy's source.
 
 use nalgebra::{Isometry3, Point2};
 
@@ -37,7 +37,7 @@ pub(super) enum Judged {
 }
 
 impl Accept {
-    /// Whether the first ghost is drawn again with the focal length of the live picture, as the sources of these rules
+    /// True if the first ghost is drawn again with the focal length of the live picture, as the sources of these rules
     /// do.
     pub(super) fn follows_the_live_picture(self) -> bool {
         matches!(self, Self::Overlap(_) | Self::WithinASquare)

@@ -198,7 +198,7 @@ fn session(rows: &[Row], limits: &[Limit], hand: Hand) -> Option<Claim> {
     })
 }
 
-/// Whether `value` stays below `wanted`, or nearly.
+/// Verdict for a `value` that should stay below `wanted`; [`Verdict::Partly`] up to `NEARLY` times that.
 fn graded(value: f64, wanted: f64) -> Verdict {
     if value <= wanted {
         Verdict::Holds

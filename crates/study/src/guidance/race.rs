@@ -43,7 +43,7 @@ pub struct Mark {
     pub fitted: Errors,
     /// The lens as the program calibrates it; `None` where that was not computed.
     pub calibrated: Option<Errors>,
-    /// Whether the program's own stop rule is satisfied; only asked of ours.
+    /// True if the program's own stop rule is satisfied; only asked of ours.
     pub complete: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Whether a camera that is found, or a mode that is granted, is the one that was asked for.
+//! Recognizes a camera that returns, and a granted mode, as the one that was asked for.
 
 use super::super::{
     discovery::{Camera, Found, Identity, discover_those},

@@ -112,13 +112,13 @@ fn code(err: &object_store::Error) -> Option<String> {
     })
 }
 
-/// Whether an exchange broke off that may have been heard, or that was heard in part.
+/// True if an exchange broke off that may have been heard, or that was heard in part.
 pub(super) fn is_broken_off(err: &object_store::Error) -> bool {
     let http = causes(err).find_map(|cause| cause.downcast_ref::<HttpError>());
     http.is_some_and(|http| http.kind() != HttpErrorKind::Connect)
 }
 
-/// Whether the network, not the store, is to blame.
+/// True if the network, not the store, is to blame.
 fn is_cut(err: &object_store::Error) -> bool {
     causes(err).any(<dyn Error>::is::<HttpError>)
 }

@@ -46,7 +46,7 @@ pub struct Strategy {
 }
 
 impl Strategy {
-    /// Whether it's one of ours.
+    /// True for the program's own strategies.
     pub fn is_ours(&self) -> bool {
         self.accept == Accept::Role
     }
