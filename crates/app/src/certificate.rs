@@ -1,4 +1,4 @@
-//! What a report's first sheet states, from the settings, the camera and the clock.
+//! First sheet of a report, from the settings, the camera and the clock.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ const LOGO_LIMIT: u64 = 2 << 20;
 /// Letters of the checksum in a number.
 const SHORT: usize = 6;
 
-/// What is known about a calibration beside its numbers.
+/// Facts about a calibration beside its numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Circumstances<'a> {
     /// When it was made, if that is known.

@@ -16,7 +16,7 @@ use boresight_geometry::{Corner, frame::ImageSize};
 use boresight_guide::session::Session;
 use boresight_present::text;
 
-/// What a comparison is called in the session's folder.
+/// File name of a comparison in the session's folder.
 const CHECK_FILE: &str = "check.json";
 /// Older calibrations offered at most.
 const MOST_OFFERED: usize = 50;
@@ -68,7 +68,7 @@ impl NoVerdict {
     }
 }
 
-/// What a comparison found: the change, or why there is no verdict.
+/// Result of a comparison: the change, or why there is no verdict.
 pub type Checked = Result<Drift, NoVerdict>;
 
 /// Reads a calibration of this or another program.
@@ -121,7 +121,7 @@ pub fn compare(session: &Session, old: &OldCalibration) -> Checked {
     drift(&views, &setup.board, setup.image_size, &lens).map_err(NoVerdict::NoDrift)
 }
 
-/// What was found in words, and the next action.
+/// The result in words, and the next action.
 pub fn words(found: &Checked) -> (String, &'static str) {
     match found {
         Ok(drift) => text::drift(drift),

@@ -20,7 +20,7 @@ use boresight_sim::{
 const NOTICED_CHANGE: f64 = 0.25;
 /// The same of a direction or a tilt.
 const NOTICED_TURN_RAD: f64 = 0.25;
-/// How far a person steps back from a board that comes too close to the picture's edge.
+/// Factor by which a person steps back when the board comes too close to the picture's edge.
 const STEP_BACK: f64 = 1.08;
 
 /// Sends what a person would see and hear after each judged frame.
@@ -32,7 +32,7 @@ pub(super) struct CueSender {
     first_frame: Option<u64>,
 }
 
-/// What the simulated person reads.
+/// Receives the cues that the simulated person reads.
 pub(super) struct CueReceiver {
     link: Receiver<(FrameId, Vec<Cue>)>,
     unread: std::collections::VecDeque<Cue>,
@@ -85,7 +85,7 @@ impl CueSender {
     }
 }
 
-/// What a person who reads this advice is asked to do; `None` for advice that asks for nothing.
+/// The instruction in `advice`; `None` if it asks for nothing.
 fn instruction(advice: &Advice, target: Option<&Target>) -> Option<Instruction> {
     Some(match *advice {
         Advice::ShowBoard => Instruction::ShowBoard,

@@ -24,7 +24,7 @@ pub fn mode_name(offer: &CameraMode) -> String {
     format!("{}x{}{rate}:{}", offer.size.width_px, offer.size.height_px, fourcc(offer))
 }
 
-/// What `devices --json` says about a camera and its controls.
+/// The entry of a camera and its controls for `devices --json`.
 pub fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
     let modes = camera
         .offers
@@ -65,7 +65,7 @@ pub fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
     DeviceEntry { source: camera.stable_name(), name: printable(&camera.name), v4l2: Some(v4l2) }
 }
 
-/// What `devices` tells a person about a camera and its controls.
+/// The lines about a camera and its controls for a person.
 pub fn describe(camera: &Camera, controls: &[ControlState]) -> Vec<String> {
     let mut lines = vec![format!("{}  {}", camera.stable_name(), printable(&camera.name))];
     let links: Vec<String> =

@@ -130,7 +130,7 @@ fn said(err: &anyhow::Error) -> String {
     format!("{err:#}")
 }
 
-/// That the result has more views than the journal ever took, in words.
+/// A sentence if the result has more views than the journal ever took.
 fn fewer_views(path: &Path, contents: &JournalContents) -> Option<String> {
     let text = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused).ok()?;
     let tree: serde_json::Value = serde_json::from_str(&text).ok()?;

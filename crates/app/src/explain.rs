@@ -43,7 +43,7 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
     })
 }
 
-/// What happened and what to do, for a window: a camera's fault in words, without its code.
+/// An error and the next action, for a window: a camera's fault in words, without its code.
 pub fn user_error(err: &anyhow::Error) -> UserError {
     if let Some(CaptureError::Camera { fault, detail }) = err.downcast_ref() {
         let (what, action) = text::camera::with_detail(*fault, detail);

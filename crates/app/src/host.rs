@@ -1,4 +1,4 @@
-//! What the window asks of the program, which knows sources, folders and settings.
+//! The window's interface to the program, which knows sources, folders and settings.
 
 use std::{
     path::{Path, PathBuf},
@@ -33,7 +33,7 @@ pub fn is_camera_name(source: &str) -> bool {
 
 /// The program around the window. Without a start page, what that needs can be left out.
 pub trait AppHost {
-    /// What the first session is about.
+    /// Camera, board and plan of the first session.
     fn first_wish(&self) -> SessionRequest;
 
     /// True if the first session starts without asking: the person has said what it's about.
@@ -41,7 +41,7 @@ pub trait AppHost {
         true
     }
 
-    /// What the last windows have left.
+    /// Choices stored by earlier windows.
     fn remembered(&self) -> Memory {
         Memory::default()
     }
@@ -164,7 +164,7 @@ pub trait AppHost {
         None
     }
 
-    /// How many phones follow the session now.
+    /// Number of phones that follow the session now.
     fn phones(&self) -> usize {
         0
     }
@@ -175,7 +175,7 @@ pub trait AppHost {
     }
 }
 
-/// Where the phone's page is.
+/// Address of the phone's page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PhoneLink {
     /// The link.
@@ -186,7 +186,7 @@ pub struct PhoneLink {
     pub code: Vec<Vec<bool>>,
 }
 
-/// What a session should be about.
+/// Camera, board and plan that a session should use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionRequest {
     /// Name of the source.
@@ -199,11 +199,11 @@ pub struct SessionRequest {
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: f64,
-    /// How many views.
+    /// Plan, which sets the number of views.
     pub plan: Plan,
     /// Folder of the session to resume.
     pub go_on_with: Option<PathBuf>,
-    /// What to do first.
+    /// Command to give as soon as the session runs.
     pub first: Option<Command>,
 }
 
@@ -212,7 +212,7 @@ pub struct SessionRequest {
 pub struct CameraView {
     /// The name that finds it again.
     pub source: String,
-    /// What it calls itself.
+    /// Name as the camera itself gives it.
     pub name: String,
     /// Size of its pictures; empty before the first.
     pub mode: String,
@@ -248,11 +248,11 @@ pub struct PrintedBoard {
     pub file: PathBuf,
     /// Side of a square.
     pub square_m: f64,
-    /// What to do with it.
+    /// Steps for the person who prints it.
     pub steps: Vec<String>,
 }
 
-/// What is remembered from one window to the next; `None` where the person has chosen nothing.
+/// Choices kept from one window to the next; `None` where the person has chosen nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Memory {
@@ -266,7 +266,7 @@ pub struct Memory {
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: Option<f64>,
-    /// How many views.
+    /// Plan, which sets the number of views.
     #[serde(with = "plan_name")]
     pub plan: Option<Plan>,
     /// Streams and files that were opened, newest first, without passwords.
@@ -339,11 +339,11 @@ mod plan_name {
 pub struct Opened {
     /// Its threads.
     pub pipeline: Pipeline,
-    /// What they show.
+    /// Feed of the session's snapshots and pictures.
     pub showing: LiveFeed,
-    /// What the source calls itself.
+    /// Name of the source.
     pub source: String,
-    /// Where it is stored.
+    /// Folder of the session.
     pub folder: PathBuf,
     /// Pictures of views that are there already, by their numbers.
     pub pictures: Vec<(ViewNumber, GrayImage)>,
@@ -355,16 +355,16 @@ pub struct Opened {
     pub conclude: Box<dyn FnOnce(Result<Finished, PipelineError>) -> Ended + Send>,
 }
 
-/// What a session left behind.
+/// Files and messages left behind by a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ended {
-    /// Where it is stored.
+    /// Folder of the session.
     pub folder: PathBuf,
     /// Files with the result.
     pub files: Vec<PathBuf>,
-    /// What a comparison with an older calibration found, if the session began with one.
+    /// Result of the comparison with an older calibration, if the session began with one.
     pub compared: Option<Result<Compared, UserError>>,
-    /// What went wrong, if anything did.
+    /// The error, if any.
     pub trouble: Option<UserError>,
 }
 
@@ -383,7 +383,7 @@ pub struct Compared {
     pub what: String,
     /// The next action.
     pub action: String,
-    /// What makes it weaker than it could be.
+    /// Reasons for caution about the verdict.
     pub doubts: Vec<String>,
     /// The change; `None` without a verdict.
     pub drift: Option<Box<Drift>>,
@@ -392,7 +392,7 @@ pub struct Compared {
 /// Something that did not work, and what to do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserError {
-    /// What happened.
+    /// The error in words.
     pub what: String,
     /// The next action, if one is known.
     pub action: Option<String>,

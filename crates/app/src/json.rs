@@ -1,4 +1,4 @@
-//! What `detect --json` prints.
+//! Output of `detect --json`.
 
 use serde_json::{Value, json};
 

@@ -24,9 +24,9 @@ use boresight_geometry::device::CameraEvent;
 use boresight_present::text;
 use boresight_run::config::Config;
 
-/// How often cameras are listed.
+/// Time between two listings of the cameras.
 const LISTED_EVERY: Duration = Duration::from_millis(1000);
-/// How often a small picture is made, and a board counted.
+/// Times between two small pictures, and between two counts of the board.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 const COUNTED_EVERY: Duration = Duration::from_millis(150);
 /// A camera that can't be opened is tried again after this.

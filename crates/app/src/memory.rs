@@ -1,4 +1,4 @@
-//! What the window remembers from one start to the next: one small file in the person's configuration folder.
+//! Memory of the window from one start to the next: one small file in the person's configuration folder.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ const FILE: &str = "window.toml";
 /// A file of choices is far smaller.
 const LIMIT: u64 = 1 << 20;
 
-/// Where the file is; `None` if the system names no folder for it.
+/// Path of the file; `None` if the system names no folder for it.
 pub fn usual_path() -> Option<PathBuf> {
     let folder =
         |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
@@ -20,7 +20,7 @@ pub fn usual_path() -> Option<PathBuf> {
     Some(configuration.join("boresight").join(FILE))
 }
 
-/// What the file holds; nothing if there is none, or if it can't be read: choices are made again in a moment.
+/// Reads the file. A missing or unreadable one gives no choices: the person makes them again in a moment.
 pub fn read(path: &Path) -> Memory {
     let text = read_text(path, LIMIT, Links::Followed).unwrap_or_default();
     toml::from_str::<Memory>(&text).unwrap_or_default().sensible()

@@ -1,4 +1,4 @@
-//! What this build leaves out.
+//! Parts of the program that this build leaves out.
 
 /// A part of the program that this build leaves out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -6,7 +6,7 @@
     "this build has no {part}; for one that has, run: cargo build --release --features {feature}"
 )]
 pub struct MissingFeature {
-    /// What is missing, in plural or as "window".
+    /// Name of the missing part, in plural or as "window".
     pub part: &'static str,
     /// The Cargo feature that adds it.
     pub feature: &'static str,

@@ -22,7 +22,7 @@ use boresight_run::{
 /// Frames that a simulated camera delivers at most, unless told otherwise: ten minutes at 30 per second.
 pub const MAX_FRAMES: u64 = 18_000;
 
-/// What a session is opened with.
+/// Settings with which a session is opened.
 #[derive(Clone, Debug)]
 pub struct Opening {
     /// Name of the source, as [`SourceName::parse`] reads it.
@@ -43,11 +43,11 @@ pub struct Opening {
     pub record_stream: bool,
     /// Frames that a simulated camera delivers at most.
     pub max_frames: u64,
-    /// What of the board a code in its margin may decide in a new session.
+    /// Properties of the board that a code in its margin may decide in a new session.
     pub board_code: BoardFromCode,
 }
 
-/// What of the board comes from a code in its margin, if the first frames show one.
+/// Properties of the board to read from a code in its margin, if the first frames show one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BoardFromCode {
     /// Nothing: the board is given.

@@ -40,8 +40,8 @@ pub fn redetect(
     Ok((searched, observed))
 }
 
-/// Where the board was looked for first in each stored frame, as when the session was recorded: a function of what had
-/// been seen before it. And the number of frames observed.
+/// For each stored frame, the place where the board was first looked for when the session was recorded: a function of
+/// earlier observations. Also the number of frames observed.
 fn predictions(
     contents: &JournalContents,
 ) -> Result<(BTreeMap<u64, Prediction>, usize), RecordingError> {
@@ -66,7 +66,7 @@ fn predictions(
     Ok((predictions, observed))
 }
 
-/// How the two decisions differ, in the names of the journal: the outcome with the reason for a refusal, else
+/// Difference between the two decisions, in the names of the journal: the outcome with the reason for a refusal, else
 /// the fields that changed.
 pub fn change(difference: &Difference) -> String {
     let parsed = |text: &str| serde_json::from_str(text).unwrap_or(Value::Null);
@@ -84,7 +84,8 @@ pub fn change(difference: &Difference) -> String {
     format!("{after}, other numbers in: {}", changed.join(", "))
 }
 
-/// How the outcomes of the two decisions differ, as in [`change`]; what decided alike from other numbers is one kind.
+/// Difference between the outcomes of the two decisions, as in [`change`]; equal outcomes from other numbers are one
+/// kind.
 pub fn kind(difference: &Difference) -> String {
     let parsed = |text: &str| serde_json::from_str(text).unwrap_or(Value::Null);
     let before = outcome(&parsed(&difference.recorded));

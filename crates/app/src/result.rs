@@ -1,4 +1,4 @@
-//! What a session found, for people and for machines.
+//! Result of a session, for people and for machines.
 
 use super::{Announcer, Exit, announce_result};
 use boresight_calibrate::{Calibration, NotCalibrated};

@@ -40,7 +40,7 @@ pub struct Run {
     pub folder: SessionFolder,
     /// Its state: empty, or as recorded.
     pub session: Session,
-    /// Where frames come from.
+    /// Source of the frames.
     pub open: OpenSource,
     /// True if every picture is stored, not only the accepted ones.
     pub record_stream: bool,
@@ -54,7 +54,7 @@ pub struct Run {
     pub note: Option<String>,
 }
 
-/// What is needed once the threads have ended.
+/// State needed once the threads have ended.
 pub struct RunContext {
     /// The session's folder.
     pub path: PathBuf,
@@ -78,10 +78,10 @@ pub struct Concluded {
     pub path: PathBuf,
     /// The exit status that the result deserves.
     pub exit: Exit,
-    /// What [`RESULT_FILE`] holds.
+    /// Contents of [`RESULT_FILE`].
     pub result: CalibrationFile,
-    /// What the comparison with an older calibration found, if one was asked for. That it fails is no
-    /// failure of the session.
+    /// Result of the comparison with an older calibration, if one was asked for. A failed comparison doesn't fail the
+    /// session.
     pub compared: Option<anyhow::Result<Compared>>,
 }
 
@@ -158,7 +158,7 @@ impl Run {
         run(setup, context, (stop, &Onlookers::new()), announcer, &mut each)
     }
 
-    /// What the threads are started with, and what is needed once they have ended. Announces the folder.
+    /// Prepares the threads, and the state needed once they have ended. Announces the folder.
     ///
     /// # Errors
     ///

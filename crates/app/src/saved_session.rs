@@ -43,17 +43,16 @@ use boresight_run::{
 pub struct JournalReading {
     /// The folder.
     pub path: PathBuf,
-    /// What `session.toml` says.
+    /// Contents of `session.toml`.
     pub header: Header,
-    /// What the journal holds.
+    /// Contents of the journal.
     pub contents: JournalContents,
-    /// What was found in stored pictures that were searched again, by the number of their frame. It takes the place
-    /// of what is recorded.
+    /// Detections from another search of stored pictures, by frame number. They replace the recorded ones.
     pub seen_again: BTreeMap<u64, Result<Detection, Miss>>,
 }
 
 impl DecidedAgain {
-    /// What `replay --json` prints: `result`, and how the `count` decisions of the session at `path` compare with the
+    /// Output of `replay --json`: `result`, and how the `count` decisions of the session at `path` compare with the
     /// recorded ones. `crc32` is their checksum.
     ///
     /// # Errors
@@ -85,7 +84,7 @@ impl DecidedAgain {
 pub struct SavedSession {
     /// The folder.
     pub path: PathBuf,
-    /// What `session.toml` says.
+    /// Contents of `session.toml`.
     pub header: Header,
     /// The state after the last line. Its accepted views are those that were recorded as accepted.
     pub session: Session,
@@ -94,7 +93,7 @@ pub struct SavedSession {
     /// True if the accepted views had to be restored from the recorded outcomes, because this build would have accepted
     /// others.
     pub restored: bool,
-    /// What the journal holds. If the last line was cut by a crash, it's left out.
+    /// Contents of the journal, without a last line that a crash cut.
     pub contents: JournalContents,
     /// The first frame number that the journal has not used.
     pub first_frame: u64,
@@ -105,7 +104,7 @@ pub struct SavedSession {
 pub struct DecidedAgain {
     /// The state after the last line.
     pub session: Session,
-    /// How the decisions compare with the recorded ones.
+    /// Comparison of the decisions with the recorded ones.
     pub replayed: Replayed,
 }
 
@@ -226,7 +225,7 @@ impl JournalReading {
         Ok(session)
     }
 
-    /// What was observed in the frames from which views were taken, by the number of the frame.
+    /// Observations in the frames that gave views, by frame number.
     fn observations_of_views(&self) -> Result<BTreeMap<u64, Observation>, RecordingError> {
         let mut wanted = BTreeSet::new();
         for line in self.lines() {

@@ -1,4 +1,4 @@
-//! How a guided session goes, as a text file for Prometheus' node exporter.
+//! Progress of a guided session, as a text file for Prometheus' node exporter.
 
 use std::{
     path::{Path, PathBuf},
@@ -27,7 +27,7 @@ pub struct SessionMetrics {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What was seen of the session so far.
+/// Observations of the session so far.
 #[derive(Default)]
 struct Watched(Mutex<State>);
 

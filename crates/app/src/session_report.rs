@@ -188,7 +188,7 @@ fn first_sheet(
     Some(certificate(stated, known, notes))
 }
 
-/// What a check found, if the session is one.
+/// The stored check, if the folder holds one.
 fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
     let path = path.join("check.json");
     let text = match files::read_text(&path, files::TEXT_LIMIT, Links::Refused) {
@@ -215,7 +215,7 @@ fn check_command(header: &Header, against: &str) -> String {
     )
 }
 
-/// What the header says about the camera, and how its mode and controls stood at the end.
+/// The camera's entries in the header, with mode and controls at the end of the session.
 fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     let mut rows = vec![
         (words::name::SOURCE.into(), header.source.clone()),
@@ -259,7 +259,7 @@ fn changed_settings(config: &Config) -> Vec<String> {
     changed
 }
 
-/// What a journal tells beside the views.
+/// Facts in a journal besides the views.
 struct History {
     frames: usize,
     /// The most frequent first.

@@ -1,4 +1,4 @@
-//! What a source's name means, and how it's opened.
+//! Sources by name: parses and opens them.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -32,12 +32,12 @@ use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
 /// Frames that the simulated camera may have in flight at once.
 const IN_FLIGHT: usize = 24;
 
-/// What a name may be.
+/// Hint on valid names.
 const SOURCES: &str = "try a name from `boresight devices`, sim, a session folder, a folder of pictures, a video file, or a stream such as rtsp://…";
 
 /// An open source.
 pub struct OpenSource {
-    /// Where frames come from.
+    /// The source of the frames.
     pub source: Box<dyn FrameSource>,
     /// Must be called with every judged frame: the simulated person reads the screen through it.
     pub on_frame: OnFrame,
@@ -45,7 +45,7 @@ pub struct OpenSource {
     pub truth: Option<TruthLog>,
 }
 
-/// What a source's name means; not open yet.
+/// A parsed source name; not open yet.
 #[derive(Clone, Debug)]
 pub enum SourceName {
     /// The simulated camera.
@@ -72,9 +72,9 @@ impl OpenSource {
 }
 
 impl SourceName {
-    /// What `name` means: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a video
-    /// file or stream, a session folder, or a folder of pictures. `auto` is the only real camera if there is
-    /// one, else the simulated camera; it announces which.
+    /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a video file or
+    /// stream, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
+    /// simulated camera; it announces which.
     ///
     /// # Errors
     ///

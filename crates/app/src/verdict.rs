@@ -5,7 +5,7 @@ use boresight_present::text;
 
 use super::Announcer;
 
-/// How a command ends, from good to bad; the number is the exit code of the process.
+/// Outcome of a command, from good to bad; the number is the exit code of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// 0: done, and usable.

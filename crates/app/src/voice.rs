@@ -20,7 +20,7 @@ use boresight_run::pipeline::Onlooker;
 
 /// Programs that speak their last argument and end when it's spoken.
 const SPEAKERS: [(&str, &[&str]); 2] = [("spd-say", &["--wait", "--"]), ("espeak-ng", &["--"])];
-/// How often the queue is looked at.
+/// Time between two looks at the queue.
 const LOOK: Duration = Duration::from_millis(20);
 /// A program that speaks for longer hangs.
 const LONGEST: Duration = Duration::from_secs(8);
@@ -61,7 +61,7 @@ pub struct Voice {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the session and the voice share.
+/// State shared by the session and the voice.
 struct Said {
     queue: Mutex<Queue>,
     narrator: Mutex<Narrator>,

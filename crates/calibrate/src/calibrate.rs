@@ -129,7 +129,7 @@ pub fn calibrate(
     Ok(repeats.restored(found, correction.as_ref(), views, &board_m))
 }
 
-/// What a calibration is given beside the views.
+/// Inputs of a calibration besides the views.
 #[derive(Clone, Copy)]
 struct Given<'a> {
     /// Number of views, those of one held pose included.
@@ -138,7 +138,7 @@ struct Given<'a> {
     board_m: &'a [Point2<f64>],
     image_size: ImageSize,
     params: &'a CalibrationParams,
-    /// What is allowed for.
+    /// Correction for the cause of a misfit, if one is applied.
     correction: Option<&'a Correction>,
 }
 

@@ -25,7 +25,7 @@ const PP_LIMIT: f64 = 9.210;
 const F_LIMIT: f64 = 6.635;
 /// Fewest views for a verdict: two opposed pairs.
 pub const DRIFT_VIEWS: usize = 4;
-/// How far outside the old boards a corner still counts as covered, as a fraction of the picture's width.
+/// Distance outside the old boards up to which a corner still counts as covered, as a fraction of the picture's width.
 const COVERED_MARGIN_FRACTION: f64 = 0.05;
 /// Corners of a view that must be seen: a pose has six parameters.
 const LEAST_SEEN: usize = 6;
@@ -70,7 +70,7 @@ pub enum DriftVerdict {
     Recalibrate,
 }
 
-/// How an installed camera differs from its old calibration.
+/// Difference between an installed camera and its old calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     /// The verdict.

@@ -1,4 +1,4 @@
-//! What the residuals say about noise and about causes of a misfit, and what that adds to the covariance of the lens.
+//! Examines the residuals for noise and causes of a misfit, and adds the doubt to the covariance of the lens.
 
 use nalgebra::SMatrix;
 
@@ -21,7 +21,7 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 /// Different views that are advised.
 const VIEWS_ADVISED: usize = 8;
 
-/// What the residuals of the richest lens model say.
+/// Findings in the residuals of the richest lens model.
 pub(super) struct Examined {
     pub(super) correlation: Option<NoiseCorrelation>,
     pub(super) causes: Causes,
@@ -70,9 +70,8 @@ impl Examined {
         Some(plain * (of_tails * of_alike))
     }
 
-    /// What has to be added to it: doubt about the cause of a misfit, correlated noise, radial terms beyond the models, other
-    /// families of lens models, and
-    /// what is unknown about the cause that is allowed for.
+    /// Covariance to add to the plain one: doubt about the cause of a misfit, correlated noise, radial terms beyond the
+    /// models, other families of lens models, and the remaining doubt about a corrected cause.
     pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
         let correlated =
             self.correlation.as_ref().map(|found| found.doubt(choice, inputs.noise_floor));

@@ -38,7 +38,7 @@ pub(super) struct Inputs<'a> {
     pub(super) family: LensFamily,
     /// Other families that explain the corners nearly as well.
     pub(super) rivals: Vec<Rival>,
-    /// What the calibration allows for.
+    /// Correction for the cause of a misfit, if one is applied.
     pub(super) correction: Option<&'a Correction>,
 }
 

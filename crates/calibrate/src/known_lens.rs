@@ -24,7 +24,7 @@ const UNESTIMATED: f64 = 1e-9;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "StoredLens", into = "StoredLens")]
 pub struct KnownLens {
-    /// What the coefficients act on.
+    /// Kind of lens, which gives the coefficients their meaning.
     pub kind: LensKind,
     /// Lens parameters: see [`Camera::lens_parameters`].
     pub parameters: [f64; LENS_PARAMETERS],
@@ -93,7 +93,7 @@ pub enum NotHeld {
     FocalVaries,
 }
 
-/// What two calibrations of the same lens say together.
+/// Combination of two calibrations of the same lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Combined {
     /// The lens that both support.

@@ -22,7 +22,8 @@ const LEAST_DISTORTION_PX: f64 = 0.5;
 /// alike, aren't tested: numerator and denominator of a rational lens may cancel.
 const UNTOLD: f64 = 1e-12;
 
-/// What new views say about the distortion, to first order about the old one; f, the principal point and the poses settle.
+/// Gradient and information of new views about the distortion, to first order about the old one; f, the principal point
+/// and the poses are refitted.
 #[derive(Clone, Debug)]
 pub(super) struct DistortionPull {
     /// The coefficients that may have changed.

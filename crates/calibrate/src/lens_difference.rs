@@ -43,7 +43,7 @@ impl StatedLens {
     }
 }
 
-/// How two calibrations differ.
+/// Difference between two calibrations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensDifference {
     /// Significance and size of the change.

@@ -1,6 +1,6 @@
 use super::{acceptance::AcceptanceGoal, known_lens::KnownLens, solve::lens_model::LensModel};
 
-/// What to estimate.
+/// Settings of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationParams {
     /// Use weak priors on the lens while there are fewer than four different views.
@@ -13,7 +13,7 @@ pub struct CalibrationParams {
     pub varying_focal: bool,
     /// The sensor or the picture is shifted by design: a principal point far from the middle is no reason for care.
     pub shifted_sensor: bool,
-    /// What the calibration must be good for; it's judged, and nothing else depends on it.
+    /// Goal that the calibration must meet. It's judged against it; nothing else depends on it.
     pub accept: Option<AcceptanceGoal>,
     /// Relative standard deviation of the board's square size. It only enters the error of lengths: see
     /// [`ErrorBound::scale`](super::ErrorBound::scale).

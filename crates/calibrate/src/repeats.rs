@@ -17,7 +17,7 @@ use boresight_geometry::{Corner, fit_pose, frame::ImageSize, seen_count};
 /// pose: 1.3 px at 1280.
 const HELD: f64 = 0.001;
 
-/// Which views repeat earlier ones.
+/// Groups of views that show the same held pose.
 pub(super) struct Repeats {
     /// The views that repeat none, in order.
     kept: Vec<usize>,

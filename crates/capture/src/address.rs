@@ -2,7 +2,7 @@
 
 const SCHEMES: [&str; 8] =
     ["rtsp://", "rtsps://", "rtmp://", "http://", "https://", "udp://", "tcp://", "srt://"];
-/// What stands in the place of a secret.
+/// Placeholder for a secret.
 const HIDDEN: &str = "…";
 /// Words in a path after which a secret follows.
 const SECRET_WORDS: [&str; 4] = ["pass", "pwd", "token", "key="];

@@ -1,4 +1,4 @@
-//! Which of the modes that a camera offers is best.
+//! Choice of the best mode that a camera offers.
 
 use boresight_geometry::{
     device::{PixelLayout, Wanted},

@@ -165,7 +165,7 @@ pub(super) fn light(image: &GrayImage) -> (f64, u8) {
     (sum as f64 / count.max(1) as f64, largest)
 }
 
-/// How much neighbouring pixels differ: falls when a picture gets out of focus.
+/// Mean squared difference between neighbouring pixels of a row: falls when a picture gets out of focus.
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub(super) fn sharpness(image: &GrayImage) -> f64 {
     let width = image.width() as usize;

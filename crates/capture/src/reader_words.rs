@@ -1,4 +1,4 @@
-//! What ffmpeg's messages mean to a person.
+//! Translates ffmpeg's messages for a person.
 //!
 //! They name libraries, addresses of memory and whole addresses with passwords; a person needs the cause.
 

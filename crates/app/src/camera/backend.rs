@@ -11,22 +11,22 @@ use crate::devices_file::{DeviceEntry, OtherDevice};
 /// A way to cameras.
 #[derive(Clone, Copy, Debug)]
 pub struct Backend {
-    /// What `--backend` and the settings call it.
+    /// Name in `--backend` and in the settings.
     pub name: &'static str,
-    /// What it is.
+    /// Description in a few words.
     pub is: &'static str,
     /// The controls that it locks and watches.
     pub locks: &'static [Control],
-    /// What it cannot promise, besides the other controls.
+    /// Limits to state to a person, besides controls that it doesn't lock.
     pub cannot: &'static [&'static str],
-    /// How a name begins that can only mean one of its cameras. A backend whose names another one before it knows, too,
-    /// opens the cameras that that one lists.
+    /// Prefixes of camera names that can only belong to this backend. A backend that shares all of its prefixes with an
+    /// earlier one opens the cameras which that one lists.
     pub begins: &'static [&'static str],
-    /// How its cameras are reached; the reason if this build can't.
+    /// The driver, or the reason why this build has none.
     pub(super) driver: Result<Driver, fn() -> anyhow::Error>,
 }
 
-/// How the cameras of a backend are reached.
+/// Functions that reach the cameras of a backend.
 #[derive(Clone, Copy, Debug)]
 pub struct Driver {
     /// The connected cameras. It's called every second while a person chooses one.
@@ -71,7 +71,7 @@ pub struct Unusable {
     pub detail: String,
 }
 
-/// What `devices` says of a backend's cameras: entries for its file, each with its lines for a person.
+/// The `devices` report on a backend's cameras: entries for its file, each with its lines for a person.
 #[derive(Clone, Debug, Default)]
 pub struct Devices {
     /// Cameras that can be opened.
@@ -80,7 +80,7 @@ pub struct Devices {
     pub others: Vec<(OtherDevice, Option<String>)>,
 }
 
-/// What a camera is opened for.
+/// Purpose for which a camera is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// A session: its controls are locked, if the backend can.
@@ -109,7 +109,7 @@ impl Backend {
         self.begins.iter().any(|start| source.starts_with(start))
     }
 
-    /// What it cannot promise, in sentences.
+    /// Limits of the backend, in sentences.
     pub fn limits(&self) -> Vec<String> {
         let free = Control::ALL.into_iter().filter(|control| !self.locks.contains(control));
         let free: Vec<&str> = free.map(words::control).collect();

@@ -24,8 +24,8 @@ const PLACES: [u32; 2] = [17, 11];
 pub struct Acceptance {
     /// The goal.
     pub goal: AcceptanceGoal,
-    /// What the error stays below in 95 of 100 calibrations. `None` if it can't be told: the length doesn't fit into the
-    /// picture, or the lens model folds over in more than a twentieth of it.
+    /// Bound that the error stays below in 95 of 100 calibrations. `None` if there is none: the length doesn't fit into
+    /// the picture, or the lens model folds over in more than a twentieth of it.
     pub bound: Option<ErrorBound>,
 }
 
@@ -38,8 +38,8 @@ pub struct ErrorBound {
     pub lens: f64,
     /// From the board's square size alone; zero for projection.
     pub scale: f64,
-    /// Where in the picture it holds, in pixels: both ends of a length, or the same point twice. In 95 % of the picture the
-    /// error is smaller.
+    /// Place in the picture where the bound holds, in pixels: both ends of a length, or the same point twice. In 95 %
+    /// of the picture the error is smaller.
     pub place_px: [Point2<f64>; 2],
 }
 

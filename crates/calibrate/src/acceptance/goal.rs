@@ -46,7 +46,7 @@ pub enum AcceptanceGoal {
     "{reason}; write a goal like \"0.2px\" for projection, or \"length 800mm at 2m <= 0.5mm\" for a length measured at a distance"
 )]
 pub struct NotAGoal {
-    /// What is wrong with it.
+    /// The mistake in it.
     pub reason: String,
 }
 
@@ -82,7 +82,7 @@ enum Unit {
     Metre,
 }
 
-/// What a quantity of a length goal stands for.
+/// Meaning of a quantity in a length goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
     Length,
@@ -148,7 +148,7 @@ fn length(quantities: &[Quantity<'_>]) -> Result<AcceptanceGoal, NotAGoal> {
     Ok(AcceptanceGoal::Length { length_m, at_m, within_m })
 }
 
-/// What the number after `word` stands for; `None` if the word leaves it open.
+/// Meaning of the number after `word`; `None` if the word leaves it open.
 fn part_after(word: &str) -> Result<Option<Part>, NotAGoal> {
     match word {
         "" | "a" => Ok(None),

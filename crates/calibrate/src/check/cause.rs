@@ -42,7 +42,8 @@ pub(super) enum Cause {
     NextRadial,
 }
 
-/// What a cause blames. Causes in one family call for the same action, so the one with the highest gain wins outright.
+/// Part of the setup that a cause blames. Causes in one family call for the same action, so the one with the highest
+/// gain wins outright.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Family {
     Focus,

@@ -29,7 +29,7 @@ pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
     vec![Finding { code: FindingCode::CauseUnclear { candidates, gain: best.gain }, severity }]
 }
 
-/// What a hypothesis is reported as.
+/// The finding that reports a hypothesis.
 pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
     let Hypothesis { gain, explanation } = hypothesis;
     let gain = *gain;

@@ -18,13 +18,13 @@ use boresight_geometry::{Corner, LENS_PARAMETERS};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// What is allowed for, and what remains open about it.
+/// A correction for a misfit, and the doubt that remains.
 #[derive(Clone, Debug)]
 pub(crate) struct Correction {
     kind: Kind,
     /// Covariance of the lens from not knowing the cause's parameters, nor that it isn't one that looks the same.
     pub(crate) doubt: LensMatrix,
-    /// What the corrected calibration reports in any case.
+    /// Finding that the corrected calibration reports in any case.
     pub(crate) finding: Finding,
 }
 

@@ -13,7 +13,7 @@ use crate::solve::{free_homography::FreeHomographies, model_choice::ModelChoice}
 /// (Rayleigh distribution).
 pub(crate) const CONTRADICTION_SIGMAS: f64 = 3.7;
 
-/// How far apart two principal points are.
+/// Distance between two principal points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Disagreement {
     pub(crate) distance_px: f64,

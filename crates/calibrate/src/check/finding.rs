@@ -3,13 +3,13 @@ use crate::{known_lens::NotHeld, solve::lens_model::LensModel};
 /// A result of the trust checks: something to know about a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
-    /// What was found, with the measured values and their limits.
+    /// The finding, with the measured values and their limits.
     pub code: FindingCode,
-    /// How serious it is.
+    /// Severity.
     pub severity: Severity,
 }
 
-/// How serious a [`Finding`] is.
+/// Severity of a [`Finding`], from harmless to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// For information.
@@ -61,7 +61,7 @@ pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
 /// Most causes that [`FindingCode::CauseUnclear`] names.
 pub const CANDIDATES: usize = 3;
 
-/// How a focus or zoom moved.
+/// Kind of motion of focus or zoom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FocusMotion {
     /// Another focal length in every view.
@@ -197,7 +197,7 @@ pub enum FindingCode {
         gain: f64,
         /// Standard deviation of the focal lengths over their mean.
         relative_sd: f64,
-        /// How it moved.
+        /// Kind of motion.
         motion: FocusMotion,
     },
     /// Every view has its own focal length, as requested.
@@ -252,7 +252,7 @@ pub enum FindingCode {
     ViewTorn {
         /// The view with the largest shift.
         view: usize,
-        /// Where it's torn, in pixels from the top.
+        /// Row at which the view is torn, in pixels from the top.
         row_px: f64,
         /// Shift of the corners below, in pixels.
         shift_px: f64,
@@ -291,7 +291,7 @@ pub enum FindingCode {
     },
     /// The views disagree, and several causes explain them about equally well.
     CauseUnclear {
-        /// What each of the likeliest causes would be reported as, the likeliest first.
+        /// Codes of the findings that would report the likeliest causes, the likeliest first.
         candidates: [Option<&'static str>; CANDIDATES],
         /// Gain in BIC of the likeliest.
         gain: f64,
@@ -357,7 +357,7 @@ pub enum FindingCode {
         length_px: f64,
         /// Standard deviation of a corner coordinate with that, in pixels.
         noise_px: f64,
-        /// What the residuals show of it, in pixels.
+        /// Root mean square of that error in the residuals, in pixels.
         residual_px: f64,
     },
     /// The fit leaves smaller residuals than a board held still scatters by.

@@ -1,4 +1,4 @@
-//! What the first step of a fit under each [`Cause`] promises, from one pass over the corners for all of them.
+//! First step of a fit under each [`Cause`], and the gain it promises, from one pass over the corners for all of them.
 //!
 //! At the minimum of the plain bundle every cause changes the picture in proportion to its parameters, so its derivatives
 //! are closed forms, most of them shared. The sums of their products, view by view, hold the normal equations of every
@@ -73,7 +73,7 @@ pub(super) struct FirstSteps {
     of_causes: Vec<Option<Sums>>,
 }
 
-/// What the corners say about a cause with one parameter, to first order.
+/// First-order estimate of a cause with one parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstStep {
     /// Its most probable value.
@@ -334,7 +334,7 @@ fn columns(cause: &Cause) -> (&'static [usize], &'static [usize]) {
     }
 }
 
-/// How much of the shared parameters of a cause acts on a view.
+/// Factor by which the shared parameters of a cause act on a view.
 fn times(cause: &Cause, view: usize, count: usize) -> f64 {
     match cause {
         Cause::FocusDrift => view as f64 / (count - 1).max(1) as f64 - 0.5,

@@ -16,7 +16,7 @@ const NOISE_PX: f64 = 1.0;
 /// Views that differ.
 const VIEWS: usize = 4;
 
-/// What a GOOD calibration keeps to. Standard deviations are in pixels.
+/// Limits of a GOOD calibration. Standard deviations are in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Largest standard deviation of the principal point, in its worst direction.

@@ -27,8 +27,8 @@ const PROMISING: f64 = 0.8;
 /// For parameters of the views with a prior: standard deviations above what chance gains.
 const PROMISING_SIGMAS: f64 = 4.0;
 
-/// What a smooth field must explain, root mean square, as a multiple of the least error that is believed: 0.02 px. Edges that
-/// a very wide lens bends move corners by less than that.
+/// Least displacement that a smooth field must explain, root mean square, as a multiple of the least error that is
+/// believed: 0.02 px. Edges that a very wide lens bends move corners by less than that.
 const LEAST_FIELD: f64 = 20.0;
 
 /// The best fit under one cause.
@@ -83,8 +83,8 @@ impl Explanation {
         }
     }
 
-    /// How far a single focal length is from that of some views, relative to itself: a standard deviation if every view
-    /// has its own, else the way to the first and to the last view. The focus is expected to stay where it ended.
+    /// Spread of the views' focal lengths about a single one, relative to it: a standard deviation if every view has
+    /// its own, else the distance to the first and to the last view. The focus is expected to stay where it ended.
     pub(super) fn focal_spread(&self) -> f64 {
         let change = self.state.shared[0].abs();
         match &self.cause {
@@ -96,7 +96,7 @@ impl Explanation {
     }
 }
 
-/// What is explained: corners, and the minimum of the plain bundle.
+/// Corners, and the minimum of the plain bundle that leaves them unexplained.
 #[derive(Clone, Copy)]
 pub(super) struct Unexplained<'a> {
     pub(super) observations: &'a Observations,
@@ -110,7 +110,7 @@ pub(super) struct Unexplained<'a> {
 }
 
 impl<'a> Unexplained<'a> {
-    /// What `bundle` leaves unexplained.
+    /// The misfit that `bundle` leaves.
     pub(super) fn by(
         bundle: &'a Bundle,
         observations: &'a Observations,
@@ -128,7 +128,7 @@ impl<'a> Unexplained<'a> {
         }
     }
 
-    /// What the first step under each of `causes` promises.
+    /// First steps under each of `causes`, with the gain that each promises.
     pub(super) fn first_steps(&self, causes: &[Cause]) -> FirstSteps {
         let plain = Plain {
             observations: self.observations,

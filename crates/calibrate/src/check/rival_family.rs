@@ -66,7 +66,7 @@ fn as_parameters(
     off.iter().all(|x| x.is_finite()).then_some(off)
 }
 
-/// Where `rival` sees `rays` less `px`, after the turn that brings them closest together.
+/// Pixels at which `rival` sees `rays`, less `px`, after the turn that brings them closest together.
 fn after_best_turn(
     rival: &Camera,
     rays: &[Vector3<f64>],

@@ -18,11 +18,11 @@ const LEAST_CORNERS: usize = 6;
 const SUSPECT_GAIN: f64 = 40.0;
 /// Suspects gain at least this share of the first one's gain: what the lens makes of a torn view shows in the others.
 const LEAST_SHARE: f64 = 0.1;
-/// What a tear along a column leaves, in multiples of what the tear along a row leaves: of 200 rendered smears 1.5 at
-/// most, of small tears 1.9 at least.
+/// Least ratio of the cost after a tear along a column to the cost after a tear along a row. 200 rendered smears have
+/// 1.5 at most, small tears 1.9 at least.
 const BETTER_THAN_ACROSS: f64 = 1.7;
-/// What smooth shifts leave, in multiples of what two rigid halves leave: of the same smears 1.2 at most, of rendered
-/// tears with a turn 4.8 at least.
+/// Least ratio of the cost after smooth shifts to the cost after two rigid halves. The same smears have 1.2 at most,
+/// rendered tears with a turn 4.8 at least.
 const BETTER_THAN_SMOOTH: f64 = 2.0;
 /// Singular value, for slopes of unit length, below which parameters do the same.
 const LEAST_SINGULAR: f64 = 1e-6;
@@ -54,7 +54,7 @@ pub(super) fn suspects(
 }
 
 struct Tear {
-    /// Where, along the axis that was looked at.
+    /// Place of the tear along the axis searched.
     at_px: f64,
     /// Reduction of the view's cost by a shift of the corners beyond, its pose free.
     gain: f64,
@@ -62,7 +62,7 @@ struct Tear {
     left_square: f64,
 }
 
-/// What a corner says about changes of its view.
+/// Residual and derivatives of one corner, under changes of its view.
 struct Pull {
     px: Point2<f64>,
     whitener: Matrix2<f64>,

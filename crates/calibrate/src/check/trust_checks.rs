@@ -65,7 +65,7 @@ const PP_BAD: f64 = 0.02;
 const F_BAD: f64 = 0.04;
 const PROJECTION_BAD: f64 = 0.01;
 
-/// What the checks need to know about a view.
+/// Evidence about one view for the checks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ViewEvidence {
     /// Angle between image plane and board.
@@ -90,7 +90,7 @@ pub(crate) struct Evidence<'a> {
     pub(crate) views: &'a [ViewEvidence],
     pub(crate) seen: &'a [Vec<Corner>],
     pub(crate) causes: &'a Causes,
-    /// What the result allows for.
+    /// Correction that the result includes.
     pub(crate) correction: Option<&'a Correction>,
     pub(crate) odd_corners: &'a [OddCorner],
     pub(crate) held_out: Option<HeldOutView>,

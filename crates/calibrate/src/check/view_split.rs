@@ -81,7 +81,7 @@ pub(super) fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
     Some(odd)
 }
 
-/// What views tell about f and the principal point.
+/// Information of some views about f and the principal point.
 #[derive(Clone, Copy)]
 struct Pull {
     information: Matrix3<f64>,
@@ -101,8 +101,8 @@ impl Pull {
     }
 }
 
-/// What a cause costs in BIC for having been searched for among `views` views: twice the logarithm of how many are as
-/// simple. A split into consecutive views is one of `N`; any other one of `N` sizes and of those with its size.
+/// BIC penalty for having searched a cause among `views` views: twice the logarithm of the number of alternatives that
+/// are as simple. A split into consecutive views is one of `N`; any other one of `N` sizes and of those with its size.
 ///
 /// Noise alone gains about 0.64 `N` by the best of 2ᴺ splits.
 pub(super) fn cost_of_search(cause: &Cause, views: usize) -> f64 {

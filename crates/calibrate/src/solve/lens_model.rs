@@ -89,7 +89,7 @@ impl LensModel {
         }
     }
 
-    /// What its coefficients act on.
+    /// Kind of lens, which gives the coefficients their meaning.
     pub fn kind(self) -> LensKind {
         self.family().kind()
     }
@@ -196,7 +196,7 @@ impl LensFamily {
         }
     }
 
-    /// What the coefficients of its models act on.
+    /// Kind of lens, which gives the coefficients of the family's models their meaning.
     pub fn kind(self) -> LensKind {
         match self {
             Self::Brown | Self::Rational => LensKind::Perspective,

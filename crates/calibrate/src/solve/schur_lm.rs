@@ -191,7 +191,7 @@ pub(crate) trait Problem<const S: usize, const L: usize> {
     fn moved(&self, state: &Self::State, step: &Step<S, L>) -> Self::State;
 }
 
-/// Where [`minimise`] ended. `cost` and `normal` always belong to `state`.
+/// Final state of [`minimise`]. `cost` and `normal` always belong to `state`.
 pub(crate) struct Minimum<State, const S: usize, const L: usize> {
     pub(crate) state: State,
     pub(crate) cost: f64,
@@ -199,7 +199,7 @@ pub(crate) struct Minimum<State, const S: usize, const L: usize> {
     pub(crate) converged: bool,
 }
 
-/// How far a start is from the minimum: the damping of the first step.
+/// Quality of a start: sets the damping of the first step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Start {
     /// A guess.

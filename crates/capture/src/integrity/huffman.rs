@@ -126,7 +126,7 @@ pub(super) struct StepTable {
     fast: Box<[Step; 1 << FAST_BITS]>,
 }
 
-/// What follows in a block: as many coefficients as the bits that are looked up hold.
+/// The next coefficients of a block: as many as the bits that are looked up hold.
 #[derive(Clone, Copy, Debug)]
 struct Step(u16);
 

@@ -79,7 +79,7 @@ impl JpegGate {
     }
 }
 
-/// What the headers say.
+/// Contents of the headers.
 #[derive(Debug)]
 struct Headers {
     size: ImageSize,

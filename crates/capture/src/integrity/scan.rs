@@ -27,7 +27,7 @@ pub(super) struct Part<'a> {
     pub(super) largest_mean: i32,
 }
 
-/// What a scan must hold.
+/// Expected contents of a scan.
 #[derive(Clone, Debug)]
 pub(super) struct Expected<'a> {
     pub(super) parts: Vec<Part<'a>>,
@@ -40,10 +40,10 @@ pub(super) struct Expected<'a> {
     pub(super) zeros_are_foreign: bool,
 }
 
-/// How a scan ended.
+/// End of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct End {
-    /// Where the end-of-image marker stands.
+    /// Index of the end-of-image marker, in bytes.
     pub(super) marker_at: usize,
     /// Bytes between the last block and that marker.
     pub(super) surplus: usize,
@@ -52,8 +52,8 @@ pub(super) struct End {
 /// Largest mean, in eighths of a grey level: half the range of a sample, and rounding.
 pub(super) const LARGEST_MEAN: i32 = 1024 + 64;
 
-/// How sure of a jump the gate must be. Brightness of real pictures comes to 0.36, of edges drawn to look like
-/// one to 0.41; colour, in which most neighbours are equal, to 0.61.
+/// Least certainty of a jump, 0 to 1, at which the gate refuses a picture. Brightness of real pictures comes to 0.36,
+/// of edges drawn to look like one to 0.41; colour, in which most neighbours are equal, to 0.61.
 const SURE_OF_BRIGHTNESS: f64 = 0.5;
 const SURE_OF_COLOUR: f64 = 0.85;
 
@@ -160,7 +160,7 @@ fn segment(bytes: &[u8], at: &mut usize, clean: &mut Vec<u8>) -> Result<u8, Flaw
     }
 }
 
-/// Where the next byte of all ones stands.
+/// Index of the next byte of all ones.
 fn next_ff(bytes: &[u8]) -> Option<usize> {
     // Whole pieces at once: the largest of a piece is found in one step.
     let without = |piece: &&[u8]| piece.iter().fold(0, |largest, byte| *byte.max(&largest)) < 0xFF;

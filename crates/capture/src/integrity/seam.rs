@@ -12,16 +12,16 @@
 const LEAST_LEVELS: f64 = 3.0;
 const LEAST_UNITS: i16 = 3;
 
-/// Where the blocks of a row of units touch the rows above and below: sums of their means.
+/// Means of the blocks at the upper and lower edge of a row of units, summed per unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Edges {
     pub(super) top: i16,
     pub(super) bottom: i16,
 }
 
-/// How surely there is such a step, 0 to 1: the least share of blocks that differ from the one above as they
-/// should, in each of the four parts of two rows. `edges` are those of all units, row by row, `columns` in
-/// each; `per_level` is what a grey level is in them. 0 for pictures of a few units.
+/// Certainty of such a step, 0 to 1: the least share of blocks that differ from the one above as they should, in each
+/// of the four parts of two rows. `edges` are those of all units, row by row, `columns` in each; `per_level` is the
+/// size of a grey level in their units. 0 for pictures of a few units.
 pub(super) fn seam(edges: &[Edges], columns: usize, per_level: f64) -> f64 {
     let least = ((LEAST_LEVELS * per_level).round() as i16).max(LEAST_UNITS);
     // Shorter parts of a row say too little.
@@ -55,8 +55,8 @@ fn steps(high: &[Edges], low: &[Edges], least: i16, steps: &mut Vec<i16>) -> i32
     steps.iter().map(|step| i32::from((*step).clamp(-least, least))).sum()
 }
 
-/// How surely the `upper` steps from some column on, and the `lower` up to it, are all the same step, of the
-/// sign of `least` and no smaller; and all others are none.
+/// Certainty, 0 to 1, that the `upper` steps from some column on, and the `lower` up to it, are all the same step, of
+/// the sign of `least` and no smaller, and that all others are zero.
 fn broken_line(upper: &[i16], lower: &[i16], margin: usize, least: i32) -> f64 {
     let counted = |step: i16| (i32::from(step) * least.signum()).clamp(-least.abs(), least.abs());
     let (mut gain, mut best) = (0, (i32::MIN, margin));
@@ -89,7 +89,7 @@ mod tests {
 
     const COLUMNS: usize = 40;
     const ROWS: usize = 30;
-    /// What a grey level is, for a step of 8.
+    /// Size of a grey level in units of the means, for a quantization step of 8.
     const PER_LEVEL: f64 = 1.0;
 
     /// Units of one block each, with the brightness that `level` gives a pixel, and a little grain.

@@ -1,4 +1,4 @@
-//! What nokhwa is asked, and what its words mean.
+//! Requests to nokhwa, and the meaning of its words.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
@@ -26,14 +26,14 @@ pub(super) type Loss = (Fault, String);
 /// Formats that hold brightness.
 const FORMATS: [FrameFormat; 4] =
     [FrameFormat::MJPEG, FrameFormat::YUYV, FrameFormat::NV12, FrameFormat::GRAY];
-/// How long a person may think about letting the program see.
+/// Time for a person to decide about access to the camera.
 const ASKING: Duration = Duration::from_secs(60);
 /// Memory of a frame comes in whole pages: so much more than a picture needs is no gap between rows.
 const PAGE: usize = 4096;
 
 /// A camera that streams. Every call may take for ever, or panic; so may dropping it.
 pub(super) trait Blocking {
-    /// What was granted.
+    /// The granted mode.
     fn mode(&self) -> Mode;
 
     /// Waits for the next frame.
@@ -43,7 +43,7 @@ pub(super) trait Blocking {
 /// A camera as the library lists it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Listed {
-    /// What `--source` understands: `nokhwa:` and the system's name for it.
+    /// Name for `--source`: `nokhwa:` and the system's name for the camera.
     pub source: String,
     /// Name, as the camera says it; may hold anything.
     pub name: String,

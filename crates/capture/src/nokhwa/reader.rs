@@ -15,7 +15,7 @@ use boresight_geometry::device::{Fault, Mode};
 /// Opens a camera; called on the thread.
 pub(super) type Opener = Arc<dyn Fn() -> Result<Box<dyn Blocking>, Loss> + Send + Sync>;
 
-/// How long the end is waited for, so that the camera is free again for whoever comes next.
+/// Longest wait for the reader to end, so that the camera is free for the next program.
 const ENDING: Duration = Duration::from_secs(1);
 
 /// One run of a camera.
@@ -23,7 +23,7 @@ pub(super) struct Reader {
     shared: Arc<Shared>,
 }
 
-/// What a run has to say.
+/// News of a run.
 #[derive(Debug)]
 pub(super) enum Said {
     /// It streams.

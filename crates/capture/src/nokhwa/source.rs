@@ -33,7 +33,7 @@ const STEADY_PATIENCE: Duration = Duration::from_secs(2);
 /// Pauses between looks for a lost camera.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(4);
-/// How often counts are reported.
+/// Time between two reports of counts.
 const COUNTING: Duration = Duration::from_secs(1);
 /// Frames among which an old one may come again: as many as the driver has memory for.
 const BUFFERS: usize = 4;
@@ -43,7 +43,7 @@ pub struct NokhwaCamera {
     name: String,
     facts: CameraInfo,
     open: Opener,
-    /// What was doubtful before the first frame, and is again after each return.
+    /// Faults reported before the first frame, and again after each return.
     doubts: Vec<(Fault, String)>,
     mode: Mode,
     reader: Option<Reader>,
@@ -358,7 +358,7 @@ mod tests {
         interval_secs: Some((1, 30)),
     };
 
-    /// What a call does; without a word it does not return.
+    /// Scripted answer of a call. Without one, the call doesn't return.
     type Word = Result<Vec<u8>, &'static str>;
 
     struct Scripted {

@@ -38,14 +38,14 @@ pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {
     }
 }
 
-/// How a control stands, for a person to see.
+/// State of a control, for a person to see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlState {
-    /// Which.
+    /// The control.
     pub control: Control,
-    /// What it can be.
+    /// Range of its values.
     pub range: ControlRange,
-    /// What it is; `None` if it cannot be read.
+    /// Value; `None` if it can't be read.
     pub value: Option<i64>,
     /// True if the camera moves it by itself; `None` if it has no such automatic.
     pub automatic: Option<bool>,
@@ -85,7 +85,7 @@ impl Survey {
         Self { found }
     }
 
-    /// How each control stands.
+    /// State of each control.
     pub(super) fn states(&self) -> Vec<ControlState> {
         let of = |id: u32| self.found.iter().find(|found| found.id == id);
         let state = |control: Control| {
@@ -97,7 +97,7 @@ impl Survey {
         Control::ALL.into_iter().filter_map(state).collect()
     }
 
-    /// How each control stood, for a recording.
+    /// State of each control before the session, for a recording.
     pub(super) fn before(&self) -> Vec<ControlBefore> {
         self.states()
             .into_iter()
@@ -125,7 +125,8 @@ impl Survey {
             .collect()
     }
 
-    /// What can be put back, values first: a camera takes them only while its automatic is off.
+    /// Readable and writable controls, as control, number and value. Values come first: a camera takes them only while
+    /// its automatic is off.
     fn restorable(&self) -> impl Iterator<Item = (Control, u32, i64)> + '_ {
         // Only what can be read can be put back.
         let restorable = |found: &Found| {
@@ -154,11 +155,11 @@ pub(super) type Readings = BTreeMap<Control, (i64, bool)>;
 /// The controls of one open camera.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ControlLock {
-    /// What was set before, in the order in which it is put back.
+    /// Earlier values by control number, in the order in which they are put back.
     before: Vec<(u32, i64)>,
-    /// What is to stay.
+    /// Value to keep, per control.
     kept: BTreeMap<Control, i64>,
-    /// How each control was last read.
+    /// Last reading of each control.
     last: Readings,
     /// The same, for [`Self::moved_freely`].
     free: BTreeMap<Control, i64>,
@@ -241,7 +242,7 @@ impl ControlLock {
         self.kept.insert(control, value);
     }
 
-    /// How a control stands that was set on request: what the camera made of the request is kept.
+    /// State of a control after a request to set it. The value that the camera made of the request is kept.
     pub(super) fn granted(&mut self, readings: &Readings, control: Control) -> Lock {
         match readings.get(&control) {
             Some((value, false)) => {
@@ -252,7 +253,7 @@ impl ControlLock {
         }
     }
 
-    /// How each control stands.
+    /// State of each control.
     pub(super) fn locks(&self, readings: &Readings) -> Locks {
         let mut locks = Locks::default();
         for control in Control::ALL {
@@ -359,7 +360,7 @@ impl ControlLock {
     }
 }
 
-/// What stood before, of a recording that doesn't say it exactly: an automatic that was on.
+/// Likely earlier values, for a recording that doesn't hold them exactly: an automatic that was on.
 fn guessed(before: &ControlBefore) -> Vec<(u32, i64)> {
     let (number, automatics) = numbers(before.control);
     let mut entries: Vec<(u32, i64)> =

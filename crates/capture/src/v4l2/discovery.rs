@@ -1,4 +1,4 @@
-//! Which cameras are there, and which one is meant.
+//! Finds the cameras, and the one that is meant.
 //!
 //! A node number is the order of discovery and says nothing. A camera is known by what it says of
 //! itself: USB vendor, product and serial number; where two say the same, by the port they hang on.
@@ -28,7 +28,7 @@ pub struct Camera {
     pub is_infrared: bool,
     /// Another camera here says the same of itself.
     pub has_twin: bool,
-    /// What it offers; empty if another program has it.
+    /// Modes on offer; empty if another program has the camera.
     pub offers: Vec<CameraMode>,
 }
 
@@ -76,7 +76,7 @@ impl Camera {
         }
     }
 
-    /// What a session keeps of it.
+    /// Facts about the camera that a session stores.
     pub(crate) fn facts(
         &self,
         backend: &'static str,
@@ -130,8 +130,8 @@ fn plain(text: &str) -> String {
 }
 
 impl Identity {
-    /// How well `camera` fits: `None` if it is another one. 2 for certain, 1 if all that it says fits but
-    /// it hangs elsewhere and has no serial number.
+    /// Quality of the match with `camera`: `None` if it is another one, 2 if certain, 1 if everything fits but the
+    /// place differs and there's no serial number.
     pub(super) fn fit(&self, camera: &Camera) -> Option<u32> {
         let node = &camera.node;
         let same = self.usb_id == node.usb_id
@@ -253,7 +253,7 @@ pub fn find(found: &Found, name: &str) -> Result<Camera, (Fault, String)> {
     }
 }
 
-/// What is there, in short.
+/// Short list of the cameras found.
 fn listed(found: &Found) -> String {
     if found.cameras.is_empty() {
         return "there is no camera".into();
@@ -305,7 +305,7 @@ pub(super) fn open(
     })
 }
 
-/// What an error of the system means for a camera.
+/// The camera fault that an error of the system means.
 pub(super) fn fault_of(errno: Errno) -> Fault {
     match errno.0 {
         libc::ENOENT => Fault::NotFound,

@@ -1,4 +1,4 @@
-//! What this program asks of the operating system about cameras, by meaning.
+//! Camera requests to the operating system, by meaning.
 //!
 //! Two implementations: [`super::linux`] makes the system calls; `simulation::kernel` is a model with
 //! strict rules of buffer ownership and faults on demand. Whatever a driver answers is untrusted.
@@ -35,9 +35,9 @@ pub struct Handle(pub i32);
 pub struct Node {
     /// Such as `/dev/video0`.
     pub path: PathBuf,
-    /// Where the device hangs: the folder in sysfs, below `/sys/devices`.
+    /// Place of the device: its folder in sysfs, below `/sys/devices`.
     pub place: String,
-    /// Which of the device's nodes it is.
+    /// Index of this node among those of the device.
     pub index: u32,
     /// USB vendor and product number.
     pub usb_id: Option<(u16, u16)>,
@@ -54,7 +54,7 @@ pub struct Capability {
     pub driver: String,
     /// Name of the camera.
     pub card: String,
-    /// What this node can do, not the whole device.
+    /// Capabilities of this node, not of the whole device.
     pub node_caps: u32,
 }
 
@@ -90,7 +90,7 @@ pub struct Format {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// How pixels are stored.
+    /// Pixel format.
     pub fourcc: FourCc,
     /// Bytes from row to row; 0 if compressed or not said.
     pub bytes_per_line: u32,
@@ -101,7 +101,7 @@ pub struct Format {
 /// A buffer that the driver has handed back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Filled {
-    /// Which.
+    /// Index of the buffer.
     pub index: u32,
     /// Bytes that are of this frame; the rest are of older ones.
     pub bytes_used: u32,
@@ -115,12 +115,12 @@ pub struct Filled {
 
 /// The driver says that the contents are bad.
 pub const FLAG_ERROR: u32 = 0x40;
-/// Which clock a time stamp is of.
+/// Mask of the bits that name a time stamp's clock.
 pub const TIMESTAMP_MASK: u32 = 0xe000;
 /// The monotonic clock.
 pub const TIMESTAMP_MONOTONIC: u32 = 0x2000;
 
-/// What a wait ended with.
+/// Reason why a wait ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Readiness {
     /// A buffer is ready.

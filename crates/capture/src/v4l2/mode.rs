@@ -1,4 +1,4 @@
-//! Which size, format and rate: what is offered, and what is granted.
+//! Size, format and rate: offered modes, and the granted one.
 
 use super::{
     kernel::{Errno, Format, FourCc, FrameSizes, Handle, Kernel},

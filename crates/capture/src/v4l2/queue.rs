@@ -49,7 +49,7 @@ impl From<Errno> for Broken {
     }
 }
 
-/// What a look at the stream gave.
+/// Result of one look at the stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Round {
     /// The newest frame that the driver does not call bad; its bytes have been copied.

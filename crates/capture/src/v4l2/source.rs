@@ -51,7 +51,7 @@ const SETTLED_CHANGE: f64 = 0.02;
 const SETTLED_FRAMES: usize = 5;
 /// Time for a control change to take effect.
 const LOCKING_NANOS: u64 = 500_000_000;
-/// How often controls are read back.
+/// Time between two readings of the controls, in nanoseconds.
 const READ_BACK_NANOS: u64 = 1_000_000_000;
 /// A picture that loses so much of its sharpness while focus is locked was moved by it.
 const SHARPNESS_KEPT: f64 = 0.4;
@@ -68,7 +68,7 @@ pub struct LiveCamera<K: Kernel> {
     mode: Mode,
     keeper: ControlLock,
     controls_before: Vec<ControlBefore>,
-    /// What can be set, as found when the camera was opened.
+    /// Controls that can be set, as found when the camera was opened.
     adjustables: Vec<Adjustable>,
     locks: Option<Locks>,
     state: State,
@@ -93,7 +93,7 @@ struct Running {
     stream: Stream,
     phase: Phase,
     returning: bool,
-    /// What is being done with the controls.
+    /// Task under way on the controls.
     work: Option<ControlWork>,
     /// Until when the controls rest.
     rest_until_nanos: u64,

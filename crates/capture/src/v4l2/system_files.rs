@@ -1,4 +1,4 @@
-//! What the system says in files: which video nodes there are and whose, and who has one open.
+//! Facts in the system's files: the video nodes, their devices, and the programs that have them open.
 
 use std::{
     ffi::OsStr,

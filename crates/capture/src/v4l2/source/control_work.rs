@@ -9,7 +9,7 @@ use super::{
 
 /// Time that controls may take between two pictures before they rest.
 const PORTION_NANOS: u64 = 20_000_000;
-/// How long they then rest, as a multiple of what they took: pictures have most of the time.
+/// Rest of the controls afterwards, as a multiple of the time they took: pictures have most of the time.
 const REST: u64 = 3;
 
 impl<K: Kernel> LiveCamera<K> {

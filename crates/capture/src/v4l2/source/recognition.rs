@@ -43,7 +43,7 @@ fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
     }
 }
 
-/// How the granted mode differs from the one asked for; `None` if it does not.
+/// Difference of the granted mode from the one asked for; `None` if there is none.
 pub(super) fn other_than_asked(offer: &CameraMode, mode: &Mode) -> Option<String> {
     let asked =
         Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };

@@ -41,7 +41,7 @@ impl<K: Kernel> LiveCamera<K> {
         self.work(Task::Lock);
     }
 
-    /// What the person set has settled and was read: says how it stands.
+    /// Reports the state of controls that the person set, once they have settled and were read.
     pub(super) fn set(&mut self, readings: &Readings, now: u64) {
         let State::Running(running) = &mut self.state else { return };
         let Phase::Setting { controls, changed, .. } = &mut running.phase else { return };

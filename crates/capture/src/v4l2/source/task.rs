@@ -1,4 +1,4 @@
-//! What is done with all controls, one after the other.
+//! Tasks that visit all controls, one after the other.
 
 use super::super::{
     controls::{ControlLock, Readings},
@@ -6,7 +6,7 @@ use super::super::{
 };
 use boresight_geometry::device::Control;
 
-/// What is done with each control.
+/// Task for each control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
     /// Set it to what it's kept at.
