@@ -17,7 +17,7 @@ pub(super) struct ColourStep {
     pub(super) clean: bool,
 }
 
-/// How far from a corner its squares are looked at, in squares, on a plain board.
+/// Sampling distance of a corner's squares, in squares, on a plain board.
 pub(super) const FAR_SQUARES: f32 = 0.36;
 
 /// Compares the four squares around a member.
@@ -84,10 +84,10 @@ pub(super) fn dark_outside(
     Some(if upright { step.value < 0.0 } else { step.value > 0.0 })
 }
 
-/// How far from an edge its sides are looked at, in squares.
+/// Sampling distance on both sides of an edge, in squares.
 const BESIDE_EDGE: f32 = 0.2;
 
-/// Where along an edge they are looked at, in squares: in each third of it, away from its corners.
+/// Sampling places along an edge, in squares: in each third of it, away from its corners.
 const ALONG_EDGE: [f32; 3] = [0.25, 0.5, 0.75];
 
 /// True if the edges between the corners of a whole grid change sides on the way, along the first or the second axis:

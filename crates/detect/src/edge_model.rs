@@ -120,8 +120,8 @@ pub(super) fn edge_variances_px2(
     log_s.map(|log_s| 0.5 * (2.0 * log_s).exp())
 }
 
-/// What the rest of the board contributes to a fit. Where squares are hardly larger than the blur, their pixels alone
-/// can't separate blur, contrast and directions.
+/// Knowledge about the rest of the board that a fit may use. Where squares are hardly larger than the blur, their
+/// pixels alone can't separate blur, contrast and directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Known {
     Nothing,

@@ -43,7 +43,7 @@ impl Lattice {
         self.places[self.index(node)?].map(|(at, _)| at)
     }
 
-    /// How many corners were inserted before the one at `node`; meaningless after [`retain`](Self::retain).
+    /// Number of corners inserted before the one at `node`; meaningless after [`retain`](Self::retain).
     pub(super) fn order(&self, node: Node) -> Option<usize> {
         self.places[self.index(node)?].map(|(_, order)| order as usize)
     }

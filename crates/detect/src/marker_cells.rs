@@ -11,14 +11,14 @@ const LEAST_CONTRAST: f32 = 10.0;
 const FRAME_SHARE: usize = 8;
 /// Most cells along a side of a marker, without its frame.
 const MOST_CELLS: usize = 7;
-/// How much of a cell's difference from those beside it is added: blur as wide as half a cell hides single cells.
+/// Share of a cell's difference from its neighbours that is added: blur as wide as half a cell hides single cells.
 const SHARPENING: f32 = 2.0;
 /// Places in a cell that are sampled, in cells from its middle.
 const WITHIN_CELL: [[f32; 2]; 5] = [[0.0, 0.0], [-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
 /// Places along a side of the square, between it and the marker.
 const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];
 
-/// What the squares around markers are: light, or dark on a board that is printed white on black.
+/// Colour of the squares around markers: light (positive), or dark on a board that is printed white on black.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Polarity {
     Positive,

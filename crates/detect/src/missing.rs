@@ -77,12 +77,12 @@ const IN_OUTER: [f32; 2] = [0.4, 0.75];
 const BEHIND: [f32; 2] = [1.18, 1.34];
 /// Places between two corners of the rim.
 const ALONG: [f32; 3] = [0.3, 0.5, 0.7];
-/// Share of the step from dark to light squares, up to which a place is dark, from which it is light, and from which it's
-/// lighter than the board's white.
+/// Shares of the step from dark to light squares: a place is dark up to the first, and lighter than the board's white from
+/// the second. Between the two, [`LIGHT_FROM`] is where it counts as light.
 const DARK_TO: f32 = 0.35;
 const GLARE_FROM: f32 = 1.6;
 
-/// What lies behind the outer squares on one side of a grid.
+/// Kind of area behind the outer squares on one side of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Beyond {
     /// The white around the board.
@@ -93,8 +93,8 @@ pub(super) enum Beyond {
     Unclear,
 }
 
-/// What lies behind the squares beyond the outermost corners in the direction `out`. A dark square is followed by light in
-/// either case; behind a light one, white or a dark square tells.
+/// Kind of area behind the outer squares in the direction `out`. A dark square is followed by light in either case;
+/// behind a light one, white or a dark square decides.
 pub(super) fn beyond(image: &GrayImage, lattice: &Lattice, out: Node) -> Beyond {
     let Some((low, high)) = lattice.extent() else { return Beyond::Unclear };
     let (mut light_light, mut light_dark, mut dark_light, mut other) = (0, 0, 0, 0);

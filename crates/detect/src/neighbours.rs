@@ -1,4 +1,4 @@
-//! Where a fitted corner's neighbours put it.
+//! Prediction of a fitted corner from its neighbours.
 
 use nalgebra::Point2;
 

@@ -66,7 +66,7 @@ impl Patch {
         self.half_px * f64::from(self.band_squares / self.reach_squares)
     }
 
-    /// How far the whole patch reaches from its centre along both axes, in pixels.
+    /// Reach of the whole patch from its centre along both axes, in pixels.
     pub(super) fn reach_px(&self) -> [f64; 2] {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
         let px2_per_square = 1.0 / (a * d - b * c).abs();

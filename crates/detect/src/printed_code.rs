@@ -48,7 +48,7 @@ pub(super) fn is_named_by_code(image: &GrayImage, board: &Checkerboard, px_of: &
     codes(image, size, px_of).any(|(_, forwards)| forwards || either_way)
 }
 
-/// Where in the picture a place is; `None` if the lens has no such place.
+/// Maps a place on the board to a pixel; `None` if the lens has none for it.
 type PxOf<'a> = dyn Fn((f64, f64)) -> Option<Point2<f64>> + 'a;
 
 /// The codes of a board of this size, and whether they run along its columns or rows, not against them.

@@ -145,7 +145,7 @@ impl simd::Loop for Halving<'_> {
     }
 }
 
-/// What grows by a pixel on every side when a picture is eroded.
+/// Colour that an erosion grows by a pixel on every side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grow {
     Dark,

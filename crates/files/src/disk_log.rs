@@ -1,4 +1,4 @@
-//! What is done to the disk, in order, for tests that rebuild each state that a power cut may leave.
+//! Log of changes to the disk, in order, for tests that rebuild each state that a power cut may leave.
 
 use std::path::Path;
 

@@ -8,7 +8,7 @@ pub enum FileError {
     /// The system refused to read it.
     #[error("could not read {path:?}")]
     Read {
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
         /// The file.
         path: PathBuf,
@@ -16,7 +16,7 @@ pub enum FileError {
     /// The system refused to write it.
     #[error("could not write {path:?}")]
     Write {
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
         /// The file.
         path: PathBuf,
@@ -30,9 +30,9 @@ pub enum FileError {
     /// Something else than a file stands there.
     #[error("this is {what}, not a file: {path:?}")]
     NotAFile {
-        /// What it is, with its article.
+        /// Kind of directory entry, with its article.
         what: &'static str,
-        /// Where.
+        /// The path.
         path: PathBuf,
     },
     /// The file is larger than any of its kind.

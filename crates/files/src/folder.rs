@@ -11,7 +11,7 @@ use super::{
     disk_log::{Change, note},
 };
 
-/// How the names of files and folders begin that are not complete yet.
+/// Prefix of the names of files and folders that are not complete yet.
 pub const UNFINISHED: &str = ".boresight-";
 
 /// Creates the folder `path` with those above it; the names of new ones last.
@@ -105,7 +105,7 @@ impl Draft {
         Ok(Self { folder, wanted: wanted.to_path_buf() })
     }
 
-    /// Where it is until it's complete.
+    /// Path of the folder until it's complete.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }

@@ -1,10 +1,10 @@
-//! What stands at a path.
+//! Kinds of directory entries, and the refusal of all but files.
 
 use std::{fs::FileType, fs::OpenOptions, io, path::Path};
 
 use super::FileError;
 
-/// What a directory entry is if it's no file, with its article; `None` for a file.
+/// Kind of a directory entry that is no file, with its article; `None` for a file.
 pub(super) fn other_than_file(kind: FileType) -> Option<&'static str> {
     if kind.is_file() {
         return None;

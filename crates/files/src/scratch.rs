@@ -29,7 +29,7 @@ impl Scratch {
         Ok(Self { folder: folder.map_err(FileError::writing(&tempfile::env::temp_dir()))? })
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }

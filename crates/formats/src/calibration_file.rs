@@ -456,7 +456,7 @@ impl CalibrationFile {
         }
     }
 
-    /// What no calibration says; `None` if everything makes sense.
+    /// A value that no calibration can have; `None` if everything makes sense.
     fn nonsense(&self) -> Option<&'static str> {
         const LARGEST_SIDE_PX: u32 = 1 << 24;
         const LARGEST_PX: f64 = 1e9;

@@ -130,7 +130,7 @@ fn corner(line: usize, x: &str, y: &str, level: Option<&str>) -> Result<Corner, 
     Ok(Corner::isotropic(Point2::new(x, y), LEVEL_0_SIGMA_PX * level.exp2()))
 }
 
-/// How coordinates are written.
+/// Precision of written coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Digits {
     /// With 17 significant digits, so that they read back bit for bit.

@@ -1,4 +1,4 @@
-//! Which cells of a grid over the picture the boards have covered.
+//! Coverage of the picture by boards, counted in cells of a grid.
 
 use nalgebra::Point2;
 
@@ -113,8 +113,8 @@ pub fn corner_coverage(outlines: &[BoardOutline], image_size: ImageSize) -> [f64
     })
 }
 
-/// Which corners of the picture `outlines` hardly reach, in the order of [`corner_coverage`]: of whose cells they cover
-/// less than about a third.
+/// Corners of the picture that `outlines` hardly reach, covering less than about a third of their cells. In the order
+/// of [`corner_coverage`].
 pub fn open_corners(outlines: &[BoardOutline], image_size: ImageSize) -> [bool; 4] {
     corner_coverage(outlines, image_size).map(|share| share < HARDLY)
 }

@@ -13,7 +13,7 @@ const PARAXIAL: f64 = 1e-4;
 /// Least `cos` of the angle to the optical axis for which a ray has normalised coordinates: 89.4°.
 const LEAST_COS: f64 = 1e-2;
 
-/// How a ray is laid flat before the polynomial bends it.
+/// Projection of a ray onto a plane before the polynomial distorts it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensKind {
     /// By its normalised coordinates `(X/Z, Y/Z)`. Reaches rays in front of the camera.
@@ -36,7 +36,7 @@ pub enum LensKind {
 /// Tangential coefficients, `k5` and `k6` of a fisheye lens are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distortion {
-    /// What the coefficients act on.
+    /// Kind of lens, which gives the coefficients their meaning.
     pub kind: LensKind,
     /// Radial, r².
     pub k1: f64,

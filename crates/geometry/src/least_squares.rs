@@ -73,7 +73,7 @@ impl Limits {
         Self { rounds: 50, first_damping: 0.0, negligible_step: 1e-18, cost_rounding: 1e-13 };
 }
 
-/// Where [`minimise`] ended. `at` always belongs to `state`.
+/// Final state of [`minimise`]. `at` always belongs to `state`.
 #[derive(Clone, Debug)]
 pub struct Minimum<State, const N: usize, Extra = ()> {
     /// The best state found.

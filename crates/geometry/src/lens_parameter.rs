@@ -57,7 +57,7 @@ impl LensParameter {
     pub const F: [Self; 2] = [Self::Fx, Self::Fy];
     /// Principal point.
     pub const PP: [Self; 2] = [Self::Cx, Self::Cy];
-    /// What a pinhole with square pixels has.
+    /// Parameters of a pinhole with square pixels.
     pub const F_AND_PP: [Self; 3] = [Self::Fx, Self::Cx, Self::Cy];
 
     /// Place in vectors and matrices of [`LENS_PARAMETERS`].

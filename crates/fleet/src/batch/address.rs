@@ -13,7 +13,7 @@ pub(super) fn is_cloud(path: &Path) -> bool {
     path.to_str().is_some_and(|text| text.starts_with(SCHEME))
 }
 
-/// That nothing is at `path`.
+/// An error: nothing is at `path`.
 pub(super) fn missing(path: &Path) -> anyhow::Error {
     FileError::reading(path)(ErrorKind::NotFound.into()).into()
 }

@@ -13,10 +13,10 @@ use super::{
 /// Sessions named for each change.
 const NAMED: usize = 3;
 
-/// How often something changed, and where.
+/// Count of one kind of change, and sessions that have it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Change {
-    /// How often.
+    /// Number of changes.
     pub count: u64,
     /// In how many sessions.
     pub sessions: u64,

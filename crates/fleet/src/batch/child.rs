@@ -14,7 +14,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
 
 use super::{item::Item, job::Job};
 
-/// How long a wait goes on before it's looked whether to stop.
+/// Time between two looks at the stop flag during a wait.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A process that answers an item with a row, one line each.
@@ -25,7 +25,7 @@ pub(super) struct Worker {
     reader: Option<JoinHandle<()>>,
 }
 
-/// What came of an item.
+/// Answer of a worker to an item.
 pub(super) enum Answer {
     /// Its row, with the line's end.
     Row(Vec<u8>),

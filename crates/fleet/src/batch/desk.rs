@@ -1,4 +1,4 @@
-//! Where a thread has items worked on: a worker process, and copies of what is in an object store.
+//! Work place of a thread: a worker process, and copies of objects from an object store.
 
 use std::{
     path::Path,
@@ -16,19 +16,19 @@ use super::{
 };
 use boresight_files::Scratch;
 
-/// How often an item is tried whose worker ended: a worker may have been killed for no fault of the item.
+/// Tries of an item whose worker ended: a worker may have been killed for no fault of the item.
 const TRIES: usize = 3;
-/// Where a worker leaves files for an object store, below its own folder.
+/// Folder for files that go to an object store, below the worker's own.
 const OUT: &str = "out";
 
-/// What items are worked on with.
+/// Tools for working on items.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tools<'a> {
     /// The program whose `batch worker` works.
     pub(super) program: &'a Path,
-    /// What is done.
+    /// Work on each item.
     pub(super) job: &'a Job,
-    /// Where results go, as the person wrote it.
+    /// Folder or prefix for the results, as the person wrote it.
     pub(super) out: &'a Path,
     /// The results in `out`.
     pub(super) store: &'a Store,
@@ -44,7 +44,7 @@ pub(super) struct Desk<'a> {
     scratch: Option<Scratch>,
 }
 
-/// What came of an item.
+/// Outcome of an item.
 pub(super) enum Outcome {
     /// Its row, with the line's end.
     Row(Vec<u8>),

@@ -8,7 +8,7 @@ const NAMED: usize = 5;
 /// Rows that are read at a time.
 const CHUNK: usize = 1024;
 
-/// What was gathered.
+/// Counts of gathered rows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
     /// Rows that were there.

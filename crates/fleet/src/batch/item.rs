@@ -32,7 +32,8 @@ pub struct Item {
     pub bytes: u64,
 }
 
-/// What counts of a session's files: of each its bytes, or the stable name of why it can't be read.
+/// The parts of a session's files that its hash covers: their bytes, or the stable name of the reason why they can't be
+/// read.
 pub(super) struct Content {
     /// All of `session.toml`.
     pub(super) header: Result<Vec<u8>, &'static str>,

@@ -1,4 +1,4 @@
-//! What is done with each item of a batch.
+//! Work that a batch does on each item.
 
 use std::path::Path;
 

@@ -26,7 +26,7 @@ pub enum ManifestError {
     Line {
         /// Its number, from 1.
         line: u64,
-        /// What is wrong with it.
+        /// The mistake in the line.
         reason: String,
         /// The file.
         path: PathBuf,
@@ -64,7 +64,7 @@ pub fn plan(
 /// A manifest that may come from an object store, as a file.
 #[derive(Debug)]
 pub(super) struct ManifestFile {
-    /// Where it can be read.
+    /// Path of a readable copy.
     pub(super) path: PathBuf,
     /// By what name it's known.
     shown: PathBuf,

@@ -1,4 +1,4 @@
-//! How a run goes, as a text file for Prometheus' node exporter.
+//! Progress of a run, as a text file for Prometheus' node exporter.
 
 use std::path::Path;
 

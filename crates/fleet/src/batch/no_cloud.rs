@@ -1,4 +1,4 @@
-//! What stands for object stores in a build without them: nothing that could be opened.
+//! Stand-in for object stores in a build without them: nothing can be opened.
 
 use std::{path::Path, sync::atomic::AtomicBool, time::Duration};
 
@@ -64,7 +64,7 @@ impl Prefix {
     }
 }
 
-/// How fetching a session ended.
+/// Result of fetching a session.
 #[expect(dead_code, reason = "nothing is fetched")]
 pub(super) enum Fetched {
     /// It's there.

@@ -1,4 +1,4 @@
-//! Where sessions and results are: a folder, or a prefix in an object store.
+//! Places of sessions and results: a folder, or a prefix in an object store.
 
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ impl Place {
         Ok(Self::Folder(path.to_path_buf()))
     }
 
-    /// What is called `below`, for a person; the place itself if that is empty.
+    /// Path or address of `below`, for a person; the place itself if that is empty.
     pub(super) fn path(&self, below: &str) -> PathBuf {
         match self {
             Self::Folder(folder) if below.is_empty() => folder.clone(),

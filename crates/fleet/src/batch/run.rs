@@ -28,13 +28,13 @@ use super::{
 /// A batch, as one worker of a scheduler sees it.
 #[derive(Debug)]
 pub struct Batch<'a> {
-    /// What is done.
+    /// Work on each item.
     pub job: Job,
     /// The items: a file, or an address in an object store.
     pub manifest: &'a Path,
-    /// Which of them.
+    /// Part of the items that this run does.
     pub shard: Shard,
-    /// Where results go: a folder, or a prefix in an object store.
+    /// Place for the results: a folder, or a prefix in an object store.
     pub out: &'a Path,
     /// The longest that an item may take.
     pub budget: Duration,
@@ -46,7 +46,7 @@ pub struct Batch<'a> {
     pub program: &'a Path,
 }
 
-/// What a run did.
+/// Counts of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Items of the shard.
@@ -73,7 +73,7 @@ impl Tally {
     }
 }
 
-/// What happens in a run.
+/// Event of a run.
 #[derive(Debug)]
 pub enum Event<'a> {
     /// So much is done.
@@ -84,12 +84,12 @@ pub enum Event<'a> {
         item: &'a Item,
         /// Its code.
         code: &'a str,
-        /// How long it took.
+        /// Time from start to row.
         took: Duration,
     },
 }
 
-/// What the threads of a run share.
+/// State shared by the threads of a run.
 struct Shared<'a> {
     batch: &'a Batch<'a>,
     store: Store,

@@ -5,9 +5,9 @@ use std::str::FromStr;
 /// One of `count` parts: the items whose number leaves `index` when divided by `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Which part, from 0.
+    /// Number of the part, from 0.
     pub index: u64,
-    /// How many parts there are.
+    /// Number of parts.
     pub count: u64,
 }
 
@@ -30,7 +30,7 @@ pub enum ShardError {
     Value {
         /// The variable.
         variable: &'static str,
-        /// What it holds.
+        /// The value as given.
         value: String,
     },
     /// The numbers of an array's tasks aren't evenly spaced.

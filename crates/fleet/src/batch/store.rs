@@ -30,7 +30,7 @@ const ROW_LIMIT: u64 = 16 << 20;
     "this folder holds the results of a different batch ({why}); choose a different one with --out: {path:?}"
 )]
 pub struct OtherJob {
-    /// What differs.
+    /// The differences between the two jobs, in words.
     pub why: String,
     /// The folder.
     pub path: PathBuf,
@@ -84,7 +84,7 @@ impl Store {
         }
     }
 
-    /// What the results are of.
+    /// Job that the results belong to.
     ///
     /// # Errors
     ///
@@ -208,7 +208,7 @@ impl Store {
     }
 }
 
-/// Where the row of that name is.
+/// Path of a row below the store.
 fn row_name(id: &str) -> String {
     format!("{ROWS}/{}/{id}.json", &id[..2])
 }
@@ -259,7 +259,7 @@ impl StoredRow {
     }
 }
 
-/// What differs between two jobs; `None` if nothing does.
+/// All differences between two jobs, in words; `None` if they are equal.
 fn difference(there: &Job, job: &Job) -> Option<String> {
     if there == job {
         return None;

@@ -1,4 +1,4 @@
-//! What a row says of one calibration.
+//! One calibration of a row.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
@@ -75,7 +75,7 @@ impl Entry {
         })
     }
 
-    /// What entries are sorted by.
+    /// Sort key of entries.
     pub(super) fn order(&self) -> (&str, [u32; 2], &str, &str) {
         (&self.camera, self.image_size, &self.created, &self.session)
     }

@@ -28,7 +28,7 @@ pub enum IndexError {
     Line {
         /// Its number, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The mistake in it.
         reason: String,
         /// The file.
         path: PathBuf,
@@ -36,7 +36,7 @@ pub enum IndexError {
     /// It's a database of another program, or damaged.
     #[error("{reason}: {path:?}")]
     Database {
-        /// What is wrong.
+        /// Reason for the refusal.
         reason: NotTaken,
         /// The file.
         path: PathBuf,

@@ -23,9 +23,9 @@ pub struct Step<'a> {
 pub struct Trend {
     /// From the mean of the oldest calibrations to the mean of the newest.
     pub change: LensDifference,
-    /// How many of the oldest.
+    /// Number of calibrations in the mean of the oldest.
     pub oldest: usize,
-    /// How many of the newest.
+    /// Number of calibrations in the mean of the newest.
     pub newest: usize,
     /// True if the change is more than chance.
     pub drifts: bool,
@@ -42,7 +42,7 @@ pub struct CameraHistory {
     pub image_size: [u32; 2],
     /// Its calibrations by time; at least one.
     pub entries: Vec<Entry>,
-    /// What has changed; `None` with fewer than two usable calibrations.
+    /// Change over time; `None` with fewer than two usable calibrations.
     pub trend: Option<Trend>,
 }
 

@@ -33,7 +33,7 @@ pub use ros::ros_camera_info;
 
 use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize};
 
-/// What every format holds.
+/// Contents common to every format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExportedCamera<'a> {
     /// Name of the camera.

@@ -18,7 +18,7 @@ pub struct OldCalibration {
     pub image_size: ImageSize,
     /// Covariance of the lens parameters, zero for those held fixed. Only this program's files state it.
     pub covariance: Option<LensCovariance>,
-    /// Where the boards were; empty if the file doesn't say.
+    /// Outlines of the boards, in pixels; empty if the file holds none.
     pub outlines: Vec<BoardOutline>,
     /// Root mean square reprojection residual, if the file says.
     pub rms_px: Option<f64>,
@@ -50,9 +50,9 @@ pub struct LockedLens {
 pub enum OldFormat {
     /// `boresight.calibration/1`.
     Own,
-    /// What OpenCV's `FileStorage` writes, YAML or JSON.
+    /// Output of OpenCV's `FileStorage`, YAML or JSON.
     OpenCv,
-    /// What ROS's `camera_calibration` writes.
+    /// Output of ROS's `camera_calibration`.
     Ros,
     /// A Kalibr camchain.
     Kalibr,
@@ -75,7 +75,7 @@ pub enum NotImported {
     /// The text breaks the rules of its format.
     #[error("not well formed: {reason}")]
     Malformed {
-        /// What is wrong.
+        /// The mistake in the file.
         reason: String,
     },
     /// A later version of this program's own schema.
@@ -92,7 +92,7 @@ pub enum NotImported {
     Missing {
         /// Name in the file.
         name: &'static str,
-        /// What it should be.
+        /// The expected value.
         wanted: &'static str,
     },
     /// A lens model that is none of OpenCV's.

@@ -5,7 +5,7 @@ const ALPHABET: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 const LETTERS: usize = 4;
 const BITS_OF_LETTER: u32 = 5;
 
-/// Which print a board is: four digits or letters, without I, L, O and U.
+/// Identity of a printed board: four digits or letters, without I, L, O and U.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BoardId(u32);
 

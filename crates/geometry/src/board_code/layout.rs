@@ -1,10 +1,10 @@
-//! Where the strip is. Places are in squares from the board's top-left corner, that of its outermost square, `x`
-//! along a row and `y` down.
+//! Layout of the strip. Places are in squares from the board's top-left corner, that of its outermost square, `x` along
+//! a row and `y` down.
 
 use super::CELLS;
 
-/// Where the strip begins and ends, in squares outside of the board's edge. The white before it keeps the outer
-/// squares as they are.
+/// Near and far side of the strip, in squares outside of the board's edge. The white before it keeps the outer squares
+/// as they are.
 pub const NEAR: f64 = 0.42;
 /// See [`NEAR`].
 pub const FAR: f64 = 0.66;
@@ -36,7 +36,7 @@ impl Edge {
     }
 }
 
-/// Where along an edge, 0 to 1, a place in cell `index` is; `within` the cell is 0 to 1.
+/// Place along an edge, 0 to 1, of a point in cell `index`; `within` the cell is 0 to 1.
 pub fn place_in_cell(index: usize, within: f64) -> f64 {
     (index as f64 + within) / CELLS as f64
 }

@@ -30,7 +30,7 @@ pub const CELLS: usize = 3 + (2 * COUNT_BITS + SQUARE_BITS + BoardId::BITS + SUM
 /// Enters the checksum, so that strips of a different layout are rejected.
 const LAYOUT: &[u8] = b"boresight/1";
 
-/// What the strip says.
+/// Contents of the strip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoardCode {
     columns: u16,
@@ -58,7 +58,7 @@ impl BoardCode {
         Checkerboard::new(self.columns, self.rows, f64::from(self.square_um) * 1e-6).ok()
     }
 
-    /// Which print it is.
+    /// Identity of the print.
     pub fn id(&self) -> BoardId {
         self.id
     }
@@ -73,7 +73,7 @@ impl BoardCode {
         std::array::from_fn(|i| bits[i])
     }
 
-    /// What cells say; `None` if they aren't a whole strip.
+    /// Decodes cells; `None` if they aren't a whole strip.
     pub fn read(cells: &[bool; CELLS]) -> Option<Self> {
         if cells[..START.len()] != START || cells[CELLS - END.len()..] != END {
             return None;

@@ -1,12 +1,12 @@
 use super::Fault;
 use crate::frame::{CaptureTime, ImageSize};
 
-/// What a live camera tells the session.
+/// Event of a live camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CameraEvent {
     /// It streams for the first time in this run.
     Started {
-        /// What the driver granted.
+        /// The granted mode.
         mode: Mode,
     },
     /// Streaming stopped; reconnecting.
@@ -18,42 +18,42 @@ pub enum CameraEvent {
     },
     /// The same camera streams again: identity, mode and controls were verified.
     Returned {
-        /// What the driver granted.
+        /// The granted mode.
         mode: Mode,
         /// Pictures from then on are good.
         good_from: CaptureTime,
     },
     /// Something is doubtful although pictures come.
     Doubtful {
-        /// What.
+        /// The fault.
         fault: Fault,
         /// Details; may be empty.
         detail: String,
     },
-    /// What was doubtful is no longer.
+    /// A doubt no longer holds.
     Dispelled {
-        /// What.
+        /// The fault.
         fault: Fault,
     },
     /// The controls have settled and were read back.
     Locked {
-        /// How each stands.
+        /// State of each control.
         locks: Locks,
     },
     /// A locked control is not what it was.
     ControlChanged(ControlChange),
     /// A control that had changed is back where it was, and the picture has settled.
     ControlRestored {
-        /// Which.
+        /// The control.
         control: Control,
         /// Pictures from then on are good.
         good_from: CaptureTime,
     },
     /// A control was set because the person asked for it, and the picture has settled.
     ControlSet {
-        /// Which.
+        /// The control.
         control: Control,
-        /// How it stands now, as read back.
+        /// State of the control now, as read back.
         lock: Lock,
         /// Pictures from then on are with it.
         good_from: CaptureTime,
@@ -70,7 +70,7 @@ pub enum CameraEvent {
 /// A change of a control, seen at a read-back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlChange {
-    /// Which.
+    /// The control.
     pub control: Control,
     /// Its locked value, in the driver's unit.
     pub from: i64,
@@ -109,7 +109,7 @@ impl Control {
 /// A control that can be set, and its values in the driver's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Adjustable {
-    /// Which.
+    /// The control.
     pub control: Control,
     /// Least value.
     pub min: i64,
@@ -119,7 +119,7 @@ pub struct Adjustable {
     pub step: i64,
 }
 
-/// How a control stands.
+/// State of a control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lock {
     /// Nothing is known yet.
@@ -136,14 +136,14 @@ pub enum Lock {
     },
     /// It was set and reads back as something else.
     Ignored {
-        /// What was set.
+        /// The value that was set, in the driver's unit.
         set: i64,
-        /// What is read.
+        /// The value that is read, in the driver's unit.
         read: i64,
     },
 }
 
-/// How the controls stand.
+/// State of every control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Locks {
     /// [`Control::Focus`].
@@ -169,7 +169,7 @@ impl Lock {
 }
 
 impl Locks {
-    /// How `control` stands.
+    /// State of `control`.
     pub fn of(&self, control: Control) -> Lock {
         match control {
             Control::Focus => self.focus,
@@ -193,7 +193,7 @@ impl Locks {
     }
 }
 
-/// How brightness lies in a frame's bytes.
+/// Layout of brightness in a frame's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelLayout {
     /// One byte a pixel.
@@ -282,7 +282,7 @@ impl Mode {
     }
 }
 
-/// What the person wants of a mode.
+/// The mode that a person wants.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wanted {
     /// Size; by default the largest that is fast enough.

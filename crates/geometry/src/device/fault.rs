@@ -1,6 +1,6 @@
 //! Everything that can go wrong with a camera, each with a stable code.
 
-/// What is wrong with a camera. The words for it are in `text`.
+/// Fault of a camera. The words for it are in `text`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fault {
     /// There is no camera of that name, or none at all.

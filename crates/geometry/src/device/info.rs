@@ -1,6 +1,6 @@
 use super::{Control, Mode};
 
-/// What is known of a live camera when its session begins.
+/// Facts about a live camera when its session begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CameraInfo {
     /// Name, as the camera says it; may hold anything.
@@ -9,20 +9,20 @@ pub struct CameraInfo {
     pub usb_id: Option<(u16, u16)>,
     /// USB serial number; empty if there is none.
     pub serial: String,
-    /// Where it hangs, in the system's words; empty if not known.
+    /// Place where the camera is plugged in, in the system's words; empty if not known.
     pub place: String,
     /// Through what it is read, as `--backend` calls it.
     pub backend: &'static str,
-    /// What the driver granted.
+    /// The granted mode.
     pub mode: Mode,
     /// The controls that matter, before the session locked them.
     pub controls: Vec<ControlBefore>,
 }
 
-/// How a control stood before the session locked it.
+/// State of a control before the session locked it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ControlBefore {
-    /// Which.
+    /// The control.
     pub control: Control,
     /// In the driver's unit; `None` if it cannot be read.
     pub value: Option<i64>,

@@ -1,4 +1,4 @@
-//! What is known about a live camera, and what can happen to it: plain data.
+//! Facts about a live camera, and its events: plain data.
 //!
 //! [`Fault`] has one stable code for everything that goes wrong with a camera. [`CameraEvent`] is what a camera
 //! tells the session, in order; it is recorded and replayed like every other input.

@@ -8,7 +8,7 @@ use super::{
 };
 use boresight_geometry::Corner;
 
-/// What to do next, as data; the room `text` has the sentences.
+/// The next action, as data; the room `text` has the sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "do")]
 pub enum Advice {
@@ -45,9 +45,9 @@ pub enum Advice {
     },
     /// Shift the board in the picture.
     Shift {
-        /// How far right.
+        /// Distance to the right, in pixels; negative to the left.
         right_px: f64,
-        /// How far down.
+        /// Distance down, in pixels; negative up.
         down_px: f64,
     },
     /// Stop moving.
@@ -66,16 +66,16 @@ pub enum Advice {
     },
     /// Put right what the refusal says.
     Mend {
-        /// What is wrong.
+        /// The refusal to mend.
         refusal: Refusal,
     },
     /// Nothing: no further view is asked for.
     Finished,
 }
 
-/// What to do about a frame that was refused for `refusal`, on the way to `target`. `view` is what the frame
-/// measures, if anything; `needs_support` after a long time in a good pose without holding it steadily.
-/// [`Advice::Finished`] without a target.
+/// Advice about a frame that was refused for `refusal`, on the way to `target`. `view` is the frame's measurement, if
+/// any; `needs_support` is set after a long time in a good pose without holding it steadily. [`Advice::Finished`]
+/// without a target.
 pub fn advise(
     view: Option<&View>,
     refusal: &Refusal,

@@ -20,8 +20,8 @@ const DIRECTIONS: u32 = 16;
 /// Tilts, beside the one that is always asked for: steeper tells more of the focal length, flatter reaches farther.
 const STEEPER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 const FLAT_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
-/// Where the middle of the board stands, from the picture's, in shares of width and height. The other half of the places is
-/// that of the reflected views.
+/// Offsets of the board's middle from the picture's, in shares of width and height. The reflected views stand at the
+/// other half of the places.
 const PLACES: [(f64, f64); 10] = [
     (0.0, 0.0),
     (0.1, 0.1),

@@ -1,4 +1,4 @@
-//! Which reflected pair of poses is best once the plan's slots are used up? Source: `docs/method.md`, section 3.4.
+//! Choice of the best reflected pair of poses once the plan's slots are used up. Source: `docs/method.md`, section 3.4.
 //!
 //! Candidates are judged *in reflected pairs*: that keeps the precision of a greedy choice, and a lens model
 //! that is too simple pulls the principal point two to three times less.

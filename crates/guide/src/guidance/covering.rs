@@ -1,6 +1,5 @@
-//! Which reflected pair of poses covers most of what no board has covered, or makes projection best known there? There the
-//! lens is extrapolated.
-//! Source: `docs/method.md`, section 3.4.
+//! Choice of the reflected pair of poses that covers most of what no board has covered, or makes projection best known
+//! there. There the lens is extrapolated. Source: `docs/method.md`, section 3.4.
 
 use nalgebra::{Isometry3, Point2, Vector2};
 
@@ -111,15 +110,15 @@ fn whole_boards(
         .filter_map(|wanted| Some((wanted, place_board(&wanted, board, lens_estimate, params)?)))
 }
 
-/// What boards have reached: the corners of the picture, each up to 1, and the share of the whole.
+/// Score of the boards' coverage: the corners of the picture, each up to 1, plus the share of the whole.
 fn reached(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
     let corners = corner_coverage(outlines, image_size);
     let closed: f64 = corners.into_iter().map(|share| (share / CLOSED).min(1.0)).sum();
     closed + coverage(outlines, image_size)
 }
 
-/// What the seen part of `view` would cover that none of the `accepted` ones does, corners first, as a share of what the
-/// part of the ghost in the picture would. 1 if the ghost covers nothing more.
+/// New cover of the seen part of `view` beyond the `accepted` ones, corners first, as a share of the new cover of the
+/// ghost's part in the picture. 1 if the ghost covers nothing more.
 pub fn covering_share(
     view: &View,
     ghost_px: &[Point2<f64>],
@@ -153,7 +152,7 @@ fn outline_in_picture(
     BoardOutline::of_seen(ghost_px, columns, |index| image_size.contains(&ghost_px[index]))
 }
 
-/// What the accepted views cover, and what pairs would cover beside them.
+/// Cover of the accepted views, and of pairs added to them.
 struct Covering<'a> {
     outlines: Vec<BoardOutline>,
     board: &'a Checkerboard,

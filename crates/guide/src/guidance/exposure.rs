@@ -1,4 +1,4 @@
-//! How long is the shutter open, where the driver doesn't say?
+//! Exposure time, estimated where the driver doesn't report it.
 //!
 //! A board that moves by `m` px during the exposure `T` at speed `v` smears its edges: `m = vT` adds `m²/12` to the
 //! variance of the blur across the motion, `m²/24` on average over the two families of edges. So

@@ -32,15 +32,15 @@ pub struct Hold {
 /// One frame of a hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldFrame {
-    /// What it measures.
+    /// The frame's measurement.
     pub view: View,
-    /// What the view is for.
+    /// Role of the view.
     pub role: Role,
     /// File name of its picture, or empty.
     pub name: String,
     /// True if the corners moved rigidly since the frame before.
     pub is_rigid: bool,
-    /// How it is smeared; `None` for a photograph.
+    /// Smear of the frame; `None` for a photograph.
     pub smear: Option<Smear>,
 }
 
@@ -101,8 +101,8 @@ impl Hold {
     }
 }
 
-/// How long a hold must last after `waited_secs`: less and less, down to a quarter, for someone who can't hold
-/// longer; no longer than that for someone who hasn't followed the ghost for the last `unfollowed` views.
+/// Least duration of a hold after `waited_secs`: the longer the wait, the shorter, down to a quarter, for someone who
+/// can't hold longer. A quarter from the start if the last `unfollowed` views didn't follow the ghost.
 pub fn wanted_secs(waited_secs: f64, unfollowed: u32, params: &GuidanceParams) -> f64 {
     let eased = match unfollowed {
         0 => (waited_secs - EASED_FROM_SECS) / EASED_OVER_SECS,

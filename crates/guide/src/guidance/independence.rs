@@ -9,7 +9,7 @@ use super::{
     view::{LensEstimate, View},
 };
 
-/// What a view is for.
+/// Role of a view among the accepted ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case", tag = "role")]
 pub enum Role {

@@ -1,4 +1,4 @@
-//! How did the board move up to a frame?
+//! Motion of the board up to a frame.
 //!
 //! Motion is that of the board as a whole: a homography between two frames' corners, less what noise explains
 //! of it. It is judged over the last frame interval and over a tenth of a second; the faster counts, so
@@ -34,7 +34,7 @@ pub struct MotionWindow {
     frames: VecDeque<(CaptureTime, Vec<Corner>)>,
 }
 
-/// How the board moved up to a frame.
+/// Motion of the board up to a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Time since the frame before.
@@ -46,7 +46,7 @@ pub struct Motion {
     pub raw_speed_px_per_s: f64,
     /// True if all corners moved as those of one board since the frame before: see [`moved_rigidly`].
     pub is_rigid: bool,
-    /// What the corners' steps since the frame before leave without their common motion.
+    /// Residual of the corners' steps since the frame before, without their common motion.
     pub scatter: Scatter,
 }
 
@@ -99,7 +99,7 @@ impl MotionWindow {
         self.frames.push_back((captured_at, reused));
     }
 
-    /// How the board moved up to a frame that has not been added yet.
+    /// Motion of the board up to a frame that has not been added yet.
     ///
     /// `None` without an earlier frame, if it is too long ago, if the corners are another board's, or if no
     /// homography maps the one frame's to the other's.

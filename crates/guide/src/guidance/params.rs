@@ -8,7 +8,7 @@ pub const FAR_SPAN_FRACTION: f64 = 0.45;
 /// Most reflected pairs of boards that leave the picture.
 pub const PAIRS_BEYOND_EDGE: usize = 3;
 
-/// How many views to ask for.
+/// Number of views to ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plan {
     /// Two opposed pairs, 45° apart: the fewest views that fix the principal point.
@@ -29,7 +29,7 @@ impl Plan {
     }
 }
 
-/// How the board turns about the optical axis from slot to slot.
+/// Turn of the board about the optical axis, from slot to slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoardRoll {
     /// The board stays upright and tips in eight directions: easy by hand, and it fills the picture.
@@ -52,9 +52,9 @@ pub enum BoardRoll {
 /// Source: `docs/method.md`, section 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuidanceParams {
-    /// How many views.
+    /// Plan, which sets the number of views.
     pub plan: Plan,
-    /// How the board is held.
+    /// Turn of the board about the optical axis.
     pub board_roll: BoardRoll,
     /// Least tilt accepted.
     pub min_tilt_rad: f64,
@@ -73,7 +73,7 @@ pub struct GuidanceParams {
     /// Least distance from the picture's edge of the corners asked for, as a share of the shorter side. The
     /// outer squares may leave the picture.
     pub target_margin_fraction: f64,
-    /// How far a direction asked for may be moved away from its slot to keep clear of accepted ones.
+    /// Largest angle by which a direction asked for may leave its slot to keep clear of accepted ones.
     pub max_slot_error_rad: f64,
     /// Least angle between independent principal lines.
     pub independent_rad: f64,
@@ -85,7 +85,7 @@ pub struct GuidanceParams {
     pub partner_offset_px: f64,
     /// Widest blur of the board's edges.
     pub max_blur_px: f64,
-    /// How long the board must be still.
+    /// Time for which the board must be still.
     pub hold_secs: f64,
     /// Longest smear of a corner during the exposure.
     pub max_smear_px: f64,
@@ -217,7 +217,7 @@ impl GuidanceParams {
 /// From this many views on, principal lines may lie closer, by this factor.
 const CLOSER_FROM_VIEWS: usize = 10;
 const CLOSER: f64 = 0.45;
-/// What an edge fit needs around a corner, in a picture of any size.
+/// Least distance of a corner from the picture's edge that an edge fit needs, in a picture of any size.
 const LEAST_MARGIN_PX: f64 = 8.0;
 /// Width of the pictures for which lengths in pixels were tuned.
 const TUNED_WIDTH_PX: f64 = 1280.0;

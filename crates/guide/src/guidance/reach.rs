@@ -1,4 +1,4 @@
-//! How precise can a calibration become if the board stays small in the picture?
+//! Precision that a calibration can reach if the board stays small in the picture.
 //!
 //! An installed camera is far from where a person can stand. Noise fixes the principal point with the second power
 //! of the board's size, so a small board can't, whatever its poses; but it can fix the projection, if pairs stand in
@@ -17,7 +17,7 @@ use boresight_geometry::board::Checkerboard;
 
 /// From this focal length in picture widths, pairs stand across their principal line.
 const LONG_LENS: f64 = 1.5;
-/// How far out pairs stand, in picture widths: along their line, and across it with a long lens.
+/// Distance of pairs from the principal point, in picture widths: along their line, and across it with a long lens.
 const ALONG_WIDTHS: f64 = 0.32;
 const ACROSS_WIDTHS: f64 = 0.2;
 /// Tilt of a far board: what it lacks in perspective it gains by tilt.
@@ -83,8 +83,9 @@ pub(super) fn place_first(
         .find_map(|wanted| Some((*wanted, place_board(wanted, board, lens_estimate, params)?)))
 }
 
-/// What four reflected pairs reach whose boards span at most `target_span_fraction` of the picture, with corner errors of
-/// `noise_px` per axis, or of a tenth of a pixel while they are unknown. `None` if the board fits nowhere.
+/// Expected precision of four reflected pairs whose boards span at most `target_span_fraction` of the picture, with
+/// corner errors of `noise_px` per axis, or of a tenth of a pixel while they are unknown. `None` if the board fits
+/// nowhere.
 pub fn reach(
     board: &Checkerboard,
     lens_estimate: &LensEstimate,

@@ -77,7 +77,7 @@ pub enum Refusal {
     /// The view would tell little about the lens beside what the pose asked for would. It is taken only if
     /// nothing better comes for a while.
     TellsLittle {
-        /// What it would tell, as a share of what the pose asked for would.
+        /// Information of the view, as a share of that of the pose asked for.
         worth: f64,
         /// Least share accepted now.
         wanted: f64,
@@ -95,7 +95,7 @@ pub enum Refusal {
         speed_px_per_s: Option<f64>,
         /// Fastest accepted, however short the exposure.
         wanted_px_per_s: f64,
-        /// How far they move while the shutter is open; `None` without an earlier frame.
+        /// Displacement while the shutter is open; `None` without an earlier frame.
         smear_px: Option<f64>,
         /// Farthest accepted.
         wanted_smear_px: Option<f64>,

@@ -15,7 +15,7 @@ use boresight_geometry::frame::{CaptureTime, FrameKind, ImageSize};
 const HYSTERESIS: f64 = 1.25;
 /// When the limits begin to relax, after a good pose has been held without a view.
 const PATIENCE_SECS: f64 = 3.0;
-/// How long each step lasts, by how much it relaxes, and the most steps.
+/// Duration of each step, the factor by which it relaxes the limits, and the most steps.
 const STEP_SECS: f64 = 1.5;
 const STEP: f64 = 1.25;
 const MOST_STEPS: f64 = 5.0;
@@ -24,17 +24,17 @@ const ADVICE_SECS: f64 = 5.0;
 /// A pose that is lost for less than this is still the same attempt.
 const GAP_SECS: f64 = 1.1;
 
-/// How far a frame is smeared, and how far it may be.
+/// Motion of a frame: speed and smear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smear {
     /// Root mean square speed of the corners.
     pub speed_px_per_s: f64,
-    /// How far they move while the shutter is open.
+    /// Displacement of the corners while the shutter is open.
     pub smear_px: f64,
 }
 
 impl Smear {
-    /// What `motion` smears during an exposure.
+    /// Smear by `motion` during an exposure.
     pub fn of(motion: &Motion, exposure_secs: f64) -> Self {
         // A shutter isn't open for longer than a frame.
         let open_secs = exposure_secs.min(motion.since_secs);
@@ -86,7 +86,7 @@ pub fn still(kind: FrameKind, smear: Option<&Smear>, limits: &StillLimits) -> Re
     })
 }
 
-/// How long a person has tried to hold a good pose.
+/// Time for which a person has tried to hold a good pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Patience {
     /// When the pose was first good, and when last.
@@ -105,7 +105,7 @@ impl Patience {
         };
     }
 
-    /// How long the pose has been good.
+    /// Time for which the pose has been good, in seconds.
     pub fn secs(&self, now: CaptureTime) -> f64 {
         self.attempt.map_or(0.0, |(since, _)| now.secs_since(since).max(0.0))
     }

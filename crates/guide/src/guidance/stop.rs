@@ -9,7 +9,7 @@ use super::{
 /// Fewest views of a board that stays small in the picture.
 const FAR_VIEWS: usize = 8;
 
-/// How precise the calibration is so far.
+/// Precision of the calibration so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
     /// Standard deviation of the principal point, worse axis.
@@ -58,7 +58,7 @@ impl Precision {
     }
 }
 
-/// How far a session is.
+/// Progress of a session.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case", tag = "progress")]
 pub enum Progress {
@@ -70,8 +70,8 @@ pub enum Progress {
     Exhausted,
 }
 
-/// How a session ends when no further pose is possible. Coverage that no pose can improve stays a finding of
-/// the calibration; it doesn't fail the session.
+/// End of a session when no further pose is possible. Coverage that no pose can improve stays a finding of the
+/// calibration; it doesn't fail the session.
 pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
     let is_trusted = |p: &Precision| if params.is_far() { p.trusted_far } else { p.trusted };
     if precision.is_some_and(|precision| is_trusted(precision) && precision.is_reached(params)) {

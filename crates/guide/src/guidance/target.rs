@@ -1,4 +1,4 @@
-//! Which pose next, and where its ghost stands on the screen.
+//! Choice of the next pose, and its ghost on the screen.
 
 use std::f64::consts::PI;
 
@@ -22,7 +22,7 @@ use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
 /// Angle of the second pair's lines to the first's: 45° and some degrees that a person misses it by. Two pairs 41°
 /// apart are the closest that span the plane well enough for a verdict without a finding.
 const SECOND_PAIR_RAD: f64 = 52.0 * PI / 180.0;
-/// What a person misses a place near the picture's edge by, as a share of the picture's shorter side.
+/// Distance by which a person misses a place near the picture's edge, as a share of the picture's shorter side.
 const LEEWAY: f64 = 0.02;
 /// Share of the largest board that fits below which an accepted view counts as small.
 const SMALL: f64 = 0.6;
@@ -55,7 +55,7 @@ pub struct Target {
     pub tilt_azimuth_rad: f64,
     /// Tilt of the board.
     pub tilt_rad: f64,
-    /// Where every inner corner should appear, in numbering order, distorted as the lens shows it.
+    /// Pixels at which the inner corners should appear, in numbering order, distorted as the lens shows them.
     pub ghost_px: Vec<Point2<f64>>,
     /// True if a part of the board is wanted beyond the picture's edge.
     pub leaves_picture: bool,

@@ -1,4 +1,4 @@
-//! What one picture of the board measures.
+//! Measurements from one picture of the board.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
@@ -86,7 +86,7 @@ pub struct View {
     pub tilt_rad: Option<f64>,
     /// Mean of the corners that are seen.
     pub mean_px: Point2<f64>,
-    /// Where the middle of the board is seen, or expected if the board is cut off or covered: the mean of all its corners.
+    /// Mean of all corners as seen, or as expected where the board is cut off or covered.
     pub board_px: Point2<f64>,
     /// Larger of the shares of the picture's width and height that the corners span that are seen.
     pub span_fraction: f64,

@@ -1,4 +1,4 @@
-//! Where the board must stand to show a wanted direction, tilt, size and place.
+//! Pose of the board that shows a wanted direction, tilt, size and place.
 
 use nalgebra::{Isometry3, Point2, Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 
@@ -8,19 +8,19 @@ use super::{
 };
 use boresight_geometry::{board::Checkerboard, frame::ImageSize};
 
-/// How the board should appear in the picture.
+/// Wanted appearance of the board in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WantedPose {
     /// Direction in the picture in which the board recedes, clockwise from the right.
     pub(super) tilt_azimuth_rad: f64,
     pub(super) tilt_rad: f64,
-    /// Where the mean corner should appear, from the principal point.
+    /// Wanted place of the mean corner, from the principal point.
     pub(super) offset_px: Vector2<f64>,
     /// True if the view's point reflection about the principal point must lie in the picture, too.
     pub(super) is_reflected: bool,
 }
 
-/// Where the inner corners appear in the picture, in numbering order, without those behind the camera.
+/// Inner corners in the picture, in numbering order, without those behind the camera.
 pub fn seen_px(
     cam_from_board: &Isometry3<f64>,
     board: &Checkerboard,

@@ -1,5 +1,5 @@
-//! How much would a view tell about the lens that the accepted ones don't? Source: `docs/method.md`, sections 3.4
-//! and 3.8.
+//! Information that a view would add about the lens to the accepted ones. Source: `docs/method.md`, sections 3.4 and
+//! 3.8.
 
 use nalgebra::Isometry3;
 
@@ -36,7 +36,7 @@ pub struct Knowledge {
 }
 
 impl Knowledge {
-    /// What the corners that are seen in the `accepted` views tell, with errors of a tenth of a pixel.
+    /// Information in the seen corners of the `accepted` views, with errors of a tenth of a pixel.
     pub fn new(
         accepted: &[View],
         board: &Checkerboard,
@@ -90,9 +90,9 @@ impl Knowledge {
             .map_or(self.variance, |after| after.min(self.variance))
     }
 
-    /// What a view tells, as a share of what the pose asked for would tell, from the variances that both would leave:
-    /// the smaller of their ratio, which counts at first, and of the ratio of the logarithms by which they shrink the
-    /// variance, which counts once much is known. 1 if the pose asked for tells nothing.
+    /// Information of a view, as a share of that of the pose asked for, from the variances that both would leave: the
+    /// smaller of their ratio, which counts at first, and of the ratio of the logarithms by which they shrink the
+    /// variance, which counts once much is known. 1 if the pose asked for adds nothing.
     pub fn share(&self, after: f64, after_wanted: f64) -> f64 {
         let removed = (self.variance / after).ln();
         let removed_by_wanted = (self.variance / after_wanted).ln();

@@ -8,16 +8,16 @@ pub struct AcceptedView {
     pub number: ViewNumber,
     /// File name of the picture, or empty.
     pub name: String,
-    /// What it is for.
+    /// Role of the view.
     pub role: Role,
     /// True if a board beyond the picture's edge was asked for, whose partner comes next.
     pub was_beyond_edge: bool,
-    /// What it measured when it was accepted, through the lens estimate of that time.
+    /// The view as measured when it was accepted, through the lens estimate of that time.
     pub view: View,
 }
 
 impl AcceptedView {
-    /// What to call its picture: its file name, or where the session stores it.
+    /// Name of the view's picture: its file name, or the name under which the session stores it.
     pub fn picture_name(&self) -> String {
         if self.name.is_empty() { self.view.frame_id.stored_name() } else { self.name.clone() }
     }

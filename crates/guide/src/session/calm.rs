@@ -8,7 +8,7 @@ use boresight_geometry::frame::CaptureTime;
 
 /// A new prompt is shown once frames have asked for it for this long within [`RECENT_SECS`].
 const PERSIST_SECS: f64 = 0.4;
-/// How far back frames count.
+/// Age up to which frames count.
 const RECENT_SECS: f64 = 0.8;
 /// A prompt that was shown stays for this long.
 const DWELL_SECS: f64 = 1.2;
@@ -23,10 +23,10 @@ const MOST_CHANGES: usize = 3;
 /// See [`MOST_CHANGES`].
 const BUSY_SECS: f64 = 5.0;
 
-/// What the person is shown.
+/// Prompt and advice on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
-    /// What is asked for.
+    /// The prompt.
     pub prompt: Prompt,
     /// The newest advice that asks for it, with its amounts; `None` if it doesn't come from advice.
     pub advice: Option<Advice>,
@@ -46,7 +46,7 @@ pub(super) struct Calm {
     since: Option<CaptureTime>,
     /// When a frame last asked for what is shown.
     last_asked: Option<CaptureTime>,
-    /// What the last frames asked for, each with the time for which it counts.
+    /// Requests of the last frames, each with the time for which it counts.
     recent: VecDeque<Asked>,
     /// When what is shown changed last.
     changes: VecDeque<CaptureTime>,
@@ -114,7 +114,7 @@ impl Calm {
         }
     }
 
-    /// What is shown instead from now on, if anything.
+    /// The prompt to show instead from now on, if any.
     fn next(&self, now: CaptureTime, newest: Prompt, advice: Advice) -> Option<Shown> {
         let Some(since) = self.since else {
             return Some(Shown { prompt: newest, advice: Some(advice) });
@@ -136,7 +136,7 @@ impl Calm {
             .then_some(Shown { prompt: commonest.prompt, advice: Some(commonest.advice) })
     }
 
-    /// What the last frames asked for most, as the newest of them said it, and for how long they did.
+    /// The most frequent request of the last frames, in the newest frame's words, and its duration.
     fn commonest(&self) -> Option<(Asked, f64)> {
         let asked_secs = |prompt: Prompt| -> f64 {
             self.recent.iter().filter(|asked| asked.prompt == prompt).map(|asked| asked.secs).sum()

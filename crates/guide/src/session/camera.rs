@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use boresight_geometry::device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode};
 use boresight_geometry::frame::CaptureTime;
 
-/// What the session knows about its camera: plain data for a window or a command line.
+/// Camera state of a session: plain data for a window or a command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraState {
     /// State of the stream: frames arrive, or why not.
     pub stream: Stream,
-    /// What the driver granted.
+    /// The granted mode.
     pub mode: Option<Mode>,
     /// State of the controls, as read back.
     pub locks: Locks,
@@ -22,9 +22,9 @@ pub struct CameraState {
     pub good_from: Option<CaptureTime>,
     /// Warnings about the running stream, with details.
     pub doubts: BTreeMap<Fault, String>,
-    /// How often focus or zoom changed in this run.
+    /// Number of changes of focus or zoom in this run.
     pub geometry_changes: u32,
-    /// How often the camera was lost in this run.
+    /// Number of times that the camera was lost in this run.
     pub losses: u32,
     /// Frames lost by the driver or skipped for a newer one, in this run.
     pub dropped: u64,
@@ -57,8 +57,7 @@ impl CameraState {
             && !self.doubts.contains_key(&Fault::Frozen)
     }
 
-    /// How long the shutter is open, if exposure is locked. V4L2 counts it in units of 100 µs
-    /// (V4L2_CID_EXPOSURE_ABSOLUTE).
+    /// Exposure time, if exposure is locked. V4L2 counts it in units of 100 µs (V4L2_CID_EXPOSURE_ABSOLUTE).
     pub(super) fn exposure_secs(&self) -> Option<f64> {
         let Lock::Locked { value } = self.locks.exposure else { return None };
         (1..=10_000).contains(&value).then_some(value as f64 * 1e-4)

@@ -1,20 +1,20 @@
-//! What the session decides, as data that is recorded and compared.
+//! Decisions of a session, as data that is recorded and compared.
 
 use serde::Serialize;
 
 use super::view_number::ViewNumber;
 use crate::guidance::{Advice, Progress, Refusal, Role};
 
-/// What one input led to.
+/// Decision on one input.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Decision {
     /// The frame judged; `None` if the input wasn't a frame.
     pub frame: Option<u64>,
     /// See [`Outcome`].
     pub outcome: Outcome,
-    /// What the person should do next.
+    /// The next action for the person.
     pub advice: Advice,
-    /// How far the session is.
+    /// Progress of the session.
     pub progress: Progress,
     /// Number of accepted views.
     pub accepted: usize,
@@ -22,7 +22,7 @@ pub struct Decision {
     pub target_serial: u32,
 }
 
-/// What happened to the views.
+/// Effect on the views.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "outcome")]
 pub enum Outcome {
@@ -37,7 +37,7 @@ pub enum Outcome {
         view: ViewNumber,
         /// The frame it comes from.
         frame: u64,
-        /// What it is for.
+        /// Role of the view.
         role: Role,
     },
     /// A view was removed. If focus or zoom moved, it is the newest of several: see

@@ -2,12 +2,12 @@ use super::seen::Seen;
 use crate::guidance::{GuidanceParams, LensEstimate, Reach, reach};
 use boresight_geometry::board::Checkerboard;
 
-/// What a board that stays small in the picture can reach here.
+/// Limits of a board that stays small in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarBoard {
     /// Larger of the shares of the picture's width and height that it is asked to span.
     pub span_fraction: f64,
-    /// What eight views are expected to reach.
+    /// Expected precision after eight views.
     pub reach: Reach,
     /// The same with a board of twice the size in the same places; `None` if it doesn't fit into the picture.
     pub twice_the_size: Option<Reach>,

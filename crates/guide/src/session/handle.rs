@@ -66,7 +66,7 @@ impl Session {
         }
     }
 
-    /// What to do while no frame says more.
+    /// Advice that stands until a frame changes it.
     fn standing_advice(&self) -> Advice {
         if self.derived.target.is_none() {
             Advice::Finished

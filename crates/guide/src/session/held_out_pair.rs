@@ -5,7 +5,7 @@ use boresight_geometry::{Corner, board::Checkerboard, fit_pose, frame::ImageSize
 /// Fewest views beside the pair that give a lens.
 const VIEWS_NEEDED: usize = 2;
 
-/// How well the lens of the earlier views predicted the newest pair, before the pair was used.
+/// Prediction of the newest pair by the lens of the earlier views, before the pair was used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldOutPair {
     /// Indices of its views.

@@ -32,7 +32,7 @@ pub enum Input {
     Stop,
 }
 
-/// What the detector found in a frame.
+/// Result of the detector for one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// Number of the frame in this session.
@@ -49,7 +49,7 @@ pub struct Observation {
     pub seen: Result<Detection, Miss>,
 }
 
-/// What a person can ask for.
+/// Command of a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Take the next frame with a board without checking any limit.

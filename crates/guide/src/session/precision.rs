@@ -2,7 +2,7 @@ use crate::guidance::Precision;
 use boresight_calibrate::{Calibration, Finding, FindingCode};
 use boresight_geometry::{LensParts, frame::ImageSize};
 
-/// How precise a calibration from pictures of `image_size` is, in the terms of the stop rule.
+/// Precision of a calibration from pictures of `image_size`, in the terms of the stop rule.
 pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precision {
     let pp = calibration.covariance.pp();
     let mut others = calibration.findings.clone();

@@ -1,4 +1,4 @@
-//! What the person is asked to do, as one idea without amounts.
+//! Prompts: one request to the person, as one idea without amounts.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -94,7 +94,7 @@ pub enum Upright {
     Down,
 }
 
-/// What the person is asked to do. Two prompts are equal if they ask for the same thing, whatever the amounts.
+/// Request to the person. Two prompts are equal if they ask for the same thing, in any amount.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prompt {
     /// The plan is complete.
@@ -183,7 +183,7 @@ pub enum Prompt {
     OtherSize,
 }
 
-/// How grave a prompt is.
+/// Gravity of a prompt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Gravity {
@@ -204,7 +204,7 @@ const OTHER_EDGE_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 const SMALL_SHIFT_PX: f64 = 10.0;
 
 impl Prompt {
-    /// How grave it is.
+    /// Gravity of the prompt.
     pub fn gravity(self) -> Gravity {
         match self {
             Self::Failed | Self::CameraLost | Self::Frozen | Self::LensMoved(_) => Gravity::Bad,
@@ -225,7 +225,7 @@ impl Prompt {
         }
     }
 
-    /// What keeps views from being taken or ends the session, most important first; `None` if nothing does.
+    /// The most important state that keeps views from being taken or ends the session; `None` if there is none.
     pub(super) fn of_state(
         progress: Progress,
         has_failed: bool,
@@ -250,7 +250,7 @@ impl Prompt {
         })
     }
 
-    /// What a frame's decision asks for; `no_board` is why the frame shows no board.
+    /// Prompt for a frame's decision; `no_board` is the reason why the frame shows no board.
     pub fn of_decision(decision: &Decision, no_board: Option<&Miss>) -> Self {
         match decision.outcome {
             Outcome::Accepted { .. } => Self::Taken,
@@ -258,7 +258,7 @@ impl Prompt {
         }
     }
 
-    /// What `advice` asks for; `no_board` is why the newest frame shows no board.
+    /// Prompt for `advice`; `no_board` is the reason why the newest frame shows no board.
     pub fn of_advice(advice: &Advice, no_board: Option<&Miss>) -> Self {
         match *advice {
             Advice::ShowBoard => no_board.map_or(Self::ShowBoard, Self::of_miss),
@@ -359,7 +359,8 @@ impl Prompt {
         }
     }
 
-    /// Where in the picture the board is to be shifted: right and down, each -1, 0 or 1. `None` if it isn't.
+    /// Direction in the picture in which to shift the board: right and down, each -1, 0 or 1. `None` if the prompt asks
+    /// for no shift.
     pub fn shift(self) -> Option<[i8; 2]> {
         match self {
             Self::CutOff(Side::Left) => Some([1, 0]),

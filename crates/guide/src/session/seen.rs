@@ -1,4 +1,4 @@
-//! What frames have shown beside the views taken from them.
+//! Facts that frames have shown beside the views taken from them.
 
 use super::accepted::AcceptedView;
 use crate::guidance::{
@@ -24,10 +24,10 @@ const TOO_SMALL: f64 = 0.6;
 /// … and the ghost then spans at most this multiple of the largest share seen.
 const A_LITTLE_LARGER: f64 = 1.1;
 
-/// What frames have shown; it changes what is asked for next.
+/// Facts that frames have shown; they change the next request.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Seen {
-    /// What corners strayed from the common motion of a board that was held still.
+    /// Residuals of the corners from the common motion of a board that was held still.
     pub(super) noise: Scatter,
     /// Focal length from single views before the first was accepted, if it isn't the usual one.
     pub(super) first_f_px: Option<f64>,
@@ -43,9 +43,9 @@ pub(super) struct Seen {
     followed: i32,
     /// True if a part was told in one of the others: not by following it.
     tells_parts: bool,
-    /// How many views in a row were much smaller than their ghosts, and the largest share that they spanned.
+    /// Number of views in a row that were much smaller than their ghosts, and the largest share that they spanned.
     small_in_a_row: Option<(u32, f64)>,
-    /// How often the ghost of the pose asked for has receded.
+    /// Number of times that the ghost of the pose asked for has receded.
     receded: u32,
 }
 

@@ -2,7 +2,7 @@ use crate::guidance::GuidanceParams;
 use boresight_calibrate::CalibrationParams;
 use boresight_geometry::{board::Checkerboard, frame::ImageSize};
 
-/// What a session is about. Fixed from its first input to its last.
+/// Setup of a session. Fixed from its first input to its last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionSetup {
     /// The board.

@@ -15,24 +15,24 @@ use boresight_geometry::{
     frame::{CaptureTime, FrameId},
 };
 
-/// What a window or a command line shows: plain data, cheap to clone.
+/// Snapshot for a window or a command line: plain data, cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// What the session is about, with the limits that views must meet.
+    /// Setup of the session, with the limits that views must meet.
     pub setup: Arc<SessionSetup>,
     /// The newest decision.
     pub decision: Decision,
-    /// What the person is asked to do: calmer than the newest decision's advice.
+    /// Prompt and advice on the screen: calmer than the newest decision's advice.
     pub shown: Shown,
-    /// What the newest frame showed.
+    /// The newest frame.
     pub live: Option<Arc<LiveView>>,
     /// The pose asked for.
     pub target: Option<Target>,
-    /// What the board can reach, if it stays small in the picture.
+    /// Limits of the board, if it stays small in the picture.
     pub far: Option<FarBoard>,
     /// Noise of one corner per axis, measured while the board was held; `None` until a hold has shown enough.
     pub measured_noise_px: Option<f64>,
-    /// How well the newest pair was predicted before it was used.
+    /// Prediction of the newest pair before it was used.
     pub held_out: Option<HeldOutPair>,
     /// Estimate of the principal point; the picture's centre without a calibration.
     pub pp_px: Point2<f64>,
@@ -62,7 +62,7 @@ pub struct Snapshot {
     pub failures: Vec<(String, String)>,
 }
 
-/// What one frame showed.
+/// Corners and measurements of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveView {
     /// The frame.
@@ -73,15 +73,15 @@ pub struct LiveView {
     pub corners_px: Result<Vec<Point2<f64>>, Miss>,
     /// Numbers of the corners that aren't seen.
     pub unseen: Vec<usize>,
-    /// What they measure; `None` without a board, if it faces the camera, or beyond the lens model's fold.
+    /// Measurements from the corners; `None` without a board, if it faces the camera, or beyond the lens model's fold.
     pub measured: Option<Measured>,
     /// Width of the blur of the board's edges.
     pub blur_px: Option<f64>,
-    /// How the board's motion smears the frame; `None` without an earlier frame.
+    /// Smear of the frame by the board's motion; `None` without an earlier frame.
     pub smear: Option<Smear>,
 }
 
-/// What the corners of a frame measure.
+/// Measurements from the corners of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// Principal line, undistorted by the lens estimate of that time.
@@ -103,7 +103,7 @@ pub struct ViewSummary {
     pub number: ViewNumber,
     /// The frame it comes from.
     pub frame_id: FrameId,
-    /// What it is for.
+    /// Role of the view.
     pub role: Role,
     /// Direction in the picture in which the board recedes, clockwise from the right.
     pub tilt_azimuth_rad: f64,

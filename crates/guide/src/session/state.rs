@@ -40,7 +40,7 @@ pub struct Session {
     pub(super) calm: Calm,
 }
 
-/// What inputs have established. Nothing in it can be computed from the rest.
+/// Facts established by inputs. None can be computed from the others.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ground {
     pub(super) accepted: Vec<AcceptedView>,
@@ -49,11 +49,11 @@ pub(super) struct Ground {
     pub(super) next_number: ViewNumber,
     /// Views that the person wants, whatever the plan says.
     pub(super) wanted_views: usize,
-    /// How often the accepted views or the pose asked for have changed.
+    /// Number of changes of the accepted views or of the pose asked for.
     pub(super) changes: u32,
     /// Views that weren't shown by someone who follows the ghost; a view that follows halves it.
     pub(super) unfollowed: u32,
-    /// What frames have shown beside the accepted views.
+    /// Facts that frames have shown beside the accepted views.
     pub(super) seen: Seen,
     pub(super) paused: bool,
     pub(super) source_ended: bool,
@@ -62,7 +62,7 @@ pub(super) struct Ground {
     pub(super) camera: CameraState,
 }
 
-/// What follows from the setup, the accepted views and what frames have shown.
+/// State derived from the setup, the accepted views and the frames.
 #[derive(Clone, Debug)]
 pub(super) struct Derived {
     pub(super) lens_estimate: LensEstimate,
@@ -76,12 +76,12 @@ pub(super) struct Derived {
     pub(super) limits: GuidanceParams,
     /// True if the person wants more than the plan: views that cover more of the picture.
     pub(super) wants_more: bool,
-    /// What the accepted views tell, and the variance that the pose asked for would leave; infinite without one.
+    /// Information in the accepted views, and the variance that the pose asked for would leave; infinite without one.
     pub(super) knowledge: Knowledge,
     pub(super) variance_after_target: f64,
-    /// What a board that stays small can reach.
+    /// Limits of a board that stays small.
     pub(super) far: Option<FarBoard>,
-    /// How well the newest pair was predicted by the views before it.
+    /// Prediction of the newest pair by the views before it.
     pub(super) held_out: Option<HeldOutPair>,
     precision: Option<Precision>,
     pub(super) views_to_go: Option<usize>,
@@ -89,7 +89,7 @@ pub(super) struct Derived {
     pub(super) pairs: Arc<[PairSummary]>,
 }
 
-/// What connects one frame with the next; lost without harm.
+/// State that connects one frame with the next; lost without harm.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracking {
     pub(super) motion: MotionWindow,
@@ -110,7 +110,7 @@ pub(super) struct Tracking {
     pub(super) just_removed: Vec<ViewNumber>,
     /// Take the next frame with a board, whatever it measures.
     pub(super) force_next: bool,
-    /// What the newest frame showed.
+    /// The newest frame.
     pub(super) live: Option<Arc<LiveView>>,
 }
 
@@ -323,7 +323,7 @@ impl Session {
         self.tracking.hold.as_ref().map(|hold| hold.best.view.frame_id)
     }
 
-    /// How far the session is.
+    /// Progress of the session.
     pub fn progress(&self) -> Progress {
         self.derived.progress
     }
@@ -349,7 +349,7 @@ impl Session {
         &self.ground.camera
     }
 
-    /// What a window or a terminal shows after `decision`.
+    /// Snapshot for a window or a terminal after `decision`.
     pub fn snapshot(&self, decision: Decision) -> Snapshot {
         let Self { setup, ground, derived, tracking, calm } = self;
         let lens = &derived.lens_estimate;

@@ -40,9 +40,9 @@ const PAUSES: [Duration; 4] = [
     Duration::from_secs(3),
     Duration::from_secs(5),
 ];
-/// Where machines have roles, their credentials come at once.
+/// Time allowed for credentials. Machines with roles have theirs at once.
 const CREDENTIALS_WITHIN: Duration = Duration::from_secs(15);
-/// How long a wait lasts before it's looked whether to stop.
+/// Time between two looks at the stop flag during a wait.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A bucket, and the thread that waits for its answers.
@@ -53,7 +53,7 @@ pub(super) struct Client {
     reactor: Reactor,
 }
 
-/// How a limited wait ended.
+/// End of a limited wait.
 pub(super) enum Waited<T> {
     /// With this.
     Done(T),
@@ -88,7 +88,7 @@ impl Client {
         Ok(client)
     }
 
-    /// What `err` means for `key`.
+    /// The error `err` of a request for `key`.
     pub(super) fn error(&self, err: &object_store::Error, key: &str) -> CloudError {
         let address = format!("s3://{}/{key}", self.bucket);
         CloudError::of(err, address.trim_end_matches('/').to_owned())

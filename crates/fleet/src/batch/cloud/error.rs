@@ -10,11 +10,11 @@ use object_store::client::{HttpError, HttpErrorKind};
 pub struct CloudError {
     /// Why.
     pub why: Why,
-    /// What was asked for.
+    /// Address of the request.
     pub address: String,
 }
 
-/// What is wrong with an object store, or with how it's asked.
+/// Fault of an object store, or of a request to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Why {
     /// There are no credentials.
@@ -67,7 +67,7 @@ impl CloudError {
         }
     }
 
-    /// What `err` means for `address`.
+    /// The error `err` of a request for `address`.
     pub(super) fn of(err: &object_store::Error, address: String) -> Self {
         use object_store::Error as E;
         let code = code(err);

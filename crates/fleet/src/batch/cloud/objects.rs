@@ -23,13 +23,13 @@ use super::{
 };
 use boresight_files::{FileError, Links, Scratch, open};
 
-/// What is stored in one request; a larger file goes in parts.
+/// Largest body of one request, in bytes; a larger file goes in parts.
 const PART_BYTES: usize = 8 << 20;
 /// The largest object that is copied.
 pub(super) const COPY_LIMIT: u64 = 16 << 30;
 /// Between two looks at an object that another worker is storing.
 const PAUSE: Duration = Duration::from_millis(300);
-/// How often it's looked.
+/// Looks at such an object before giving up.
 const LOOKS: usize = 20;
 
 /// A prefix in an object store.
@@ -39,7 +39,7 @@ pub(in super::super) struct Prefix {
     pub(super) address: Address,
 }
 
-/// What is directly below a prefix.
+/// Objects and folders directly below a prefix.
 #[derive(Default)]
 pub(super) struct Listing {
     pub(super) objects: Vec<ObjectMeta>,

@@ -24,7 +24,7 @@ use super::{
 use boresight_app::RESULT_FILE;
 use boresight_files::{FileError, Scratch, TEXT_LIMIT};
 
-/// What a session's files may hold beside the journal and the pictures.
+/// Files of a session beside the journal and the pictures, each with its largest size in bytes.
 const FILES: [(&str, u64); 3] =
     [(HEADER, HEADER_LIMIT), (RESULT_FILE, TEXT_LIMIT), ("check.json", TEXT_LIMIT)];
 const FRAMES: &str = "frames";
@@ -58,7 +58,7 @@ enum Place {
     Folders(Vec<String>),
 }
 
-/// What is at the key `at`.
+/// Kind of object or prefix at the key `at`.
 async fn look(client: &Client, at: String) -> anyhow::Result<Place> {
     let failed = |err: object_store::Error| client.error(&err, &at);
     let Listing { objects, folders } = listing(client, &at).await.map_err(failed)?;
@@ -119,7 +119,7 @@ fn walk<'a>(
     })
 }
 
-/// How fetching a session ended.
+/// Result of fetching a session.
 pub(in super::super) enum Fetched {
     /// It's there.
     Whole,
