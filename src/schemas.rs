@@ -30,7 +30,7 @@ fn of<T: JsonSchema>() -> Schema {
     generator().into_root_schema_for::<T>()
 }
 
-/// What is written is described, not what is accepted: a field that is always written is required.
+/// Generator of schemas for written files, not for accepted ones: a field that is always written is required.
 fn generator() -> SchemaGenerator {
     SchemaSettings::draft2020_12().for_serialize().into_generator()
 }

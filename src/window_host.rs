@@ -62,7 +62,7 @@ pub struct WindowHost {
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
     voice: Voice,
-    /// Who else looks on at every session.
+    /// Onlookers at every session beside the window.
     watching: Onlookers,
     /// Speaks from the beginning; whether left and right are those of a person who faces the camera.
     speaks: Option<bool>,

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::picture::{Named, board, picture};
 
-/// What was found: JSON as of `detect --json`, positions, covariances.
+/// Detection: JSON as of `detect --json`, positions, covariances.
 type Found<'py> = (String, Option<Bound<'py, PyArray2<f64>>>, Option<Bound<'py, PyArray3<f64>>>);
 
 /// A detector that keeps its buffers from picture to picture.

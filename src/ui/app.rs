@@ -30,20 +30,20 @@ use boresight_geometry::device::Control;
 use boresight_guide::session::{Command, Prompt};
 use boresight_present::text::{self, Act, window as words};
 
-/// How often the picture is painted while something moves that does not come from the source.
+/// Time between two paintings while something moves that does not come from the source.
 const MOVING: Duration = Duration::from_millis(16);
-/// How often the window looks around while nothing comes.
+/// Time between two looks of the window while nothing comes.
 const IDLE: Duration = Duration::from_millis(500);
 /// A session is shown in big letters once mouse and keys have rested for this long.
 const UNTOUCHED_SECS: f64 = 2.0;
-/// How long the flash and the words after a view move.
+/// Duration of the flash and of the moving words after a view, in seconds.
 const FLASH_SECS: f64 = 1.3;
 /// Before the first view, another board is used once it has been named for this long …
 const OTHER_BOARD_SECS: f64 = 1.5;
 /// … and so often at most, so that two boards in view don't take turns for ever.
 const MOST_SWITCHES: u32 = 3;
 
-/// What is seen.
+/// Page of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Page {
     /// Camera, board and plan of the next session.
@@ -73,7 +73,7 @@ pub struct App {
     memory: Memory,
     /// Another board that is in view, and since when.
     other_board: Option<([u16; 2], f64)>,
-    /// How often another board was used by itself since the person started.
+    /// Number of times that another board was used by itself since the person started.
     switches: u32,
     /// True if the window fills the screen only while nobody is at the computer.
     fills_screen: bool,
@@ -82,7 +82,7 @@ pub struct App {
     screen: Screen,
     page: Page,
     result: result::ResultPage,
-    /// What the person set of the camera's controls.
+    /// Values of the camera's controls that the person set.
     adjusted: BTreeMap<Control, i64>,
     shelf: RecordingBrowser,
     sound: Sound,
@@ -166,7 +166,7 @@ impl App {
         app
     }
 
-    /// What the panels see now.
+    /// State that the panels show now.
     pub fn screen(&self) -> &Screen {
         &self.screen
     }
@@ -329,7 +329,7 @@ impl App {
         self.memorise(memory);
     }
 
-    /// What is seen now.
+    /// The page on show.
     pub fn page(&self) -> Page {
         self.page
     }
@@ -342,7 +342,7 @@ impl App {
         }
     }
 
-    /// What needs no painting, also while the window is hidden: the session goes on and ends by itself.
+    /// Work that needs no painting, done also while the window is hidden: the session goes on and ends by itself.
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
         self.notice_hands(ctx);

@@ -6,7 +6,7 @@ use boresight_geometry::{device::Control, markers::Markers};
 use boresight_guide::session::ViewNumber;
 use boresight_present::text::Act;
 
-/// What a panel asks for.
+/// Request of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum UiAction {
     /// One of the fixed things.
@@ -28,11 +28,11 @@ pub enum UiAction {
         /// Number of the paper.
         paper: usize,
     },
-    /// True if the camera faces the person, who has been asked.
+    /// Mirror the picture if true: the camera faces the person, who has been asked.
     Mirror(bool),
     /// Say something to try the voice, which is then on.
     TestVoice,
-    /// True if a session fills the screen while nobody is at the computer.
+    /// Fill the screen during a session, if true, while nobody is at the computer.
     FullScreenAfar(bool),
     /// Start with these settings.
     Open(Box<boresight_app::host::SessionRequest>),
@@ -42,7 +42,7 @@ pub enum UiAction {
     Compare(std::path::PathBuf),
     /// Set one of the camera's controls.
     Adjust {
-        /// Which.
+        /// The control.
         control: Control,
         /// To what, in the driver's unit.
         value: i64,
@@ -87,8 +87,8 @@ pub(super) fn is_of_session(act: Act) -> bool {
     matches!(act, Act::Force | Act::Undo | Act::Restore | Act::Pause | Act::Finish | Act::GoOn)
 }
 
-/// What the keys pressed since the last pass ask for. Letters belong to a text field that has the focus, and
-/// Space to a control that has it.
+/// Requests of the keys pressed since the last pass. Letters belong to a text field that has the focus, and Space to a
+/// control that has it.
 pub(super) fn pressed(ctx: &Context) -> Vec<Act> {
     let writing = ctx.egui_wants_keyboard_input();
     let focused = ctx.memory(|memory| memory.focused().is_some());

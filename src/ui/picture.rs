@@ -80,7 +80,7 @@ impl Picture {
 /// A picture of some size within a rectangle of the screen, as large as fits.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
-    /// Where it stands.
+    /// Rectangle of the picture on the screen.
     pub rect: Rect,
     size_px: Vec2,
     mirrored: bool,
@@ -94,7 +94,7 @@ impl Placed {
         Self { rect: Rect::from_center_size(area.center(), size_px * scale), size_px, mirrored }
     }
 
-    /// What it leaves free of `area`, before and after it. Painted instead of all of `area`: a pixel that
+    /// Bars that the picture leaves free of `area`, before and after it. Painted instead of all of `area`: a pixel that
     /// is painted twice costs twice, most of all where there is no graphics card.
     pub fn bars(&self, area: Rect) -> [Rect; 2] {
         if self.rect.width() < area.width() {
@@ -104,7 +104,7 @@ impl Placed {
         }
     }
 
-    /// Where a pixel stands; pixel (0, 0) is the centre of the top-left pixel.
+    /// Screen position of a pixel; pixel (0, 0) is the centre of the top-left pixel.
     pub fn pos(&self, px: &Point2<f64>) -> Pos2 {
         let share = Vec2::new(px.x as f32 + 0.5, px.y as f32 + 0.5) / self.size_px;
         let across = if self.mirrored { 1.0 - share.x } else { share.x };

@@ -26,13 +26,13 @@ pub enum NoWindow {
     /// The display went away while the window was open; the session has been ended and stored.
     #[error("the display went away: {reason}")]
     Lost {
-        /// What the system said.
+        /// The system's message.
         reason: String,
     },
     /// A library is missing, or the display refuses.
     #[error("the window could not be opened: {reason}")]
     Refused {
-        /// What the system said.
+        /// The system's message.
         reason: String,
     },
 }
@@ -72,7 +72,7 @@ impl eframe::App for ReplayWindow {
     }
 }
 
-/// How the window is opened.
+/// Options with which the window is opened.
 pub fn options() -> eframe::NativeOptions {
     eframe::NativeOptions {
         viewport: ViewportBuilder::default()
@@ -140,7 +140,7 @@ pub fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<
     }
 }
 
-/// What the system said, without the place in the window library's source where it was noticed.
+/// The system's message, without the place in the window library's source where it was noticed.
 fn plain(reason: &str) -> String {
     let after_place = reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
     after_place.map_or(reason, |(_, words)| words).to_owned()

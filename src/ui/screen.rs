@@ -1,4 +1,4 @@
-//! What the panels see: the newest snapshot and picture, and how the person wants to see them.
+//! State of the screen: the newest snapshot and picture, and the person's preferences.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use boresight_guide::session::{Outcome, Prompt, Snapshot, Stream, ViewNumber};
 /// Width of a thumbnail's texture.
 const THUMBNAIL_PX: u32 = 192;
 
-/// How the person wants to see and hear it.
+/// Preferences of the person for picture and sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preferences {
     /// Like a mirror, with left and right of the person in front of the camera.
@@ -51,11 +51,11 @@ pub struct Screen {
     pub picture: Picture,
     /// Small pictures of the accepted views, by their numbers.
     pub thumbnails: BTreeMap<ViewNumber, TextureHandle>,
-    /// What refused frames asked for, and how many did, most often first.
+    /// Prompts of refused frames, with their counts, the most frequent first.
     pub asked: Vec<(Prompt, usize)>,
-    /// What the source calls itself.
+    /// Name of the source.
     pub source: String,
-    /// Where the session is stored.
+    /// Folder of the session.
     pub folder: Option<std::path::PathBuf>,
     /// Frames that newer ones replaced before they were looked at.
     pub frames_replaced: u64,
@@ -65,9 +65,9 @@ pub struct Screen {
     pub now_secs: f64,
     /// The camera's controls that can be set.
     pub adjustables: Vec<Adjustable>,
-    /// Where the controls were locked at first.
+    /// Values at which the controls were locked at first.
     pub first_locks: Locks,
-    /// What was asked of a control and is not read back yet.
+    /// Requested values of controls that are not read back yet.
     pub adjusting: BTreeMap<Control, Adjusting>,
     /// True if the screen is read from afar: big letters, no panels.
     pub distance: bool,
@@ -82,7 +82,7 @@ pub struct Screen {
 pub struct Adjusting {
     /// The value.
     pub value: i64,
-    /// How the control stood before.
+    /// State of the control before.
     before: Lock,
     /// Longest wait for an answer, by the window's clock.
     until_secs: f64,
@@ -130,12 +130,12 @@ impl Screen {
         }
     }
 
-    /// How the camera's controls stand.
+    /// State of the camera's controls.
     pub fn locks(&self) -> Locks {
         self.snapshot.as_ref().map(|snapshot| snapshot.camera.locks).unwrap_or_default()
     }
 
-    /// How much older the drawing is than the picture below it.
+    /// Age of the drawing relative to the picture below it, in seconds.
     pub fn overlay_age_secs(&self) -> Option<f64> {
         let live = self.snapshot.as_ref()?.live.as_ref()?;
         Some(self.picture.captured_at?.secs_since(live.captured_at).max(0.0))
@@ -151,14 +151,14 @@ impl Screen {
         self.thumbnails.insert(view, texture);
     }
 
-    /// How long the camera has been lost; `None` if it isn't.
+    /// Time since the camera was lost; `None` if it isn't.
     pub fn lost_secs(&self) -> Option<f64> {
         let camera = &self.snapshot.as_ref()?.camera;
         matches!(camera.stream, Stream::Lost { .. })
             .then(|| self.now_secs - self.picture.came_secs.unwrap_or(self.now_secs))
     }
 
-    /// How long ago the last view was taken.
+    /// Time since the last view was taken.
     pub fn since_taken_secs(&self) -> Option<f64> {
         self.taken_secs.map(|taken| self.now_secs - taken)
     }

@@ -13,7 +13,7 @@ use boresight_guide::{
 };
 use boresight_run::pipeline::Background;
 
-/// Where a session is.
+/// State of a session.
 pub(super) enum SessionState {
     /// None has been started yet.
     Idle,
@@ -30,14 +30,14 @@ pub(super) enum SessionState {
 /// A session under way.
 pub(super) struct Running {
     opened: Opened,
-    /// What the session's inbox had no room for yet.
+    /// Commands that the session's inbox had no room for yet.
     unsent: VecDeque<Command>,
     /// True if views were wanted at some time: a resumed session may be complete already, and is then ended by hand, or
     /// by what is done to it.
     has_collected: bool,
 }
 
-/// What happened since the last look.
+/// News since the last look.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct News {
     /// A view was taken.

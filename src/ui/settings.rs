@@ -1,4 +1,4 @@
-//! How the window looks and sounds.
+//! Settings of the window's looks and sounds.
 
 use egui::{CentralPanel, RichText, ScrollArea, Slider, Ui};
 

@@ -5,19 +5,19 @@ use egui::{
     ecolor::Hsva,
 };
 
-/// What is right.
+/// Good.
 pub const GREEN: Color32 = Color32::from_rgb(60, 210, 90);
-/// What is on its way.
+/// On its way.
 pub const AMBER: Color32 = Color32::from_rgb(255, 180, 30);
-/// What is wrong.
+/// Wrong.
 pub const RED: Color32 = Color32::from_rgb(240, 80, 60);
-/// What is only there.
+/// Inactive.
 pub const GREY: Color32 = Color32::from_rgb(190, 190, 190);
-/// What was measured in this frame.
+/// Measured in this frame.
 pub const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
 /// Behind words about what is wrong, on a picture.
 pub(super) const ALARM: Color32 = Color32::from_rgb(170, 28, 18);
-/// What can be pressed first, and words on it.
+/// The button to press first, and words on it.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(20, 120, 200);
 /// See [`ACCENT`].
 pub(super) const ON_ACCENT: Color32 = Color32::WHITE;
@@ -33,7 +33,7 @@ pub(super) const VERDICT: f32 = 24.0;
 pub const UNIT: f32 = 8.0;
 /// Behind the sentence.
 pub const BAND: Color32 = Color32::from_gray(18);
-/// Where boards have been.
+/// Area that boards have covered.
 pub(super) const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 30);
 /// Behind words on the picture.
 pub(super) const SHADE: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
@@ -71,13 +71,13 @@ pub(super) fn outline(width: f32, color: Color32) -> [Stroke; 2] {
 /// Colours of words on a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Palette {
-    /// What is right.
+    /// For good news.
     pub(super) good: Color32,
-    /// What needs care.
+    /// For cautions.
     pub(super) care: Color32,
-    /// What is wrong.
+    /// For errors.
     pub(super) bad: Color32,
-    /// What is only good to know.
+    /// For notes.
     pub(super) info: Color32,
 }
 
@@ -106,7 +106,7 @@ pub(super) fn palette(visuals: &Visuals) -> Palette {
     }
 }
 
-/// What is seen where no panel stands.
+/// Colour behind all panels, as RGBA from 0 to 1.
 pub(super) fn background(visuals: &Visuals) -> [f32; 4] {
     visuals.panel_fill.to_normalized_gamma_f32()
 }

@@ -1,4 +1,4 @@
-//! What to bind to, and where the page is found.
+//! Addresses: the one that the server binds to, and those at which the page is found.
 
 use std::{
     collections::BTreeSet,

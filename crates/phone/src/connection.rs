@@ -35,7 +35,7 @@ const HEADERS_WITHIN: Duration = Duration::from_secs(10);
 /// Bytes of a request line with its headers.
 const LARGEST_HEAD: usize = 16 << 10;
 const MOST_HEADERS: usize = 64;
-/// How often the limits are looked at.
+/// Time between two looks at the limits.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// The other end of a connection.

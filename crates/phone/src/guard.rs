@@ -1,4 +1,4 @@
-//! What every request must pass, whatever it asks for.
+//! Checks that every request must pass.
 
 use std::{
     collections::BTreeMap,
@@ -23,10 +23,10 @@ use super::{
 
 /// Addresses without a key that are remembered.
 const MOST_STRANGERS: usize = 256;
-/// Where a link's token is exchanged.
+/// Path at which a link's token is exchanged for a key.
 pub(super) const ENTER: &str = "/api/enter";
 
-/// Who may enter, and how often.
+/// Keys, and rate limits for addresses without one.
 pub(super) struct Gate {
     keys: Mutex<Keys>,
     strangers: Mutex<BTreeMap<IpAddr, Bucket>>,

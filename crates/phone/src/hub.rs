@@ -1,4 +1,4 @@
-//! What the program shows and what the pages ask for.
+//! Hub between the program's state and the requests of the pages.
 
 use std::{
     collections::VecDeque,
@@ -51,7 +51,7 @@ pub(super) struct Picture {
     pub(super) came: Instant,
 }
 
-/// What pages see beside the picture.
+/// State that pages see beside the picture.
 #[derive(Clone)]
 pub(super) struct State {
     pub(super) version: u64,
@@ -60,7 +60,7 @@ pub(super) struct State {
     pub(super) snapshot: Option<Arc<Snapshot>>,
 }
 
-/// Where the program is.
+/// Stage of the program.
 #[derive(Clone, Debug)]
 pub enum Stage {
     /// No session: the page may start one.
@@ -75,14 +75,14 @@ pub enum Stage {
     Ended(Arc<EndedPage>),
 }
 
-/// What a session can be started with.
+/// Choices for a new session.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Offer {
     /// The cameras.
     pub cameras: Vec<OfferedCamera>,
     /// Dictionaries of ChArUco boards, with the number of their markers.
     pub dictionaries: Vec<(&'static str, usize)>,
-    /// What was chosen last.
+    /// The last choice.
     pub last: Option<Request>,
     /// Why the last session didn't start: what happened, and what to do.
     pub trouble: Option<(String, String)>,
@@ -93,7 +93,7 @@ pub struct Offer {
 pub struct OfferedCamera {
     /// The name that opens it.
     pub source: String,
-    /// What people call it.
+    /// Name for people.
     pub name: String,
 }
 
@@ -125,7 +125,7 @@ pub struct EndedPage {
     pub action: String,
     /// Names and values.
     pub lines: Vec<(String, String)>,
-    /// What was found, each with its action.
+    /// Findings, each with its action.
     pub findings: Vec<(String, String)>,
     /// Size of the picture.
     pub image_size_px: [u32; 2],
@@ -152,7 +152,7 @@ pub struct PageFile {
     pub bytes: Arc<[u8]>,
 }
 
-/// What must be seen of every snapshot.
+/// Reader of every snapshot: collects news and refusals.
 #[derive(Default)]
 struct Teller {
     narrator: Narrator,

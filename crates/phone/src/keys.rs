@@ -12,7 +12,7 @@ const MOST_KEYS: usize = 96;
 /// Owner keys, evicted last.
 const MOST_OWNERS: usize = 16;
 
-/// What a page may do.
+/// Rights of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -55,7 +55,7 @@ impl Secret {
         self.0.ct_eq(&other.0)
     }
 
-    /// What only the bearer of this secret can compute for `purpose` (HMAC-SHA-256).
+    /// Derives a secret for `purpose` (HMAC-SHA-256) that only the bearer of this one can compute.
     fn derive(&self, purpose: &[u8]) -> Self {
         Self(hmac_sha256::HMAC::mac(purpose, self.0))
     }
@@ -65,7 +65,7 @@ impl Secret {
 pub(super) struct Keys {
     pub(super) owner: Secret,
     pub(super) watcher: Secret,
-    /// What keys are signed with, if they outlive the program.
+    /// Secret that signs keys, if they outlive the program.
     signs: Option<Secret>,
     given: Vec<Key>,
 }
@@ -80,7 +80,7 @@ struct Key {
     bucket: Bucket,
 }
 
-/// What a key opens.
+/// Result of a valid key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Opened {
     As(Role),
@@ -151,7 +151,7 @@ impl Keys {
         bool::from(watcher).then_some(Role::Watcher)
     }
 
-    /// What `secret` opens, compared with every key in the same time whichever it is.
+    /// Opens with `secret`, compared with every key in constant time. `None` if it matches none.
     pub(super) fn open(&mut self, secret: &Secret, now: Instant) -> Option<Opened> {
         let (mut found, mut at) = (Choice::from(0), 0_u32);
         for (index, key) in self.given.iter().enumerate() {

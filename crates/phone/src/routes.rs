@@ -42,7 +42,7 @@ const MOST_PICTURES_PER_SEC: f64 = 96.0;
 /// Cap on the page count by which owners are paced, and on what owners add to the one by which watchers are.
 const PAGES_OF_OWNERS: usize = 4;
 
-/// What every route sees.
+/// State shared by every route.
 #[derive(Clone)]
 struct Shop {
     hub: Arc<Hub>,

@@ -28,9 +28,9 @@ const HANDSHAKE_WITHIN: Duration = Duration::from_secs(8);
 /// The pipeline comes first.
 const POLITENESS: i32 = 10;
 
-/// What the page is served with.
+/// Settings of the server.
 pub struct Setup {
-    /// Where.
+    /// Address to bind to.
     pub address: ServeAddress,
     /// Names by which the page may be called beside addresses.
     pub names: Vec<String>,

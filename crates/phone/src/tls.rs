@@ -30,7 +30,7 @@ mod rustls {
 
     use super::{Certificate, ServeError};
 
-    /// What answers HTTPS with `certificate`.
+    /// Acceptor of HTTPS connections with `certificate`.
     pub(in super::super) fn acceptor(certificate: &Certificate) -> Result<TlsAcceptor, ServeError> {
         let unusable = |reason: &dyn std::fmt::Display| ServeError::Certificate(reason.to_string());
         let chain = CertificateDer::pem_slice_iter(&certificate.chain_pem)

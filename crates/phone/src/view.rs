@@ -17,7 +17,7 @@ use boresight_present::{
 /// Reasons for refusing frames that the page lists.
 const MOST_REASONS: usize = 6;
 
-/// What changes with every frame.
+/// Fields that change with every frame.
 #[derive(Serialize)]
 pub(super) struct Live<'a> {
     stage: &'static str,
@@ -26,9 +26,9 @@ pub(super) struct Live<'a> {
     /// The sentence, and the same with left and right exchanged.
     sentence: [String; 2],
     tone: Gravity,
-    /// How much of the hold is over.
+    /// Share of the hold that has passed, 0 to 1.
     hold: Option<f64>,
-    /// How near the board is to the ghost.
+    /// Closeness of the board to the ghost, 0 to 1.
     close: Option<f32>,
     /// The board's outermost inner corners, in the picture's pixels.
     board: Option<[[f64; 2]; 4]>,
@@ -39,13 +39,13 @@ pub(super) struct Live<'a> {
     paused: bool,
     /// Why the newest frame wasn't taken.
     reason: Option<String>,
-    /// What is wrong, and what to do.
+    /// The trouble and the next action.
     trouble: Option<(String, String)>,
-    /// What to say as long as this holds.
+    /// Words to say while the state lasts.
     say: Option<Say<'a>>,
     /// The newest view that can be restored.
     removed: Option<u32>,
-    /// What a session can be started with.
+    /// Choices for a new session.
     offer: Option<&'a Offer>,
 }
 
@@ -67,7 +67,7 @@ impl<'a> Say<'a> {
     }
 }
 
-/// What changes with a view.
+/// Fields that change with a view.
 #[derive(Serialize)]
 pub(super) struct Plan {
     size: [u32; 2],
@@ -94,7 +94,7 @@ struct Ghost {
 #[derive(Serialize)]
 struct View {
     number: u32,
-    /// What it's called.
+    /// Name for people.
     name: String,
     /// The edge that was away, and the same mirrored.
     edge: [&'static str; 2],

@@ -8,7 +8,7 @@ use boresight_geometry::{Camera, Corner, LensKind, board::Checkerboard, fit_pose
 const MARGIN: f64 = 0.4;
 /// Length of the arrow, relative to the way from the middle to the edge, and how far it bends aside.
 const ARROW: [f64; 2] = [0.8, 0.35];
-/// How far outside the outermost inner corners, which are always in the picture, the brackets wait; relative.
+/// Distance of the waiting brackets outside the outermost inner corners, which are always in the picture; relative.
 const WAITING: f64 = 0.12;
 /// Length of a bracket's arms, in squares.
 const ARM: f64 = 1.0;
@@ -16,8 +16,8 @@ const ARM: f64 = 1.0;
 const BENT_RIM_STEPS: usize = 12;
 const BENT_SQUARE_STEPS: usize = 3;
 
-/// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
-/// `None` without a board in the picture.
+/// Closeness of the live corners to the ghost's: 0 at half a board's width away or farther, 1 on it. `None` without a
+/// board in the picture.
 pub fn closeness(
     live_px: &[Point2<f64>],
     ghost_px: &[Point2<f64>],
@@ -68,7 +68,7 @@ impl Card {
         Some(Self { cam_from_board, lens: *lens, square_m, columns, rows, half_m })
     }
 
-    /// Where a point is seen. Beyond the radius at which the lens model folds back, as a pinhole shows it.
+    /// Pixel of a point on the board. Beyond the radius at which the lens model folds back, that of a pinhole.
     fn px(&self, in_board_m: &Point3<f64>) -> Option<Point2<f64>> {
         let in_cam = self.cam_from_board * in_board_m;
         if self.lens.distortion.kind == LensKind::Fisheye {
@@ -89,7 +89,7 @@ impl Card {
         (self.cam_from_board * Point3::new(x_m, y_m, 0.0)).z
     }
 
-    /// How near a point of the card is to the camera: 0 for its farthest point, 1 for its nearest.
+    /// Nearness of a point of the card to the camera: 0 for its farthest point, 1 for its nearest.
     fn nearness(&self, x_m: f64, y_m: f64) -> f32 {
         let [half_x, half_y] = self.half_m;
         let depths_m = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]

@@ -5,7 +5,7 @@ use boresight_geometry::{
     markers::{Layout, Markers},
 };
 
-/// Which cells are black, for every square.
+/// Black cells of every square.
 #[derive(Clone, Debug)]
 pub(super) struct PrintedMarkers {
     /// White between a marker and the edge of its square, in squares.
@@ -20,7 +20,7 @@ pub(super) struct PrintedMarkers {
     black_cells: Vec<u128>,
 }
 
-/// What of a light square's cells is seen around a point.
+/// Cells of a light square that are seen around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Cells {
     /// One cell, or only white around the marker.
@@ -31,7 +31,7 @@ pub(super) enum Cells {
     More,
 }
 
-/// Where four squares, or cells of a marker, meet.
+/// Point where four squares, or cells of a marker, meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Crossing {
     /// Its place, in squares.

@@ -1,4 +1,4 @@
-//! What the simulated camera looks at, and with what lens and sensor.
+//! Scene in front of the simulated camera, with its lens and sensor.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use boresight_geometry::{Camera, Distortion, board::Checkerboard, frame::ImageSi
 /// A simulated room, person and camera. The same scene gives the same pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// What to call it.
+    /// Name of the scene.
     pub name: String,
     /// Seed of everything random.
     pub seed: u64,
@@ -30,9 +30,9 @@ pub struct Scene {
     pub noise_sigma: f64,
     /// Optical blur: standard deviation of a Gaussian, before the pixels' own averaging.
     pub psf_sigma_px: f64,
-    /// How long the shutter is open; what moves meanwhile is smeared.
+    /// Exposure time; motion meanwhile is smeared.
     pub exposure_secs: f64,
-    /// How much stands in the background, 0 (plain wall) to 1.
+    /// Clutter of the background, 0 (plain wall) to 1.
     pub clutter: f64,
     /// The person with the board.
     pub technician: TechnicianParams,

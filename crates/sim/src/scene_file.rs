@@ -21,7 +21,7 @@ pub enum SceneError {
     /// The text is no scene, or describes no camera.
     #[error("{message} (in the scene {origin})")]
     Invalid {
-        /// What is wrong, in the parser's words if it's the text.
+        /// The mistake; in the parser's words if it's in the text.
         message: String,
         /// Name of the file.
         origin: String,
@@ -56,7 +56,7 @@ pub struct SceneFile {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TechnicianFile {
-    /// Who it is; the other keys change this person.
+    /// The person to start from; the other keys change this person.
     person: Option<Person>,
     reaction_secs: Option<f64>,
     reading_secs_per_word: Option<f64>,

@@ -22,7 +22,7 @@ use boresight_geometry::{
 /// Poses drawn per exposure: a power of two, so that each gets an even run of samples.
 const POSES_PER_EXPOSURE: u32 = 8;
 
-/// What the simulated person hears from the program.
+/// Source of the cues that the simulated person hears from the program.
 pub trait Cues: Send {
     /// Waits at most `patience` until the program has judged the frame `published`, the last one
     /// delivered. False if it has not.
@@ -46,12 +46,12 @@ impl Cues for NoCues {
     }
 }
 
-/// What the simulated camera knows and the program must find out.
+/// Truth behind the simulated pictures, which the program must find out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// The true lens.
     pub camera: Camera,
-    /// Where the board was in the middle of each delivered frame's exposure (`cam_from_board`).
+    /// Pose of the board (`cam_from_board`) in the middle of each delivered frame's exposure.
     pub poses: Vec<(FrameId, Isometry3<f64>)>,
 }
 

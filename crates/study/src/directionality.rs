@@ -31,7 +31,7 @@ pub fn rows(setup: &Setup, shift_m: f64, count: usize) -> Vec<Row> {
         .collect()
 }
 
-/// What one shift does to the line. `None` if the board has none there.
+/// Effect of one shift on the line. `None` if the board has none there.
 pub fn deflection(setup: &Setup, shift_m: f64, direction_rad: f64) -> Option<Row> {
     let shift = Vector2::new(direction_rad.cos(), direction_rad.sin()) * shift_m;
     let straight = line(setup, &Vector2::zeros())?;

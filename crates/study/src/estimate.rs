@@ -33,7 +33,7 @@ pub(super) fn view(
     Some(View { corners, image_from_board: *homography.image_from_board(), line })
 }
 
-/// Where the principal lines of `views` meet, all weighing the same, as in the paper.
+/// Intersection of the principal lines of `views`, all weighing the same, as in the paper.
 pub(super) fn by_principal_lines(views: &[&View]) -> Option<Point2<f64>> {
     let lines: Option<Vec<PrincipalLine>> = views.iter().map(|view| view.line.clone()).collect();
     intersect_unweighted(&lines?).ok().map(|point| point.px)

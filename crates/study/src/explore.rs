@@ -13,7 +13,7 @@ use super::{
 use boresight_calibrate::check::leave_out::consecutive;
 use boresight_geometry::PrincipalLine;
 
-/// What is to be seen.
+/// Settings of the exploration.
 #[derive(Clone, Debug)]
 pub struct ExploreSetup {
     /// Camera, board, distance and tilt.
@@ -22,13 +22,13 @@ pub struct ExploreSetup {
     pub slot_rad: f64,
     /// Its shift: across its principal line, and along it.
     pub shift_m: Vector2<f64>,
-    /// Which boards stand beside it.
+    /// Boards that stand beside it.
     pub boards: Boards,
     /// Slots left out, of eight.
     pub skipped: usize,
 }
 
-/// Which boards are seen.
+/// Set of boards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boards {
     /// The one.
@@ -55,20 +55,20 @@ pub struct Board {
     pub offset_px: Option<f64>,
 }
 
-/// What is seen, and the numbers beside it.
+/// The drawing, and the numbers beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
     /// The boards that are in front of the camera; the one to be moved first.
     pub boards: Vec<Board>,
-    /// What its shift does to its line.
+    /// Effect of the first board's shift on its line.
     pub deflection: Option<directionality::Row>,
     /// Angle between the first line and its partner's.
     pub pair_angle_rad: Option<f64>,
     /// Sum of the offsets of the first board's line and its partner's: none if they cancel.
     pub pair_sum_px: Option<f64>,
-    /// Where all lines meet.
+    /// Intersection of all lines.
     pub meet_px: Option<Point2<f64>>,
-    /// Where they meet with slots left out, once from each slot on.
+    /// Intersections with slots left out, once from each slot on.
     pub skipped_px: Vec<Point2<f64>>,
     /// Root mean square distance of those from the true principal point.
     pub skipped_rms_px: Option<f64>,

@@ -1,4 +1,4 @@
-//! How does a principal line's deflection grow with the board's shift? (The paper's Fig. 3.)
+//! Growth of a principal line's deflection with the board's shift. (The paper's Fig. 3.)
 
 use super::{
     directionality::{Row, deflection, table},

@@ -1,4 +1,4 @@
-//! What an experiment says: words, numbers against the known ones, tables, figures.
+//! Outcome of an experiment: words, numbers against the known ones, tables, figures.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,9 +11,9 @@ pub struct Outcome {
     pub name: String,
     /// Heading.
     pub title: String,
-    /// What is done, in a sentence or two.
+    /// The method, in a sentence or two.
     pub method: String,
-    /// What is claimed, and what was found.
+    /// Claims, each with its finding.
     pub claims: Vec<Claim>,
     /// Numbers that are known from elsewhere.
     pub checks: Vec<Check>,
@@ -26,9 +26,9 @@ pub struct Outcome {
 /// A statement and what became of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
-    /// What the source says.
+    /// Claim of the source.
     pub claim: String,
-    /// What was measured.
+    /// Measured result, in words.
     pub measured: String,
     /// See [`Verdict`].
     pub verdict: Verdict,
@@ -65,17 +65,17 @@ impl Verdict {
 /// A number and what it should be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// What is measured, with its unit.
+    /// Measured quantity, with its unit.
     pub what: String,
     /// The known number.
     pub reference: f64,
     /// The number found.
     pub measured: f64,
-    /// How near they must be.
+    /// Tolerance.
     pub within: Within,
 }
 
-/// How near a number must be to its reference.
+/// Tolerance of a number about its reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Within {
@@ -137,7 +137,7 @@ impl Table {
 pub struct Figure {
     /// Stable name, also of its file.
     pub name: String,
-    /// What is seen on it.
+    /// Caption.
     pub caption: String,
     /// The drawing.
     pub svg: String,

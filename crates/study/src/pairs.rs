@@ -31,11 +31,11 @@ pub struct Pair {
 pub struct Set {
     /// Number of poses: two pairs or four.
     pub poses: usize,
-    /// Where the centre of rotation is, off the optical axis.
+    /// Centre of rotation, off the optical axis.
     pub centre_m: Vector2<f64>,
     /// Shift across the line.
     pub shift_m: f64,
-    /// Where the lines meet, less the true principal point.
+    /// Intersection of the lines, less the true principal point.
     pub error_px: Vector2<f64>,
 }
 

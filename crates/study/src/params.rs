@@ -1,4 +1,4 @@
-//! What can be set, with the paper's values where it has any.
+//! Settings, with the paper's values where it has any.
 
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +63,7 @@ pub struct SetupParams {
     pub tilt_rad: f64,
 }
 
-/// How the simulated person brings the board to the pose that is asked for.
+/// The simulated person's way to bring the board to the pose that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hand {
@@ -126,7 +126,7 @@ impl Default for SetupParams {
 }
 
 impl Params {
-    /// What is wrong with them, in words; `None` if nothing is.
+    /// The mistake in the settings, in words; `None` if there is none.
     pub fn problem(&self) -> Option<&'static str> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let setup = &self.setup;

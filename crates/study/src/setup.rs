@@ -20,7 +20,7 @@ pub struct Setup {
     pub camera: Camera,
     /// Size of the picture; corners outside it are kept, as in the paper.
     pub image_size: ImageSize,
-    /// What is turned.
+    /// The board that is turned.
     pub board: Checkerboard,
     /// Distance of the centre of rotation along the optical axis.
     pub distance_m: f64,
@@ -30,7 +30,7 @@ pub struct Setup {
     pub rendered: bool,
 }
 
-/// What happens to exact corners before an estimate sees them.
+/// Treatment of exact corners before an estimate sees them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Corners {
     /// As computed.

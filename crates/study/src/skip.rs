@@ -1,4 +1,4 @@
-//! What happens to the principal point when slots are left out? (The paper's Fig. 6.)
+//! Principal point with slots left out. (The paper's Fig. 6.)
 
 use nalgebra::{Point2, Vector2};
 
@@ -16,7 +16,7 @@ use boresight_present::chart::{Plot, Series};
 /// Most slots left out at a time.
 pub const MOST_SKIPPED: usize = 5;
 
-/// How a principal point is estimated.
+/// Estimator of the principal point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Principal lines of the corners as seen, all weighing the same.
@@ -68,7 +68,7 @@ pub struct Row {
     pub corners: Corners,
     /// Of the board within its turning frame: x across its principal line, y along.
     pub shift_m: Vector2<f64>,
-    /// Which repetition.
+    /// Number of the repetition.
     pub trial: usize,
     /// Slots left out.
     pub skipped: usize,

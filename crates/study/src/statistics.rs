@@ -1,4 +1,4 @@
-//! What many trials say together.
+//! Statistics over many trials.
 
 /// Median; `None` of nothing.
 pub(super) fn median(values: &[f64]) -> Option<f64> {

@@ -27,7 +27,7 @@ use boresight_present::chart::{Plot, Series};
 const IMAGE_SIZE: ImageSize = ImageSize { width_px: 4912, height_px: 3264 };
 const F_PX: f64 = 8700.0;
 const TRUE_PP_PX: [f64; 2] = [2480.0, 1564.0];
-/// Where the paper's corner that stays in place is seen.
+/// Pixel of the paper's corner that stays in place.
 const FIXED_PX: [f64; 2] = [2956.0, 1632.0];
 const DISTANCE_M: f64 = 2.6;
 const SQUARE_M: f64 = 0.06;

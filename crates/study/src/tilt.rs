@@ -1,4 +1,4 @@
-//! Which tilt is best?
+//! Choice of the best tilt.
 
 use nalgebra::{Point2, Vector2};
 

@@ -1,4 +1,4 @@
-//! What if the focal length changes between views? (Chuang et al. 2021.)
+//! Effect of a focal length that changes between views. (Chuang et al. 2021.)
 
 use nalgebra::{Point2, Vector2};
 

@@ -1,4 +1,4 @@
-//! What stands above every page, and the list of keys.
+//! Bar above every page, and the list of keys.
 
 use egui::{Panel, RichText, Ui};
 

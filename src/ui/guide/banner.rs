@@ -1,4 +1,4 @@
-//! What is wrong, over the picture, with its next action.
+//! Banner over the picture: the trouble and its next action.
 
 use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
@@ -56,7 +56,7 @@ fn use_other_board(ui: &mut Ui, board: [u16; 2], asks: &mut Vec<UiAction>) {
     }
 }
 
-/// Where a control that the person set keeps views from being taken, the way back is in sight.
+/// Offers the way back if a control that the person set keeps views from being taken.
 fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(camera) = screen.snapshot.as_ref().map(|snapshot| &snapshot.camera) else { return };
     for control in &camera.set_by_hand {

@@ -1,4 +1,4 @@
-//! What is read from afar: how far the hold is along the bottom edge, and how many views there are.
+//! View from afar: progress of the hold along the bottom edge, and the number of views.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Sense, Ui, Vec2};
 

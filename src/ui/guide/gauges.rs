@@ -1,4 +1,4 @@
-//! What was measured in the newest frame against what is wanted.
+//! Gauges: measurements of the newest frame against the wanted values.
 
 use egui::{Color32, RichText, Sense, Stroke, Ui, Vec2, pos2};
 use nalgebra::Point2;
@@ -13,7 +13,7 @@ use boresight_present::text::window::Gauge;
 /// A gauge's reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reading {
-    /// What was measured, if anything.
+    /// Measured value, if there is one.
     pub(super) value: Option<f64>,
     /// Lowest and highest good value.
     pub(super) wanted: (f64, f64),

@@ -100,7 +100,7 @@ fn picture(ui: &mut Ui, screen: &Screen) {
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::PICTURE));
 }
 
-/// What can be done by hand while views are taken.
+/// Buttons to use while views are taken.
 pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let paused = snapshot.is_some_and(|snapshot| snapshot.paused);

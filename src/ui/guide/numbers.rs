@@ -30,7 +30,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     });
 }
 
-/// How the camera's controls stand, if it is a live one.
+/// State of the camera's controls, if it is a live one.
 pub(super) fn camera(ui: &mut Ui, screen: &Screen) {
     let Some(snapshot) = &screen.snapshot else { return };
     let lines = words::camera_lines(&snapshot.camera, &screen.adjustables);

@@ -1,4 +1,4 @@
-//! What is drawn on the live picture. It comes from an older frame than the picture and fades with its age.
+//! Drawing over the live picture. It comes from an older frame than the picture and fades with its age.
 
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, epaint::TextShape, pos2,
@@ -19,7 +19,7 @@ use boresight_present::text;
 const FRESH_SECS: f64 = 0.12;
 /// Drawing older than this is hardly seen.
 const OLD_SECS: f64 = 0.7;
-/// How long the flash of a view taken is seen.
+/// Duration of the flash after a view, in seconds.
 const FLASH_SECS: f64 = 0.45;
 
 /// Draws everything that belongs on the picture.
@@ -63,7 +63,7 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, screen: &Screen) {
     }
 }
 
-/// How strongly something of that age is drawn.
+/// Opacity of a drawing of that age, 0.15 to 1.
 fn opacity(age_secs: Option<f64>) -> f32 {
     let age_secs = age_secs.unwrap_or(0.0);
     (1.0 - (age_secs - FRESH_SECS) / (OLD_SECS - FRESH_SECS)).clamp(0.15, 1.0) as f32
@@ -189,8 +189,8 @@ fn line_on_screen(placed: &Placed, snapshot: &Snapshot, line: &PrincipalLine) ->
         .collect()
 }
 
-/// Where a pixel of the undistorted picture is in the real one. `None` far outside, where lens models turn
-/// back on themselves.
+/// Pixel of the distorted picture for one of the undistorted picture. `None` far outside, where lens models turn back
+/// on themselves.
 fn through_lens(lens: &Camera, px: &Point2<f64>) -> Option<Point2<f64>> {
     let ideal = Point2::from((px - lens.pp_px).component_div(&lens.f_px));
     let seen = lens.px_from_normalized(&ideal);

@@ -12,7 +12,7 @@ use super::{
 use boresight_guide::session::Gravity;
 use boresight_present::text::{self, window as words};
 
-/// How large letters are, whatever the sentence.
+/// Size of the letters, the same for every sentence.
 struct Size {
     /// Height of the band as a share of the window's.
     band: f32,
@@ -32,7 +32,7 @@ const FAR: Size = Size { band: 0.22, letters: 0.47, across: 1.0 / 9.5, line: 1.0
 /// Side of the sign as a share of the band's height.
 const SIGN: f32 = 0.8;
 
-/// What is to be read, and its colour.
+/// The sentence, and its colour.
 fn words(screen: &Screen) -> (String, Color32) {
     let Some(snapshot) = &screen.snapshot else {
         return (words::STARTING.into(), theme::GREY);

@@ -1,4 +1,4 @@
-//! Which recording is to be seen.
+//! Choice of the recording to open.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use super::super::{
 use boresight_app::{host::UserError, recordings::Recording};
 use boresight_present::text::{Act, replay as words};
 
-/// What the person does where no recording is open.
+/// State of the page that stands while no recording is open.
 #[derive(Clone, Debug, Default)]
 pub struct Picker {
     /// The folder, as it is typed.
@@ -47,7 +47,7 @@ pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
     });
 }
 
-/// What is being opened, or why it couldn't be.
+/// The recording that is being opened, or the reason why it couldn't be.
 fn opening(ui: &mut Ui, picker: &Picker) {
     if let Some(folder) = &picker.opening {
         ui.horizontal(|ui| {

@@ -121,7 +121,7 @@ fn residuals(
     words::residual_scale(times, calibration.rms_px)
 }
 
-/// Where to, and how far, the image of each ray has moved since the older calibration.
+/// Displacement of each ray's image since the older calibration: direction and length.
 fn change(painter: &Painter, placed: &Placed, image_size: ImageSize, drift: &Drift) -> String {
     let cell =
         vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
@@ -179,7 +179,7 @@ fn lines(
     words::width(width_px)
 }
 
-/// Where the lines meet with one, two or three neighbours in direction left out.
+/// Intersections of the lines with one, two or three neighbours in direction left out.
 fn skipped(
     painter: &Painter,
     placed: &Placed,

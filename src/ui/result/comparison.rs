@@ -1,4 +1,4 @@
-//! What has changed since an older calibration.
+//! Comparison with an older calibration.
 
 use std::path::{Path, PathBuf};
 
@@ -17,11 +17,11 @@ pub struct Comparison {
     pub path: String,
     /// Files that may be meant.
     pub older: Vec<PathBuf>,
-    /// What came of it.
+    /// Outcome of the comparison.
     pub outcome: Outcome,
 }
 
-/// What came of a comparison.
+/// Outcome of a comparison.
 #[derive(Debug, Default)]
 pub enum Outcome {
     /// None was asked for.
@@ -75,7 +75,7 @@ impl Comparison {
         true
     }
 
-    /// What was found, if anything.
+    /// The result, if there is one.
     pub fn found(&self) -> Option<&Compared> {
         match &self.outcome {
             Outcome::Done(Ok(compared)) => Some(compared),

@@ -21,14 +21,14 @@ use super::{keys::UiAction, screen::Screen, theme};
 use boresight_app::host::{Ended, UserError};
 use boresight_present::text::window as words;
 
-/// What the page shows in addition to the screen.
+/// Inputs of the page in addition to the screen.
 #[derive(Clone, Copy, Debug)]
 pub struct Context<'a> {
-    /// Where the session is.
+    /// State of the session.
     pub state: State<'a>,
     /// Names of the formats that it can be exported in.
     pub formats: &'a [&'static str],
-    /// What came of the newest export.
+    /// Outcome of the newest export.
     pub exported: Option<&'a Result<PathBuf, UserError>>,
 }
 

@@ -4,7 +4,7 @@ use super::comparison::{Comparison, Outcome};
 use boresight_app::host::Ended;
 use boresight_present::text::charts::Chart;
 
-/// What the person does on the page.
+/// The person's choices on the page.
 #[derive(Debug, Default)]
 pub struct ResultPage {
     /// The chart that is seen.

@@ -1,6 +1,6 @@
 use boresight_app::host::Ended;
 
-/// Where the session is.
+/// State of a session, as the result page sees it.
 #[derive(Clone, Copy, Debug)]
 pub enum State<'a> {
     /// There is none.

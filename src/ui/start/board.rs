@@ -75,7 +75,7 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     }
 }
 
-/// How many corners a plain board has, or squares a ChArUco board: as other programs name them.
+/// Number of corners of a plain board, or of squares of a ChArUco board: as other programs name them.
 fn size(ui: &mut Ui, page: &mut StartPage) {
     let more = u16::from(page.draft.markers.is_some());
     let (name, tip) = if more == 0 {

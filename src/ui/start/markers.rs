@@ -1,4 +1,4 @@
-//! What a ChArUco board has more than a checkerboard: its markers, chosen and drawn.
+//! Markers of a ChArUco board, chosen and drawn.
 
 use egui::{Color32, ComboBox, DragValue, Painter, Pos2, Rect, RichText, Ui};
 
@@ -9,7 +9,7 @@ use super::{
 use boresight_geometry::markers::{Dictionary, Layout, MarkerChoice, Markers};
 use boresight_present::text::{explore, start as words};
 
-/// Which kind of board it is.
+/// Choice of the kind of board.
 pub(super) fn kind(ui: &mut Ui, page: &mut StartPage) {
     let is_marked = page.draft.markers.is_some();
     ui.horizontal_wrapped(|ui| {
@@ -65,7 +65,7 @@ fn usual_side_m(chosen: MarkerChoice, square_m: f64) -> f64 {
     square_m * MarkerChoice { side_m: None, ..chosen }.in_squares_of(square_m).side_squares
 }
 
-/// What prints the chosen board.
+/// The action that prints the chosen board.
 pub(super) fn print(page: &StartPage) -> UiAction {
     let draft = &page.draft;
     let markers = draft.markers.map(|chosen| chosen.in_squares_of(draft.square_m));

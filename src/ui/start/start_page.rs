@@ -13,26 +13,26 @@ use boresight_geometry::{
 pub(in crate::ui) const SIMULATION: &str = "sim";
 const ANY: &str = "auto";
 
-/// What the person chooses on the page.
+/// The person's choices on the page.
 pub struct StartPage {
-    /// What the session will be about.
+    /// The session to start.
     pub draft: SessionRequest,
     /// Markers to return to from a plain board.
     marked: MarkerChoice,
-    /// What stands in the field for streams and files.
+    /// Text in the field for streams and files.
     pub(super) typed: String,
     /// True if the board in front of the camera is counted.
     pub(super) counts: bool,
     /// Number of the paper to print on.
     pub paper: usize,
-    /// What came of printing.
+    /// Result of printing.
     pub printed: Option<Result<PrintedBoard, UserError>>,
     /// True if a window shows the board.
     pub shows_board: bool,
     textures: BTreeMap<String, (u64, TextureHandle)>,
 }
 
-/// What there is to choose from.
+/// Options to choose from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choices {
     /// The cameras that are there.

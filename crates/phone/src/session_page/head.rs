@@ -25,7 +25,7 @@ use boresight_run::{
 };
 
 const LOOK: Duration = Duration::from_millis(50);
-/// How often cameras are looked for.
+/// Time between two searches for cameras.
 const CAMERAS_EVERY: Duration = Duration::from_secs(3);
 /// The source that is always there.
 const SIMULATION: &str = "sim";
@@ -33,7 +33,7 @@ const SIMULATION: &str = "sim";
 /// Sessions that are started on the phone's page.
 pub struct Head {
     phone: Phone,
-    /// What every session is opened with; source, board and plan are the page's to choose.
+    /// Settings of every session; the page chooses source, board and plan.
     opening: Opening,
     onlookers: Onlookers,
     last: Request,
@@ -137,7 +137,7 @@ impl Head {
         without_secrets(&self.opening.source)
     }
 
-    /// What `request` asks for, checked as a settings file is.
+    /// Opening for `request`, checked as a settings file is.
     fn opening_of(&self, request: &Request) -> anyhow::Result<Opening> {
         let mut config: Config = self.opening.config.clone();
         config.board = config.board.chosen(request.board, request.markers);

@@ -21,7 +21,7 @@ use boresight_guide::session::Session;
 use boresight_present::text::phone as words;
 use boresight_run::pipeline::Onlookers;
 
-/// How long the result is still served after the last page has left.
+/// Time for which the result is served after the last page has left.
 const LINGER_SECS: f64 = 30.0;
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -43,7 +43,7 @@ impl Phone {
         Ok(Self { hub, server })
     }
 
-    /// What the pages show and ask for. It looks on at a session.
+    /// The hub, which looks on at a session.
     pub fn hub(&self) -> &Arc<Hub> {
         &self.hub
     }

@@ -13,7 +13,7 @@ use boresight_files::{Links, TEXT_LIMIT, read};
 use boresight_guide::{guidance::Progress, session::Session};
 use boresight_present::text::{self, phone as words};
 
-/// What the page shows of the session in `folder`, which has run and is stored.
+/// The page about the session in `folder`, which has run and is stored.
 pub fn ended_page(
     session: &Session,
     concluded: &Concluded,

@@ -20,14 +20,14 @@ const DIGIT: f64 = 6.4;
 /// Corners of an ellipse as it is drawn.
 const ELLIPSE_POINTS: usize = 60;
 
-/// How a line or an area is drawn.
+/// Style of a line or an area.
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke<'a> {
     /// CSS colour.
     pub colour: &'a str,
     /// Width of the line, in units of the drawing.
     pub width: f64,
-    /// Which of the dash patterns; 0 is drawn through.
+    /// Number of the dash pattern; 0 is drawn through.
     pub dash: usize,
 }
 
@@ -44,7 +44,7 @@ impl<'a> Stroke<'a> {
     }
 }
 
-/// What stands at the axes.
+/// Labels at the axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Axes<'a> {
     /// Label of the horizontal axis.
@@ -190,7 +190,7 @@ impl Canvas {
         canvas
     }
 
-    /// Where `point` stands on the drawing.
+    /// Place of `point` on the drawing.
     fn at(&self, point: Point2<f64>) -> (f64, f64) {
         let [left, top, width, height] = self.frame;
         let share = |value: f64, (from, to): (f64, f64)| (value - from) / (to - from);

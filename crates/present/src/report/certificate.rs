@@ -125,7 +125,7 @@ fn verdict(calibration: &CalibrationFile) -> String {
     body
 }
 
-/// Who, where, when; the camera; the board.
+/// Person, place and date; the camera; the board.
 fn identity(report: &Report, certificate: &Certificate) -> String {
     let calibration = &report.calibration;
     let row = |name: &str, what: &str| {

@@ -1,4 +1,4 @@
-//! What a check against an older calibration found.
+//! Section about a check against an older calibration.
 
 use nalgebra::{Matrix2, Point2};
 

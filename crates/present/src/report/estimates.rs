@@ -85,7 +85,7 @@ pub(super) fn fan(calibration: &CalibrationFile) -> String {
     figure(Section::Fan, &canvas.svg(), words::FAN_NOTE)
 }
 
-/// Where the line leaves the picture, a little inside, on the side to which the board recedes.
+/// Point where the line leaves the picture, a little inside, on the side to which the board recedes.
 fn towards(
     line: &Line,
     near: Point2<f64>,

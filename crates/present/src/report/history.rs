@@ -18,7 +18,7 @@ p{margin:.2em 0}
 /// Standard deviations of the intervals that are drawn.
 const SDS: f64 = 1.96;
 
-/// What the page shows.
+/// Contents of the page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HistoryPage {
     /// When the index was read, in words.
@@ -51,7 +51,7 @@ pub struct ModelLine {
 pub struct CameraCurve {
     /// Its name and the size of its pictures.
     pub name: String,
-    /// What the trend says, in words.
+    /// The trend, in words.
     pub trend: String,
     /// True if the calibrations drift by more than chance.
     pub drifts: bool,

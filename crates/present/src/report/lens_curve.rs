@@ -1,4 +1,4 @@
-//! How far the lens moves points, with how sure that is.
+//! Curve of the displacement by the lens, with its uncertainty.
 
 use nalgebra::Point2;
 

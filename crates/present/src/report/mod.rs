@@ -52,7 +52,7 @@ pub struct Report {
     pub calibration: CalibrationFile,
     /// Sentences to read before the numbers.
     pub notes: Vec<String>,
-    /// What the first sheet states beside the numbers; `None` for a report without one.
+    /// Statements of the first sheet beside the numbers; `None` for a report without one.
     pub certificate: Option<Certificate>,
     /// The camera and what happened to it.
     pub camera: CameraSection,
@@ -60,7 +60,7 @@ pub struct Report {
     pub corners: Vec<Vec<Corner>>,
     /// Picture of each used view, `None` where there is none.
     pub pictures: Vec<Option<Thumbnail>>,
-    /// What a check against an older calibration of the same camera found.
+    /// Check against an older calibration of the same camera, if there was one.
     pub check: Option<CheckFile>,
     /// Reasons for refusing frames, the most frequent first.
     pub refused: Vec<Refused>,
@@ -68,7 +68,7 @@ pub struct Report {
     pub provenance: Provenance,
 }
 
-/// What is known about the camera.
+/// Facts about the camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraSection {
     /// Identity, mode and controls: name and value of each row.
@@ -84,7 +84,7 @@ pub struct CameraSection {
 pub struct CameraChange {
     /// When, in words.
     pub when: String,
-    /// What changed.
+    /// The change, in words.
     pub what: String,
 }
 
@@ -97,7 +97,7 @@ pub struct Refused {
     pub count: usize,
 }
 
-/// Where a result comes from and how to repeat it.
+/// Source of a result, and the command that repeats it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
     /// Versions and sources: name and value of each row.

@@ -129,7 +129,7 @@ fn running_lines(report: &Report) -> String {
     format!("@page{{{above}{left}{right}}}\n")
 }
 
-/// How small it must be to stand on two sheets, by what is to be said.
+/// CSS class for the density that lets the page fit on two sheets, by the number of findings.
 fn density(report: &Report) -> &'static str {
     // A drift section takes as much room as some findings.
     let findings = report.calibration.findings.len() + if report.check.is_some() { 4 } else { 0 };

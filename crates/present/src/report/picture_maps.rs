@@ -1,4 +1,4 @@
-//! Where the boards were in the picture, and what their corners are off.
+//! Maps over the picture: the boards, and the residuals of their corners.
 
 use nalgebra::{Point2, Vector2};
 
@@ -59,7 +59,7 @@ pub(super) fn coverage(calibration: &CalibrationFile) -> String {
     figure(Section::Coverage, &canvas.svg(), &format!("{}{share}", words::COVERAGE_NOTE))
 }
 
-/// What every corner is off its prediction, magnified.
+/// Residual of every corner, magnified.
 pub(super) fn residuals(report: &Report) -> String {
     let calibration = &report.calibration;
     let arrows = arrows(report);

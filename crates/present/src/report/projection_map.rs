@@ -1,4 +1,4 @@
-//! How uncertain the image of a ray is, over the picture: shades with their numbers.
+//! Uncertainty of a ray's image over the picture: shades with their numbers.
 
 use nalgebra::Point2;
 

@@ -91,7 +91,7 @@ fn scatter(
         .collect()
 }
 
-/// Where the principal lines meet, all weighing the same, as in the paper.
+/// Intersections of the principal lines, all weighing the same, as in the paper.
 fn by_lines(views: &[(usize, &ViewEntry)]) -> Vec<Scatter> {
     let lines: Vec<PrincipalLine> = views
         .iter()

@@ -1,6 +1,6 @@
 use super::Logo;
 
-/// What a certificate states beside the calibration. Empty texts become lines to fill in by pen.
+/// Statements of a certificate beside the calibration. Empty texts become lines to fill in by pen.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[expect(missing_docs, reason = "explained in config/default.toml")]
 pub struct Certificate {

@@ -65,7 +65,7 @@ pub(super) fn verdict(report: &Report) -> String {
     section_with(Section::Verdict, "box", &body)
 }
 
-/// Which corners of the picture boards have hardly reached, in words.
+/// Corners of the picture that boards have hardly reached, in words.
 fn open_corners(calibration: &CalibrationFile) -> Option<String> {
     let outlines: Vec<BoardOutline> =
         calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
@@ -87,7 +87,7 @@ fn next_action(calibration: &CalibrationFile) -> String {
     }
 }
 
-/// What is known about the camera, with what changed.
+/// Facts about the camera, with its changes.
 pub(super) fn camera(report: &Report) -> String {
     let calibration = &report.calibration;
     let mut rows = String::new();
@@ -189,7 +189,7 @@ fn distortion(lens: &LensEntry) -> String {
 /// Findings that stand one below the other.
 const FEW_FINDINGS: usize = 4;
 
-/// What the checks found: what, and what to do.
+/// Findings of the checks, each with its action.
 pub(super) fn findings(calibration: &CalibrationFile) -> String {
     if calibration.findings.is_empty() {
         return section(Section::Findings, &format!("<p>{}</p>\n", words::NO_FINDINGS));
@@ -219,7 +219,7 @@ const LONG_COMMAND: usize = 700;
 const REASONS: usize = 12;
 const NAMES: usize = 6;
 
-/// What was refused: reasons with counts, pictures by reason.
+/// Refused frames and pictures: reasons with counts, pictures by reason.
 pub(super) fn refused(report: &Report) -> String {
     let mut items: Vec<(String, usize, Vec<&str>)> = report
         .refused

@@ -1,4 +1,4 @@
-//! What is said aloud, and when: the words of a session, and the queue that a voice reads them from.
+//! Speech: the words of a session, and the queue that a voice reads them from.
 //!
 //! [`Narrator`] turns snapshots into words with a rank. [`Queue`] decides which word is begun next and which one is
 //! cut short. Both are pure: time is handed in, and whoever has a voice (a program, a browser) speaks. The phone's
@@ -13,15 +13,15 @@ mod queue;
 pub use narrator::Narrator;
 pub use queue::{GUIDANCE_GAP_SECS, Queue, REPEAT_SECS, STALE_SECS, Step};
 
-/// How important a word is; a higher one cuts a lower one short, except news, which is always finished.
+/// Importance of a word; a higher one cuts a lower one short, except news, which is always finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rank {
-    /// Where to hold the board.
+    /// Place or direction for the board.
     Guidance,
     /// Keep the board still.
     Hold,
-    /// What was lost is back.
+    /// Camera, picture or session are back.
     Back,
     /// Camera, picture or session need attention.
     Lost,
@@ -39,7 +39,7 @@ impl Rank {
 /// Something to say: six spoken words at most, and no number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Word {
-    /// How important it is.
+    /// Importance.
     pub rank: Rank,
     /// As seen in the picture.
     pub text: String,

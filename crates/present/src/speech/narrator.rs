@@ -30,7 +30,7 @@ impl Narrator {
         if state == before { None } else { state.map(word).or_else(|| before.map(back)) }
     }
 
-    /// What `snapshot` asks for, as long as it's shown; `None` for news.
+    /// The request of `snapshot`, valid as long as it's shown; `None` for news.
     pub fn request(snapshot: &Snapshot) -> Option<Word> {
         let word = word(snapshot.shown.prompt);
         (!word.rank.is_news()).then_some(word)

@@ -9,12 +9,12 @@ pub const GUIDANCE_GAP_SECS: f64 = 2.0;
 /// A request that hasn't changed is said again after this time.
 pub const REPEAT_SECS: f64 = 8.0;
 
-/// What the voice does now.
+/// Next step of the voice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// What to say.
+    /// The word to say.
     pub word: Word,
-    /// How long it has waited.
+    /// Time for which it has waited, in seconds.
     pub waited_secs: f64,
     /// True if what is being said stops for it.
     pub cuts: bool,
@@ -65,7 +65,7 @@ impl Queue {
             .is_some_and(|(at_secs, said)| said == word && now_secs - at_secs < REPEAT_SECS)
     }
 
-    /// What to begin at `now_secs`, if anything. It then counts as being said until [`Self::finished`].
+    /// The word to begin at `now_secs`, if any. It then counts as being said until [`Self::finished`].
     pub fn next(&mut self, now_secs: f64) -> Option<Step> {
         if self.request.as_ref().is_some_and(|(at_secs, _)| now_secs - at_secs > STALE_SECS) {
             self.request = None;

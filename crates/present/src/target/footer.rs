@@ -47,7 +47,7 @@ pub(super) fn beside(page: &Page) -> bool {
     page.width_mm - 2.0 * edge_mm(page) >= 100.0 + ruler_gap_mm(page) + words_mm
 }
 
-/// Where ruler and words begin.
+/// Left edge of ruler and words.
 pub(super) fn edge_mm(page: &Page) -> f64 {
     page.margin_mm + page.text_mm
 }

@@ -15,14 +15,14 @@ pub struct Resolution {
     per_m: u32,
 }
 
-/// What the board is put on.
+/// Sheet of paper or screen that carries the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Page {
     /// Its width.
     pub width_mm: f64,
     /// Its height.
     pub height_mm: f64,
-    /// What printers leave white along each edge.
+    /// White that printers leave along each edge.
     pub margin_mm: f64,
     /// Size of the words.
     pub text_mm: f64,

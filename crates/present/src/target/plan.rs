@@ -8,7 +8,7 @@ use boresight_geometry::{
     markers::{InvalidMarkers, Markers},
 };
 
-/// How large the squares shall be.
+/// Size of the squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Square {
     /// This large.
@@ -20,7 +20,7 @@ pub enum Square {
     Largest,
 }
 
-/// Where the board goes on a page.
+/// Place of the board on a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Inner corners in a row.
@@ -59,7 +59,7 @@ pub enum DoesNotFit {
     /// Squares that no camera makes out: less than a millimetre or, on a screen, eight pixels.
     #[error("squares of {square_mm} mm are too small")]
     TooSmall {
-        /// What was asked for.
+        /// Requested side of a square.
         square_mm: f64,
         /// The smallest.
         least_mm: f64,
@@ -168,7 +168,7 @@ impl Plan {
 #[derive(Clone, Copy)]
 enum White {
     ASquare,
-    /// What printers leave white anyway.
+    /// The margin that printers leave white anyway.
     Margin,
 }
 

@@ -20,7 +20,7 @@ pub enum NotWritten {
         /// Height.
         height_px: u32,
     },
-    /// What the encoder says.
+    /// Error of the encoder.
     #[error("could not encode the picture")]
     Encode(#[from] png::EncodingError),
 }

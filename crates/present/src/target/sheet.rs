@@ -16,7 +16,7 @@ const STROKE_MM: f64 = 0.2;
 /// A page with everything that is on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
-    /// What it is, in one line.
+    /// Title in one line.
     pub title: String,
     /// Width of the page.
     pub width_mm: f64,
@@ -52,7 +52,7 @@ pub struct Rectangle {
 pub struct Words {
     /// The words.
     pub text: String,
-    /// Where they begin; with `centred`, their middle.
+    /// Left end; with `centred`, the middle.
     pub x_mm: f64,
     /// The line that the letters stand on.
     pub baseline_mm: f64,

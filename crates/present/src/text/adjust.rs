@@ -7,7 +7,7 @@ pub fn name(control: Control) -> String {
     super::camera::capital(super::camera::control(control))
 }
 
-/// What it does, and what setting it means.
+/// Effect of a control, and of setting it.
 pub fn tip(control: Control) -> &'static str {
     match control {
         Control::Focus => {
@@ -46,7 +46,7 @@ pub fn set_back(control: Control, value: i64) -> String {
     format!("Set the {} back to {value}", super::camera::control(control))
 }
 
-/// What it does.
+/// Explanation of that button.
 pub fn back_tip(control: Control, first: i64) -> String {
     format!(
         "Set the {} back to its value at the start of the session: {first}.",

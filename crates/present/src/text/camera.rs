@@ -3,7 +3,7 @@
 use boresight_geometry::device::{CameraEvent, Control, ControlChange, Fault, Lock, Mode};
 use boresight_guide::session::{CameraState, Stream};
 
-/// What a fault means, and what to do.
+/// Meaning of a fault, and the next action.
 pub fn fault(fault: Fault) -> (&'static str, &'static str) {
     match fault {
         Fault::NotFound => {
@@ -127,16 +127,16 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
     }
 }
 
-/// What to do when a camera returns with another mode than the session's.
+/// Action when a camera returns with another mode than the session's.
 const OTHER_MODE_WAITS: &str = "The session's mode is asked for until the camera grants it; plug it into the port where it was. For the other mode, start a new session.";
 
-/// What to do about a camera that is lost by `fault`.
+/// Action while a camera is lost by `fault`.
 pub(super) fn action_while_lost(lost: Fault) -> &'static str {
     // Without the session's mode it isn't used at all.
     if lost == Fault::OtherMode { OTHER_MODE_WAITS } else { fault(lost).1 }
 }
 
-/// What keeps views from being taken, and what to do; `None` if nothing does.
+/// Obstacle that keeps views from being taken, and the next action; `None` if there is none.
 pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     if let Stream::Lost { fault: lost, detail } = &camera.stream {
         let (cause, _) = with_detail(*lost, detail);
@@ -183,7 +183,7 @@ pub fn with_detail(what: Fault, detail: &str) -> (String, String) {
     (cause, action.into())
 }
 
-/// What happened to the camera, for a list of such; `None` for what is no news.
+/// Event of the camera, for a list of such; `None` for one that is no news.
 pub fn event(event: &CameraEvent) -> Option<String> {
     Some(match event {
         CameraEvent::Started { mode: granted } => format!("streaming {}", mode(granted)),

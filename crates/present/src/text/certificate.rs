@@ -6,7 +6,7 @@ pub const TITLE: &str = "Calibration certificate";
 pub const NO_CERTIFICATE: &str = "Calibration record (not a certificate)";
 /// Across the sheet of a simulated camera.
 pub const SIMULATED: &str = "SIMULATED";
-/// Where a camera was simulated.
+/// Camera of a simulated session.
 pub const SIMULATED_CAMERA: &str = "simulated camera";
 
 /// Number of the certificate.
@@ -75,10 +75,10 @@ pub fn field_of_view([across, down, diagonal]: [f64; 3]) -> String {
 /// Below the table.
 pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict GOOD. The independent check compares with the principal point from each view alone, without a common lens.";
 
-/// What the numbers hold for.
+/// Conditions under which the numbers hold.
 pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the centre of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";
 
-/// Where the checks warn.
+/// Heading of warnings by the checks.
 pub const WARNINGS: &str = "Warnings:";
 
 /// Checksum of the calibration file.
@@ -86,12 +86,12 @@ pub fn checksum(file: &str, sha256: &str) -> String {
     format!("{file}, SHA-256 {sha256}")
 }
 
-/// Where the logo isn't there.
+/// Error for a logo that isn't there.
 pub fn no_logo(path: &str, why: &str) -> String {
     format!("The logo {path} can't be shown: {why}")
 }
 
-/// Where a session names a logo that only its owner may mean.
+/// Error for a session that names a logo which only its owner may mean.
 pub fn logo_of_session(path: &str) -> String {
     format!(
         "The session's logo {path} is outside of this folder. To show it: --set certificate.logo={path}"

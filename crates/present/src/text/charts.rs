@@ -6,7 +6,7 @@ pub enum Chart {
     /// Uncertainty of projection over the picture.
     #[default]
     Uncertainty,
-    /// What is left at each corner.
+    /// Residual of each corner.
     Residuals,
     /// The principal lines around the principal point.
     Lines,
@@ -14,14 +14,14 @@ pub enum Chart {
     Skipped,
     /// The newest picture without distortion.
     Undistorted,
-    /// What has moved since an older calibration.
+    /// Change since an older calibration.
     Change,
 }
 
 impl Chart {
-    /// What everybody looks at.
+    /// Charts for everybody.
     pub const PLAIN: [Self; 3] = [Self::Uncertainty, Self::Undistorted, Self::Change];
-    /// What engineers look at.
+    /// Charts for engineers.
     pub const EXPERT: [Self; 3] = [Self::Residuals, Self::Lines, Self::Skipped];
 
     /// Its name.
@@ -36,7 +36,7 @@ impl Chart {
         }
     }
 
-    /// What it shows.
+    /// Explanation of the chart.
     pub fn tip(self) -> &'static str {
         match self {
             Self::Uncertainty => {
@@ -94,9 +94,9 @@ pub fn change_scale(times: f64, most_px: f64, matters_px: f64) -> String {
     format!("enlarged {times:.0}×; up to {most_px:.2} px (limit {matters_px:.2} px)")
 }
 
-/// Where a chart needs an older calibration.
+/// Note in place of a chart that needs an older calibration.
 pub const NOT_COMPARED: &str = "Compare with an older calibration to see this.";
-/// Where a chart needs more than there is.
+/// Note in place of a chart that needs more views.
 pub const TOO_FEW: &str = "Take more views to see this.";
-/// Where a chart needs a picture.
+/// Note in place of a chart that needs a picture.
 pub const NO_PICTURE: &str = "No picture yet.";

@@ -5,7 +5,7 @@
 pub struct Control {
     /// Its label.
     pub label: &'static str,
-    /// What it does.
+    /// Explanation.
     pub tip: &'static str,
     /// Name of its key.
     pub key: &'static str,

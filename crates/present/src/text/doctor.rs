@@ -1,4 +1,4 @@
-//! What `doctor` finds.
+//! Findings of `doctor`.
 
 /// The header isn't the one that the journal was recorded with.
 pub const FOREIGN_HEADER: &str =
@@ -14,7 +14,7 @@ pub fn fewer_views(in_result: usize, in_journal: usize) -> String {
     format!("calibration.json has {in_result} views, the journal {in_journal}")
 }
 
-/// What was copied into a new session.
+/// Report of what was copied into a new session.
 pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
     let pictures = match lost_pictures {
         0 => String::new(),

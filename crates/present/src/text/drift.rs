@@ -1,4 +1,4 @@
-//! What a check of an installed camera found, and what to do.
+//! Result of a check of an installed camera, and the next action.
 
 use std::path::Path;
 
@@ -76,7 +76,7 @@ pub fn drift_numbers(drift: &Drift) -> [String; 4] {
     drift_lines(drift).map(|(what, how_much)| format!("{what:26}  {how_much}"))
 }
 
-/// What to do about a change that a session has found whose own result is good.
+/// Action about a change found by a session whose own result is good.
 pub const USE_THE_NEW_ONE: &str =
     "Use the new calibration. Look for a loose lens or mount, or a changed focus or zoom.";
 
@@ -95,7 +95,7 @@ pub fn maybe_other_camera(old: &str, new: &str) -> String {
     )
 }
 
-/// What makes the test weaker than it could be.
+/// Caveat that the test is weaker than it could be.
 pub fn drift_is_weak() -> &'static str {
     "The old file states no uncertainty. Assumed a typical uncertainty, so small changes can't be detected. A calibration.json from boresight makes the check more sensitive"
 }
@@ -143,7 +143,7 @@ pub fn focal_varied() -> (String, &'static str) {
     )
 }
 
-/// What a person should know of an old calibration before it is compared with anything.
+/// Caveats about an old calibration, to know before it is compared with anything.
 pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     let mut doubts = Vec::new();
     if old.verdict == Some(Verdict::Untrustworthy) {
@@ -161,12 +161,12 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     doubts
 }
 
-/// What an export of such a calibration holds.
+/// Note that the export of such a calibration holds the mean.
 pub fn focal_is_a_mean() -> &'static str {
     "Each view has a separate focal length; the file gets the mean. views-csv lists them all"
 }
 
-/// That a control differs from when the old calibration was made; `None` if it doesn't.
+/// Note that a control differs from its state when the old calibration was made; `None` if it doesn't.
 pub fn lock_differs(control: Control, was: i64, is: Lock) -> Option<String> {
     if is == (Lock::Locked { value: was }) {
         return None;

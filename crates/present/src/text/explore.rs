@@ -1,8 +1,8 @@
 //! The words of the explore page.
 
-/// What the page shows.
+/// Introduction to the page.
 pub const INTRODUCTION: &str = "Drag the board or change its direction. Lens distortion bends its principal line away from the principal point, most when the board is off to the side of the line. Add the opposed partner, and the offsets cancel.";
-/// What is drawn.
+/// Description of the drawing.
 pub const PICTURE: &str = "Boards, principal lines and principal point. Drag to move the board";
 /// Heading of the enlarged part.
 pub const ENLARGED: &str = "Principal point, enlarged 8×";
@@ -45,7 +45,7 @@ pub const CAMERA_AND_BOARD: &str = "Camera and board";
 /// A number beside the picture: name, value, explanation.
 pub type Line = (&'static str, String, &'static str);
 
-/// What the shift does to the first board's line.
+/// Effect of the shift on the first board's line.
 pub fn deflection(offset_px: f64, angle_rad: f64) -> [Line; 2] {
     [
         (
@@ -70,7 +70,7 @@ pub fn no_line() -> Line {
     )
 }
 
-/// What a pair leaves.
+/// Remainder of a pair after cancellation.
 pub fn pair(sum_px: f64, angle_rad: f64) -> [Line; 2] {
     [
         (
@@ -86,7 +86,7 @@ pub fn pair(sum_px: f64, angle_rad: f64) -> [Line; 2] {
     ]
 }
 
-/// Where the lines meet.
+/// Intersection of the lines.
 pub fn meet(error_px: f64) -> Line {
     (
         "The lines meet",

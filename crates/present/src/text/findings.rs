@@ -19,7 +19,7 @@ pub fn verdict_on(calibration: &Calibration) -> &'static str {
     verdict(calibration.verdict, is_unfinished(bad.map(|finding| finding.code.code())))
 }
 
-/// What a verdict means; `unfinished` if more views would put right what is bad.
+/// Meaning of a verdict; `unfinished` if more views would put right what is bad.
 pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     match verdict {
         Verdict::Untrustworthy if unfinished => "UNFINISHED: take more views",

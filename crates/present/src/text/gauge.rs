@@ -36,7 +36,7 @@ impl Gauge {
         }
     }
 
-    /// What it measures.
+    /// Explanation of the measured quantity.
     pub fn tip(self) -> &'static str {
         match self {
             Self::Tilt => "How far the board is tipped away from the camera.",

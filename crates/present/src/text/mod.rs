@@ -52,7 +52,7 @@ use boresight_guide::{
     session::{Across, Edge, Outcome, Prompt, Snapshot, Upright, ViewNumber},
 };
 
-/// What to do now: six words at most and no number, so that it's read from afar and at a glance.
+/// The next action: six words at most and no number, so that it's read from afar and at a glance.
 pub fn prompt(prompt: Prompt) -> String {
     match prompt {
         Prompt::Complete => "Done!".into(),
@@ -242,12 +242,12 @@ pub fn miss(miss: &Miss) -> String {
     }
 }
 
-/// What people call a view, everywhere: "view 3".
+/// Name of a view, everywhere: "view 3".
 pub fn view_name(number: ViewNumber) -> String {
     format!("view {number}")
 }
 
-/// What happened to the views, if anything did.
+/// Effect on the views, if any.
 pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
     match *outcome {
         Outcome::Accepted { view, role, .. } => {
@@ -286,7 +286,7 @@ fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
     }
 }
 
-/// How a session ended.
+/// End of a session.
 pub fn progress(progress: Progress) -> &'static str {
     match progress {
         Progress::Collecting => "The session ended before the plan was complete",

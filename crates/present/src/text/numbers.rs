@@ -87,7 +87,7 @@ pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
-/// How well the newest pair was predicted by the views before it; `None` before two pairs.
+/// Error with which the views before the newest pair predicted it; `None` before two pairs.
 pub fn predicted(snapshot: &Snapshot) -> Option<String> {
     snapshot.held_out.map(|pair| format!("{} px", small(pair.rms_px)))
 }
@@ -103,7 +103,7 @@ pub(super) fn signed(px: f64) -> String {
     if tenths == 0.0 { "0.0".into() } else { format!("{:+.1}", tenths / 10.0) }
 }
 
-/// What the newest opposed pair leaves uncancelled, with the names of its views.
+/// Remainder of the newest opposed pair after cancellation, with the names of its views.
 pub fn pair_balance(snapshot: &Snapshot) -> String {
     match snapshot.pairs.last() {
         Some(pair) => {

@@ -1,4 +1,4 @@
-//! What stands around the phone's page.
+//! Words around the phone's page.
 
 /// Above the QR code.
 pub const SCAN: &str = "Phone: scan this code, on the same network.";
@@ -23,13 +23,13 @@ pub const REPORT: &str = "Report";
 pub const WAITING: &str = "Waiting for a phone to start a session. Ctrl-C ends.";
 /// No camera to offer.
 pub const NO_CAMERA: &str = "No camera found";
-/// What to do then.
+/// Action when there is no camera.
 pub const NO_CAMERA_ACTION: &str = "Plug one in";
 
 /// The source that is always offered.
 pub const SIMULATION: &str = "Simulated camera";
 
-/// How many phones are there.
+/// Number of phones that follow.
 pub fn phones(count: usize) -> String {
     match count {
         0 => "No phone yet".into(),

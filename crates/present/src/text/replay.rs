@@ -5,7 +5,7 @@ use std::path::Path;
 use boresight_geometry::frame::ImageSize;
 use boresight_guide::session::{Outcome, Snapshot};
 
-/// What was decided at a step, and why.
+/// Decision of a step, and the reason.
 pub fn why(snapshot: &Snapshot) -> String {
     match &snapshot.decision.outcome {
         Outcome::Refused { refusal } => {
@@ -16,7 +16,7 @@ pub fn why(snapshot: &Snapshot) -> String {
     }
 }
 
-/// Where in the recording a step is.
+/// Place of a step in the recording.
 pub fn place(step: usize, steps: usize, frame: Option<u64>, secs: f64) -> String {
     match frame {
         Some(frame) => format!("Decision {} of {steps}, frame {frame}, {secs:.2} s", step + 1),
@@ -34,7 +34,7 @@ pub const SCRUBBER: &str = "Decision";
 pub const NUMBERS: &str = "Numbers";
 /// See [`NUMBERS`].
 pub const NUMBERS_TIP: &str = "Show or hide what was measured, and the views taken so far.";
-/// What the strip shows.
+/// Explanation of the strip.
 pub const STRIP: &str =
     "All decisions: green taken, amber held, grey not taken, red different from the recording";
 
@@ -63,7 +63,7 @@ pub fn opening(folder: &Path) -> String {
     format!("Opening {}", folder.display())
 }
 
-/// What the button for a session does.
+/// Explanation of the button that opens a session.
 pub fn open_tip(folder: &Path) -> String {
     format!("Step through the decisions of {}.", folder.display())
 }

@@ -8,13 +8,13 @@ use boresight_formats::{BoardEntry, MarkersEntry};
 pub enum Section {
     /// The first sheet.
     Certificate,
-    /// Whether to trust it, and what to do.
+    /// Verdict on the result, and the next action.
     Verdict,
     /// Identity, mode, controls, board.
     Camera,
     /// Estimates with their standard deviations.
     Numbers,
-    /// What the honesty checks say.
+    /// Findings of the honesty checks.
     Findings,
     /// Principal lines in the picture.
     Fan,
@@ -28,15 +28,15 @@ pub enum Section {
     Projection,
     /// Distortion against the distance from the principal point.
     Lens,
-    /// Where the boards were.
+    /// Places of the boards in the picture.
     Coverage,
-    /// What the corners are off.
+    /// Residuals of the corners.
     Residuals,
     /// Every view.
     Views,
     /// Against an older calibration.
     Drift,
-    /// What was refused.
+    /// Refused pictures.
     Refused,
     /// Versions, and the command that repeats it.
     Provenance,
@@ -116,7 +116,7 @@ pub fn by_themselves(code: &str, unfinished: bool) -> String {
     format!("Calibration from the check's views: {}", verdict(code, unfinished))
 }
 
-/// What to do with a good calibration.
+/// Action after a good calibration.
 pub const USE_IT: &str = "Use it. Don't change focus, zoom or picture size. Keep the file to check the camera against it later.";
 
 /// Above the verdict on a simulated camera.
@@ -128,23 +128,23 @@ pub const NEXT: &str = "Next:";
 /// Before the verdict on a goal.
 pub const GOAL: &str = "Goal:";
 
-/// Where there is no calibration.
+/// Note in place of a missing calibration.
 pub const NO_CALIBRATION: &str = "No calibration yet.";
 
-/// Where the corners would be needed.
+/// Note in place of a drawing that needs the corners.
 pub const NEEDS_CORNERS: &str =
     "Not shown: this file has no corners. The session report and `calibrate --report` have them.";
 
-/// Where the covariance would be needed.
+/// Note in place of a drawing that needs the covariance.
 pub const NEEDS_COVARIANCE: &str = "This file has no uncertainty.";
 
-/// Where there are too few lines or views for a drawing.
+/// Note in place of a drawing that needs more lines or views.
 pub const TOO_FEW: &str = "Not shown: too few views.";
 
-/// Where nothing was found.
+/// Note in place of an empty list of findings.
 pub const NO_FINDINGS: &str = "All checks passed.";
 
-/// Where nothing was refused.
+/// Note in place of an empty list of refusals.
 pub const NOTHING_REFUSED: &str = "Every picture was used.";
 
 /// Below the first reasons.
@@ -152,7 +152,7 @@ pub fn more_reasons(count: usize) -> String {
     format!("And {count} more. On screen, open the full list below.")
 }
 
-/// What opens the list of everything that was refused.
+/// Label of the list of all refused pictures.
 pub const ALL_REFUSED: &str = "All pictures not used";
 
 /// Below a command that does not fit on paper.
@@ -179,7 +179,7 @@ pub fn method(code: &str) -> &'static str {
     }
 }
 
-/// What marks the method whose principal point is the result.
+/// Mark of the method whose principal point is the result.
 pub const THE_RESULT: &str = "the result";
 
 /// Columns of the table of methods.
@@ -197,15 +197,15 @@ pub const ESTIMATES_NEAR_NOTE: &str = "Free homographies assume no common focal 
 /// Below the cloud.
 pub const SKIP_NOTE: &str = "n neighbouring views removed, starting at each view in turn. The scatter shows how much the result depends on single views. It measures stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
 
-/// Where each view has its own focal length.
+/// Note for views that each have their own focal length.
 pub const SKIP_NO_BUNDLE: &str =
     "Each view has a separate focal length, so there's no bundle adjustment to repeat.";
 
-/// Where the corners would be needed to adjust them again.
+/// Note for a file without the corners that another adjustment needs.
 pub const SKIP_NEEDS_CORNERS: &str =
     "Bundle adjustment needs the corners, which this file doesn't have.";
 
-/// Where there were more views than starts.
+/// Note that there were more views than starts.
 pub fn skip_starts(starts: usize, views: usize) -> String {
     format!("Bundle adjustment: starting at {starts} of the {views} views.")
 }
@@ -227,7 +227,7 @@ pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
 /// Below the distortion curve.
 pub const LENS_NOTE: &str = "Radial distortion vs. distance from the principal point; band: 2 sd. Right of the dotted line is extrapolated.";
 
-/// What the distortion of a fisheye lens is measured against.
+/// Reference of a fisheye lens's distortion.
 pub const FISHEYE_NOTE: &str =
     "Distortion is measured against an ideal fisheye, which shows angles in proportion.";
 
@@ -261,17 +261,17 @@ pub fn views_note(shown: usize, of: usize) -> String {
     )
 }
 
-/// Where views have no picture.
+/// Note for views without a picture.
 pub const NO_PICTURES: &str = "Pictures not available: showing the boards' outlines.";
 
 /// Columns of the table of views.
 pub const VIEW_COLUMNS: [&str; 7] =
     ["view", "picture", "tilt °", "direction °", "line off px", "f px", "RMS px"];
 
-/// What opens the table of views.
+/// Label of the table of views.
 pub const VIEW_TABLE: &str = "All views as a table";
 
-/// Where no changes of the camera are recorded.
+/// Note in place of an empty list of camera changes.
 pub const NO_CHANGES: &str = "No changes while the views were taken.";
 
 /// Names of rows and axes.
@@ -392,7 +392,7 @@ pub fn failed(worker: &str, reason: &str) -> String {
     format!("The {worker} failed: {reason}")
 }
 
-/// What was calibrated, if it is files.
+/// Source of the calibration, if it is files.
 pub fn files(folder: &str, count: usize) -> String {
     let files = if count == 1 { "1 file" } else { &format!("{count} files") };
     if folder.is_empty() { files.into() } else { format!("{folder}, {files}") }
@@ -403,14 +403,14 @@ pub fn frames(looked_at: usize, taken: usize) -> String {
     format!("{looked_at} examined, {taken} taken")
 }
 
-/// Where the page could not be written at the end of a session.
+/// Error when the page could not be written at the end of a session.
 pub fn not_written(session: &std::path::Path) -> String {
     format!("The report couldn't be written. Try again: boresight report {}", session.display())
 }
 
-/// Where the folder's result holds other numbers than its journal gives.
+/// Note that the folder's result holds other numbers than its journal gives.
 pub const OTHER_RESULT: &str = "calibration.json in this folder differs from the journal: it's older than the last view or from another version. This page shows the journal's numbers.";
 
-/// Where a cut or damaged journal was read as far as it is whole.
+/// Note that a cut or damaged journal was read up to the damage.
 pub const CUT: &str =
     "The journal's last entry was incomplete (never shown as saved) and was dropped.";

@@ -11,11 +11,11 @@ use boresight_guide::session::{Prompt, Snapshot};
 pub const EXPORT: &str = "Export:";
 /// On the result page before there is one.
 pub const NO_RESULT: &str = "No calibration yet";
-/// What to do then.
+/// Action when there is no result.
 pub const NO_RESULT_ACTION: &str = "It needs at least two views with the board tipped in different directions. Follow the outline on the Guide page.";
 /// Heading of the principal point by every method.
 pub const METHODS: &str = "Principal point by method";
-/// What it means.
+/// Meaning of the methods' results.
 pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lens distortion pulls raw principal lines towards the middle of the boards; that is expected.";
 
 /// The two accuracies that matter, each with its goal.
@@ -29,8 +29,8 @@ pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
     both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
 }
 
-/// Which corners of the picture boards have hardly reached, and what would help; `None` if none. `open` goes clockwise
-/// from the top left.
+/// Corners of the picture that boards have hardly reached, and a remedy; `None` if there are none. `open` goes
+/// clockwise from the top left.
 pub fn open_corners(open: [bool; 4]) -> Option<String> {
     const NAMES: [&str; 4] = ["top left", "top right", "bottom right", "bottom left"];
     let names: Vec<&str> =
@@ -57,7 +57,7 @@ pub const TAKE_MORE: &str = "Take two more";
 pub const TAKE_MORE_TIP: &str =
     "Continue this session with two more views, as far into those corners as the board fits.";
 
-/// How far the independent check is from the result; `None` without one.
+/// Distance of the independent check from the result; `None` without one.
 pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
     let off_px = (points.free_homography?.px - points.bundle?.px).norm();
     Some(format!("Independent check: agrees within {} px", super::numbers::small(off_px)))
@@ -80,10 +80,10 @@ pub fn most_often(asked: &[(Prompt, usize)]) -> Option<String> {
 pub const NUMBERS_HEADING: &str = "Numbers";
 /// On the result page without a view.
 pub const NO_VIEW_TAKEN: &str = "No view was taken";
-/// What to try then.
+/// Advice after a failure.
 pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board on the Start page is the one in your hands.";
 
-/// What the button for a format does.
+/// Explanation of the export button for a format.
 pub fn export_tip(format: &str) -> String {
     format!("Save the result as {format} in the session folder.")
 }
@@ -93,7 +93,7 @@ pub fn written(file: &Path) -> String {
     format!("Written: {}", file.display())
 }
 
-/// What the button for a file does.
+/// Explanation of the button for a file.
 pub fn show_tip(file: &Path) -> String {
     format!("Show {}", file.display())
 }
@@ -112,7 +112,7 @@ pub const COMPARING: &str = "Comparing";
 /// The desktop does not say how to show a file.
 pub const NO_VIEWER: &str = "No program found to open files (xdg-open)";
 
-/// Where the session is stored.
+/// Folder of the stored session.
 pub fn stored_in(folder: &Path) -> String {
     format!("Session: {}", folder.display())
 }
@@ -188,7 +188,7 @@ pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<S
     (!bounds.is_empty()).then(|| bounds.join(", "))
 }
 
-/// What a change of the focal length has to be, relative to itself, to be reported.
+/// Smallest relative change of the focal length that would be reported.
 pub fn unseen_drift(change: f64) -> String {
     format!("changes below {:.2} % wouldn't show in these views", 100.0 * change)
 }

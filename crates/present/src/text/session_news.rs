@@ -1,9 +1,9 @@
-//! What a session finds out on the way, one sentence each.
+//! News of a session on its way, one sentence each.
 
 use super::percent;
 use boresight_guide::session::{FarBoard, HeldOutPair, Snapshot};
 
-/// What a board that stays small can reach: "The board fills 28 % of the picture. …".
+/// Precision within reach of a board that stays small: "The board fills 28 % of the picture. …".
 pub fn far_board(far: &FarBoard) -> String {
     let (pp, projection) = (px(far.reach.pp_sigma_px), px(far.reach.projection_sigma_px));
     let size = percent(far.span_fraction);
@@ -19,7 +19,7 @@ pub fn far_board(far: &FarBoard) -> String {
     )
 }
 
-/// How well the newest pair was predicted: "Earlier views predicted views 3 and 4 to 0.11 px".
+/// Error with which the newest pair was predicted: "Earlier views predicted views 3 and 4 to 0.11 px".
 pub fn held_out(pair: &HeldOutPair, snapshot: &Snapshot) -> Option<String> {
     let [first, second] = pair.views.map(|index| snapshot.views.get(index));
     let (first, second) = (first?.number, second?.number);

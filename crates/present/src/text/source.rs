@@ -1,4 +1,4 @@
-//! Where pictures come from.
+//! Sources of pictures.
 
 use std::path::Path;
 

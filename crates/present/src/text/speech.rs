@@ -1,11 +1,11 @@
-//! What is said aloud. Heard once and not read twice: the most important word first, and nothing that only makes
-//! sense on a screen.
+//! Spoken sentences. Heard once and not read twice: the most important word first, and nothing that only makes sense on
+//! a screen.
 
 use super::{camera, edge, prompt};
 use boresight_detect::Side;
 use boresight_guide::session::Prompt;
 
-/// What to do now, in six spoken words at most and without a number.
+/// The next action, in six spoken words at most and without a number.
 pub fn spoken(asked: Prompt) -> String {
     match asked {
         Prompt::Complete => "Done. Put the board down".into(),
@@ -33,7 +33,7 @@ pub fn spoken(asked: Prompt) -> String {
     }
 }
 
-/// What is said when the state that `ended` tells of is over.
+/// Words for the end of the state that `ended` reports.
 pub fn spoken_after(ended: Prompt) -> &'static str {
     match ended {
         Prompt::CameraLost => "The camera is back",

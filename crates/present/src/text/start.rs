@@ -11,9 +11,9 @@ pub const BOARD: &str = "Board";
 /// See [`CAMERA`].
 pub const START: &str = "Start";
 
-/// Where no camera is.
+/// Note in place of a list of cameras.
 pub const NO_CAMERA: &str = "No camera found";
-/// What to do then.
+/// Action when there is no camera.
 pub const NO_CAMERA_ACTION: &str =
     "Plug one in: it appears here. Or try a simulation, or look at a recording.";
 /// While a camera gets ready.
@@ -136,7 +136,7 @@ pub const DETECT_NEEDS: &str = "Choose a camera first.";
 /// While no board is seen.
 pub const DETECTING: &str = "Show the whole board with its white margin";
 
-/// What was counted.
+/// Counted corners.
 pub fn detected([columns, rows]: [u16; 2]) -> String {
     format!("Your board has {columns} × {rows} inner corners")
 }
@@ -180,7 +180,7 @@ pub const PLAN: &str = "How thorough?";
 /// sessions of people of all kinds it's 3.8.
 const SECS_PER_VIEW: f64 = 6.0;
 
-/// How long it may last.
+/// Time that a session may last.
 pub fn minutes(plan: Plan) -> String {
     let views = match plan {
         Plan::Quick => 4.0,
@@ -194,7 +194,7 @@ pub fn minutes(plan: Plan) -> String {
         (minutes, _) => format!("about {minutes}½ min"),
     }
 }
-/// What happens next.
+/// The next steps.
 pub const STEPS: [&str; 3] = [
     "Match the card in the picture with your board.",
     "Hold still: photos are taken automatically.",
@@ -218,7 +218,7 @@ pub const RUNNING_ACTION: &str =
 /// The button back to it.
 pub const BACK: &str = "Back to the session";
 
-/// What happened to the board.
+/// Report that the board was switched.
 pub fn switched([columns, rows]: [u16; 2], [before_columns, before_rows]: [u16; 2]) -> String {
     format!(
         "This board has {columns} × {rows} inner corners: used instead of {before_columns} × {before_rows}"

@@ -15,16 +15,16 @@ pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String
     format!("Board from its code: {columns}x{rows}, {}{measured}, ID {id}", millimetres(printed_mm))
 }
 
-/// Where a board is printed with a code.
+/// Note about a board that is printed with a code.
 pub fn code_in_margin(id: &str) -> String {
     format!("Board ID {id}: commands read the board from the code in its margin, without --board")
 }
 
-/// Where it is printed without one.
+/// Note about a board that is printed without one.
 pub const NO_ROOM_FOR_CODE: &str =
     "No code in the margin: there's no room for it beside squares of this size";
 
-/// What is printed beside the ruler, with the board's ID if it has one.
+/// Lines printed beside the ruler, with the board's ID if it has one.
 pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
     let Plan { columns, rows, ruler_mm, .. } = plan;
     let (square, width) = (millimetres(plan.square_mm), millimetres(plan.board_width_mm()));
@@ -57,7 +57,7 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
     ]
 }
 
-/// What to do with the written file, step by step.
+/// Instructions for the written file, step by step.
 pub fn target_steps(plan: &Plan) -> Vec<String> {
     let ruler = millimetres(plan.ruler_mm);
     let (across, width) = (plan.columns + 1, millimetres(plan.board_width_mm()));
@@ -89,7 +89,7 @@ pub fn target_steps(plan: &Plan) -> Vec<String> {
     steps
 }
 
-/// What fits instead.
+/// Alternatives that fit.
 pub fn does_not_fit(err: &DoesNotFit) -> String {
     match err {
         DoesNotFit::TooLarge { largest_mm, paper, .. } => {
@@ -111,7 +111,7 @@ pub fn does_not_fit(err: &DoesNotFit) -> String {
     }
 }
 
-/// That the squares have another size than requested, if they have: a screen's squares are whole pixels.
+/// Note that the squares have another size than requested, if they have: a screen's squares are whole pixels.
 pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
     ((plan.square_mm - asked_mm).abs() > 5e-4).then(|| {
         format!(

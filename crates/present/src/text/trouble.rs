@@ -1,5 +1,4 @@
-//! What is wrong in a session, and what to do: which troubles are shown, and in what order, for the window and the
-//! phone's page alike.
+//! Troubles of a session and their actions, in the order in which the window and the phone's page show them.
 
 use super::{
     camera::{self, printable},
@@ -8,14 +7,14 @@ use super::{
 use boresight_geometry::device::Fault;
 use boresight_guide::session::{Prompt, Snapshot, Stream};
 
-/// What is wrong and what to do.
+/// A trouble and its action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trouble {
     /// The cause.
     pub what: String,
-    /// What to do; may be empty.
+    /// The next action; may be empty.
     pub action: String,
-    /// What a device or program said about it; may be empty.
+    /// Words of a device or program about it; may be empty.
     pub detail: String,
     /// Inner corners (columns, rows) of a board that could be used instead.
     pub board: Option<[u16; 2]>,

@@ -18,7 +18,7 @@ pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
     super::prompt(prompt(snapshot, mirrored))
 }
 
-/// What is asked for, as [`sentence`] says it.
+/// The request, as [`sentence`] says it.
 pub fn prompt(snapshot: &Snapshot, mirrored: bool) -> Prompt {
     let prompt = snapshot.shown.prompt;
     if mirrored { prompt.mirrored() } else { prompt }
@@ -89,7 +89,7 @@ pub fn remove_view(number: ViewNumber) -> String {
     format!("Remove {}", view_name(number))
 }
 
-/// How long ago the drawing on the picture was measured.
+/// Age of the drawing on the picture.
 pub fn overlay_age(age_secs: f64) -> String {
     format!("overlay delay {:.0} ms", 1e3 * age_secs.max(0.0))
 }
@@ -120,7 +120,7 @@ pub fn stalled(secs: f64) -> String {
     format!("No picture for {secs:.0} s")
 }
 
-/// What to do when no picture comes.
+/// Action when no picture comes.
 pub const STALLED_ACTION: &str =
     "Your views are safe. Check the cable; capture resumes when pictures arrive.";
 
@@ -129,11 +129,11 @@ pub fn failed(worker: &str, reason: &str) -> String {
     format!("The {worker} failed: {}", super::camera::printable(reason))
 }
 
-/// What to do about a failed worker.
+/// Action for a failed worker.
 pub const FAILED_ACTION: &str =
     "Your views are safe. Fix the problem, then choose Continue on the Result page.";
 
-/// Which board is shown instead of the chosen one, and what to do; `None` if it's the chosen one.
+/// The board that is shown instead of the chosen one, and the next action; `None` if it's the chosen one.
 pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
     let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
     let chosen = &snapshot.setup.board;
@@ -221,13 +221,13 @@ pub const ENDED_AT_ONCE: &str = "Ended at once. Views shown as taken are on the 
 pub const IN_TERMINAL: &str = "No display found. Guiding in this terminal instead.";
 /// The build has no window.
 pub const BUILT_WITHOUT: &str = "This build has no window. Guiding in this terminal instead.";
-/// What to do without a display.
+/// Action without a display.
 pub const NO_DISPLAY_ACTION: &str =
     "Use --headless for guidance in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";
-/// What to do if the display went away under an open window.
+/// Action if the display went away under an open window.
 pub const LOST_DISPLAY_ACTION: &str =
     "Your views are saved. To continue: boresight guide --session DIR";
-/// What to do if the window system refuses.
+/// Action if the window system refuses.
 pub const NO_WINDOW_ACTION: &str = "Check that DISPLAY or WAYLAND_DISPLAY names an existing display. Install what's missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless for guidance in the terminal.";
 /// The source was not named and no camera is there.
 pub const NO_CAMERA: &str = "No camera found: showing a simulation";

@@ -1,4 +1,4 @@
-//! How the live camera is to be used.
+//! Settings of the live camera.
 
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +48,7 @@ impl Default for CameraConfig {
 }
 
 impl CameraConfig {
-    /// What is wanted of the camera's mode; `None` if the text is no mode.
+    /// Wanted mode; `None` if the text is no mode.
     pub fn wanted(&self) -> Option<Wanted> {
         let mut wanted = Wanted::default();
         if self.mode == "auto" {

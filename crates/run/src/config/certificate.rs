@@ -1,4 +1,4 @@
-//! What the report's first sheet says beside the numbers.
+//! Statements of the report's first sheet beside the numbers.
 
 use serde::{Deserialize, Serialize};
 

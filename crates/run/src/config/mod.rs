@@ -54,7 +54,7 @@ pub struct Config {
 pub struct MeasuredBoard {
     /// Side of a square.
     pub square_mm: f64,
-    /// How it was measured.
+    /// Measuring tool.
     #[serde(default)]
     pub measured_with: String,
 }
@@ -249,7 +249,7 @@ pub enum ConfigError {
     /// The text is not a valid configuration.
     #[error("{message} (in {origin})")]
     Invalid {
-        /// What is wrong, in the parser's words.
+        /// The mistake, in the parser's words.
         message: String,
         /// File name or command line.
         origin: String,

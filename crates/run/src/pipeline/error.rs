@@ -1,4 +1,4 @@
-//! What can fail in a pipeline.
+//! Errors of a pipeline.
 
 use crate::recording::RecordingError;
 

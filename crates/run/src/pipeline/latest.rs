@@ -108,7 +108,7 @@ impl<T> LatestReceiver<T> {
         slot.closed && slot.value.is_none()
     }
 
-    /// How many values were replaced before anyone took them.
+    /// Number of values that were replaced before anyone took them.
     pub fn replaced(&self) -> u64 {
         self.shared.lock().replaced
     }

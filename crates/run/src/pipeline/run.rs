@@ -32,14 +32,14 @@ const CONTROL_REQUESTS_CAPACITY: usize = 16;
 /// detector through the inbox to the session.
 const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
 
-/// What a pipeline is made of.
+/// Parts of a pipeline.
 pub struct Setup {
-    /// Where frames come from. Its frame numbers go on from those of a resumed session: see
+    /// Source of the frames. Its frame numbers go on from those of a resumed session: see
     /// [`boresight_capture::renumbered`].
     pub source: Box<dyn FrameSource>,
     /// The state to start from.
     pub session: Session,
-    /// Where to record; `None` records nothing.
+    /// Folder of the recording; `None` records nothing.
     pub folder: Option<SessionFolder>,
     /// True if every frame must be judged before the next is fetched. For sources that wait: files, recordings, the
     /// simulated camera. A live camera doesn't wait.
@@ -50,7 +50,7 @@ pub struct Setup {
     pub on_frame: OnFrame,
 }
 
-/// What a session run leaves behind.
+/// Result of a session run.
 #[derive(Debug)]
 pub struct Finished {
     /// The state at the end.
@@ -74,7 +74,7 @@ struct Workers {
     session: Worker<Result<Session, RecordingError>>,
 }
 
-/// Who hears of frames and views while the threads run.
+/// Listeners that are told of frames and views while the threads run.
 struct Listeners<W, C, A> {
     /// Called after each new snapshot.
     wake: W,

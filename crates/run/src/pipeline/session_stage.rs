@@ -12,7 +12,7 @@ use boresight_guide::session::{Decision, Input, Observation, Outcome, Session, S
 /// A frame that the session has judged.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameReport<'a> {
-    /// What the detector saw.
+    /// Result of the detector.
     pub observation: &'a Observation,
     /// The session's state after this frame.
     pub snapshot: &'a Snapshot,

@@ -1,4 +1,4 @@
-//! What a camera said, as the journal writes it.
+//! Camera events, as the journal writes them.
 
 use serde::{Deserialize, Serialize};
 

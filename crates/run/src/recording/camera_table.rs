@@ -54,7 +54,7 @@ impl CameraTable {
         self.usb.as_deref()
     }
 
-    /// How the controls stood before the session locked them.
+    /// State of the controls before the session locked them.
     pub fn controls_before(&self) -> Vec<ControlBefore> {
         let before = |table: &ControlTable| ControlBefore {
             control: table.control.into(),

@@ -5,7 +5,7 @@ use serde_json::value::RawValue;
 
 use super::format::{Envelope, Line, Stored};
 
-/// What is read of a line when the whole journal is looked through.
+/// Fields read of each line when the whole journal is looked through.
 pub(super) struct Glance {
     /// The picture stored with it, if one was.
     pub(super) stored: Option<Stored>,

@@ -9,7 +9,7 @@ use boresight_files::FileError;
 pub struct Damage {
     /// Its number, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// The damage, in words.
     pub reason: String,
 }
 
@@ -28,7 +28,7 @@ pub enum RecordingError {
     /// `session.toml` is not one that this version reads.
     #[error("not a session this version can read ({reason}): {path:?}")]
     Header {
-        /// What is wrong with it.
+        /// The mistake, in words.
         reason: String,
         /// True if a newer version wrote it.
         newer: bool,
@@ -44,7 +44,7 @@ pub enum RecordingError {
     /// A journal line is damaged.
     #[error("line {} of the journal is damaged ({}): {path:?}", damage.line, damage.reason)]
     Damaged {
-        /// Which line, and how.
+        /// The first damaged line.
         damage: Damage,
         /// The file.
         path: PathBuf,
@@ -52,7 +52,7 @@ pub enum RecordingError {
     /// The journal lacks lines that must have been there.
     #[error("lines are missing from the journal ({reason}): {path:?}")]
     LinesMissing {
-        /// What tells so.
+        /// Evidence of the missing lines, in words.
         reason: String,
         /// The file.
         path: PathBuf,
@@ -60,7 +60,7 @@ pub enum RecordingError {
     /// A stored picture is missing or damaged.
     #[error("a stored picture is damaged ({reason}): {path:?}")]
     Frame {
-        /// What is wrong with it.
+        /// The damage, in words.
         reason: String,
         /// The file.
         path: PathBuf,

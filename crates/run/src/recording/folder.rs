@@ -39,7 +39,7 @@ const FRAME_LIMIT: u64 = 512 << 20;
 /// Longest side of a stored picture.
 const SIDE_LIMIT_PX: u32 = 16_384;
 
-/// What `session.toml` says.
+/// Contents of `session.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
@@ -223,7 +223,7 @@ impl SessionFolder {
         Journal::read(&path.join(JOURNAL))
     }
 
-    /// Where the session is.
+    /// Path of the session.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -266,8 +266,7 @@ fn lock(path: &Path) -> Result<File, RecordingError> {
     }
 }
 
-/// What tells that the journal of the session at `path` once had more lines than `contents`; `None` if nothing
-/// does.
+/// Evidence that the journal of the session at `path` once had more lines than `contents`; `None` if there is none.
 ///
 /// A crash can leave a picture whose line was never written: one, each time that the program ran.
 pub fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
@@ -285,7 +284,7 @@ pub fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> 
     (nameless > runs).then(|| format!("{nameless} pictures have no line"))
 }
 
-/// How many views the lines record as taken, removed ones included.
+/// Number of views that the lines record as taken, removed ones included.
 ///
 /// # Errors
 ///

@@ -18,21 +18,21 @@ pub struct Journal {
     next_seq: u64,
     /// CRC-32 of `session.toml`, for the first line.
     header_crc32: String,
-    /// Where to cut before the first line is appended.
+    /// Length in bytes to which the file is cut before the first line is appended.
     cut_to: Option<u64>,
     /// Lines that outlast a power cut, and how many of them the journal says so of.
     synced: u64,
     synced_told: u64,
 }
 
-/// What a journal holds.
+/// Contents of a journal.
 #[derive(Clone, Debug, Default)]
 pub struct JournalContents {
     /// Its whole lines in order.
     pub lines: Lines,
     /// The pictures stored with them, in order.
     pub stored: Vec<Stored>,
-    /// How often the session was resumed.
+    /// Number of times that the session was resumed.
     pub resumed: usize,
     /// Bytes up to the end of the last whole line.
     pub whole_bytes: u64,

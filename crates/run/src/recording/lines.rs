@@ -26,7 +26,7 @@ impl Lines {
         Self { path: path.to_path_buf(), count }
     }
 
-    /// How many there are.
+    /// Number of lines.
     pub fn len(&self) -> usize {
         self.count
     }

@@ -1,4 +1,4 @@
-//! What is whole of a damaged session, copied into a new one.
+//! Recovery of a damaged session: copies its whole parts into a new one.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::{
 use boresight_files::{Draft, FileError, Links, Overwrite, make_folder, read, save};
 use boresight_geometry::frame::FrameId;
 
-/// What was copied.
+/// Counts of a recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Recovered {
     /// Lines of the journal.

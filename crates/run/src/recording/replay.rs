@@ -9,7 +9,7 @@ use boresight_guide::{
     session::{Decision, Input, Session, ViewNumber},
 };
 
-/// What a recorded decision did to the views.
+/// Effect of a recorded decision on the views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "outcome")]
 pub enum RecordedOutcome {
@@ -19,7 +19,7 @@ pub enum RecordedOutcome {
         view: ViewNumber,
         /// The frame it comes from.
         frame: u64,
-        /// What it is for.
+        /// Role of the view.
         role: Role,
     },
     /// A view was removed.
@@ -49,7 +49,7 @@ impl RecordedOutcome {
 }
 
 impl Line {
-    /// What the recorded decision did to the views; `None` if it can't be read.
+    /// Effect of the recorded decision on the views; `None` if it can't be read.
     pub fn outcome(&self) -> Option<RecordedOutcome> {
         RecordedOutcome::of(self.decision.get())
     }
@@ -88,13 +88,13 @@ impl Difference {
 /// Decisions that differ by rounding only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounding {
-    /// How many.
+    /// Number of decisions.
     pub count: usize,
     /// The largest of their [`Difference::rounding`]s; 0 if there are none.
     pub largest: f64,
 }
 
-/// How replayed decisions compare with the recorded ones.
+/// Comparison of replayed decisions with the recorded ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
     /// Lines of the journal, from 1, whose decisions differ by more than rounding.
@@ -125,7 +125,7 @@ impl Replayed {
     }
 }
 
-/// How far the numbers of two values are apart at most; infinitely far if anything else differs.
+/// Largest relative difference between the numbers of two values; infinite if anything else differs.
 fn apart(a: &Value, b: &Value) -> f64 {
     let all = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(0.0, f64::max);
     match (a, b) {

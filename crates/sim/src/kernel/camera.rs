@@ -18,13 +18,13 @@ type FrameFault = Box<dyn FnMut(u64, &mut SimFrame) + Send>;
 pub struct SimCamera {
     /// As sysfs shows it.
     pub node: Node,
-    /// What its driver says.
+    /// The driver's capabilities.
     pub capability: Capability,
     /// True while the camera is plugged in.
     pub present: bool,
     /// Formats with their sizes and intervals.
     pub formats: Vec<(FourCc, Vec<FrameSizes>, Vec<Fraction>)>,
-    /// What it makes of a format that is asked for.
+    /// Format that the driver grants for a requested one.
     pub grants: Box<dyn FnMut(Format) -> Format + Send>,
     /// The interval that it grants whatever is asked for.
     pub grants_interval: Option<Fraction>,
@@ -40,7 +40,7 @@ pub struct SimCamera {
     pub first_sequence: u32,
     /// The bytes of the frame of that number.
     pub picture: Box<dyn FnMut(u64) -> Vec<u8> + Send>,
-    /// What goes wrong with frames.
+    /// Faults of frames, applied in order.
     pub frame_faults: Vec<FrameFault>,
     /// Its controls by number.
     pub controls: BTreeMap<u32, SimControl>,
@@ -71,9 +71,9 @@ pub struct SimCamera {
 /// A control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SimControl {
-    /// What it can be.
+    /// Range of its values.
     pub range: ControlRange,
-    /// What it is.
+    /// Value.
     pub value: i64,
     /// True if setting it does anything.
     pub obeys: bool,
@@ -84,7 +84,7 @@ pub struct SimControl {
 pub struct SimFrame {
     /// Its bytes.
     pub bytes: Vec<u8>,
-    /// How many of the buffer's bytes are said to be its.
+    /// Number of the buffer's bytes that the driver claims for this frame.
     pub bytes_used: u32,
     /// True if the driver calls it bad.
     pub error: bool,

@@ -28,7 +28,7 @@ const TICK_NANOS: u64 = 1_000_000;
 #[derive(Clone, Default)]
 pub struct SimKernel {
     world: Arc<Mutex<World>>,
-    /// What was last asked for, so that it can be lent.
+    /// The last requested bytes, kept so that they can be lent.
     lent: Vec<u8>,
 }
 

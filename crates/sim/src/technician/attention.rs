@@ -7,9 +7,9 @@ use rand_distr::{Distribution, Exp1};
 use super::{TechnicianParams, time::after};
 use boresight_geometry::frame::CaptureTime;
 
-/// How long a glance away takes.
+/// Range of a glance away, in seconds.
 const AWAY_SECS: std::ops::Range<f64> = 1.0..2.0;
-/// How long a rest takes.
+/// Duration of a rest, in seconds.
 const REST_SECS: f64 = 4.0;
 /// Tiredness grows no longer than this.
 const TIRING_SECS: f64 = 90.0;
@@ -68,7 +68,7 @@ impl Stamina {
         }
     }
 
-    /// How much more the board moves than in a rested person's hands.
+    /// Factor by which the board moves more than in a rested person's hands.
     pub(super) fn gain_at(&self, time: CaptureTime) -> f64 {
         let tired_secs = time.secs_since(self.rested);
         match self.rest {

@@ -1,4 +1,4 @@
-//! What the person is shown and told.
+//! Cues: everything that the person is shown and told.
 
 use nalgebra::Point2;
 
@@ -9,11 +9,11 @@ use boresight_geometry::frame::CaptureTime;
 pub struct Cue {
     /// Capture time of the frame that caused it.
     pub seen_at: CaptureTime,
-    /// What it says.
+    /// Contents of the cue.
     pub kind: CueKind,
 }
 
-/// What a [`Cue`] says.
+/// Contents of a [`Cue`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum CueKind {
     /// Bring the board onto the ghost drawn in the picture.
@@ -25,7 +25,7 @@ pub enum CueKind {
     },
     /// A sentence on the screen. It replaces the one before, read or not.
     Sentence {
-        /// What it asks for.
+        /// The request.
         instruction: Instruction,
         /// Number of words to read.
         words: usize,
@@ -36,7 +36,7 @@ pub enum CueKind {
     Finished,
 }
 
-/// What a sentence asks for. Amounts are those of the frame that caused it.
+/// Request of a sentence. Amounts are those of the frame that caused it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Instruction {
     /// Keep the board where it is.
@@ -54,9 +54,9 @@ pub enum Instruction {
     },
     /// Shift the board in the picture.
     Shift {
-        /// How far right.
+        /// Distance to the right, in pixels; negative to the left.
         right_px: f64,
-        /// How far down.
+        /// Distance down, in pixels; negative up.
         down_px: f64,
     },
     /// Tip the board until it recedes like this.

@@ -1,4 +1,4 @@
-//! Where the board must be to match the ghost on the screen.
+//! Pose of the board that matches the ghost on the screen.
 
 use nalgebra::{
     DMatrix, Isometry3, Matrix3, Matrix6, Point2, Rotation3, UnitQuaternion, Vector3, Vector6,

@@ -48,7 +48,7 @@ use boresight_geometry::{
 const LONGEST_READING_SECS: f64 = 2.0;
 /// Told to hold still, the person waits this many times longer before correcting the pose.
 const PATIENCE_WHEN_HOLDING: f64 = 4.0;
-/// What an asked correction comes to, relative to what was asked.
+/// Range of the actual correction, relative to the requested one.
 const RESPONSE: std::ops::Range<f64> = 0.7..1.2;
 /// Least and largest change of the distance at once.
 const DISTANCE_RATIOS: (f64, f64) = (0.6, 1.7);
@@ -62,9 +62,9 @@ pub struct Technician {
     camera: Camera,
     image_size: ImageSize,
     corners_in_board_m: Vec<Point2<f64>>,
-    /// How far down the board must go to be out of view, relative to its distance; and by its size.
+    /// Distance down at which the board is out of view: a part relative to its distance, and a part from its size.
     out_of_view: (f64, f64),
-    /// Where the board is held up without any guidance.
+    /// Pose of the board before any guidance.
     start: Isometry3<f64>,
     rng: ChaCha8Rng,
     /// For reaction times and the ways of the hand.
@@ -81,7 +81,7 @@ pub struct Technician {
     wanted: Option<Isometry3<f64>>,
     /// Size of the next attempt's error relative to the first's.
     error_scale: f64,
-    /// What to do unless something happens before.
+    /// The next act, unless something happens before.
     next: Option<(CaptureTime, Next)>,
     reach: Reach,
 }
@@ -94,7 +94,7 @@ struct Sentence {
     due: Option<CaptureTime>,
 }
 
-/// What the person does without a further cue.
+/// Act of the person without a further cue.
 #[derive(Clone, Copy, Debug)]
 enum Next {
     /// Corrects a pose that was not taken.
@@ -197,7 +197,7 @@ impl Technician {
         self.params.reaction_secs * (1.0 + spread)
     }
 
-    /// Where the board is at `time`, which must not go back; an earlier time counts as the latest.
+    /// Pose of the board at `time`, which must not go back; an earlier time counts as the latest.
     pub fn pose_at(&mut self, time: CaptureTime) -> Isometry3<f64> {
         let time = time.max(self.now);
         loop {

@@ -1,13 +1,13 @@
 //! Parameters of the simulated person.
 
-/// How quick, exact and steady the person is. [`Person`](super::Person) has several.
+/// Quickness, precision and steadiness of the person. [`Person`](super::Person) has several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TechnicianParams {
     /// From seeing a new cue to acting on it, on average.
     pub reaction_secs: f64,
     /// Largest relative change of the reaction time from one cue to the next.
     pub reaction_spread: f64,
-    /// How long a word of the advice takes to read; 0 for a person who only looks at the ghost.
+    /// Time to read a word of the advice; 0 for a person who only looks at the ghost.
     pub reading_secs_per_word: f64,
     /// Average time between two glances away from the screen; 0 for a person who never looks away.
     pub look_away_every_secs: f64,
@@ -17,13 +17,13 @@ pub struct TechnicianParams {
     pub lateral_error_px: f64,
     /// Largest relative error of the distance at first.
     pub distance_error: f64,
-    /// How far the board overshoots on arrival, on average, relative to the way.
+    /// Mean overshoot of the board on arrival, relative to the way.
     pub overshoot: f64,
     /// Top speed of the board's centre.
     pub max_speed_m_per_s: f64,
     /// Top speed of turning.
     pub max_turn_rad_per_s: f64,
-    /// What holds the board; decides what `tremor_m` and `tremor_rad` are.
+    /// Support of the board; decides the meaning of `tremor_m` and `tremor_rad`.
     pub support: Support,
     /// Rms sway along each axis.
     pub sway_m: f64,
@@ -33,14 +33,14 @@ pub struct TechnicianParams {
     pub tremor_m: f64,
     /// The same about each axis.
     pub tremor_rad: f64,
-    /// How far the board sinks while it is held in place.
+    /// Distance that the board sinks while it is held in place.
     pub sink_m: f64,
     /// Growth of sway, tremor and sinking per second since the last rest, relative to a rested person's.
     pub tiring_per_sec: f64,
     /// The person lowers the board and rests if a view is taken this long after the last rest, and at
     /// twice this time without one; 0 for a person who never rests.
     pub rest_after_secs: f64,
-    /// How long to hold a pose that is not taken before correcting it.
+    /// Time for which a pose that is not taken is held before it's corrected.
     pub patience_secs: f64,
     /// The next attempt's error relative to the last one's.
     pub correction: f64,
@@ -48,7 +48,7 @@ pub struct TechnicianParams {
     pub start_width: f64,
 }
 
-/// What holds the board.
+/// Support of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Support {
     /// Two hands: they sway and tremble.

@@ -41,7 +41,7 @@ impl Person {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Steady, Self::Usual, Self::Shaky, Self::Tired, Self::Tripod];
 
-    /// What the person is like.
+    /// Parameters of the person.
     pub fn params(self) -> TechnicianParams {
         let mm = 1e-3;
         let degree = 1_f64.to_radians();

@@ -9,7 +9,7 @@ use boresight_geometry::frame::CaptureTime;
 const TOP_SPEED: f64 = 15.0 / 8.0;
 /// Least time for a corrective movement.
 const CORRECTION_SECS: f64 = 0.3;
-/// How long a held board takes to sink by about two thirds of what it sinks in all.
+/// Time in which a held board sinks by about two thirds of the whole.
 const SINKING_SECS: f64 = 5.0;
 
 /// A reach to a pose: a minimum-jerk movement that overshoots, two more that correct it (superposed
@@ -20,7 +20,7 @@ pub(super) struct Reach {
     to: Isometry3<f64>,
     start: CaptureTime,
     first_secs: f64,
-    /// How far the first movement goes beyond the target, relative to the way.
+    /// Overshoot of the first movement beyond the target, relative to the way.
     overshoot: f64,
     correction_secs: f64,
     sink_m: f64,
@@ -63,7 +63,7 @@ impl Reach {
         Self { from, to, start, first_secs, overshoot, correction_secs, sink_m }
     }
 
-    /// Where the reach ends, before the sinking.
+    /// End of the reach, before the sinking.
     pub(super) fn to(&self) -> &Isometry3<f64> {
         &self.to
     }

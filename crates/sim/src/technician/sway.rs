@@ -1,4 +1,4 @@
-//! How a held board moves although it should not.
+//! Involuntary motion of a held board.
 //!
 //! Each of the six degrees of freedom is a sum of sines of incommensurate frequencies, so the board's
 //! pose at a time follows from that time alone.

@@ -26,7 +26,7 @@ pub enum Accept {
     Novel(f64),
 }
 
-/// What becomes of a view.
+/// Judgement on a view.
 pub(super) enum Judged {
     /// It counts; the measured view has a principal line unless the board faces the camera.
     Taken(Option<Box<View>>),
@@ -198,7 +198,7 @@ fn area_px2(polygon: &[Point2<f64>]) -> f64 {
     signed_area_px2(polygon).abs()
 }
 
-/// What `camera` shows of a board at `cam_from_board`. `None` if a corner is behind it.
+/// Wish for a board at `cam_from_board`, as `camera` shows it. `None` if a corner is behind the camera.
 pub(super) fn wish_at(
     cam_from_board: Isometry3<f64>,
     board: &Checkerboard,

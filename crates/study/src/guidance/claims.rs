@@ -1,4 +1,4 @@
-//! What the comparison says, in words: who is best at what, and where we are not.
+//! Conclusions of the comparison, in words: the best at each task, and our own rank.
 
 use super::{
     limit::Limit,
@@ -124,7 +124,7 @@ fn least(quantity: &Quantity, rows: &[Row], hand: Hand) -> Option<Claim> {
     Some(Claim { claim, measured, verdict })
 }
 
-/// What differs between the best strategy and ours.
+/// Differences between the best strategy and ours, in words.
 fn why(best: &Row, own: &Row) -> String {
     format!(
         "Views of {} span {:.0} % of the picture and take {:.1} s in {:.1} tries; ours, {:.0} %, {:.1} s, {:.1} tries.",
@@ -138,7 +138,7 @@ fn why(best: &Row, own: &Row) -> String {
     )
 }
 
-/// How many times the limit the best of ours states after as many views. `None` without the limit or a value.
+/// Ratio of the best of ours to the limit stated after as many views. `None` without the limit or a value.
 pub(super) fn times_the_limit(row: &Row, after: usize, limits: &[Limit]) -> Option<f64> {
     let limit = limits.iter().find(|limit| limit.views == COMPARED_AFTER[after])?;
     Some(row.after[after].pp_sd_px? / limit.pp_sd_px)

@@ -105,9 +105,9 @@ impl TrueLens {
 pub struct Course {
     /// The truth.
     pub lens: TrueLens,
-    /// What is fitted after each view.
+    /// Lens model fitted after each view.
     pub model: LensModel,
-    /// What is held up.
+    /// The board held up.
     pub board: Checkerboard,
 }
 
@@ -148,7 +148,7 @@ pub(super) fn mild_distortion() -> Distortion {
     Distortion { k1: -0.1, k2: -0.02, ..Distortion::default() }
 }
 
-/// What is held up: 9×6 corners of 40 mm.
+/// The board held up: 9×6 corners of 40 mm.
 pub(super) fn board_held() -> Checkerboard {
     board([9, 6], 0.04)
 }

@@ -14,7 +14,7 @@ use boresight_guide::{
     session::precision_of,
 };
 
-/// How far a lens is from the truth, and how far it says it is.
+/// Errors of a lens: the true ones, and the stated ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Distance of the principal point from the truth.
@@ -62,8 +62,8 @@ pub(super) fn fitted(
     Some((bundle, errors))
 }
 
-/// What is believed before any view: a usual focal length ± half of it, the principal point at the centre ± 100 px, and
-/// weak beliefs on the distortion.
+/// Belief before any view: a usual focal length ± half of it, the principal point at the centre ± 100 px, and weak
+/// beliefs on the distortion.
 pub(super) fn prior() -> LensPrior {
     let f_px = LensEstimate::guess(IMAGE_SIZE).camera.f_px.x;
     LensPrior::weak(IMAGE_SIZE).with_focal_length(f_px, 0.5 * f_px)

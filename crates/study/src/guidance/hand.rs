@@ -16,11 +16,11 @@ const SPEED_M_PER_S: f64 = 0.5;
 /// Speed of tilting, and of the slower turn in the board's own plane.
 const TILT_RAD_PER_S: f64 = 60.0 * RAD_PER_DEG;
 const TURN_RAD_PER_S: f64 = 45.0 * RAD_PER_DEG;
-/// What aligning costs for each doubling of the way (Fitts), and the way and the angle that need no aligning.
+/// Aligning time for each doubling of the way (Fitts), and the way and the angle that need no aligning.
 const ALIGN_SECS: f64 = 0.25;
 const ALIGNED_PX: f64 = 20.0;
 const ALIGNED_RAD: f64 = 4.0 * RAD_PER_DEG;
-/// How far a hand that watches the screen steps back when a corner is cut.
+/// Factor by which a hand that watches the screen steps back when a corner is cut.
 const STEP_BACK: f64 = 1.05;
 const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 
@@ -33,7 +33,7 @@ pub(super) struct Wish {
     pub(super) ghost_px: Vec<Point2<f64>>,
 }
 
-/// How far a pose is missed at the first try.
+/// Errors of a pose at the first try.
 struct Errors {
     turn_rad: f64,
     lateral_px: f64,
@@ -45,7 +45,7 @@ struct Errors {
 pub(super) struct Person {
     kind: Hand,
     hold_secs: f64,
-    /// Where the board is.
+    /// Pose of the board.
     pub(super) at: Isometry3<f64>,
     /// Time since the start.
     pub(super) secs: f64,
@@ -124,7 +124,7 @@ impl Person {
     }
 }
 
-/// Where a board is before anything is asked.
+/// Pose of the board before anything is asked.
 fn held_up() -> Isometry3<f64> {
     Isometry3::translation(0.0, 0.0, 0.8)
 }

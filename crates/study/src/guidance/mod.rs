@@ -1,4 +1,4 @@
-//! What is each way of guiding a person worth?
+//! Comparison of ways to guide a person.
 //!
 //! The same simulated person, cameras, corner noise, visible margin and hold for every strategy. After each view that
 //! counts, the lens is fitted and compared with the truth; after four and eight views it's also calibrated as the program

@@ -28,7 +28,7 @@ pub(super) const CALIBRATED_AFTER: [usize; 2] = [4, 8];
 /// Views before the program replaces its guess of the lens.
 const VIEWS_OF_A_LENS: usize = 2;
 
-/// Where a run stands after a view that counts.
+/// State of a run after a view that counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
     /// Number of the view, from 1.

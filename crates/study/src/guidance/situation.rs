@@ -4,7 +4,7 @@ use boresight_calibrate::LensModel;
 use boresight_geometry::{Corner, board::Checkerboard};
 use boresight_guide::guidance::{GuidanceParams, LensEstimate, View};
 
-/// What a strategy may know.
+/// Knowledge that a strategy may use.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
     /// The camera as estimated from the views so far.
@@ -15,13 +15,13 @@ pub struct Situation<'a> {
     pub shown: &'a [Vec<Corner>],
     /// Their poses as estimated.
     pub poses: &'a [Isometry3<f64>],
-    /// What is held up.
+    /// The board held up.
     pub board: &'a Checkerboard,
     /// Limits of our planner.
     pub params: &'a GuidanceParams,
     /// Poses asked for so far.
     pub asked: usize,
-    /// What is fitted.
+    /// Lens model that is fitted.
     pub model: LensModel,
     /// Corner error.
     pub noise_px: f64,

@@ -23,7 +23,7 @@ pub struct Runs {
     pub strategy: String,
     /// One of [`Course::CODES`].
     pub course: String,
-    /// Who showed the views.
+    /// The person who showed the views.
     pub hand: Hand,
     /// Marks of each run, one a view.
     pub runs: Vec<Vec<Mark>>,

@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
     changed
 }
 
-/// Which boards are shown: two choices beside each other.
+/// Choice of the boards shown: two choices beside each other.
 fn boards(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
     let mut changed = false;
     let choices = [Boards::One, Boards::Pair, Boards::TwoPairs, Boards::Eight];

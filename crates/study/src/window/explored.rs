@@ -6,7 +6,7 @@ use crate::{
     setup::Setup,
 };
 
-/// What is played with, and what it gives.
+/// The exploration's settings and its result.
 #[derive(Clone, Debug)]
 pub struct Explored {
     pub(super) wish: ExploreSetup,
@@ -27,7 +27,7 @@ impl Default for Explored {
 }
 
 impl Explored {
-    /// What is seen now.
+    /// The present drawing and its numbers.
     pub fn seen(&self) -> &Seen {
         &self.seen
     }

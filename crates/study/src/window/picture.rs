@@ -1,4 +1,4 @@
-//! What the simulated camera sees, and the surroundings of the principal point enlarged.
+//! Picture of the simulated camera, and the surroundings of the principal point enlarged.
 
 use egui::{
     Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo,
@@ -11,7 +11,7 @@ use boresight::ui::{Placed, guide::overlay::shaded_text, theme};
 use boresight_geometry::{PrincipalLine, frame::ImageSize};
 use boresight_present::text::explore as words;
 
-/// How much the enlarged part is enlarged against the picture.
+/// Magnification of the enlarged part against the picture.
 const ENLARGED: f32 = 8.0;
 
 /// Shows the picture. Returns whether the board was dragged.

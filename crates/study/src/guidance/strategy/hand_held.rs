@@ -1,4 +1,4 @@
-//! What people do without guidance: moderate tilts, anywhere, at a comfortable distance.
+//! Poses that people choose without guidance: moderate tilts, anywhere, at a comfortable distance.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;

@@ -35,7 +35,7 @@ use boresight_guide::guidance::Plan;
 pub struct Strategy {
     /// Stable name.
     pub code: &'static str,
-    /// Where it comes from.
+    /// Publication or program that it comes from.
     pub source: &'static str,
     /// The pose to ask for, in the camera that is believed; `None` when the plan is complete.
     pub wish: fn(&Situation<'_>, &mut ChaCha8Rng) -> Option<Isometry3<f64>>,

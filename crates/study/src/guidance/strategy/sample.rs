@@ -16,7 +16,7 @@ pub(in crate::guidance) struct Wanted {
     pub(in crate::guidance) tilt_rad: f64,
     /// Turn of the board in its own plane.
     pub(in crate::guidance) roll_rad: f64,
-    /// Where its centre is seen, as a share of the picture's width and height.
+    /// Image of its centre, as a share of the picture's width and height.
     pub(in crate::guidance) centre: [f64; 2],
     /// Share of the picture's width or height that the corners span.
     pub(in crate::guidance) fill: f64,
