@@ -71,7 +71,7 @@ impl Picture {
         self.interval_secs.map(|secs| 1.0 / secs)
     }
 
-    /// Its texture, once there is a picture.
+    /// Texture of the picture, once there is one.
     pub fn texture(&self) -> Option<&TextureHandle> {
         self.texture.as_ref()
     }

@@ -17,7 +17,7 @@ use boresight_run::pipeline::Background;
 pub(super) enum SessionState {
     /// None has been started yet.
     Idle,
-    /// It could not be started.
+    /// The session could not be started.
     NotStarted(UserError),
     /// Views are being taken.
     Running(Box<Running>),

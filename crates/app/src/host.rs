@@ -258,11 +258,11 @@ pub struct PrintedBoard {
 pub struct Memory {
     /// Source of the last session.
     pub source: Option<String>,
-    /// Its camera's mode.
+    /// Mode of the last session's camera.
     pub mode: Option<String>,
     /// Inner corners of the board.
     pub board: Option<[u16; 2]>,
-    /// Its markers, if it's a ChArUco board.
+    /// Markers of the board, if it's a ChArUco board.
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: Option<f64>,
@@ -337,7 +337,7 @@ mod plan_name {
 
 /// A running session.
 pub struct Opened {
-    /// Its threads.
+    /// Threads of the session.
     pub pipeline: Pipeline,
     /// Feed of the session's snapshots and pictures.
     pub showing: LiveFeed,

@@ -40,7 +40,7 @@ const SAME_COUNTS: u32 = 3;
 
 /// The cameras of a computer.
 pub trait Cameras: Send + Sync {
-    /// Those that are there.
+    /// The connected cameras.
     fn near(&self) -> Near;
 
     /// Opens the one called `source`.

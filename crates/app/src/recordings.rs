@@ -23,7 +23,7 @@ pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage> + Send>;
 /// A recorded session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recording {
-    /// Its folder.
+    /// Folder of the recording.
     pub folder: PathBuf,
     /// When, of what.
     pub what: String,

@@ -36,9 +36,9 @@ use boresight_sim::TruthLog;
 
 /// A session that is ready to run.
 pub struct Run {
-    /// Its folder, locked.
+    /// Folder of the session, locked.
     pub folder: SessionFolder,
-    /// Its state: empty, or as recorded.
+    /// State of the session: empty, or as recorded.
     pub session: Session,
     /// Source of the frames.
     pub open: OpenSource,

@@ -28,7 +28,7 @@ pub struct KnownLens {
     pub kind: LensKind,
     /// Lens parameters: see [`Camera::lens_parameters`].
     pub parameters: [f64; LENS_PARAMETERS],
-    /// Their covariance.
+    /// Covariance of the parameters.
     pub covariance: [[f64; LENS_PARAMETERS]; LENS_PARAMETERS],
 }
 

@@ -30,7 +30,7 @@ pub(super) struct DistortionPull {
     pub(super) coefficients: &'static [LensParameter],
     /// Information about them, for corners with the stated error.
     pub(super) information: DMatrix<f64>,
-    /// Its gradient.
+    /// Gradient of the cost by the coefficients.
     pub(super) gradient: DVector<f64>,
     /// σ₀ with the distortion free.
     pub(super) noise_factor: f64,

@@ -13,7 +13,7 @@ use boresight_geometry::{cell_centres_px, frame::ImageSize};
 pub struct StatedLens {
     /// Focal length and principal point x, y in pixels.
     pub f_pp_px: Vector3<f64>,
-    /// Their covariance, px².
+    /// Covariance of `f_pp_px`, px².
     pub covariance_px2: Matrix3<f64>,
 }
 

@@ -6,7 +6,7 @@ use serde_json::Value;
 /// Why a file of this program cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotRead {
-    /// It is of another schema, or of another version.
+    /// The file is of another schema, or of another version.
     #[error("its schema is {found:?}, this version reads {wanted:?}")]
     Schema {
         /// The schema in the file; empty if it names none.

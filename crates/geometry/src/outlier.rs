@@ -27,7 +27,7 @@ pub struct ConsistentLines {
 /// A line that misses the point where the others meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlierLine {
-    /// Its index among the lines given.
+    /// Index of the line in the order given.
     pub index: usize,
     /// Distance from the point in pixels, signed.
     pub distance_px: f64,

@@ -24,7 +24,7 @@ use super::keys::Role;
 
 /// Connections at once, over all pages.
 const MOST_CONNECTIONS: usize = 256;
-/// Of these, those of watchers; the rest is kept for owners and those who have shown no key yet.
+/// Connections of watchers among these; the rest is kept for owners and those who have shown no key yet.
 const MOST_OF_WATCHERS: usize = 192;
 /// A connection that has shown no key after this time is closed.
 const STRANGER_SECS: u64 = 15;
@@ -50,7 +50,7 @@ pub(super) struct Peer {
 }
 
 impl Peer {
-    /// It has shown a key of `role`; the first one counts.
+    /// Notes that the other end has shown a key of `role`; the first one counts.
     pub(super) fn trust(&self, role: Role) {
         self.role.set(role).ok();
     }

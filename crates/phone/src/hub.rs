@@ -36,7 +36,7 @@ pub struct Hub {
     request: Mutex<Option<Request>>,
     wants_end: AtomicBool,
     pages: AtomicUsize,
-    /// Those of them that only watch.
+    /// Pages that only watch.
     watchers: AtomicUsize,
     /// When the last page left; `None` before the first came.
     left: Mutex<Option<Instant>>,
@@ -69,9 +69,9 @@ pub enum Stage {
     Starting,
     /// A session runs.
     Guiding,
-    /// Its result is being computed and stored.
+    /// The session's result is being computed and stored.
     Ending,
-    /// Its result is stored.
+    /// The session's result is stored.
     Ended(Arc<EndedPage>),
 }
 
@@ -144,10 +144,10 @@ pub struct PageFile {
     pub name: String,
     /// Label on the button.
     pub label: String,
-    /// Its type.
+    /// Media type.
     #[serde(skip)]
     pub media_type: &'static str,
-    /// Its contents.
+    /// Contents of the file.
     #[serde(skip)]
     pub bytes: Arc<[u8]>,
 }

@@ -14,7 +14,7 @@ pub(super) use backend::{TlsAcceptor, acceptor};
 pub struct Certificate {
     /// The chain, the page's own certificate first.
     pub chain_pem: Vec<u8>,
-    /// Its private key.
+    /// Private key of the page's own certificate.
     pub key_pem: Vec<u8>,
 }
 

@@ -34,7 +34,7 @@ pub(super) enum Cells {
 /// Point where four squares, or cells of a marker, meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Crossing {
-    /// Its place, in squares.
+    /// Place of the crossing, in squares.
     pub(super) at: [f32; 2],
     /// True for each dark one: top left, top right, bottom left, bottom right.
     pub(super) dark: [bool; 4],

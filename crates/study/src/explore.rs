@@ -20,7 +20,7 @@ pub struct ExploreSetup {
     pub setup: Setup,
     /// Direction of the board.
     pub slot_rad: f64,
-    /// Its shift: across its principal line, and along it.
+    /// Shift of the board: across its principal line, and along it.
     pub shift_m: Vector2<f64>,
     /// Boards that stand beside it.
     pub boards: Boards,
@@ -33,7 +33,7 @@ pub struct ExploreSetup {
 pub enum Boards {
     /// The one.
     One,
-    /// It and its opposed partner.
+    /// The board and its opposed partner.
     Pair,
     /// Two pairs at right angles.
     TwoPairs,
@@ -44,12 +44,12 @@ pub enum Boards {
 /// A board as the camera sees it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Board {
-    /// Its direction.
+    /// Direction of the board.
     pub slot_rad: f64,
-    /// Its corners, in numbering order.
+    /// Corners of the board, in numbering order.
     pub corners_px: Vec<Point2<f64>>,
-    /// Its principal line, of the corners as seen; counted from the true principal point. `None` if it
-    /// faces the camera.
+    /// Principal line of the corners as seen; counted from the true principal point. `None` if the board faces the
+    /// camera.
     pub line: Option<PrincipalLine>,
     /// Signed distance of the line from the true principal point, along the normal of the first board's.
     pub offset_px: Option<f64>,

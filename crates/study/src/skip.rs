@@ -134,7 +134,7 @@ pub struct Median {
     pub skipped: usize,
     /// Median of [`Row::rms_error_px`].
     pub median_px: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of the median.
     pub interval_px: (f64, f64),
     /// Trials that gave a number.
     pub trials: usize,

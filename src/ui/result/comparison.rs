@@ -27,9 +27,9 @@ pub enum Outcome {
     /// None was asked for.
     #[default]
     Nothing,
-    /// It is under way.
+    /// The comparison is under way.
     Working(Comparing),
-    /// It is there, or why it is not.
+    /// The comparison, or why there is none.
     Done(Result<Compared, UserError>),
 }
 

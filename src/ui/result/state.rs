@@ -7,8 +7,8 @@ pub enum State<'a> {
     Nothing,
     /// Views are being taken.
     Running,
-    /// It is being stored.
+    /// The session is being stored.
     Ending,
-    /// It is stored.
+    /// The session is stored.
     Ended(&'a Ended),
 }

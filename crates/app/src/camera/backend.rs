@@ -43,9 +43,9 @@ pub struct Driver {
 /// The connected cameras.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Near {
-    /// Those that can be opened.
+    /// Cameras that can be opened.
     pub cameras: Vec<NearCamera>,
-    /// Those that can't be used now.
+    /// Cameras that can't be used now.
     pub unusable: Vec<Unusable>,
 }
 
@@ -54,7 +54,7 @@ pub struct Near {
 pub struct NearCamera {
     /// The name that finds it again.
     pub source: String,
-    /// Its product name, which may be shown.
+    /// Product name, which may be shown.
     pub name: String,
     /// True for a camera that may be opened unasked: neither virtual nor infrared.
     pub is_ordinary: bool,
@@ -63,7 +63,7 @@ pub struct NearCamera {
 /// A camera that is there and can't be used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unusable {
-    /// Its node, or what else it's called.
+    /// The camera's node, or another name for it.
     pub source: String,
     /// Why.
     pub fault: Fault,

@@ -69,7 +69,7 @@ mod built {
 
     pub(super) const DRIVER: Driver = Driver { near, modes: |_| Vec::new(), find: chosen, devices };
 
-    /// Those that can't be used aren't known here.
+    /// Lists the cameras that can be opened. The unusable ones aren't known here.
     fn near() -> Near {
         let cameras = list().unwrap_or_default().into_iter().map(|camera| NearCamera {
             source: camera.source,

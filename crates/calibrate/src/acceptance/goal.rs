@@ -33,7 +33,7 @@ pub enum AcceptanceGoal {
     Length {
         /// The length in metres.
         length_m: f64,
-        /// Its distance `Z` from the camera along the optical axis, in metres; taken as known.
+        /// Distance `Z` of the length from the camera along the optical axis, in metres; taken as known.
         at_m: f64,
         /// Largest error in metres.
         within_m: f64,

@@ -76,9 +76,9 @@ pub(super) struct FirstSteps {
 /// First-order estimate of a cause with one parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstStep {
-    /// Its most probable value.
+    /// Most probable value of the parameter.
     pub(super) value: f64,
-    /// Its variance for corners with the stated error.
+    /// Variance of the value for corners with the stated error.
     pub(super) unit_variance: f64,
     /// Derivative of the fitted lens parameters by its value.
     pub(super) lens_by_value: SVector<f64, LENS_PARAMETERS>,

@@ -29,7 +29,7 @@ impl<const T: usize> Row<T> {
 /// `Σ rowᵀ row`.
 #[derive(Clone, Debug)]
 pub(crate) struct Gram<const T: usize> {
-    /// Those on and above the diagonal.
+    /// Tiles on and above the diagonal.
     tiles: [[Tile; T]; T],
 }
 

@@ -76,7 +76,7 @@ impl LensModel {
         Self::FisheyeK1K2K3K4,
     ];
 
-    /// Its family.
+    /// Family of the model.
     pub fn family(self) -> LensFamily {
         match self {
             Self::Pinhole | Self::K1 | Self::K1K2 | Self::K1K2P1P2 | Self::K1K2P1P2K3 => {
@@ -204,7 +204,7 @@ impl LensFamily {
         }
     }
 
-    /// Its models, simplest first.
+    /// Models of the family, simplest first.
     pub fn models(self) -> Vec<LensModel> {
         LensModel::ALL.into_iter().filter(|model| model.family() == self).collect()
     }

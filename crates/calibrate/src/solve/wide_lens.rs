@@ -42,7 +42,7 @@ pub(crate) struct WideLens {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rival {
     pub(crate) camera: Camera,
-    /// Its probability over that of the family chosen, by BIC; at most 1.
+    /// Probability of the family over that of the one chosen, by BIC; at most 1.
     pub(crate) odds: f64,
 }
 

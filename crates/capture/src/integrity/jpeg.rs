@@ -243,7 +243,7 @@ struct Tables {
 }
 
 impl Tables {
-    /// Those that `bodies` define, or the standard ones if that is nothing.
+    /// Takes over the tables that `bodies` define, or the standard ones if `bodies` is empty.
     fn become_those_of(&mut self, bodies: &[u8]) -> Result<(), Flaw> {
         if self.from.as_deref() == Some(bodies) {
             return Ok(());

@@ -26,23 +26,23 @@ pub use jpeg::{Checked, JpegGate};
 pub enum Flaw {
     /// The driver flagged it.
     Flagged,
-    /// It has no bytes.
+    /// No bytes.
     Empty,
-    /// It has more bytes than its buffer.
+    /// More bytes than the buffer holds.
     Overlong,
-    /// It has fewer bytes than its mode needs.
+    /// Fewer bytes than the mode needs.
     Short,
-    /// It does not begin as a JPEG.
+    /// No start-of-image marker of a JPEG.
     NoStart,
-    /// It does not end as a JPEG.
+    /// No end-of-image marker of a JPEG.
     NoEnd,
-    /// Its headers are not those of a camera's JPEG.
+    /// Headers that no camera's JPEG has.
     BadHeader,
-    /// Its picture has another size than the mode.
+    /// Another picture size than the mode's.
     OtherSize,
-    /// Its compressed data ends before its picture does, or holds what no encoder writes.
+    /// Compressed data that ends before the picture does, or that no encoder writes.
     BrokenScan,
-    /// Its compressed data goes on after its picture.
+    /// Compressed data after the end of the picture.
     SurplusScan,
     /// The decoder refused it.
     Undecodable,

@@ -26,11 +26,11 @@ pub(super) struct Reader {
 /// News of a run.
 #[derive(Debug)]
 pub(super) enum Said {
-    /// It streams.
+    /// The camera streams, in this mode.
     Started(Mode),
     /// The newest frame, and how many it replaced.
     Frame { bytes: Vec<u8>, came_at: Instant, replaced: u64 },
-    /// It is over, and the camera closed.
+    /// The run is over, and the camera closed.
     Ended(Loss),
     /// Nothing in time.
     Nothing,

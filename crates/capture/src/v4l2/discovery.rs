@@ -16,7 +16,7 @@ use boresight_geometry::device::{CameraInfo, ControlBefore, Fault, Mode, PixelLa
 /// A node that takes pictures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Camera {
-    /// Its node now.
+    /// Present node of the camera.
     pub node: Node,
     /// Name, as the camera says it; may hold anything.
     pub name: String,
@@ -24,7 +24,7 @@ pub struct Camera {
     pub driver: String,
     /// Another program feeds it.
     pub is_virtual: bool,
-    /// It looks like an infrared camera.
+    /// True if the device looks like an infrared camera.
     pub is_infrared: bool,
     /// Another camera here says the same of itself.
     pub has_twin: bool,

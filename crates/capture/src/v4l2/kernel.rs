@@ -14,7 +14,7 @@ use std::{
 pub struct Errno(pub i32);
 
 impl Errno {
-    /// Its words.
+    /// The system's words for the number.
     pub fn words(self) -> String {
         std::io::Error::from_raw_os_error(self.0).to_string()
     }

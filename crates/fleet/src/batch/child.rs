@@ -27,13 +27,13 @@ pub(super) struct Worker {
 
 /// Answer of a worker to an item.
 pub(super) enum Answer {
-    /// Its row, with the line's end.
+    /// Row of the item, with the line's end.
     Row(Vec<u8>),
-    /// It took longer than allowed.
+    /// The item took longer than allowed.
     TooLong,
     /// The process ended.
     Crashed,
-    /// It was asked to stop.
+    /// The worker was asked to stop.
     Stopped,
 }
 

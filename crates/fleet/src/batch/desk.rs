@@ -46,9 +46,9 @@ pub(super) struct Desk<'a> {
 
 /// Outcome of an item.
 pub(super) enum Outcome {
-    /// Its row, with the line's end.
+    /// Row of the item, with the line's end.
     Row(Vec<u8>),
-    /// It was asked to stop.
+    /// The batch was asked to stop.
     Stopped,
     /// Nothing, and why.
     NotDone {

@@ -24,7 +24,7 @@ pub enum ManifestError {
         "line {line} is no line of a manifest ({reason}); write it again with `boresight batch plan`: {path:?}"
     )]
     Line {
-        /// Its number, from 1.
+        /// Number of the line, from 1.
         line: u64,
         /// The mistake in the line.
         reason: String,

@@ -67,13 +67,13 @@ impl Prefix {
 /// Result of fetching a session.
 #[expect(dead_code, reason = "nothing is fetched")]
 pub(super) enum Fetched {
-    /// It's there.
+    /// The session is there, whole.
     Whole,
-    /// It's larger than this many bytes.
+    /// The session is larger than this many bytes.
     TooLarge(u64),
-    /// It took longer than allowed.
+    /// Fetching took longer than allowed.
     TooLong,
-    /// It was asked to stop.
+    /// The batch was asked to stop.
     Stopped,
 }
 

@@ -82,7 +82,7 @@ pub enum Event<'a> {
     Row {
         /// The item.
         item: &'a Item,
-        /// Its code.
+        /// Code of the row.
         code: &'a str,
         /// Time from start to row.
         took: Duration,

@@ -14,7 +14,7 @@ pub struct Shard {
 /// Why a shard can't be told.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShardError {
-    /// It isn't `I/N`.
+    /// Not in the form `I/N`.
     #[error("expected I/N with I from 1 to N, for example 1/8")]
     Form,
     /// A scheduler says which part, but not of how many.

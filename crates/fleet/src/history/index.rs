@@ -23,17 +23,17 @@ pub enum IndexError {
     /// A row can't be written.
     #[error("could not write the index")]
     Row(#[from] serde_json::Error),
-    /// It's another program's, or damaged.
+    /// A line of another program, or a damaged one.
     #[error("line {line} of this file is none of an index ({reason}): {path:?}")]
     Line {
-        /// Its number, from 1.
+        /// Number of the line, from 1.
         line: usize,
         /// The mistake in it.
         reason: String,
         /// The file.
         path: PathBuf,
     },
-    /// It's a database of another program, or damaged.
+    /// A database of another program, or a damaged one.
     #[error("{reason}: {path:?}")]
     Database {
         /// Reason for the refusal.

@@ -19,7 +19,7 @@ pub enum NotTaken {
     /// Another program's, or another version's.
     #[error("this database isn't an index of boresight")]
     Other,
-    /// It contradicts itself, or a program was stopped while it wrote.
+    /// The index contradicts itself, or a program was stopped while it wrote.
     #[error("this index is damaged; name another one and add the sessions again")]
     Damaged,
 }

@@ -36,11 +36,11 @@ pub struct Trend {
 pub struct CameraHistory {
     /// The camera.
     pub camera: String,
-    /// Its own name.
+    /// Name that the camera itself states.
     pub model: String,
     /// Width and height of the picture.
     pub image_size: [u32; 2],
-    /// Its calibrations by time; at least one.
+    /// Calibrations by time; at least one.
     pub entries: Vec<Entry>,
     /// Change over time; `None` with fewer than two usable calibrations.
     pub trend: Option<Trend>,
@@ -55,7 +55,7 @@ impl CameraHistory {
         Some(Self { camera, model, image_size, entries: entries.to_vec(), trend })
     }
 
-    /// Its calibrations, each with what has changed.
+    /// The calibrations, each with the changes that it shows.
     pub fn steps(&self) -> Vec<Step<'_>> {
         let (mut first, mut last) = (None, None);
         let mut steps = Vec::with_capacity(self.entries.len());

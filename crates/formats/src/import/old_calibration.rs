@@ -106,7 +106,7 @@ pub enum NotImported {
     Coefficient {
         /// Name of the coefficient.
         coefficient: &'static str,
-        /// Its value, as text.
+        /// Value of the coefficient, as text.
         value: String,
     },
     /// Numbers that no camera has.
@@ -114,7 +114,7 @@ pub enum NotImported {
     Nonsense {
         /// Name of the number.
         name: &'static str,
-        /// Its value, as text.
+        /// The number, as text.
         value: String,
     },
 }
@@ -124,7 +124,7 @@ const KNOWN_LENS: &str =
     "only pinholes with k1, k2, p1, p2, k3, k4, k5, k6 and OpenCV's fisheye model can be read";
 
 impl OldFormat {
-    /// Its name as people know it.
+    /// Name of the format for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::Own => "boresight",

@@ -4,7 +4,7 @@ use crate::frame::{CaptureTime, ImageSize};
 /// Event of a live camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CameraEvent {
-    /// It streams for the first time in this run.
+    /// The camera streams for the first time in this run.
     Started {
         /// The granted mode.
         mode: Mode,
@@ -72,9 +72,9 @@ pub enum CameraEvent {
 pub struct ControlChange {
     /// The control.
     pub control: Control,
-    /// Its locked value, in the driver's unit.
+    /// The locked value, in the driver's unit.
     pub from: i64,
-    /// Its value now.
+    /// The value read now, in the driver's unit.
     pub to: i64,
     /// When it last was as it should be: pictures taken later may be with another lens.
     pub good_until: CaptureTime,
@@ -127,14 +127,14 @@ pub enum Lock {
     Unknown,
     /// The camera has no such control.
     Absent,
-    /// It cannot be locked, or the person asked for that.
+    /// The control cannot be locked, or the person asked to leave it free.
     Free,
-    /// It is set and reads back as set.
+    /// The control is set and reads back as set.
     Locked {
         /// In the driver's unit.
         value: i64,
     },
-    /// It was set and reads back as something else.
+    /// The control was set and reads back as something else.
     Ignored {
         /// The value that was set, in the driver's unit.
         set: i64,
@@ -221,7 +221,7 @@ pub enum PixelLayout {
 }
 
 impl PixelLayout {
-    /// Those that cameras offer.
+    /// Layouts that cameras offer.
     pub const OF_CAMERAS: [Self; 10] = [
         Self::Grey,
         Self::Yuyv,
@@ -244,7 +244,7 @@ impl PixelLayout {
         }
     }
 
-    /// Its name in a mode: its four-character code, if it has only one.
+    /// Name of the layout in a mode: its four-character code, if it has only one.
     pub fn name(self) -> &'static str {
         match self {
             Self::Grey => "GREY",

@@ -11,15 +11,15 @@ pub enum Fault {
     Busy,
     /// The node takes no pictures: it is for metadata or output.
     NotACamera,
-    /// It is virtual: another program feeds it.
+    /// The camera is virtual: another program feeds it.
     Virtual,
-    /// It is an infrared camera, or its pictures are alternately lit and dark.
+    /// The camera is an infrared one, or its pictures are alternately lit and dark.
     Infrared,
     /// Another camera is where this one was.
     OtherCamera,
     /// Two cameras cannot be told apart.
     Twin,
-    /// It offers no picture format or size that can be used.
+    /// The camera offers no picture format or size that can be used.
     NoFormat,
     /// The driver grants another mode than the one that was asked for.
     OtherMode,
@@ -31,7 +31,7 @@ pub enum Fault {
     NoFirstFrame,
     /// Pictures came, and then no more.
     Stalled,
-    /// It was unplugged.
+    /// The camera was unplugged.
     Unplugged,
     /// The host was suspended.
     Suspended,

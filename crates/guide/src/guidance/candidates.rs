@@ -70,7 +70,7 @@ pub(super) fn candidates(
     wanted
 }
 
-/// Those of `steps` directions all round that are independent of all accepted ones.
+/// Directions, of `steps` all round, that are independent of all accepted ones.
 pub(super) fn free_directions_rad(
     accepted: &[View],
     steps: u32,

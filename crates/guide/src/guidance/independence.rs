@@ -13,9 +13,9 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case", tag = "role")]
 pub enum Role {
-    /// Its principal line is linearly independent of all accepted ones.
+    /// The view's principal line is linearly independent of all accepted ones.
     NewDirection,
-    /// It is the opposed partner, 180° apart, of an accepted view that had none.
+    /// The view is the opposed partner, 180° apart, of an accepted view that had none.
     Partner {
         /// Index of that view among the accepted ones.
         of: usize,

@@ -140,7 +140,7 @@ impl Default for GuidanceParams {
 }
 
 impl GuidanceParams {
-    /// These limits for pictures of `image_size`: lengths in pixels grow with the width, as [`width_scale`] says.
+    /// The limits for pictures of `image_size`: lengths in pixels grow with the width, as [`width_scale`] says.
     ///
     /// The precision at which to stop is what the person asked for and stays.
     #[must_use]

@@ -4,7 +4,7 @@ use crate::guidance::{Role, View};
 /// An accepted view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AcceptedView {
-    /// Its number, by which people call it.
+    /// Number of the view, by which people call it.
     pub number: ViewNumber,
     /// File name of the picture, or empty.
     pub name: String,

@@ -16,7 +16,7 @@ pub struct CameraState {
     pub locks: Locks,
     /// Locked controls that left their value and haven't returned to it.
     pub changed: BTreeMap<Control, ControlChange>,
-    /// Those of them that the person set.
+    /// Changed controls that the person set.
     pub set_by_hand: BTreeSet<Control>,
     /// Frames captured before this time show the camera in an earlier state.
     pub good_from: Option<CaptureTime>,

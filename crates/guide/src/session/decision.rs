@@ -43,12 +43,12 @@ pub enum Outcome {
     /// A view was removed. If focus or zoom moved, it is the newest of several: see
     /// [`Snapshot::just_removed`](super::Snapshot::just_removed).
     Removed {
-        /// Its number.
+        /// Number of the removed view.
         view: ViewNumber,
     },
     /// A removed view was restored.
     Restored {
-        /// Its number.
+        /// Number of the restored view.
         view: ViewNumber,
     },
     /// The views stayed as they were.

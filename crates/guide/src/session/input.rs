@@ -19,9 +19,9 @@ pub enum Input {
     Camera(CameraEvent),
     /// A worker thread failed; the views stay.
     WorkerFailed {
-        /// Its name.
+        /// Name of the thread.
         worker: String,
-        /// Its error message.
+        /// Error message of the thread.
         reason: String,
     },
     /// The session is resumed in another run; the driver's clock may have restarted.
@@ -58,7 +58,7 @@ pub enum Command {
     UndoLast,
     /// Remove one view.
     Remove {
-        /// Its number.
+        /// Number of the view.
         view: ViewNumber,
     },
     /// Restore the view that was removed last.

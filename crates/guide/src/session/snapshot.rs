@@ -36,7 +36,7 @@ pub struct Snapshot {
     pub held_out: Option<HeldOutPair>,
     /// Estimate of the principal point; the picture's centre without a calibration.
     pub pp_px: Point2<f64>,
-    /// Its covariance; `None` while the lens is a guess.
+    /// Covariance of `pp_px`; `None` while the lens is a guess.
     pub pp_covariance_px2: Option<Matrix2<f64>>,
     /// The lens estimate, through which ghosts and lines are drawn.
     pub lens: Camera,
@@ -99,7 +99,7 @@ pub struct Measured {
 /// An accepted view in short.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewSummary {
-    /// Its number, by which people call it.
+    /// Number of the view, by which people call it.
     pub number: ViewNumber,
     /// The frame it comes from.
     pub frame_id: FrameId,

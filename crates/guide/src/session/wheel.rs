@@ -6,7 +6,7 @@ use crate::guidance::direction_difference_rad;
 /// One of the plan's eight directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSlot {
-    /// Its direction in the picture, clockwise from the right.
+    /// Direction of the slot in the picture, clockwise from the right.
     pub slot_rad: f64,
     /// Index of the newest view in it.
     pub view: Option<usize>,

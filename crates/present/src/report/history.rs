@@ -34,7 +34,7 @@ pub struct HistoryPage {
 /// The cameras of one model.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ModelLine {
-    /// Its name.
+    /// Name of the model.
     pub model: String,
     /// Cameras.
     pub cameras: usize,
@@ -49,7 +49,7 @@ pub struct ModelLine {
 /// One camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraCurve {
-    /// Its name and the size of its pictures.
+    /// Name of the camera and the size of its pictures.
     pub name: String,
     /// The trend, in words.
     pub trend: String,
@@ -57,7 +57,7 @@ pub struct CameraCurve {
     pub drifts: bool,
     /// Reason why the next calibration is due, in words; empty if it isn't.
     pub due: String,
-    /// Its usable calibrations by time.
+    /// Usable calibrations of the camera, by time.
     pub points: Vec<CurvePoint>,
 }
 
@@ -68,7 +68,7 @@ pub struct CurvePoint {
     pub day: f64,
     /// Focal length, principal point x and y, px.
     pub f_pp_px: [f64; 3],
-    /// Their standard deviations.
+    /// Standard deviations of `f_pp_px`, px.
     pub sd_px: [f64; 3],
 }
 

@@ -18,9 +18,9 @@ pub struct Resolution {
 /// Sheet of paper or screen that carries the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Page {
-    /// Its width.
+    /// Width of the page.
     pub width_mm: f64,
-    /// Its height.
+    /// Height of the page.
     pub height_mm: f64,
     /// White that printers leave along each edge.
     pub margin_mm: f64,
@@ -34,7 +34,7 @@ impl Paper {
     /// All of them, smallest first.
     pub const ALL: [Self; 3] = [Self::A4, Self::Letter, Self::A3];
 
-    /// Its name.
+    /// Name of the paper, such as "A4".
     pub fn name(self) -> &'static str {
         match self {
             Self::A4 => "A4",

@@ -24,7 +24,7 @@ impl Chart {
     /// Charts for engineers.
     pub const EXPERT: [Self; 3] = [Self::Residuals, Self::Lines, Self::Skipped];
 
-    /// Its name.
+    /// Name of the chart.
     pub fn name(self) -> &'static str {
         match self {
             Self::Uncertainty => "Uncertainty",

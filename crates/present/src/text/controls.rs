@@ -3,7 +3,7 @@
 /// A control: its label, what it does, and the name of its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Control {
-    /// Its label.
+    /// Label of the button.
     pub label: &'static str,
     /// Explanation.
     pub tip: &'static str,
@@ -23,7 +23,7 @@ macro_rules! controls {
             /// All, in the order of the help.
             pub const ALL: &[Self] = &[$(Self::$act,)*];
 
-            /// Its words.
+            /// Words of the control.
             pub fn words(self) -> Control {
                 match self {
                     $(Self::$act => Control { label: $label, tip: $tip, key: $key },)*

@@ -24,7 +24,7 @@ impl Gauge {
     pub const ALL: [Self; 6] =
         [Self::Tilt, Self::Direction, Self::Size, Self::Across, Self::Still, Self::Sharp];
 
-    /// Its name.
+    /// Name of the gauge.
     pub fn name(self) -> &'static str {
         match self {
             Self::Tilt => "Tilt",

@@ -29,7 +29,7 @@ pub const NO_CAMERA_ACTION: &str = "Plug one in";
 /// The source that is always offered.
 pub const SIMULATION: &str = "Simulated camera";
 
-/// Number of phones that follow.
+/// Number of phones that follow, in words.
 pub fn phones(count: usize) -> String {
     match count {
         0 => "No phone yet".into(),

@@ -55,7 +55,7 @@ pub const NO_RECORDINGS: &str =
 pub const ANOTHER: &str = "Open another";
 /// See [`ANOTHER`].
 pub const ANOTHER_TIP: &str = "Close this recording and choose another.";
-/// It could not be opened and nobody knows why.
+/// Error of a recording that could not be opened for an unknown reason.
 pub const NOT_OPENED: &str = "The recording couldn't be opened";
 
 /// While it is being opened.

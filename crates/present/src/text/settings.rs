@@ -11,7 +11,7 @@ pub const TEST_VOICE_TIP: &str =
     "Turn the voice on and say something, through spd-say or espeak-ng.";
 /// See [`SESSION`].
 pub const WINDOW: &str = "Window";
-/// Hint on the place of all other settings.
+/// Hint that all other settings are on the Start page.
 pub const NEXT: &str = "Camera, board and plan are on the Start page.";
 /// Size of the interface.
 pub const ZOOM: &str = "Interface size";

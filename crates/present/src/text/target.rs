@@ -20,7 +20,7 @@ pub fn code_in_margin(id: &str) -> String {
     format!("Board ID {id}: commands read the board from the code in its margin, without --board")
 }
 
-/// Note about a board that is printed without one.
+/// Reason why a board is printed without a code.
 pub const NO_ROOM_FOR_CODE: &str =
     "No code in the margin: there's no room for it beside squares of this size";
 

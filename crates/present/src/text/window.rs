@@ -168,7 +168,7 @@ pub const NO_VIEWS: &str = "Match the outline and hold still. Photos are taken a
 pub const REMOVE_TIP: &str = "Remove this view. Restore (R) undoes it.";
 /// Heading of the camera's controls.
 pub const CAMERA: &str = "Camera";
-/// Its tooltip.
+/// Tooltip of [`CAMERA`].
 pub const CAMERA_TIP: &str = "Camera settings, as read back from the camera. Focus and zoom must not change during a session.";
 
 /// The live camera's mode, controls except those in `adjustables`, and losses; empty if the source is no live
@@ -233,7 +233,7 @@ pub const NO_WINDOW_ACTION: &str = "Check that DISPLAY or WAYLAND_DISPLAY names 
 pub const NO_CAMERA: &str = "No camera found: showing a simulation";
 /// Heading of the page for a session that could not be started.
 pub const NOT_STARTED: &str = "The session couldn't start";
-/// Its buttons and what they do.
+/// Buttons of that page, each with its tooltip.
 pub const TRY_AGAIN: &str = "Try again";
 /// See [`TRY_AGAIN`].
 pub const TRY_AGAIN_TIP: &str = "Try the same source again.";

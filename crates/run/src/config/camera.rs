@@ -29,7 +29,7 @@ impl Backend {
         Self(name.into())
     }
 
-    /// Its name; `None` for `auto`.
+    /// Name of the backend; `None` for `auto`.
     pub fn name(&self) -> Option<&str> {
         (self.0 != Self::AUTO).then_some(&self.0)
     }

@@ -31,7 +31,7 @@ pub trait Onlooker: Send + Sync {
     }
 }
 
-/// Those who look on.
+/// Onlookers at a session.
 pub type Onlookers = Vec<Arc<dyn Onlooker>>;
 
 /// A way into a session's inbox. Commands are recorded as those of the window are.
@@ -64,7 +64,7 @@ pub enum NotSent {
     /// Try again.
     #[error("the session is busy")]
     Busy,
-    /// It has ended.
+    /// The session has ended.
     #[error("the session has ended")]
     Over,
 }

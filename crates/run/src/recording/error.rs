@@ -7,7 +7,7 @@ use boresight_files::FileError;
 /// A journal line that differs from what was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Its number, from 1.
+    /// Number of the line, from 1.
     pub line: usize,
     /// The damage, in words.
     pub reason: String,

@@ -28,7 +28,7 @@ pub struct Journal {
 /// Contents of a journal.
 #[derive(Clone, Debug, Default)]
 pub struct JournalContents {
-    /// Its whole lines in order.
+    /// Whole lines of the journal, in order.
     pub lines: Lines,
     /// The pictures stored with them, in order.
     pub stored: Vec<Stored>,

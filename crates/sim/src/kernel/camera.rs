@@ -42,7 +42,7 @@ pub struct SimCamera {
     pub picture: Box<dyn FnMut(u64) -> Vec<u8> + Send>,
     /// Faults of frames, applied in order.
     pub frame_faults: Vec<FrameFault>,
-    /// Its controls by number.
+    /// Controls of the camera, by number.
     pub controls: BTreeMap<u32, SimControl>,
     /// Frames taken so far.
     pub taken: u64,
@@ -82,15 +82,15 @@ pub struct SimControl {
 /// A frame on its way into a buffer.
 #[derive(Clone, Debug)]
 pub struct SimFrame {
-    /// Its bytes.
+    /// Contents of the frame.
     pub bytes: Vec<u8>,
     /// Number of the buffer's bytes that the driver claims for this frame.
     pub bytes_used: u32,
     /// True if the driver calls it bad.
     pub error: bool,
-    /// Its number.
+    /// Sequence number of the frame.
     pub sequence: u32,
-    /// Its time.
+    /// Time stamp of the frame.
     pub nanos: u64,
     /// True if the buffer arrives.
     pub delivered: bool,

@@ -28,7 +28,7 @@ const TICK_NANOS: u64 = 1_000_000;
 #[derive(Clone, Default)]
 pub struct SimKernel {
     world: Arc<Mutex<World>>,
-    /// The last requested bytes, kept so that they can be lent.
+    /// Bytes of the last request, kept because they are returned by reference.
     lent: Vec<u8>,
 }
 

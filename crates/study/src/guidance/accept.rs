@@ -28,7 +28,7 @@ pub enum Accept {
 
 /// Judgement on a view.
 pub(super) enum Judged {
-    /// It counts; the measured view has a principal line unless the board faces the camera.
+    /// The view counts; the measured view has a principal line unless the board faces the camera.
     Taken(Option<Box<View>>),
     /// The person tries the same pose again, more carefully.
     Refused,

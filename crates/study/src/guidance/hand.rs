@@ -29,7 +29,7 @@ const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 pub(super) struct Wish {
     /// In the camera that is believed.
     pub(super) cam_from_board: Isometry3<f64>,
-    /// Its corners as that camera shows them.
+    /// Corners of the board as that camera shows them.
     pub(super) ghost_px: Vec<Point2<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! Upper limit of any way of guiding: the best poses of all, found by search.
+//! Limit that no way of guiding can beat: the best poses of all, found by search.
 //!
 //! All poses with every corner inside the picture and detectable, tilt ≤ 60°, distance ≥ 10 cm. The search draws a pool of
 //! random poses and of opposed pairs about the principal point, picks the best by exchange (Fedorov, "Theory of Optimal

@@ -13,7 +13,7 @@ pub struct Situation<'a> {
     pub views: &'a [View],
     /// Corners of all views that count.
     pub shown: &'a [Vec<Corner>],
-    /// Their poses as estimated.
+    /// Estimated poses of the views in `shown`.
     pub poses: &'a [Isometry3<f64>],
     /// The board held up.
     pub board: &'a Checkerboard,

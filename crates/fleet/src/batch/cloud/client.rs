@@ -57,9 +57,9 @@ pub(super) struct Client {
 pub(super) enum Waited<T> {
     /// With this.
     Done(T),
-    /// It took longer than allowed.
+    /// The wait took longer than allowed.
     TooLong,
-    /// It was asked to stop.
+    /// The batch was asked to stop.
     Stopped,
 }
 

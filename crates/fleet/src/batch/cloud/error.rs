@@ -23,13 +23,13 @@ pub enum Why {
     Refused(String),
     /// There is no such bucket.
     NoBucket,
-    /// It doesn't answer, or breaks off, in spite of several tries.
+    /// The store doesn't answer, or breaks off, in spite of several tries.
     NoAnswer,
     /// The endpoint has no TLS, and nothing says that this is meant.
     NoTls,
     /// A variable of the environment doesn't fit.
     Settings(String),
-    /// It answers with an error.
+    /// The store answers with an error.
     Failed(String),
 }
 
