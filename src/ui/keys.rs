@@ -42,7 +42,7 @@ pub enum UiAction {
     Compare(std::path::PathBuf),
     /// Set one of the camera's controls.
     Adjust {
-        /// The control.
+        /// The control concerned.
         control: Control,
         /// To what, in the driver's unit.
         value: i64,

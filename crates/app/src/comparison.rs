@@ -58,7 +58,7 @@ pub enum NoVerdict {
 }
 
 impl NoVerdict {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::OtherCamera { .. } => "OTHER-CAMERA",

@@ -61,7 +61,7 @@ impl Format {
         self.label_and_file().0
     }
 
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::OpencvYaml => "opencv-yaml",

@@ -244,7 +244,7 @@ impl CameraView {
 /// A sheet with a board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintedBoard {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
     /// Side of a square.
     pub square_m: f64,

@@ -41,7 +41,7 @@ use boresight_run::{
 /// Header and journal of a session folder, not yet decided. The journal's lines stay on disk.
 #[derive(Clone, Debug)]
 pub struct JournalReading {
-    /// The folder.
+    /// Path of the session's folder.
     pub path: PathBuf,
     /// Contents of `session.toml`.
     pub header: Header,
@@ -82,7 +82,7 @@ impl DecidedAgain {
 /// A session as its folder records it.
 #[derive(Clone, Debug)]
 pub struct SavedSession {
-    /// The folder.
+    /// Path of the session's folder.
     pub path: PathBuf,
     /// Contents of `session.toml`.
     pub header: Header,

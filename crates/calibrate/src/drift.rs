@@ -49,7 +49,7 @@ const UNSTATED_RADIAL: f64 = 1e-2;
 /// The calibration against which a camera is checked.
 #[derive(Clone, Debug)]
 pub struct OldLens<'a> {
-    /// The lens.
+    /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
     /// Covariance of the lens parameters, if the file states it; zero for those that its lens model doesn't have.
     pub covariance: Option<LensMatrix>,
@@ -145,7 +145,7 @@ pub enum NoDrift {
 }
 
 impl NoDrift {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::OtherSize { .. } => "OTHER-SIZE",
@@ -157,7 +157,7 @@ impl NoDrift {
 }
 
 impl DriftVerdict {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Ok => "ok",

@@ -58,15 +58,15 @@ pub enum NotCalibrated {
     /// The picture has no pixels.
     #[error("picture of {width_px}x{height_px} px")]
     NoPicture {
-        /// Width.
+        /// Width of the picture.
         width_px: u32,
-        /// Height.
+        /// Height of the picture.
         height_px: u32,
     },
     /// A view without exactly one corner per board corner.
     #[error("view {view}: {got} corners, expected {want}")]
     CornerCount {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
         /// Corners it has.
         got: usize,
@@ -76,33 +76,33 @@ pub enum NotCalibrated {
     /// A corner that is not finite or whose covariance is not positive definite.
     #[error("view {view}: corner {corner} is not a number")]
     CornerValue {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
-        /// The corner.
+        /// Index of the corner in the board's numbering, from 0.
         corner: usize,
     },
     /// A view whose corners are not the image of a flat board.
     #[error("view {view}: no homography")]
     NoHomography {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
     },
     /// A view whose corners do not run row by row over the board.
     #[error("view {view}: corners do not run row by row")]
     NoGrid {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
     },
     /// The views leave the lens undetermined, or fit no lens.
     #[error("{distinct} different views do not determine the lens")]
     Undetermined {
-        /// Different views.
+        /// Number of views that differ, repeats of a held pose left out.
         distinct: usize,
     },
 }
 
 impl NotCalibrated {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::NoViews => "NO-VIEWS",

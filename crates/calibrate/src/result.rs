@@ -85,7 +85,7 @@ pub struct Calibration {
     pub image_size: ImageSize,
     /// The lens model chosen.
     pub model: LensModel,
-    /// The lens.
+    /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
     /// [`Focal::Common`] if every view has the camera's focal length.
     pub focal: Focal,

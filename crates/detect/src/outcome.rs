@@ -46,7 +46,7 @@ pub enum Miss {
     NoBoard,
     /// Only part of the board is visible: too little, or it can't be told which part.
     PartialBoard {
-        /// Corners found.
+        /// Number of inner corners found.
         found: usize,
         /// Corners of the whole board.
         wanted: usize,
@@ -55,7 +55,7 @@ pub enum Miss {
     },
     /// Corners are missing where a reflection or a lamp saturates the picture.
     Glare {
-        /// Corners found.
+        /// Number of inner corners found.
         found: usize,
         /// Corners of the whole board.
         wanted: usize,
@@ -74,7 +74,7 @@ pub enum Miss {
     },
     /// A board with markers of the named one, but not in the same places: it has another number of columns or rows.
     OtherSquares {
-        /// Markers seen.
+        /// Number of markers seen.
         markers: usize,
     },
     /// Squares too small to measure.

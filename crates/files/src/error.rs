@@ -10,7 +10,7 @@ pub enum FileError {
     Read {
         /// The system's error.
         source: io::Error,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The system refused to write it.
@@ -18,13 +18,13 @@ pub enum FileError {
     Write {
         /// The system's error.
         source: io::Error,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The file exists and must not be replaced.
     #[error("there is already a file {path:?}")]
     Exists {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// Something else than a file stands there.
@@ -40,19 +40,19 @@ pub enum FileError {
     TooLarge {
         /// The largest that is read.
         limit_bytes: u64,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The file holds a secret, and others may read it.
     #[error("others can read this secret: {path:?}")]
     NotPrivate {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The file isn't text.
     #[error("not a text in UTF-8: {path:?}")]
     NotText {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
 }
@@ -68,7 +68,7 @@ impl FileError {
         move |source| Self::Write { source, path: path.to_path_buf() }
     }
 
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::Read { .. } if self.is_missing() => "FILE-MISSING",

@@ -22,7 +22,7 @@ pub struct Camera {
 /// The image of a board point, with derivatives by lens and pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
-    /// Distorted pixel.
+    /// Image point, distorted, in pixels.
     pub px: Point2<f64>,
     /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
     pub jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
@@ -33,7 +33,7 @@ pub struct Projection {
 /// The image of a ray, with derivatives by lens and rotation of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayProjection {
-    /// Distorted pixel.
+    /// Image point, distorted, in pixels.
     pub px: Point2<f64>,
     /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
     pub jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,

@@ -23,9 +23,9 @@ pub enum LensParameter {
     K1,
     /// Radial, r⁴ or θ⁵.
     K2,
-    /// Tangential.
+    /// Tangential, vertical decentring.
     P1,
-    /// Tangential.
+    /// Tangential, horizontal decentring.
     P2,
     /// Radial, r⁶ or θ⁷.
     K3,

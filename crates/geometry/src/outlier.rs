@@ -49,7 +49,7 @@ pub enum OutliersUnknown {
     /// Too few lines; repeat a doubtful pose instead.
     #[error("{have} principal lines, telling outliers needs 5")]
     TooFewLines {
-        /// Lines given.
+        /// Number of lines given.
         have: usize,
     },
     /// The lines are nearly parallel, or have no variance.

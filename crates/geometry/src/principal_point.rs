@@ -19,7 +19,7 @@ pub enum NoPrincipalPoint {
     /// Fewer than two lines.
     #[error("{have} principal lines, needs 2")]
     TooFewLines {
-        /// Lines given.
+        /// Number of lines given.
         have: usize,
     },
     /// All lines are nearly parallel.

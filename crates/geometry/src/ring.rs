@@ -19,7 +19,7 @@ pub enum NoRing {
     /// Fewer than two views.
     #[error("{have} views, needs 2")]
     TooFewLines {
-        /// Views given.
+        /// Number of views given.
         have: usize,
     },
     /// The views don't determine the three unknowns.

@@ -67,7 +67,7 @@ pub(super) fn table(name: &str, rows: &[Row]) -> Table {
     table
 }
 
-/// The experiment.
+/// Runs the experiment with `params`.
 pub fn outcome(params: &Params) -> Outcome {
     let setup = Setup::of(params);
     let rows = rows(&setup, params.shift_m, params.directions);

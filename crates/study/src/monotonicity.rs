@@ -33,7 +33,7 @@ const KNOWN: [(f64, f64, f64, f64); 6] = [
     (400.0, 69.33, 2.488, 48.20),
 ];
 
-/// The experiment.
+/// Runs the experiment with `params`.
 pub fn outcome(params: &Params) -> Outcome {
     let setup = Setup::of(params);
     let rows = rows(&setup, params.longest_shift_m, params.shift_step_m);

@@ -84,7 +84,7 @@ fn views(setup: &Setup, shift_m: f64, centre_m: &Vector2<f64>) -> Vec<View> {
         .collect()
 }
 
-/// The experiment.
+/// Runs the experiment with `params`.
 pub fn outcome(params: &Params) -> Outcome {
     let setup = Setup::of(params);
     let pairs = pairs(&setup, params.shift_m);

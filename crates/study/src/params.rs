@@ -45,9 +45,9 @@ pub struct Params {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SetupParams {
-    /// Focal length.
+    /// Focal length, in pixels.
     pub f_px: f64,
-    /// Principal point.
+    /// Principal point x, y, in pixels.
     pub pp_px: [f64; 2],
     /// Width and height of the picture.
     pub image_size_px: [u32; 2],
@@ -77,7 +77,7 @@ pub enum Hand {
 }
 
 impl Hand {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Screen => "screen",

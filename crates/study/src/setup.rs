@@ -144,7 +144,7 @@ impl Corners {
         exact_px.iter().map(|px| px.map(|value| value + noise.sample(rng))).collect()
     }
 
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Exact => "exact",

@@ -31,7 +31,7 @@ impl Method {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::PrincipalLines, Self::ZhangPinhole, Self::ZhangK1K2];
 
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::PrincipalLines => "pl",
@@ -211,7 +211,7 @@ const KNOWN_NOISY: [(f64, [f64; 6], [f64; 6]); 2] = [
 /// Squares of the boards seen with noise.
 const NOISY_SQUARE_M: f64 = 0.1;
 
-/// The experiment.
+/// Runs the experiment with `params`.
 pub fn outcome(params: &Params) -> Outcome {
     let setup = Setup::new(&params.setup, params.setup.square_m);
     let mut outcome = Outcome {

@@ -86,7 +86,7 @@ fn statistic(centroids_px: &[Point2<f64>]) -> (Point2<f64>, Vector2<f64>) {
     }
 }
 
-/// The experiment.
+/// Runs the experiment with `params`.
 pub fn outcome(params: &Params) -> Outcome {
     let sets: Vec<TestSet> =
         parallel::map(K1.len() * HANDS, |i| test_set(K1[i / HANDS], i % HANDS, params)).concat();

@@ -20,7 +20,7 @@ type Errors = [Option<f64>; 4];
 
 const METHODS: [&str; 4] = ["pp_lines_px", "pp_bundle_px", "f_ring_percent", "f_bundle_percent"];
 
-/// The experiment.
+/// Runs the experiment with `params`.
 pub fn outcome(params: &Params) -> Outcome {
     let tilts_deg: Vec<f64> = (1..=17).map(|k| 5.0 * f64::from(k)).collect();
     let mut table = Table::new(

@@ -32,7 +32,7 @@ struct Draw {
 const QUANTITIES: [&str; 4] =
     ["pp_lines_px", "pp_bundle_k1k2_px", "pp_bundle_k1k2p1p2_px", "f_per_view_percent"];
 
-/// The experiment.
+/// Runs the experiment with `params`.
 pub fn outcome(params: &Params) -> Outcome {
     let mut table = Table::new(
         "varying_focal",

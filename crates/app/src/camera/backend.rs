@@ -65,7 +65,7 @@ pub struct NearCamera {
 pub struct Unusable {
     /// The camera's node, or another name for it.
     pub source: String,
-    /// Why.
+    /// The camera's fault.
     pub fault: Fault,
     /// Details; may be empty.
     pub detail: String,

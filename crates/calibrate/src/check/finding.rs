@@ -85,16 +85,16 @@ pub enum FocusMotion {
 pub enum FindingCode {
     /// Too few views that differ.
     FewViews {
-        /// Different views.
+        /// Number of views that differ, repeats of a held pose left out.
         distinct: usize,
         /// Different views wanted.
         wanted: usize,
     },
     /// Some views repeat others and add no information.
     ViewsAlike {
-        /// All views.
+        /// Number of views, repeats included.
         views: usize,
-        /// Different views.
+        /// Number of views that differ, repeats of a held pose left out.
         distinct: usize,
     },
     /// Too few views are tilted enough to separate focal length from distance.
@@ -133,7 +133,7 @@ pub enum FindingCode {
         model: LensModel,
         /// Test statistic, χ² with 2 degrees of freedom.
         statistic: f64,
-        /// Limit.
+        /// Largest value that isn't reported.
         limit: f64,
     },
     /// The lens model folds over inside the picture: some pixels have no ray.
@@ -145,18 +145,18 @@ pub enum FindingCode {
     },
     /// Bundle adjustment and the free homographies disagree about the principal point.
     CheckDisagrees {
-        /// Distance.
+        /// Distance, in pixels.
         distance_px: f64,
         /// Distance in standard deviations.
         sigmas: f64,
-        /// Limit.
+        /// Largest value that isn't reported.
         limit: f64,
     },
     /// The lens isn't the one of the earlier calibration to which it was to be held.
     LensContradicts {
         /// Test statistic of their difference.
         statistic: f64,
-        /// Limit.
+        /// Largest value that isn't reported.
         limit: f64,
     },
     /// The lens couldn't be held to the earlier calibration.
@@ -170,12 +170,12 @@ pub enum FindingCode {
     ViewsDisagree {
         /// Observed shift over expected shift.
         ratio: f64,
-        /// Limit.
+        /// Largest value that isn't reported.
         limit: f64,
     },
     /// A view fits far worse than the others.
     ViewOdd {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
         /// Root mean square residual of the view per coordinate, in pixels.
         rms_px: f64,
@@ -184,7 +184,7 @@ pub enum FindingCode {
     },
     /// The principal line of a view misses the intersection of the others.
     PlOutlier {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
         /// Distance of the line from the intersection, in pixels.
         distance_px: f64,
@@ -310,7 +310,7 @@ pub enum FindingCode {
     },
     /// A corner lies far from its predicted position.
     CornerOdd {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
         /// Index of the corner in the board's numbering.
         corner: usize,
@@ -323,14 +323,14 @@ pub enum FindingCode {
     },
     /// The principal point lies far from the centre of the picture.
     PrincipalPointFar {
-        /// Distance.
+        /// Distance, in pixels.
         distance_px: f64,
         /// Distance as a fraction of the picture's width.
         share: f64,
     },
     /// A view isn't predicted by the lens of the other views.
     HeldOut {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
         /// Root mean square residual per coordinate under the lens of the others, in pixels.
         rms_px: f64,
@@ -339,14 +339,14 @@ pub enum FindingCode {
     },
     /// A view is a mirror image of the board.
     Mirrored {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
     },
     /// Residuals are larger than corners should be.
     NoiseHigh {
         /// Typical standard deviation of a corner coordinate, in pixels.
         noise_px: f64,
-        /// Limit.
+        /// Largest value that isn't reported, in pixels.
         limit_px: f64,
     },
     /// Neighbouring corners err alike; the stated uncertainty allows for it.
@@ -415,7 +415,7 @@ impl Finding {
 }
 
 impl FindingCode {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::FewViews { .. } => "VIEWS-FEW",
@@ -485,7 +485,7 @@ impl FindingCode {
 }
 
 impl Severity {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Info => "info",
@@ -496,7 +496,7 @@ impl Severity {
 }
 
 impl Verdict {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Good => "good",

@@ -46,7 +46,7 @@ pub(crate) struct Whitened {
 pub enum InvalidCorners {
     /// A view doesn't have exactly one corner per board corner.
     Count {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
         /// Corners it has.
         got: usize,
@@ -55,9 +55,9 @@ pub enum InvalidCorners {
     },
     /// A corner isn't finite, or its covariance isn't positive definite.
     Value {
-        /// The view.
+        /// Index of the view, from 0.
         view: usize,
-        /// The corner.
+        /// Index of the corner in the board's numbering, from 0.
         corner: usize,
     },
 }
@@ -186,7 +186,7 @@ fn whiten(place: usize, corner: &Corner, board_m: &Point2<f64>) -> Option<Whiten
 /// A lens and the poses of all views.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BundleState {
-    /// The lens.
+    /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
     /// Rigid motion from board to camera for each view, in metres.
     pub cam_from_board: Vec<Isometry3<f64>>,

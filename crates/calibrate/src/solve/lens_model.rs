@@ -10,7 +10,7 @@ use boresight_geometry::{
 /// contains the ones before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensModel {
-    /// No distortion.
+    /// No distortion: a pinhole.
     Pinhole,
     /// Radial, r².
     K1,
@@ -94,7 +94,7 @@ impl LensModel {
         self.family().kind()
     }
 
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Pinhole => "none",
@@ -187,7 +187,7 @@ impl LensFamily {
     /// All families.
     pub const ALL: [Self; 3] = [Self::Brown, Self::Rational, Self::Fisheye];
 
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Brown => "brown",

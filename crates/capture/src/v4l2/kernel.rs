@@ -132,11 +132,11 @@ pub struct Readiness {
 /// Range of a control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlRange {
-    /// Least value.
+    /// Least value, in the driver's unit.
     pub min: i64,
-    /// Largest value.
+    /// Largest value, in the driver's unit.
     pub max: i64,
-    /// Step.
+    /// Step between values, in the driver's unit.
     pub step: i64,
     /// Value at the start.
     pub default: i64,
@@ -193,6 +193,6 @@ pub trait Kernel: Send {
 pub struct Clock {
     /// Does not run while the computer sleeps. Driver's time stamps are of this clock.
     pub monotonic_nanos: u64,
-    /// Time slept.
+    /// Time that waits have slept, in nanoseconds.
     pub slept_nanos: u64,
 }

@@ -52,7 +52,7 @@ pub(super) enum Outcome {
     Stopped,
     /// Nothing, and why.
     NotDone {
-        /// Stable name.
+        /// Stable name, for files and programs.
         code: &'static str,
         /// In words.
         message: String,

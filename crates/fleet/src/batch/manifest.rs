@@ -28,7 +28,7 @@ pub enum ManifestError {
         line: u64,
         /// The mistake in the line.
         reason: String,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
 }

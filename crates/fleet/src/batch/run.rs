@@ -80,7 +80,7 @@ pub enum Event<'a> {
     Progress(&'a Tally),
     /// An item has a row now.
     Row {
-        /// The item.
+        /// The finished item.
         item: &'a Item,
         /// Code of the row.
         code: &'a str,

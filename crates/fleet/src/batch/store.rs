@@ -32,7 +32,7 @@ const ROW_LIMIT: u64 = 16 << 20;
 pub struct OtherJob {
     /// The differences between the two jobs, in words.
     pub why: String,
-    /// The folder.
+    /// Path of the results.
     pub path: PathBuf,
 }
 

@@ -30,7 +30,7 @@ pub enum IndexError {
         line: usize,
         /// The mistake in it.
         reason: String,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// A database of another program, or a damaged one.
@@ -38,7 +38,7 @@ pub enum IndexError {
     Database {
         /// Reason for the refusal.
         reason: NotTaken,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
 }

@@ -38,7 +38,7 @@ use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize};
 pub struct ExportedCamera<'a> {
     /// Name of the camera.
     pub name: &'a str,
-    /// The lens.
+    /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
     /// Size of the picture that the lens belongs to.
     pub image_size: ImageSize,

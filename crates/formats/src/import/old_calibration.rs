@@ -12,7 +12,7 @@ use boresight_geometry::{
 pub struct OldCalibration {
     /// The file's format.
     pub format: OldFormat,
-    /// The lens.
+    /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
     /// Size of the picture that the lens belongs to.
     pub image_size: ImageSize,

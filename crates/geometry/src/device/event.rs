@@ -11,7 +11,7 @@ pub enum CameraEvent {
     },
     /// Streaming stopped; reconnecting.
     Lost {
-        /// Why.
+        /// The camera's fault.
         fault: Fault,
         /// Details: kernel error text, or the process holding the device; may be empty.
         detail: String,
@@ -25,14 +25,14 @@ pub enum CameraEvent {
     },
     /// Something is doubtful although pictures come.
     Doubtful {
-        /// The fault.
+        /// The camera's fault.
         fault: Fault,
         /// Details; may be empty.
         detail: String,
     },
     /// A doubt no longer holds.
     Dispelled {
-        /// The fault.
+        /// The camera's fault.
         fault: Fault,
     },
     /// The controls have settled and were read back.
@@ -44,14 +44,14 @@ pub enum CameraEvent {
     ControlChanged(ControlChange),
     /// A control that had changed is back where it was, and the picture has settled.
     ControlRestored {
-        /// The control.
+        /// The control concerned.
         control: Control,
         /// Pictures from then on are good.
         good_from: CaptureTime,
     },
     /// A control was set because the person asked for it, and the picture has settled.
     ControlSet {
-        /// The control.
+        /// The control concerned.
         control: Control,
         /// State of the control now, as read back.
         lock: Lock,
@@ -70,7 +70,7 @@ pub enum CameraEvent {
 /// A change of a control, seen at a read-back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlChange {
-    /// The control.
+    /// The control concerned.
     pub control: Control,
     /// The locked value, in the driver's unit.
     pub from: i64,
@@ -109,11 +109,11 @@ impl Control {
 /// A control that can be set, and its values in the driver's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Adjustable {
-    /// The control.
+    /// The control concerned.
     pub control: Control,
-    /// Least value.
+    /// Least value, in the driver's unit.
     pub min: i64,
-    /// Largest value.
+    /// Largest value, in the driver's unit.
     pub max: i64,
     /// Step, at least 1.
     pub step: i64,

@@ -22,7 +22,7 @@ pub struct CameraInfo {
 /// State of a control before the session locked it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ControlBefore {
-    /// The control.
+    /// The control concerned.
     pub control: Control,
     /// In the driver's unit; `None` if it cannot be read.
     pub value: Option<i64>,

@@ -42,7 +42,7 @@ pub enum Stream {
     Live,
     /// Streaming stopped; reconnecting.
     Lost {
-        /// Why.
+        /// The camera's fault.
         fault: Fault,
         /// Details, such as the kernel's error text; may be empty.
         detail: String,

@@ -15,9 +15,9 @@ pub enum NotWritten {
     /// More pixels than any printer needs.
     #[error("a picture of {width_px} x {height_px} pixels is too large")]
     TooLarge {
-        /// Width.
+        /// Width of the picture.
         width_px: u32,
-        /// Height.
+        /// Height of the picture.
         height_px: u32,
     },
     /// Error of the encoder.

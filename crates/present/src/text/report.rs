@@ -43,7 +43,7 @@ pub enum Section {
 }
 
 impl Section {
-    /// Stable name.
+    /// Stable name, used as the anchor in the page.
     pub fn id(self) -> &'static str {
         match self {
             Self::Certificate => "certificate",

@@ -22,7 +22,7 @@ pub enum RecordingError {
     /// There is something in the folder that is to become a session.
     #[error("there is something in this folder already: {path:?}")]
     NotNew {
-        /// The folder.
+        /// Path of the session's folder.
         path: PathBuf,
     },
     /// `session.toml` is not one that this version reads.
@@ -32,13 +32,13 @@ pub enum RecordingError {
         reason: String,
         /// True if a newer version wrote it.
         newer: bool,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// `session.toml` was changed after the session began.
     #[error("the journal was recorded with another session.toml: {path:?}")]
     OtherHeader {
-        /// The session.
+        /// Path of the session's folder.
         path: PathBuf,
     },
     /// A journal line is damaged.
@@ -46,7 +46,7 @@ pub enum RecordingError {
     Damaged {
         /// The first damaged line.
         damage: Damage,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The journal lacks lines that must have been there.
@@ -54,7 +54,7 @@ pub enum RecordingError {
     LinesMissing {
         /// Evidence of the missing lines, in words.
         reason: String,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// A stored picture is missing or damaged.
@@ -62,7 +62,7 @@ pub enum RecordingError {
     Frame {
         /// The damage, in words.
         reason: String,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The file system refused to lock the session, so nothing would keep a second process out.
@@ -70,19 +70,19 @@ pub enum RecordingError {
     NoLock {
         /// Cause.
         source: std::io::Error,
-        /// The session.
+        /// Path of the session's folder.
         path: PathBuf,
     },
     /// Another process has the session open.
     #[error("another boresight has this session open: {path:?}")]
     Locked {
-        /// The session.
+        /// Path of the session's folder.
         path: PathBuf,
     },
 }
 
 impl RecordingError {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::File(err) => err.code(),

@@ -40,7 +40,7 @@ type Happening = Box<dyn FnOnce(&mut World) + Send>;
 pub struct World {
     /// The monotonic clock.
     pub now_nanos: u64,
-    /// Time slept.
+    /// Time that waits have slept, in nanoseconds.
     pub slept_nanos: u64,
     /// Cameras, plugged in or not.
     pub cameras: Vec<SimCamera>,

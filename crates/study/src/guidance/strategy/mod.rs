@@ -33,7 +33,7 @@ use boresight_guide::guidance::Plan;
 /// A way of guiding.
 #[derive(Clone, Copy, Debug)]
 pub struct Strategy {
-    /// Stable name.
+    /// Stable name, for files and programs.
     pub code: &'static str,
     /// Publication or program that it comes from.
     pub source: &'static str,
