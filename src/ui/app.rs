@@ -50,7 +50,7 @@ pub enum Page {
     Start,
     /// The live picture and what to do next.
     Guide,
-    /// The calibration.
+    /// The calibration and its charts.
     Result,
     /// The next session, and how the window looks and sounds.
     Settings,

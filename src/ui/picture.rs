@@ -41,7 +41,7 @@ impl Picture {
         self.came_secs = Some(now_secs);
     }
 
-    /// Shows `image`.
+    /// Shows `image` from now on.
     pub fn show_image(&mut self, ctx: &Context, image: &GrayImage) {
         let size = [image.width() as usize, image.height() as usize];
         let pixels = match &mut self.pixels {

@@ -80,7 +80,7 @@ pub struct Screen {
 /// A value on its way to the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adjusting {
-    /// The value.
+    /// Requested value, in the driver's unit.
     pub value: i64,
     /// State of the control before.
     before: Lock,

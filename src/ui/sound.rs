@@ -20,7 +20,7 @@ pub(super) enum Tone {
     Taken,
     /// The session is complete.
     Complete,
-    /// Something failed.
+    /// Tone of a failure.
     UserError,
 }
 

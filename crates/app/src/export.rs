@@ -24,13 +24,13 @@ use boresight_present::text;
 pub enum Format {
     /// Everything, in this program's schema.
     Json,
-    /// OpenCV's FileStorage.
+    /// YAML of OpenCV's FileStorage.
     OpencvYaml,
-    /// ROS camera_info.
+    /// YAML of ROS camera_info.
     RosYaml,
     /// Kalibr camchain; can't hold k3 or a rational lens.
     Kalibr,
-    /// COLMAP cameras.txt.
+    /// Text file cameras.txt of COLMAP.
     Colmap,
     /// mrcal .cameramodel; can't hold a fisheye lens.
     Mrcal,

@@ -178,7 +178,7 @@ pub trait AppHost {
 /// Address of the phone's page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PhoneLink {
-    /// The link.
+    /// Link for the owner, with its token.
     pub link: String,
     /// The link for those who only look on.
     pub watcher: String,
@@ -244,7 +244,7 @@ impl CameraView {
 /// A sheet with a board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintedBoard {
-    /// Path of the file.
+    /// Path of the printable file.
     pub file: PathBuf,
     /// Side of a square.
     pub square_m: f64,
@@ -283,7 +283,7 @@ pub struct Memory {
     pub panels: Option<bool>,
     /// Full screen while nobody is at the computer.
     pub full_screen: Option<bool>,
-    /// Colours.
+    /// Name of the colour theme.
     pub theme: Option<String>,
     /// Size of the interface.
     pub zoom: Option<f32>,

@@ -81,7 +81,7 @@ struct Shared {
     ends: AtomicBool,
     /// Source of the camera whose board is counted.
     counted: Mutex<Option<String>>,
-    /// By source.
+    /// Cameras looked through, by source.
     seen: Mutex<BTreeMap<String, CameraView>>,
 }
 

@@ -13,7 +13,7 @@ pub struct MissingFeature {
 }
 
 impl MissingFeature {
-    /// The window.
+    /// The window is left out.
     pub const WINDOW: Self = Self { part: "window", feature: "window" };
     /// Cameras of Linux, network streams and video files.
     pub const LIVE: Self =

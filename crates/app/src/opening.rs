@@ -55,7 +55,7 @@ pub enum BoardFromCode {
     Nothing,
     /// Columns and rows: the square is given.
     Counts,
-    /// Everything.
+    /// Columns, rows and square.
     All,
 }
 

@@ -14,7 +14,7 @@ pub enum Exit {
     NotTrustworthy,
     /// 4: an installed camera has changed.
     Recalibrate,
-    /// 1: failed.
+    /// 1: the command failed.
     Failed,
 }
 

@@ -73,7 +73,7 @@ pub enum DriftVerdict {
 /// Difference between an installed camera and its old calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
-    /// The verdict.
+    /// Verdict on the change.
     pub verdict: DriftVerdict,
     /// Change of `(f, cx, cy)` in pixels; `fy` changes in proportion to `fx`.
     pub change_px: Vector3<f64>,

@@ -116,7 +116,7 @@ impl KnownLens {
         }
     }
 
-    /// The lens.
+    /// The parameters as a camera.
     pub fn camera(&self) -> Camera {
         Camera::from_lens_parameters(self.kind, &self.parameters)
     }

@@ -39,7 +39,7 @@ pub struct PrincipalPoints {
     /// Intersection of the principal lines of corners undistorted by the free homographies, which assume no common focal
     /// length.
     pub free_homography: Option<PrincipalPointEstimate>,
-    /// Bundle adjustment.
+    /// Estimate by bundle adjustment.
     pub bundle: Option<PrincipalPointEstimate>,
     /// Zhang's method, refined with k1, k2 and independent fx, fy.
     pub zhang: Option<PrincipalPointEstimate>,

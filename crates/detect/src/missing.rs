@@ -87,7 +87,7 @@ const GLARE_FROM: f32 = 1.6;
 pub(super) enum Beyond {
     /// The white around the board.
     White,
-    /// More squares.
+    /// More squares of a larger board.
     Squares,
     /// Something else, or too little of it is seen.
     Unclear,

@@ -6,7 +6,7 @@ use image::GrayImage;
 /// the axes if something else is drawn in the squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Patch {
-    /// Central pixel.
+    /// Central pixel of the patch: column, row.
     pub(super) centre_px: (i32, i32),
     pub(super) radius_px: i32,
     /// Maps an offset in pixels to squares along both axes.

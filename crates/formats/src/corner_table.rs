@@ -58,7 +58,7 @@ pub enum CornerTableError {
         "{name} has {got} corners, the board has {wanted}: check --board. A missing corner has a line, too, with `-`"
     )]
     Count {
-        /// The picture.
+        /// Name of the picture.
         name: String,
         /// Corners in the table.
         got: usize,

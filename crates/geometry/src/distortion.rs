@@ -38,15 +38,15 @@ pub enum LensKind {
 pub struct Distortion {
     /// Kind of lens, which gives the coefficients their meaning.
     pub kind: LensKind,
-    /// Radial, r².
+    /// Radial coefficient of r².
     pub k1: f64,
-    /// Radial, r⁴.
+    /// Radial coefficient of r⁴.
     pub k2: f64,
     /// Tangential, vertical decentring.
     pub p1: f64,
     /// Tangential, horizontal decentring.
     pub p2: f64,
-    /// Radial, r⁶.
+    /// Radial coefficient of r⁶.
     pub k3: f64,
     /// Radial, r² of the denominator; of a fisheye lens, r⁸.
     pub k4: f64,

@@ -73,7 +73,7 @@ impl ImageSize {
 pub struct Frame {
     /// Number within the source.
     pub id: FrameId,
-    /// Capture time.
+    /// Capture time of the frame.
     pub captured_at: CaptureTime,
     /// Single picture or part of a stream.
     pub kind: FrameKind,

@@ -35,7 +35,7 @@ pub enum NoHomography {
     /// Fewer than four corners, or not one board point per corner.
     #[error("{corners} corners for {points} board points: needs the same number, at least 4")]
     TooFewPoints {
-        /// Corners given.
+        /// Number of corners given.
         corners: usize,
         /// Board points given.
         points: usize,

@@ -55,7 +55,7 @@ impl LensParameter {
     ];
     /// Focal length along both axes.
     pub const F: [Self; 2] = [Self::Fx, Self::Fy];
-    /// Principal point.
+    /// Principal point along both axes.
     pub const PP: [Self; 2] = [Self::Cx, Self::Cy];
     /// Parameters of a pinhole with square pixels.
     pub const F_AND_PP: [Self; 3] = [Self::Fx, Self::Cx, Self::Cy];

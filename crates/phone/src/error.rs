@@ -6,7 +6,7 @@ pub enum ServeError {
     /// The address can't be used.
     #[error("could not serve at {address}")]
     Bind {
-        /// The address.
+        /// Address that couldn't be bound.
         address: SocketAddr,
         /// The system's error.
         source: std::io::Error,

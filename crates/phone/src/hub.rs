@@ -78,7 +78,7 @@ pub enum Stage {
 /// Choices for a new session.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Offer {
-    /// The cameras.
+    /// Cameras to choose from.
     pub cameras: Vec<OfferedCamera>,
     /// Dictionaries of ChArUco boards, with the number of their markers.
     pub dictionaries: Vec<(&'static str, usize)>,
@@ -88,7 +88,7 @@ pub struct Offer {
     pub trouble: Option<(String, String)>,
 }
 
-/// A camera.
+/// A camera that the page may choose.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OfferedCamera {
     /// The name that opens it.
@@ -144,7 +144,7 @@ pub struct PageFile {
     pub name: String,
     /// Label on the button.
     pub label: String,
-    /// Media type.
+    /// Media type of its contents.
     #[serde(skip)]
     pub media_type: &'static str,
     /// Contents of the file.

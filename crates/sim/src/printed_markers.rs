@@ -27,7 +27,7 @@ pub(super) enum Cells {
     One,
     /// At most four, around this crossing.
     Four(Crossing),
-    /// More.
+    /// More than four cells.
     More,
 }
 

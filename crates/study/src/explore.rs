@@ -31,7 +31,7 @@ pub struct ExploreSetup {
 /// Set of boards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boards {
-    /// The one.
+    /// One board alone.
     One,
     /// The board and its opposed partner.
     Pair,
@@ -104,7 +104,7 @@ impl ExploreSetup {
     }
 }
 
-/// BoardFinder.
+/// Computes the drawing of `wish`, and the numbers beside it.
 pub fn look(wish: &ExploreSetup) -> Seen {
     let setup = &wish.setup;
     let pp = setup.camera.pp_px;

@@ -9,7 +9,7 @@ use boresight_formats::export::csv_field;
 pub struct Outcome {
     /// Stable name, also of its files.
     pub name: String,
-    /// Heading.
+    /// Heading of the experiment.
     pub title: String,
     /// The method, in a sentence or two.
     pub method: String,
@@ -19,7 +19,7 @@ pub struct Outcome {
     pub checks: Vec<Check>,
     /// Everything that was measured.
     pub tables: Vec<Table>,
-    /// Drawings.
+    /// Drawings of the experiment.
     pub figures: Vec<Figure>,
 }
 
@@ -38,11 +38,11 @@ pub struct Claim {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// As stated.
+    /// The measurement supports the claim as stated.
     Holds,
     /// With limits that are said.
     Partly,
-    /// Not.
+    /// The measurement contradicts the claim.
     Fails,
 }
 
@@ -52,7 +52,7 @@ impl Verdict {
         if holds { Self::Holds } else { Self::Fails }
     }
 
-    /// One word.
+    /// Verdict as a word or phrase.
     pub fn word(self) -> &'static str {
         match self {
             Self::Holds => "holds",
@@ -71,7 +71,7 @@ pub struct Check {
     pub reference: f64,
     /// The number found.
     pub measured: f64,
-    /// Tolerance.
+    /// Tolerance about the reference.
     pub within: Within,
 }
 
@@ -112,7 +112,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Without rows.
+    /// A table without rows.
     pub fn new(name: &str, columns: &[&str]) -> Self {
         let columns = columns.iter().map(ToString::to_string).collect();
         Self { name: name.into(), columns, rows: Vec::new() }
@@ -132,13 +132,13 @@ impl Table {
     }
 }
 
-/// A drawing.
+/// A drawing with its caption.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Stable name, also of its file.
     pub name: String,
-    /// Caption.
+    /// Caption below the drawing.
     pub caption: String,
-    /// The drawing.
+    /// Drawing as SVG.
     pub svg: String,
 }

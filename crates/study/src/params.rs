@@ -51,7 +51,7 @@ pub struct SetupParams {
     pub pp_px: [f64; 2],
     /// Width and height of the picture.
     pub image_size_px: [u32; 2],
-    /// `k1 k2`.
+    /// Distortion `k1 k2` of the OpenCV model.
     pub distortion: [f64; 2],
     /// Inner corners, columns and rows.
     pub board: [u16; 2],

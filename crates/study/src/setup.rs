@@ -16,7 +16,7 @@ pub const SLOTS: usize = 8;
 /// A camera of known truth and a board that turns in front of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
-    /// The truth.
+    /// True camera.
     pub camera: Camera,
     /// Size of the picture; corners outside it are kept, as in the paper.
     pub image_size: ImageSize,
@@ -33,11 +33,11 @@ pub struct Setup {
 /// Treatment of exact corners before an estimate sees them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Corners {
-    /// As computed.
+    /// As computed, without error.
     Exact,
     /// With independent normal errors of this standard deviation.
     Noisy {
-        /// Per axis.
+        /// Standard deviation per axis.
         sigma_px: f64,
     },
     /// Rounded to whole pixels.

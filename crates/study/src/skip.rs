@@ -40,7 +40,7 @@ impl Method {
         }
     }
 
-    /// For people.
+    /// Name for people.
     pub fn words(self) -> &'static str {
         match self {
             Self::PrincipalLines => "principal lines",

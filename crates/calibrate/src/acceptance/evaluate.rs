@@ -22,7 +22,7 @@ const PLACES: [u32; 2] = [17, 11];
 /// Verdict on one goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acceptance {
-    /// The goal.
+    /// Goal that is judged.
     pub goal: AcceptanceGoal,
     /// Bound that the error stays below in 95 of 100 calibrations. `None` if there is none: the length doesn't fit into
     /// the picture, or the lens model folds over in more than a twentieth of it.
@@ -32,7 +32,7 @@ pub struct Acceptance {
 /// Bound of an error, in the goal's unit: pixels for projection, metres for a length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorBound {
-    /// From everything.
+    /// From lens and board scale together.
     pub total: f64,
     /// From the lens alone.
     pub lens: f64,

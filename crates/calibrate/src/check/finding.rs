@@ -5,14 +5,14 @@ use crate::{known_lens::NotHeld, solve::lens_model::LensModel};
 pub struct Finding {
     /// The finding, with the measured values and their limits.
     pub code: FindingCode,
-    /// Severity.
+    /// Severity of the finding.
     pub severity: Severity,
 }
 
 /// Severity of a [`Finding`], from harmless to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// For information.
+    /// For information; limits nothing.
     Info,
     /// Limits the use of the calibration.
     Care,
@@ -71,7 +71,7 @@ pub enum FocusMotion {
         /// Relative change of the focal length from the first view to the last.
         change: f64,
     },
-    /// Once.
+    /// At once, between two views.
     Jump {
         /// The first view with the new focal length.
         view: usize,
@@ -101,11 +101,11 @@ pub enum FindingCode {
     TiltLow {
         /// Views tilted by at least `wanted_tilt_rad`.
         tilted_views: usize,
-        /// Number wanted.
+        /// Least number of such views.
         wanted_views: usize,
         /// Largest tilt seen.
         max_tilt_rad: f64,
-        /// Tilt wanted.
+        /// Least tilt that counts.
         wanted_tilt_rad: f64,
     },
     /// All tilted views recede in about the same direction.
@@ -140,7 +140,7 @@ pub enum FindingCode {
     LensFolds {
         /// Grid points without a ray.
         unmapped: usize,
-        /// Grid points.
+        /// Grid points in all.
         of: usize,
     },
     /// Bundle adjustment and the free homographies disagree about the principal point.
@@ -161,7 +161,7 @@ pub enum FindingCode {
     },
     /// The lens couldn't be held to the earlier calibration.
     LensNotHeld {
-        /// Why.
+        /// Reason why it couldn't be held.
         reason: NotHeld,
     },
     /// The independent check is missing: the free homographies couldn't be fitted.
@@ -222,7 +222,7 @@ pub enum FindingCode {
     },
     /// `fy` differs from `fx`: pixels aren't square, or the picture was stretched.
     PixelsNotSquare {
-        /// fy/fx.
+        /// fy over fx; 1 for square pixels.
         aspect: f64,
         /// Gain in BIC over square pixels.
         gain: f64,

@@ -105,7 +105,7 @@ impl TailWeights {
 #[derive(Clone, Copy, Debug)]
 struct Tails {
     freedom: f64,
-    /// Squared scale.
+    /// Squared scale of the residuals.
     scale: f64,
 }
 

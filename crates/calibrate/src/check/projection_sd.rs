@@ -28,7 +28,7 @@ pub struct ProjectionJacobian {
 /// Standard deviation of projection at one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridSd {
-    /// The pixel.
+    /// Grid point in the picture, in pixels.
     pub px: Point2<f64>,
     /// Root mean square over directions, in pixels.
     pub sd_px: f64,

@@ -12,7 +12,7 @@ use boresight_geometry::{
 pub enum LensModel {
     /// No distortion: a pinhole.
     Pinhole,
-    /// Radial, r².
+    /// Radial distortion, r².
     K1,
     /// Radial, r² and r⁴.
     K1K2,
@@ -55,7 +55,7 @@ pub struct LensFreedom {
 /// Prior on the lens parameters: independent normal distributions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensPrior {
-    /// Means.
+    /// Means of the prior.
     pub mean: [f64; LENS_PARAMETERS],
     /// Information 1/sd² of each; zero for no prior.
     pub information: [f64; LENS_PARAMETERS],
@@ -184,7 +184,7 @@ impl LensModel {
 }
 
 impl LensFamily {
-    /// All families.
+    /// All families: Brown, rational, fisheye.
     pub const ALL: [Self; 3] = [Self::Brown, Self::Rational, Self::Fisheye];
 
     /// Stable name, for files and programs.

@@ -24,7 +24,7 @@ const MOST_REVERSALS: usize = 4;
 /// The fit of one lens model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelFit {
-    /// The model.
+    /// Lens model of the fit.
     pub model: LensModel,
     /// The fitted lens.
     pub camera: Camera,

@@ -202,7 +202,7 @@ pub(crate) struct Minimum<State, const S: usize, const L: usize> {
 /// Quality of a start: sets the damping of the first step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Start {
-    /// A guess.
+    /// A rough guess: damped at first.
     Guess,
     /// The minimum of nearly the same problem: damping would only shorten steps along what the corners hardly determine.
     Near,

@@ -143,7 +143,7 @@ impl Step {
         u32::from(self.0 & 31)
     }
 
-    /// Zeros included.
+    /// Number of coefficients, zeros included.
     #[inline(always)]
     fn coefficients(self) -> u32 {
         u32::from(self.0 >> 5 & 127)

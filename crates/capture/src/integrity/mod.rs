@@ -26,7 +26,7 @@ pub use jpeg::{Checked, JpegGate};
 pub enum Flaw {
     /// The driver flagged it.
     Flagged,
-    /// No bytes.
+    /// A frame without bytes.
     Empty,
     /// More bytes than the buffer holds.
     Overlong,

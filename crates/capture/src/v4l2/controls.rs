@@ -41,7 +41,7 @@ pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {
 /// State of a control, for a person to see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlState {
-    /// The control concerned.
+    /// The control shown.
     pub control: Control,
     /// Range of its values.
     pub range: ControlRange,

@@ -46,7 +46,7 @@ pub struct Identity {
 /// A node that takes no pictures, or could not be asked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Other {
-    /// The node.
+    /// Video node that is no camera.
     pub node: Node,
     /// Why it is none.
     pub why: Fault,

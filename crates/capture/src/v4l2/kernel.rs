@@ -69,9 +69,9 @@ pub type FourCc = [u8; 4];
 /// Sizes that a format comes in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameSizes {
-    /// One size.
+    /// One size: width and height in pixels.
     Discrete(u32, u32),
-    /// A range.
+    /// A range of sizes, in pixels.
     Stepwise {
         /// Least, largest and step of the width.
         width: (u32, u32, u32),
@@ -88,9 +88,9 @@ pub type Fraction = (u32, u32);
 pub struct Format {
     /// Pixels in a row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
-    /// Pixel format.
+    /// Four-character code of the pixel format.
     pub fourcc: FourCc,
     /// Bytes from row to row; 0 if compressed or not said.
     pub bytes_per_line: u32,

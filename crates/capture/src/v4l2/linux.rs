@@ -34,7 +34,7 @@ const CONTROL_READ_ONLY: u32 = 0x0004;
 /// Far more than any picture; a length beyond it is a driver's mistake.
 const LARGEST_BUFFER: usize = 256 << 20;
 
-/// Linux.
+/// The kernel of a running Linux.
 #[derive(Debug, Default)]
 pub struct Linux {
     open: BTreeMap<Handle, Vec<Option<Mapping>>>,

@@ -18,7 +18,7 @@ const USUAL_SIZES: [(u32, u32); 7] =
 /// A mode as granted, with what the driver says of its memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Granted {
-    /// The mode.
+    /// The granted mode.
     pub mode: Mode,
     /// Bytes from row to row, or 0.
     pub bytes_per_line: u32,

@@ -52,9 +52,9 @@ pub(super) enum Outcome {
     Stopped,
     /// Nothing, and why.
     NotDone {
-        /// Stable name, for files and programs.
+        /// Stable name of the reason.
         code: &'static str,
-        /// In words.
+        /// Reason in words.
         message: String,
         /// The next action.
         next: &'static str,

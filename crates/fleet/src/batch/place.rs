@@ -12,9 +12,9 @@ const READERS: usize = 8;
 /// A folder, or a prefix in an object store. Names below it have slashes.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
-    /// A folder.
+    /// A folder of this computer.
     Folder(PathBuf),
-    /// A prefix.
+    /// A prefix in an object store.
     Cloud(Prefix),
 }
 

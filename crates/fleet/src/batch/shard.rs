@@ -28,7 +28,7 @@ pub enum ShardError {
     /// A variable holds no number that fits.
     #[error("{variable}={value:?} doesn't fit: use --shard I/N")]
     Value {
-        /// The variable.
+        /// Name of the environment variable.
         variable: &'static str,
         /// The value as given.
         value: String,
@@ -57,7 +57,7 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// Everything.
+    /// One shard with every item.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
     /// The shard that a scheduler's variables name: Slurm's job arrays, Kubernetes' indexed jobs, AWS Batch's array

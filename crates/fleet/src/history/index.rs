@@ -53,7 +53,7 @@ pub struct Index {
 /// An index that an earlier version kept in SQLite, as lines of JSON now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Taken {
-    /// Calibrations.
+    /// Number of calibrations taken over.
     pub count: usize,
     /// The file in SQLite, as it was.
     pub from: PathBuf,

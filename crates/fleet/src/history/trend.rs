@@ -10,7 +10,7 @@ const LIMIT_OF_TWO: f64 = 12.838;
 /// A calibration, and what has changed.
 #[derive(Clone, Debug)]
 pub struct Step<'a> {
-    /// The calibration.
+    /// The calibration of this step.
     pub entry: &'a Entry,
     /// The change since the first usable calibration; `None` for that one and for those that can't be used.
     pub since_first: Option<LensDifference>,
@@ -34,7 +34,7 @@ pub struct Trend {
 /// The calibrations of one camera in one size of picture, by time.
 #[derive(Clone, Debug)]
 pub struct CameraHistory {
-    /// The camera.
+    /// Identity of the camera.
     pub camera: String,
     /// Name that the camera itself states.
     pub model: String,

@@ -65,7 +65,7 @@ pub enum NotExpressible {
 
 /// The smallest family that holds a lens, with its coefficients in OpenCV's order.
 pub(super) enum Coefficients {
-    /// No distortion.
+    /// No distortion: a pinhole.
     None,
     /// `k1 k2 p1 p2 k3`.
     Brown([f64; 5]),

@@ -41,14 +41,14 @@ pub struct OldCalibration {
 pub struct LockedLens {
     /// Distance at which the lens is sharp.
     pub focus: Option<i64>,
-    /// Focal length.
+    /// Focal length of the zoom, in the driver's unit.
     pub zoom: Option<i64>,
 }
 
 /// Formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OldFormat {
-    /// `boresight.calibration/1`.
+    /// This program's `boresight.calibration/1`.
     Own,
     /// Output of OpenCV's `FileStorage`, YAML or JSON.
     OpenCv,

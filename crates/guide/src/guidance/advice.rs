@@ -27,9 +27,9 @@ pub enum Advice {
     },
     /// Change the tilt.
     Tilt {
-        /// Tilt now.
+        /// Tilt of the newest frame.
         tilt_rad: f64,
-        /// Tilt wanted.
+        /// Tilt of the pose asked for.
         wanted_rad: f64,
         /// Direction in which the board should recede.
         #[serde(rename = "slot_rad")]
@@ -40,7 +40,7 @@ pub enum Advice {
         /// Share of the picture that the corners span now.
         #[serde(rename = "fill")]
         span_fraction: f64,
-        /// Share wanted.
+        /// Share of the pose asked for.
         wanted: f64,
     },
     /// Shift the board in the picture.
@@ -50,11 +50,11 @@ pub enum Advice {
         /// Distance down, in pixels; negative up.
         down_px: f64,
     },
-    /// Stop moving.
+    /// Stop moving the board.
     HoldStill {
         /// Root mean square speed of the corners; `None` without an earlier frame to compare with.
         speed_px_per_s: Option<f64>,
-        /// Fastest accepted.
+        /// Highest speed accepted.
         wanted_px_per_s: f64,
     },
     /// Rest the arms or lean the board on something: holding it freely hasn't been steady enough for a while.

@@ -30,7 +30,7 @@ const LONGEST_NOISE_STEP_PX: f64 = 0.25;
 /// Corners of the newest frames with a board, as far back as motion is judged.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionWindow {
-    /// Oldest first.
+    /// Frames, the oldest first.
     frames: VecDeque<(CaptureTime, Vec<Corner>)>,
 }
 

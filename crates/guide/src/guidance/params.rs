@@ -100,9 +100,9 @@ pub struct GuidanceParams {
     pub stop_corner_sigma_px: Option<f64>,
     /// Most reflected pairs of boards that leave the picture.
     pub pairs_beyond_edge: usize,
-    /// Fewest views.
+    /// Fewest views before the session may stop.
     pub min_views: usize,
-    /// Most views.
+    /// Most views that are asked for.
     pub max_views: usize,
 }
 

@@ -21,21 +21,21 @@ pub enum Refusal {
     TooFlat {
         /// Tilt of this view.
         tilt_rad: f64,
-        /// Least tilt.
+        /// Least tilt accepted.
         wanted_rad: f64,
     },
     /// The board is tilted too far.
     TooSteep {
         /// Tilt of this view.
         tilt_rad: f64,
-        /// Largest tilt.
+        /// Largest tilt accepted.
         wanted_rad: f64,
     },
     /// The principal line's direction is too uncertain.
     Unclear {
         /// Standard deviation of the direction.
         sigma_rad: f64,
-        /// Largest accepted.
+        /// Largest deviation accepted.
         wanted_rad: f64,
     },
     /// The board is too small in the picture.
@@ -43,35 +43,35 @@ pub enum Refusal {
         /// Share of the picture that the corners span.
         #[serde(rename = "fill")]
         span_fraction: f64,
-        /// Least share.
+        /// Least share accepted.
         wanted: f64,
     },
     /// A corner is too close to the picture's edge.
     AtTheEdge {
         /// Distance from the edge.
         margin_px: f64,
-        /// Least distance.
+        /// Least distance accepted.
         wanted_px: f64,
     },
     /// The edges are blurred.
     Blurred {
         /// Width of the blur.
         blur_px: f64,
-        /// Widest accepted.
+        /// Widest blur accepted.
         wanted_px: f64,
     },
     /// An accepted view has almost this principal line, and this view is not its missing partner.
     AlreadyCovered {
         /// Angle to the nearest accepted principal line.
         nearest_rad: f64,
-        /// Least angle.
+        /// Least angle accepted.
         wanted_rad: f64,
     },
     /// The view is opposed to one without a partner, but not at the reflected place.
     PartnerOff {
         /// Distance of the board's centre from the reflected one.
         offset_px: f64,
-        /// Largest accepted.
+        /// Largest distance accepted.
         wanted_px: f64,
     },
     /// The view would tell little about the lens beside what the pose asked for would. It is taken only if
@@ -86,7 +86,7 @@ pub enum Refusal {
     Inconsistent {
         /// Distance of the line from the principal point, in standard deviations.
         sigmas: f64,
-        /// Largest accepted.
+        /// Largest distance accepted, in standard deviations.
         wanted: f64,
     },
     /// The board moves.
@@ -97,7 +97,7 @@ pub enum Refusal {
         wanted_px_per_s: f64,
         /// Displacement while the shutter is open; `None` without an earlier frame.
         smear_px: Option<f64>,
-        /// Farthest accepted.
+        /// Largest displacement accepted.
         wanted_smear_px: Option<f64>,
     },
     /// The view is good and the hold runs; it is taken when the hold is complete.

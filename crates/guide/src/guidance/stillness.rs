@@ -45,9 +45,9 @@ impl Smear {
 /// The limits on a frame's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StillLimits {
-    /// Longest smear.
+    /// Longest smear accepted.
     pub smear_px: f64,
-    /// Highest speed.
+    /// Highest speed accepted.
     pub speed_px_per_s: f64,
 }
 

@@ -26,7 +26,7 @@ const BUSY_SECS: f64 = 5.0;
 /// Prompt and advice on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
-    /// The prompt.
+    /// Prompt on the screen.
     pub prompt: Prompt,
     /// The newest advice that asks for it, with its amounts; `None` if it doesn't come from advice.
     pub advice: Option<Advice>,

@@ -28,7 +28,7 @@ pub struct Decision {
 pub enum Outcome {
     /// The frame wasn't taken, or not yet.
     Refused {
-        /// Why.
+        /// Reason for the refusal.
         refusal: Refusal,
     },
     /// A frame of the hold was taken: the sharpest, not necessarily the newest.

@@ -15,21 +15,21 @@ use boresight_geometry::device::{Control, Fault};
 /// An edge or a corner of the board, as seen in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
-    /// Right.
+    /// Right edge.
     Right,
-    /// Bottom right.
+    /// Bottom right corner.
     BottomRight,
-    /// Bottom.
+    /// Bottom edge.
     Bottom,
-    /// Bottom left.
+    /// Bottom left corner.
     BottomLeft,
-    /// Left.
+    /// Left edge.
     Left,
-    /// Top left.
+    /// Top left corner.
     TopLeft,
-    /// Top.
+    /// Top edge.
     Top,
-    /// Top right.
+    /// Top right corner.
     TopRight,
 }
 
@@ -70,9 +70,9 @@ impl Edge {
 /// Left or right in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Across {
-    /// Left.
+    /// Left in the picture.
     Left,
-    /// Right.
+    /// Right in the picture.
     Right,
 }
 
@@ -88,9 +88,9 @@ impl Across {
 /// Up or down in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Upright {
-    /// Up.
+    /// Up in the picture.
     Up,
-    /// Down.
+    /// Down in the picture.
     Down,
 }
 
@@ -142,7 +142,7 @@ pub enum Prompt {
     Farther,
     /// Hold still or focus the lens.
     Blurred,
-    /// Add light.
+    /// Add light: the picture is too dark.
     Dark,
     /// The search takes too long: the background is busy, or the computer slow.
     Busy,

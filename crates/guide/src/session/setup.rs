@@ -5,7 +5,7 @@ use boresight_geometry::{board::Checkerboard, frame::ImageSize};
 /// Setup of a session. Fixed from its first input to its last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionSetup {
-    /// The board.
+    /// Board in front of the camera.
     pub board: Checkerboard,
     /// Size of the pictures.
     pub image_size: ImageSize,

@@ -65,7 +65,7 @@ pub struct Snapshot {
 /// Corners and measurements of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveView {
-    /// The frame.
+    /// Number of the frame.
     pub frame_id: FrameId,
     /// Driver's time stamp.
     pub captured_at: CaptureTime,

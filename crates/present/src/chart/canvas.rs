@@ -23,7 +23,7 @@ const ELLIPSE_POINTS: usize = 60;
 /// Style of a line or an area.
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke<'a> {
-    /// CSS colour.
+    /// Colour as CSS writes it.
     pub colour: &'a str,
     /// Width of the line, in units of the drawing.
     pub width: f64,
@@ -362,7 +362,7 @@ impl Canvas {
             .collect()
     }
 
-    /// The drawing.
+    /// The drawing as SVG.
     pub fn svg(self) -> String {
         let [left, top, width, height] = self.frame;
         format!(

@@ -27,7 +27,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// A curve.
+    /// A curve through `points`.
     pub fn line(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Self { label: label.into(), points, line: true }
     }
@@ -41,7 +41,7 @@ impl Series {
 /// Axes, and what is drawn in them.
 #[derive(Clone, Debug)]
 pub struct Plot {
-    /// Heading.
+    /// Heading above the axes.
     pub title: String,
     /// Label of the horizontal axis.
     pub x: String,

@@ -36,9 +36,9 @@ pub struct HistoryPage {
 pub struct ModelLine {
     /// Name of the model.
     pub model: String,
-    /// Cameras.
+    /// Number of cameras.
     pub cameras: usize,
-    /// Calibrations.
+    /// Number of calibrations.
     pub calibrations: usize,
     /// Cameras that drift.
     pub drifting: usize,
@@ -46,7 +46,7 @@ pub struct ModelLine {
     pub due: usize,
 }
 
-/// One camera.
+/// One camera with its calibrations.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraCurve {
     /// Name of the camera and the size of its pictures.
@@ -61,7 +61,7 @@ pub struct CameraCurve {
     pub points: Vec<CurvePoint>,
 }
 
-/// One calibration.
+/// One calibration of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CurvePoint {
     /// Days since the camera's first calibration.

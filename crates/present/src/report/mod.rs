@@ -48,7 +48,7 @@ use boresight_geometry::Corner;
 pub struct Report {
     /// Name of the session, or of the files that were calibrated.
     pub name: String,
-    /// The calibration.
+    /// Calibration that the page reports.
     pub calibration: CalibrationFile,
     /// Sentences to read before the numbers.
     pub notes: Vec<String>,

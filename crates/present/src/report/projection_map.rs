@@ -19,7 +19,7 @@ const SHADES: [&str; 7] =
 /// Shades on which dark numbers cannot be read.
 const DARK: usize = 5;
 
-/// The map.
+/// Drawing of the map, as SVG.
 pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let Some(projection) = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
     else {

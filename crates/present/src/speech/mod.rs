@@ -39,7 +39,7 @@ impl Rank {
 /// Something to say: six spoken words at most, and no number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Word {
-    /// Importance.
+    /// Importance among other words.
     pub rank: Rank,
     /// As seen in the picture.
     pub text: String,

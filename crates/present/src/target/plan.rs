@@ -11,7 +11,7 @@ use boresight_geometry::{
 /// Size of the squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Square {
-    /// This large.
+    /// Squares of exactly this side.
     Exactly {
         /// Side of a square.
         mm: f64,
@@ -61,7 +61,7 @@ pub enum DoesNotFit {
     TooSmall {
         /// Requested side of a square.
         square_mm: f64,
-        /// The smallest.
+        /// Side of the smallest squares allowed.
         least_mm: f64,
     },
 }

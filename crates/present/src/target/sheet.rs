@@ -30,27 +30,27 @@ pub struct Sheet {
     pub code: Vec<Rectangle>,
     /// The ruler: its line, then its ticks from left to right, each centred on its place.
     pub ruler: Vec<Rectangle>,
-    /// All words.
+    /// All words on the sheet.
     pub words: Vec<Words>,
 }
 
 /// A black rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
-    /// Left edge.
+    /// Left edge, from the page's left.
     pub left_mm: f64,
-    /// Upper edge.
+    /// Upper edge, from the page's top.
     pub top_mm: f64,
-    /// Width.
+    /// Width of the rectangle.
     pub width_mm: f64,
-    /// Height.
+    /// Height of the rectangle.
     pub height_mm: f64,
 }
 
 /// Words on one line. Plain ASCII, so that every font has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Words {
-    /// The words.
+    /// Text of one line.
     pub text: String,
     /// Left end; with `centred`, the middle.
     pub x_mm: f64,

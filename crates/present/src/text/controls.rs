@@ -5,7 +5,7 @@
 pub struct Control {
     /// Label of the button.
     pub label: &'static str,
-    /// Explanation.
+    /// Explanation for a tooltip.
     pub tip: &'static str,
     /// Name of its key.
     pub key: &'static str,

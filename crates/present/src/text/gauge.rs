@@ -13,9 +13,9 @@ pub enum Gauge {
     Size,
     /// Offset across the wanted principal line.
     Across,
-    /// Motion.
+    /// Motion of the board.
     Still,
-    /// Blur.
+    /// Blur of the board's edges.
     Sharp,
 }
 

@@ -28,7 +28,7 @@ pub fn place(step: usize, steps: usize, frame: Option<u64>, secs: f64) -> String
 pub const DIFFERS: &str = "The recording has a different decision here";
 /// No picture of this frame was stored.
 pub const NO_PICTURE: &str = "This frame was recorded without its picture";
-/// The slider.
+/// Label of the slider over all decisions.
 pub const SCRUBBER: &str = "Decision";
 /// The fold of what was measured.
 pub const NUMBERS: &str = "Numbers";

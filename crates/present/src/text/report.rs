@@ -32,11 +32,11 @@ pub enum Section {
     Coverage,
     /// Residuals of the corners.
     Residuals,
-    /// Every view.
+    /// Table or pictures of every view.
     Views,
     /// Against an older calibration.
     Drift,
-    /// Refused pictures.
+    /// Pictures that were refused, with reasons.
     Refused,
     /// Versions, and the command that repeats it.
     Provenance,
@@ -66,7 +66,7 @@ impl Section {
         }
     }
 
-    /// Heading.
+    /// Heading of the section.
     pub fn heading(self) -> &'static str {
         match self {
             Self::Certificate => "Certificate",

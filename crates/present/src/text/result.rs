@@ -106,7 +106,7 @@ pub const COMPARE_TIP: &str = "Show what has changed since: principal point, foc
 pub const COMPARE_HINT: &str = "path of the file";
 /// The button that begins.
 pub const COMPARE_BUTTON: &str = "Compare";
-/// Meanwhile.
+/// Shown while a comparison runs.
 pub const COMPARING: &str = "Comparing";
 
 /// The desktop does not say how to show a file.

@@ -1,6 +1,6 @@
 //! The words of the settings page.
 
-/// Headings.
+/// Headings of the page.
 pub const SESSION: &str = "While you hold the board";
 /// See [`SESSION`].
 pub const SOUND: &str = "Sound";

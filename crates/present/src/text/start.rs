@@ -42,7 +42,7 @@ pub const BEST_MODE: &str = "Best mode";
 pub const MIRROR: &str = "Does the camera face you?";
 /// See [`MIRROR`].
 pub const MIRROR_TIP: &str = "If it does, the picture is shown as in a mirror, so left and right match yours. M changes it later.";
-/// The answers.
+/// Answers to that question.
 pub const YES: &str = "Yes, mirror it";
 /// See [`YES`].
 pub const NO: &str = "No";
@@ -136,7 +136,7 @@ pub const DETECT_NEEDS: &str = "Choose a camera first.";
 /// While no board is seen.
 pub const DETECTING: &str = "Show the whole board with its white margin";
 
-/// Counted corners.
+/// Size of the counted board.
 pub fn detected([columns, rows]: [u16; 2]) -> String {
     format!("Your board has {columns} × {rows} inner corners")
 }

@@ -10,7 +10,7 @@ use boresight_guide::session::{Prompt, Snapshot, Stream};
 /// A trouble and its action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trouble {
-    /// The cause.
+    /// Cause in one sentence.
     pub what: String,
     /// The next action; may be empty.
     pub action: String,

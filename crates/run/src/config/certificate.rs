@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Longest text.
+/// Most letters of a text.
 const LETTERS: usize = 200;
 
 /// The certificate. An empty text is left to be filled in by pen.

@@ -31,14 +31,14 @@ pub const DEFAULT_TOML: &str = include_str!("../../../../config/default.toml");
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// The board.
+    /// Board in front of the camera.
     pub board: BoardConfig,
     /// The live camera.
     #[serde(default)]
     pub camera: CameraConfig,
-    /// The planner.
+    /// Limits and goals of the guidance.
     pub guidance: GuidanceConfig,
-    /// The solver.
+    /// Settings of the solver.
     pub calibration: CalibrationConfig,
     /// The report's first sheet.
     #[serde(default)]
@@ -54,12 +54,12 @@ pub struct Config {
 pub struct MeasuredBoard {
     /// Side of a square.
     pub square_mm: f64,
-    /// Measuring tool.
+    /// Tool that measured it.
     #[serde(default)]
     pub measured_with: String,
 }
 
-/// The board.
+/// Board in front of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "explained in default.toml")]
@@ -108,7 +108,7 @@ fn scale_error_percent() -> f64 {
     100.0 * BOARD_SCALE_SD
 }
 
-/// The planner.
+/// Limits and goals of the guidance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "explained in default.toml")]
@@ -194,7 +194,7 @@ pub enum BoardRollName {
     Turn,
 }
 
-/// The solver.
+/// Settings of the solver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "explained in default.toml")]
@@ -215,7 +215,7 @@ pub struct CalibrationConfig {
 #[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "see LensFamily")]
 pub enum LensName {
-    /// All families.
+    /// Every family is tried.
     #[default]
     Auto,
     Brown,
@@ -229,7 +229,7 @@ impl LensName {
         *self == Self::Auto
     }
 
-    /// The models.
+    /// Lens models to try.
     pub fn models(self) -> Vec<LensModel> {
         match self {
             Self::Auto => LensModel::ALL.to_vec(),

@@ -8,7 +8,7 @@ pub enum PipelineError {
     /// The operating system refused a thread.
     #[error("could not start the {worker} thread")]
     Spawn {
-        /// Thread name.
+        /// Name of the thread.
         worker: &'static str,
         /// The system's error.
         source: std::io::Error,
@@ -16,7 +16,7 @@ pub enum PipelineError {
     /// A thread panicked.
     #[error("the {worker} thread failed")]
     WorkerPanicked {
-        /// Thread name.
+        /// Name of the thread.
         worker: &'static str,
     },
     /// The session could not be recorded; what was acknowledged before is safe.

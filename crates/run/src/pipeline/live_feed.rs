@@ -16,7 +16,7 @@ const ACCEPTED_CAPACITY: usize = 256;
 pub struct AcceptedPicture {
     /// Number of the view.
     pub view: ViewNumber,
-    /// The picture.
+    /// Picture of the newest frame.
     pub frame: Arc<Frame>,
 }
 

@@ -61,7 +61,7 @@ impl CommandLink {
 /// Why a command didn't reach the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotSent {
-    /// Try again.
+    /// The inbox is full; try again.
     #[error("the session is busy")]
     Busy,
     /// The session has ended.

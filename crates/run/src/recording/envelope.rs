@@ -56,7 +56,7 @@ pub(super) fn glance(text: &[u8], seq: u64) -> Result<Glance, String> {
     Ok(Glance { stored, is_resumed: input.get() == "\"resumed\"", header_crc32: session })
 }
 
-/// CRC-32, hexadecimal.
+/// CRC-32 in hexadecimal digits.
 pub(super) fn checksum(bytes: &[u8]) -> String {
     format!("{:08x}", crc32fast::hash(bytes))
 }

@@ -22,7 +22,7 @@ pub enum RecordingError {
     /// There is something in the folder that is to become a session.
     #[error("there is something in this folder already: {path:?}")]
     NotNew {
-        /// Path of the session's folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// `session.toml` is not one that this version reads.
@@ -68,7 +68,7 @@ pub enum RecordingError {
     /// The file system refused to lock the session, so nothing would keep a second process out.
     #[error("could not lock the session against a second program: {path:?}")]
     NoLock {
-        /// Cause.
+        /// The system's error.
         source: std::io::Error,
         /// Path of the session's folder.
         path: PathBuf,

@@ -66,7 +66,7 @@ pub struct Difference {
     pub line: usize,
     /// Decision in the recording.
     pub recorded: String,
-    /// Decision now.
+    /// JSON text of the replayed decision.
     pub replayed: String,
 }
 

@@ -68,12 +68,12 @@ pub struct SimCamera {
     pub interruptions: u32,
 }
 
-/// A control.
+/// Control of a simulated camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SimControl {
     /// Range of its values.
     pub range: ControlRange,
-    /// Value.
+    /// Present value, in the driver's unit.
     pub value: i64,
     /// True if setting it does anything.
     pub obeys: bool,

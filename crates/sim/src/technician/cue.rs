@@ -25,7 +25,7 @@ pub enum CueKind {
     },
     /// A sentence on the screen. It replaces the one before, read or not.
     Sentence {
-        /// The request.
+        /// Request of the sentence.
         instruction: Instruction,
         /// Number of words to read.
         words: usize,
@@ -63,7 +63,7 @@ pub enum Instruction {
     Tip {
         /// Wanted direction in the picture in which it recedes, clockwise from the right.
         azimuth_rad: f64,
-        /// Wanted tilt.
+        /// Wanted tilt of the board.
         tilt_rad: f64,
     },
 }

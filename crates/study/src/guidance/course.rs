@@ -103,7 +103,7 @@ impl TrueLens {
 /// A camera of known truth, and what it's fitted with.
 #[derive(Clone, Debug)]
 pub struct Course {
-    /// The truth.
+    /// True lens of the camera.
     pub lens: TrueLens,
     /// Lens model fitted after each view.
     pub model: LensModel,

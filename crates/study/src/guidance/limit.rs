@@ -46,7 +46,7 @@ pub(super) struct Limit {
     pub(super) pp_sd_px: f64,
     /// Mean standard deviation of projection.
     pub(super) projection_sd_px: f64,
-    /// The poses.
+    /// Poses of the design.
     pub(super) design: Vec<Wanted>,
     /// Seconds that they take a hand that never misses, in the best order.
     pub(super) secs: f64,

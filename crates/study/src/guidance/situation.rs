@@ -23,6 +23,6 @@ pub struct Situation<'a> {
     pub asked: usize,
     /// Lens model that is fitted.
     pub model: LensModel,
-    /// Corner error.
+    /// Standard deviation of a corner coordinate.
     pub noise_px: f64,
 }

@@ -11,7 +11,7 @@ use boresight_geometry::device::Control;
 pub(super) enum Task {
     /// Set it to what it's kept at.
     Lock,
-    /// Read it.
+    /// Read its present value.
     Read,
 }
 

@@ -55,7 +55,7 @@ pub(super) struct Client {
 
 /// End of a limited wait.
 pub(super) enum Waited<T> {
-    /// With this.
+    /// The awaited result.
     Done(T),
     /// The wait took longer than allowed.
     TooLong,

@@ -8,7 +8,7 @@ use object_store::client::{HttpError, HttpErrorKind};
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {address}", .why.words())]
 pub struct CloudError {
-    /// Why.
+    /// Fault of the store or of the request.
     pub why: Why,
     /// Address of the request.
     pub address: String,
