@@ -88,7 +88,7 @@ pub struct App {
     sound: Sound,
     /// Big letters whether or not somebody is at the computer.
     wants_distance: bool,
-    /// When mouse or keys were used last, by the window's clock.
+    /// Time of the last use of mouse or keys, by the window's clock.
     touched_secs: f64,
     help: bool,
     note: Option<String>,

@@ -9,7 +9,7 @@ use boresight_present::text::Act;
 /// Request of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum UiAction {
-    /// One of the fixed things.
+    /// An action that needs no further data.
     Act(Act),
     /// Take back one view.
     Remove(ViewNumber),
@@ -44,7 +44,7 @@ pub enum UiAction {
     Adjust {
         /// The control concerned.
         control: Control,
-        /// To what, in the driver's unit.
+        /// Value to set, in the driver's unit.
         value: i64,
     },
     /// Open the recording in this folder.

@@ -19,9 +19,9 @@ pub(super) fn grey(image: &GrayImage) -> ColorImage {
 pub struct Picture {
     texture: Option<TextureHandle>,
     pixels: Option<Arc<ColorImage>>,
-    /// When the shown picture was taken.
+    /// Capture time of the shown picture.
     pub captured_at: Option<CaptureTime>,
-    /// When it came, by the window's clock.
+    /// Arrival of the shown picture, by the window's clock.
     pub came_secs: Option<f64>,
     interval_secs: Option<f64>,
 }
@@ -87,7 +87,7 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// As large as `area` allows.
+    /// The picture as large as `area` allows.
     pub fn within(area: Rect, size: ImageSize, mirrored: bool) -> Self {
         let size_px = Vec2::new(size.width_px.max(1) as f32, size.height_px.max(1) as f32);
         let scale = (area.width() / size_px.x).min(area.height() / size_px.y).max(0.0);

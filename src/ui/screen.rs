@@ -59,7 +59,7 @@ pub struct Screen {
     pub folder: Option<std::path::PathBuf>,
     /// Frames that newer ones replaced before they were looked at.
     pub frames_replaced: u64,
-    /// When the last view was taken, by the window's clock.
+    /// Time at which the last view was taken, by the window's clock.
     pub taken_secs: Option<f64>,
     /// The window's clock.
     pub now_secs: f64,

@@ -38,14 +38,14 @@ pub(super) const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 
 /// Behind words on the picture.
 pub(super) const SHADE: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
 
-/// One colour per direction of a line: opposed views share it.
+/// Colour of a line's direction: opposed views share it.
 pub fn direction(slot_rad: f64) -> Color32 {
     let hue = (slot_rad / std::f64::consts::PI).rem_euclid(1.0);
     // From blue to pink: green, amber and red mean something.
     Hsva::new((0.55 + 0.4 * hue) as f32, 0.55, 1.0, 1.0).into()
 }
 
-/// From grey over amber to green as `share` goes from 0 to 1.
+/// Colour from grey over amber to green as `share` goes from 0 to 1.
 pub(super) fn approach(share: f32) -> Color32 {
     let share = share.clamp(0.0, 1.0);
     if share < 0.5 {

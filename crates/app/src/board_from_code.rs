@@ -87,8 +87,9 @@ pub fn board_from_pictures(
     Ok(())
 }
 
-/// The same with the first frames of a source. A folder's or recording's frames come again; a live camera's are over.
-/// If the source is broken, its error comes where it came from the source.
+/// Takes the board from the code in the first frames of a source, as [`board_from_pictures`] does. A folder's or
+/// recording's frames come again; a live camera's are over. If the source is broken, its error comes where it came from
+/// the source.
 ///
 /// # Errors
 ///

@@ -19,7 +19,7 @@ const SHORT: usize = 6;
 /// Facts about a calibration beside its numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Circumstances<'a> {
-    /// When it was made, if that is known.
+    /// Time of the calibration, if it's known.
     pub made: Option<Timestamp>,
     /// Model and serial number of a live camera, as it states them; both may be empty.
     pub camera: (String, String),

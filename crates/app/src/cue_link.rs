@@ -18,7 +18,7 @@ use boresight_sim::{
 
 /// Smallest relative change of a distance or a shift that is worth another look at the sentence.
 const NOTICED_CHANGE: f64 = 0.25;
-/// The same of a direction or a tilt.
+/// Smallest change of a direction or a tilt that is worth another look at the sentence.
 const NOTICED_TURN_RAD: f64 = 0.25;
 /// Factor by which a person steps back when the board comes too close to the picture's edge.
 const STEP_BACK: f64 = 1.08;

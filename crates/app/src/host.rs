@@ -300,7 +300,7 @@ impl Memory {
         self.streams.truncate(MOST_STREAMS);
     }
 
-    /// Without what can't be: the file may be anybody's.
+    /// The memory without impossible values: the file may be anybody's.
     pub(super) fn sensible(mut self) -> Self {
         let sides = |board: &[u16; 2]| board.iter().all(|side| (3..=99).contains(side));
         self.board = self.board.filter(sides);

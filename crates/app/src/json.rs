@@ -6,7 +6,7 @@ use boresight_detect::{Detection, Miss, Quality};
 use boresight_geometry::board::Checkerboard;
 use boresight_present::text;
 
-/// One line of `detect --json`.
+/// A line of `detect --json`.
 pub fn detection(
     file: &str,
     board: &Checkerboard,

@@ -31,7 +31,7 @@ const SHOWN_EVERY: Duration = Duration::from_millis(100);
 const COUNTED_EVERY: Duration = Duration::from_millis(150);
 /// A camera that can't be opened is tried again after this.
 const TRIED_EVERY: Duration = Duration::from_millis(2000);
-/// The longest that ending has to wait for a picture.
+/// Longest time that ending has to wait for a picture.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Width of a small picture.
 const WIDTH_PX: u32 = 480;

@@ -199,7 +199,7 @@ impl Opening {
         config
     }
 
-    /// With one camera, or none, the person didn't choose the source.
+    /// Note that no camera was found, if the simulated one was chosen by `auto`.
     fn note(&self, name: &SourceName) -> Option<String> {
         matches!(name, SourceName::Simulated(_) if self.source == "auto")
             .then(|| text::window::NO_CAMERA.to_owned())

@@ -151,7 +151,8 @@ impl JournalReading {
         Ok(DecidedAgain { session, replayed })
     }
 
-    /// The same, with a checksum of all decisions: equal ones mean equal decisions.
+    /// Decides every line again as [`Self::decide_again`] does, with a checksum of all decisions: equal ones mean equal
+    /// decisions.
     ///
     /// # Errors
     ///

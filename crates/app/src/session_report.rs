@@ -262,7 +262,7 @@ fn changed_settings(config: &Config) -> Vec<String> {
 /// Facts in a journal besides the views.
 struct History {
     frames: usize,
-    /// The most frequent first.
+    /// Reasons for refusals, the most frequent first.
     refused: Vec<Refused>,
     changes: Vec<CameraChange>,
 }

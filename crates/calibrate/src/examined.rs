@@ -25,7 +25,7 @@ const VIEWS_ADVISED: usize = 8;
 pub(super) struct Examined {
     pub(super) correlation: Option<NoiseCorrelation>,
     pub(super) causes: Causes,
-    /// By how much the corners claim to tell more about the lens than they do, at least 1.
+    /// Factor by which the corners overstate their information about the lens, at least 1.
     overcount: f64,
 }
 

@@ -14,7 +14,7 @@ use boresight_geometry::{Camera, Corner, Homography, frame::ImageSize};
 
 /// Free homographies of all views, with what their residuals say about the corners in the picture.
 pub(super) struct FreeFit {
-    /// With a line for every view given; `None` for those that a pinhole can't see.
+    /// Free homographies, with a line for every view given; `None` for those that a pinhole can't see.
     pub(super) free: FreeHomographies,
     /// Residual and stated covariance of each corner in the picture, px and px², of the views fitted.
     pub(super) residuals_px: Vec<(Vector2<f64>, Matrix2<f64>)>,

@@ -12,7 +12,7 @@ use boresight_geometry::{
     Camera, FocalLength, LENS_PARAMETERS, LensMatrix, LensParts, PrincipalLine, frame::ImageSize,
 };
 
-/// One estimate of the principal point.
+/// An estimate of the principal point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalPointEstimate {
     /// The point, in pixels.
@@ -34,7 +34,7 @@ pub struct PrincipalPoints {
     pub pl_unweighted: Option<PrincipalPointEstimate>,
     /// Intersection of the principal lines, weighted by their variances.
     pub pl_weighted: Option<PrincipalPointEstimate>,
-    /// From principal lines and the ring of ±45° vanishing points.
+    /// Estimate from principal lines and the ring of ±45° vanishing points.
     pub pl_ring: Option<PrincipalPointEstimate>,
     /// Intersection of the principal lines of corners undistorted by the free homographies, which assume no common focal
     /// length.
@@ -62,7 +62,8 @@ pub struct ViewResult {
     pub pl_residual_px: Option<f64>,
     /// Focal length of this view alone, from its undistorted corners and the resulting principal point.
     pub focal: Option<FocalLength>,
-    /// The same from the distorted corners and [`PrincipalPoints::pl_unweighted`], as in Chuang 2021.
+    /// Focal length of this view alone, from its distorted corners and [`PrincipalPoints::pl_unweighted`], as in Chuang
+    /// 2021.
     pub focal_as_seen: Option<FocalLength>,
 }
 
@@ -93,7 +94,7 @@ pub struct Calibration {
     /// zero for parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully
     /// correlated. If the focal length varies, its variance is that of a single view's estimate, not the scatter.
     pub covariance: LensMatrix,
-    /// The same, including the uncertainty of parameters that `model` fixes at zero.
+    /// Covariance as [`Self::covariance`], including the uncertainty of parameters that `model` fixes at zero.
     pub covariance_all: LensMatrix,
     /// Root mean square reprojection residual per coordinate, in pixels.
     pub rms_px: f64,
@@ -109,7 +110,7 @@ pub struct Calibration {
     pub candidates: Vec<ModelFit>,
     /// The principal point by every method.
     pub principal_point: PrincipalPoints,
-    /// One per view given, in order.
+    /// Results of the given views, in order.
     pub views: Vec<ViewResult>,
     /// Standard deviation of projection over the picture.
     pub projection_sd: ProjectionSd,

@@ -53,7 +53,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 /// A network stream or a video file.
 pub struct Ffmpeg {
     program: String,
-    /// With user and password, which only the program gets to see.
+    /// Name with user and password, which only the program gets to see.
     name: String,
     is_live: bool,
     size: ImageSize,
@@ -89,7 +89,7 @@ impl Ffmpeg {
         Self::open_with(PROGRAM, name)
     }
 
-    /// As [`Ffmpeg::open`], with another program.
+    /// Opens as [`Ffmpeg::open`] does, with another program.
     ///
     /// # Errors
     ///

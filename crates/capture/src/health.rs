@@ -6,7 +6,7 @@ use boresight_geometry::device::Fault;
 
 /// Pixels looked at in each direction: enough to tell light from dark.
 const SAMPLES: u32 = 48;
-/// The same bytes for so long are no still life: every sensor has noise.
+/// Equal bytes for this long are no still life: every sensor has noise.
 const FROZEN_NANOS: u64 = 2_000_000_000;
 /// A closed shutter: mean and largest sample.
 const DARK_MEAN: f64 = 14.0;

@@ -17,7 +17,7 @@ const CORRECTION_ERROR: f64 = 0.1;
 /// Moves corners onto the bent edges. Reuses its buffer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BentEdges {
-    /// Of each column of corners.
+    /// Curvatures of the columns of corners.
     down: Vec<Option<Curvature>>,
 }
 
@@ -68,7 +68,7 @@ impl BentEdges {
 /// three: less noise, and the ends have one, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Curvature {
-    /// At the middle of the board.
+    /// Curvature at the middle of the board.
     mean: f64,
     /// Change from one corner to the next.
     slope: f64,

@@ -22,10 +22,10 @@ use boresight_geometry::{
     least_squares::{Limits, Linearised, Minimum, Problem, minimise},
 };
 
-/// On the thinned patch: to a third of its standard deviation, which is enough for a start.
+/// Limits on the thinned patch: to a third of the standard deviation, which is enough for a start.
 const ROUGH: Limits =
     Limits { rounds: 15, first_damping: 1e-3, negligible_step: 0.1, cost_rounding: 1e-6 };
-/// On the pixels near the edges: to a thirtieth of a standard deviation. Sums are of single precision.
+/// Limits on the pixels near the edges: to a thirtieth of a standard deviation. Sums are of single precision.
 const FINE: Limits =
     Limits { rounds: 8, first_damping: 1e-3, negligible_step: 1e-3, cost_rounding: 1e-6 };
 /// Limits of `ln s`: a blur of a quarter of a pixel is a step to a camera, one of eight no longer a corner.
@@ -127,7 +127,7 @@ pub(super) enum Known {
     Nothing,
     /// Standard deviation of the Gaussian blur in pixels.
     Blur(f64),
-    /// The same, and the edges have the directions of the board's axes.
+    /// The blur as in [`Self::Blur`], and edges along the board's axes.
     BlurAndEdges(f64),
 }
 

@@ -7,7 +7,7 @@ use boresight_geometry::markers::Markers;
 
 /// Least difference between the white around a marker and its black frame, in grey levels.
 const LEAST_CONTRAST: f32 = 10.0;
-/// At most one in this many cells of the frame may look white.
+/// Largest share of the frame's cells that may look white: one in this many.
 const FRAME_SHARE: usize = 8;
 /// Most cells along a side of a marker, without its frame.
 const MOST_CELLS: usize = 7;

@@ -103,7 +103,7 @@ pub enum Miss {
 }
 
 impl Miss {
-    /// Of two misses, that which tells more about the board; the first of equals.
+    /// The more informative of two misses; the first of equals.
     #[must_use]
     pub(super) fn or_closer(self, other: Self) -> Self {
         if other.closeness() > self.closeness() { other } else { self }

@@ -106,7 +106,8 @@ impl Patch {
     }
 }
 
-/// From where to where `|a dx + b dy|` is at most `squares` in the row `dy`; the lower end is above the upper if nowhere.
+/// Interval of `dx` in which `|a dx + b dy|` is at most `squares` in the row `dy`; the lower end is above the upper if
+/// there is none.
 fn within([a, b]: [f32; 2], dy: i32, squares: f32) -> (f32, f32) {
     let across = b * dy as f32;
     let half = (squares / a).abs();

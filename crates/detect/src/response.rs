@@ -71,7 +71,7 @@ impl simd::Loop for Responding<'_> {
     }
 }
 
-/// One row, on slices of equal length so that the compiler vectorises the loop.
+/// Computes a row, on slices of equal length so that the compiler vectorises the loop.
 #[inline(always)]
 fn respond_row(raw: &[u8], width: usize, y: usize, out: &mut [i16]) {
     let count = out.len();

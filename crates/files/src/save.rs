@@ -58,7 +58,7 @@ pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileE
     save_with_mode(path, bytes, overwrite, 0o666)
 }
 
-/// As [`save`]; a new file has `mode`, less what the umask takes away.
+/// Saves as [`save`] does; a new file has `mode`, less what the umask takes away.
 pub(super) fn save_with_mode(
     path: &Path,
     bytes: &[u8],

@@ -16,7 +16,7 @@ const LEVEL_0_SIGMA_PX: f64 = 0.1;
 /// Levels beyond this are taken for this one.
 const MAX_LEVEL: f64 = 10.0;
 
-/// One picture's corners.
+/// Corners of one picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableView {
     /// File name of the picture.
@@ -40,9 +40,9 @@ pub enum CornerTableError {
     Position {
         /// Line, from 1.
         line: usize,
-        /// As in the table.
+        /// x as the table writes it.
         x: String,
-        /// As in the table.
+        /// y as the table writes it.
         y: String,
     },
     /// A level that is not a finite number.
@@ -50,7 +50,7 @@ pub enum CornerTableError {
     Level {
         /// Line, from 1.
         line: usize,
-        /// As in the table.
+        /// Level as the table writes it.
         level: String,
     },
     /// A picture with fewer or more lines than the board has corners.
@@ -133,9 +133,9 @@ fn corner(line: usize, x: &str, y: &str, level: Option<&str>) -> Result<Corner, 
 /// Precision of written coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Digits {
-    /// With 17 significant digits, so that they read back bit for bit.
+    /// All 17 significant digits, so that they read back bit for bit.
     All,
-    /// With four digits after the point: finer than any detector, and easy to read.
+    /// Four digits after the point: finer than any detector, and easy to read.
     FourDecimals,
 }
 

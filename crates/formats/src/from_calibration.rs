@@ -33,11 +33,11 @@ pub struct ViewName {
 /// The words for findings: what was found, and what to do.
 #[derive(Clone, Copy, Debug)]
 pub struct FindingWords {
-    /// Of a finding.
+    /// Words for a finding.
     pub finding: fn(&Finding) -> (String, &'static str),
-    /// Of the reason why there is no calibration.
+    /// Words for the reason why there is no calibration.
     pub not_calibrated: fn(&NotCalibrated) -> (String, &'static str),
-    /// Of the verdict on a goal: what was found, and what to do, empty if nothing.
+    /// Words for the verdict on a goal: the verdict, and the action, empty if there is none.
     pub acceptance: fn(&Acceptance) -> (String, &'static str),
 }
 

@@ -7,7 +7,7 @@ use boresight_geometry::{LensMatrix, LensParameter, LensParts};
 /// Covariance of all lens parameters.
 pub type LensCovariance = LensMatrix;
 
-/// One focal length for both axes.
+/// Name of the focal length common to both axes.
 const COMMON_FOCAL_LENGTH: &str = "f";
 
 /// Covariance of the lens parameters that `order` names, in px for `f`, `fx`, `fy`, `cx` and `cy`.

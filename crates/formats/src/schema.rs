@@ -11,7 +11,7 @@ pub enum NotRead {
     Schema {
         /// The schema in the file; empty if it names none.
         found: String,
-        /// The one that can be read.
+        /// The schema that can be read.
         wanted: &'static str,
     },
     /// A field is missing or of another type.

@@ -16,10 +16,10 @@ const LEAST_COS: f64 = 1e-2;
 /// Projection of a ray onto a plane before the polynomial distorts it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensKind {
-    /// By its normalised coordinates `(X/Z, Y/Z)`. Reaches rays in front of the camera.
+    /// Projects by normalised coordinates `(X/Z, Y/Z)`. Reaches rays in front of the camera.
     #[default]
     Perspective,
-    /// By its angle θ to the optical axis: `θ (X, Y) / √(X² + Y²)`. Reaches rays up to 110° from the axis.
+    /// Projects by the angle θ to the optical axis: `θ (X, Y) / √(X² + Y²)`. Reaches rays up to 110° from the axis.
     Fisheye,
 }
 
@@ -67,9 +67,9 @@ struct Radial {
 /// Distorted coordinates, with derivatives.
 pub(super) struct Bent {
     pub(super) at: Point2<f64>,
-    /// By the flat coordinates.
+    /// Derivatives by the flat coordinates.
     pub(super) by_flat: Matrix2<f64>,
-    /// By the lens parameters, for focal lengths of 1: columns in the order of [`LENS_PARAMETERS`].
+    /// Derivatives by the lens parameters, for focal lengths of 1: columns in the order of [`LENS_PARAMETERS`].
     pub(super) by_parameters: SMatrix<f64, 2, LENS_PARAMETERS>,
 }
 

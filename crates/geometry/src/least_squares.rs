@@ -54,7 +54,7 @@ pub trait Problem<const N: usize> {
     }
 }
 
-/// When [`minimise`] ends, and how it begins.
+/// Start and stop settings of [`minimise`].
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Most steps tried.

@@ -8,7 +8,7 @@ use super::distortion::{BROWN_PARAMETERS, LENS_PARAMETERS};
 /// through [`LensParts`].
 pub type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// One number of a lens, in the order of [`LENS_PARAMETERS`].
+/// A parameter of a lens, in the order of [`LENS_PARAMETERS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensParameter {
     /// Focal length along x, in pixels. With square pixels, that along y follows it.

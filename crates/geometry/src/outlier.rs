@@ -36,7 +36,7 @@ pub struct OutlierLine {
 }
 
 impl OutlierLine {
-    /// The same line, if its distance varies `times` as much. `None` if it then may be a good one.
+    /// The outlier, if its distance varies `times` as much. `None` if it then may be a good line.
     pub fn with_variance(self, times: f64) -> Option<Self> {
         let sigmas = self.sigmas / times.sqrt();
         (sigmas * sigmas > REJECTED).then_some(Self { sigmas, ..self })

@@ -25,7 +25,7 @@ impl Default for ServeAddress {
     }
 }
 
-/// Not an address.
+/// The text is not an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("not an address: write one like 192.168.1.7, 192.168.1.7:8417 or :8417")]
 pub struct NoAddress;

@@ -42,7 +42,7 @@ const LOOK: Duration = Duration::from_millis(500);
 pub(super) struct Peer {
     pub(super) address: IpAddr,
     since: Instant,
-    /// As whom it has shown a key; empty for a stranger.
+    /// Role of the key it has shown; empty for a stranger.
     role: OnceLock<Role>,
     must_go: AtomicBool,
     /// Milliseconds after `since` at which bytes moved last.
@@ -220,7 +220,7 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
 mod tests {
     use super::*;
 
-    /// So many connections that have shown a key of `role`, as far as there is room.
+    /// Opens `count` connections that have shown a key of `role`, as far as there is room.
     fn come(peers: &Peers, count: usize, role: Option<Role>) -> Vec<Arc<Peer>> {
         let address = SocketAddr::from(([127, 0, 0, 1], 1));
         let come = std::iter::repeat_with(|| peers.admit(address)).take(count).flatten();

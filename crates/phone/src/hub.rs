@@ -38,7 +38,7 @@ pub struct Hub {
     pages: AtomicUsize,
     /// Pages that only watch.
     watchers: AtomicUsize,
-    /// When the last page left; `None` before the first came.
+    /// Time at which the last page left; `None` before the first came.
     left: Mutex<Option<Instant>>,
 }
 
@@ -101,7 +101,7 @@ pub struct OfferedCamera {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// One of the offered cameras.
+    /// Source of an offered camera.
     pub source: String,
     /// Inner corners: columns, rows.
     pub board: [u16; 2],

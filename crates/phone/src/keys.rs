@@ -38,7 +38,7 @@ impl Secret {
         Ok(Self(bytes))
     }
 
-    /// As it's written in a link, a header or a file: 43 letters.
+    /// Text of the secret for a link, a header or a file: 43 letters.
     pub fn text(&self) -> String {
         BASE64_URL_SAFE_NO_PAD.encode(self.0)
     }

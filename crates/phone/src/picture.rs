@@ -27,7 +27,7 @@ pub(super) struct Pictures {
 #[derive(Clone, Debug)]
 pub(super) struct Made {
     pub(super) number: u64,
-    /// When the frame came from the camera.
+    /// Time at which the frame came from the camera.
     pub(super) came: Instant,
     pub(super) jpeg: Bytes,
     made: Instant,

@@ -36,7 +36,7 @@ pub struct Setup {
     pub names: Vec<String>,
     /// Serves HTTPS with it; plain HTTP without one.
     pub certificate: Option<Certificate>,
-    /// With it, links and keys are the same at each start; without, all are new.
+    /// Secret from which links and keys are derived, the same at each start; without it, all are new.
     pub kept: Option<Secret>,
 }
 

@@ -190,7 +190,7 @@ pub(super) fn live(state: &State) -> Live<'_> {
     }
 }
 
-/// The most important one, with what the device said about it.
+/// The most important trouble, with the device's words.
 fn trouble(snapshot: &Snapshot) -> Option<(String, String)> {
     let Trouble { what, action, detail, .. } = text::troubles(snapshot).into_iter().next()?;
     let what = if detail.is_empty() { what } else { format!("{what} ({detail})") };

@@ -23,9 +23,9 @@ pub(super) struct PrintedMarkers {
 /// Cells of a light square that are seen around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Cells {
-    /// One cell, or only white around the marker.
+    /// A single cell, or only white around the marker.
     One,
-    /// At most four, around this crossing.
+    /// Up to four cells, around this crossing.
     Four(Crossing),
     /// More than four cells.
     More,

@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// One independent stream of random numbers of a scene, per purpose.
+/// Independent stream of random numbers of a scene, per purpose.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum RngStream {
     Lens,

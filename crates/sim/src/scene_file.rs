@@ -39,7 +39,7 @@ pub struct SceneFile {
     image_size_px: Option<[u32; 2]>,
     f_px: Option<f64>,
     pp_px: Option<[f64; 2]>,
-    /// Of a fisheye lens, `distortion` is `k1 k2 k3 k4` of OpenCV's model.
+    /// True for a fisheye lens: `distortion` is then `k1 k2 k3 k4` of OpenCV's model.
     #[serde(default)]
     fisheye: bool,
     /// `k1 k2 p1 p2 k3`, or with `k4 k5 k6` after them.

@@ -1,4 +1,4 @@
-//! In which direction of shift does a principal line leave the principal point? (The paper's Fig. 2.)
+//! Directions of shift in which a principal line leaves the principal point. (The paper's Fig. 2.)
 
 use nalgebra::Vector2;
 

@@ -1,4 +1,4 @@
-//! From corners to principal lines and points, by each method.
+//! Estimates from corners to principal lines and points, by each method.
 
 use nalgebra::{Matrix3, Point2};
 
@@ -8,7 +8,7 @@ use boresight_geometry::{
     intersect_unweighted, mean_px, pose_from_homography,
 };
 
-/// One view as every estimate uses it.
+/// A view as every estimate uses it.
 #[derive(Clone, Debug)]
 pub(super) struct View {
     pub(super) corners: Vec<Corner>,

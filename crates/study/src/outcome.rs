@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use boresight_formats::export::csv_field;
 
-/// One experiment's result.
+/// Result of one experiment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Stable name, also of its files.
@@ -40,7 +40,7 @@ pub struct Claim {
 pub enum Verdict {
     /// The measurement supports the claim as stated.
     Holds,
-    /// With limits that are said.
+    /// The measurement supports the claim with limits that are said.
     Partly,
     /// The measurement contradicts the claim.
     Fails,
@@ -81,7 +81,7 @@ pub struct Check {
 pub enum Within {
     /// A share of the reference; and the reference's own last digit, half of it up or down.
     Share(f64, f64),
-    /// At most the reference.
+    /// At most as large as the reference.
     AtMost,
     /// The reference lies in this 95 % interval of the measured number, widened by its own rounding.
     Interval(f64, f64),

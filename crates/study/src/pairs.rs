@@ -20,7 +20,7 @@ pub struct Pair {
     pub shift_m: f64,
     /// Signed distance of the first line from the true principal point.
     pub first_px: f64,
-    /// Of the opposed line, along the *same* normal.
+    /// Signed distance of the opposed line, along the *same* normal.
     pub opposed_px: f64,
     /// Angle between the two lines, `[0, π/2]`: not cancelled.
     pub angle_rad: f64,

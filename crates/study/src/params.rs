@@ -72,7 +72,8 @@ pub enum Hand {
     Screen,
     /// Goes to the pose in metres that the believed lens computes, with the same errors.
     Metric,
-    /// As [`Self::Screen`], but errs by up to 10°, 10 % of the picture's width and 15 % of the distance.
+    /// Follows the ghost as [`Self::Screen`] does, but errs by up to 10°, 10 % of the picture's width and 15 % of the
+    /// distance.
     Clumsy,
 }
 

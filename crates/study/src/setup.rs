@@ -33,9 +33,9 @@ pub struct Setup {
 /// Treatment of exact corners before an estimate sees them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Corners {
-    /// As computed, without error.
+    /// Corners as computed, without error.
     Exact,
-    /// With independent normal errors of this standard deviation.
+    /// Corners with independent normal errors of this standard deviation.
     Noisy {
         /// Standard deviation per axis.
         sigma_px: f64,
@@ -102,7 +102,7 @@ impl Setup {
         if self.rendered { self.found_px(cam_from_board, &exact?) } else { exact }
     }
 
-    /// As the detector finds them, in the order of `exact`: a board looks the same from both ends.
+    /// Corners as the detector finds them, in the order of `exact`: a board looks the same from both ends.
     fn found_px(
         &self,
         cam_from_board: &Isometry3<f64>,

@@ -66,7 +66,7 @@ pub struct Row {
     pub method: Method,
     /// See [`Corners`].
     pub corners: Corners,
-    /// Of the board within its turning frame: x across its principal line, y along.
+    /// Shift of the board within its turning frame: x across its principal line, y along.
     pub shift_m: Vector2<f64>,
     /// Number of the repetition.
     pub trial: usize,

@@ -61,7 +61,7 @@ const PAPER: [[(f64, f64); 6]; 2] = [
     ],
 ];
 
-/// One set of eight pictures, estimated by one method.
+/// Set of eight pictures, estimated by one method.
 #[derive(Clone, Debug)]
 struct TestSet {
     k1: f64,

@@ -20,8 +20,8 @@ const SHARES: [f64; 7] = [0.0, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.05];
 /// Errors of the principal point at 1 % and 3 %, `docs/method.md`, section 0: lines, bundle adjustment.
 const KNOWN: [(f64, f64, f64); 2] = [(0.01, 1.7, 4.0), (0.03, 1.8, 16.4)];
 
-/// One draw: errors of the principal point by lines and by bundle adjustment, and of the views' own focal
-/// lengths, as seen with the lines' principal point.
+/// Draw: errors of the principal point by lines and by bundle adjustment, and of the views' own focal lengths, as seen
+/// with the lines' principal point.
 struct Draw {
     lines_px: f64,
     radial_px: f64,

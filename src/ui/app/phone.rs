@@ -10,7 +10,7 @@ use boresight_present::text::phone as words;
 
 /// Side of a module.
 const MODULE: f32 = 6.0;
-/// From the window's edges.
+/// Distance of the card from the window's edges.
 const MARGIN: f32 = 8.0;
 
 /// The card with the code.

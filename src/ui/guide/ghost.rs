@@ -14,7 +14,7 @@ use boresight_present::ghost::{Card, Shade, closeness};
 const OPACITY: [f32; 2] = [0.62, 0.06];
 /// Width of the outline at the far and at the near edge, in a picture 720 points high.
 const OUTLINE: [f32; 2] = [2.0, 8.0];
-/// From this closeness on the brackets are in place.
+/// Closeness from which the brackets are in place.
 const SNAP: f32 = 0.88;
 
 /// Draws the ghost.

@@ -15,7 +15,7 @@ use boresight_geometry::{
 use boresight_guide::{guidance::Advice, session::Snapshot};
 use boresight_present::text;
 
-/// Until then the drawing counts as the picture's own.
+/// Age up to which the drawing counts as the picture's own.
 const FRESH_SECS: f64 = 0.12;
 /// Drawing older than this is hardly seen.
 const OLD_SECS: f64 = 0.7;

@@ -1,4 +1,4 @@
-//! One sentence in letters of one size, with a sign of the movement that it asks for.
+//! Sentence in letters of one size, with a sign of the movement that it asks for.
 
 use egui::{
     Align2, Color32, FontId, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2,
@@ -24,9 +24,9 @@ struct Size {
     line: f32,
 }
 
-/// At the computer: one line.
+/// Size at the computer: one line.
 const NEAR: Size = Size { band: 0.14, letters: 0.6, across: 1.0 / 17.5, line: 1.15 };
-/// From afar: up to two lines, close to each other.
+/// Size from afar: up to two lines, close to each other.
 const FAR: Size = Size { band: 0.22, letters: 0.47, across: 1.0 / 9.5, line: 1.05 };
 
 /// Side of the sign as a share of the band's height.

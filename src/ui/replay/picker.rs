@@ -18,7 +18,7 @@ pub struct Picker {
     pub path: String,
     /// Recordings that are near at hand, newest first.
     pub recordings: Vec<Recording>,
-    /// The one that is being opened.
+    /// Folder of the recording that is being opened.
     pub opening: Option<PathBuf>,
     /// Why the last one could not be opened.
     pub trouble: Option<UserError>,

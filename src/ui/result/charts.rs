@@ -96,7 +96,7 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
     words::uncertainty_scale(sd.mean_px, sd.max_px)
 }
 
-/// From where each corner should be to where it was seen.
+/// Lines from each corner's prediction to its measured place.
 fn residuals(
     painter: &Painter,
     placed: &Placed,

@@ -34,7 +34,7 @@ pub enum Outcome {
 }
 
 impl Comparison {
-    /// Of a session that may be compared with one of `older`.
+    /// The comparison of a session with one of `older`.
     pub(in super::super) fn with(older: Vec<PathBuf>) -> Self {
         Self { older, ..Self::default() }
     }

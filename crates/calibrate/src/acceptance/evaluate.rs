@@ -32,11 +32,11 @@ pub struct Acceptance {
 /// Bound of an error, in the goal's unit: pixels for projection, metres for a length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorBound {
-    /// From lens and board scale together.
+    /// Bound from lens and board scale together.
     pub total: f64,
-    /// From the lens alone.
+    /// Bound from the lens alone.
     pub lens: f64,
-    /// From the board's square size alone; zero for projection.
+    /// Bound from the board's square size alone; zero for projection.
     pub scale: f64,
     /// Place in the picture where the bound holds, in pixels: both ends of a length, or the same point twice. In 95 %
     /// of the picture the error is smaller.

@@ -2,7 +2,7 @@
 
 /// Most parameters of a cause that all views share.
 pub(super) const SHARED_EXTRAS: usize = 12;
-/// The same for every cause but [`Cause::SmoothField`].
+/// Most shared parameters of every cause but [`Cause::SmoothField`].
 pub(super) const FEW_SHARED_EXTRAS: usize = 4;
 /// Most parameters of a cause per view.
 pub(super) const LOCAL_EXTRAS: usize = 3;
@@ -38,7 +38,7 @@ pub(super) enum Cause {
     SmoothField,
     /// Views torn at a row in pixels: the corners below it are shifted.
     Torn(Vec<Option<f64>>),
-    /// One more radial term, r⁸.
+    /// A further radial term, r⁸.
     NextRadial,
 }
 

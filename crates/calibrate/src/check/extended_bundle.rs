@@ -17,7 +17,7 @@ pub(super) const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
 pub(super) const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
 /// Half step of numeric derivatives.
 const HALF_STEP: f64 = 1e-6;
-/// The same of pixels.
+/// Half step of numeric derivatives by parameters in pixels.
 const HALF_STEP_PX: f64 = 1e-3;
 
 /// Lens, poses and the parameters of a cause.
@@ -233,7 +233,7 @@ impl ExtendedProblem<'_> {
         }
     }
 
-    /// The same of a parameter of one view.
+    /// Half step by which a parameter of one view is moved for its derivative.
     fn local_half_step(&self, index: usize, depth_m: f64) -> f64 {
         match index {
             3..6 => HALF_STEP * depth_m,

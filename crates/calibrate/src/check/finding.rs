@@ -66,12 +66,12 @@ pub const CANDIDATES: usize = 3;
 pub enum FocusMotion {
     /// Another focal length in every view.
     Scattered,
-    /// At a constant rate.
+    /// Motion at a constant rate.
     Drift {
         /// Relative change of the focal length from the first view to the last.
         change: f64,
     },
-    /// At once, between two views.
+    /// A jump between two views.
     Jump {
         /// The first view with the new focal length.
         view: usize,
@@ -364,14 +364,14 @@ pub enum FindingCode {
     NoiseUnderstated {
         /// Standard deviation of a corner coordinate by the fit, in pixels.
         noise_px: f64,
-        /// The same as measured, in pixels.
+        /// Standard deviation of a corner coordinate as measured, in pixels.
         measured_px: f64,
     },
     /// The fit leaves larger residuals than a board held still scatters by.
     NoiseExceeded {
         /// Standard deviation of a corner coordinate by the fit, in pixels.
         noise_px: f64,
-        /// The same as measured, in pixels.
+        /// Standard deviation of a corner coordinate as measured, in pixels.
         measured_px: f64,
     },
     /// The principal point is uncertain.

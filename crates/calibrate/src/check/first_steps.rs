@@ -21,21 +21,21 @@ use boresight_geometry::{LENS_PARAMETERS, LensParameter, frame::ImageSize};
 /// Columns of derivatives, from here on; lens parameters come first.
 const POSE: usize = LENS_PARAMETERS;
 const RESIDUAL: usize = POSE + 6;
-/// By the logarithm of the focal length, and the same times r².
+/// Derivatives by the logarithm of the focal length, and these times r².
 const SCALE: usize = RESIDUAL + 1;
 const SCALE_R2: usize = SCALE + 1;
-/// By a shift along x and y.
+/// Derivatives by a shift along x and y.
 const SHIFT: usize = SCALE_R2 + 1;
-/// By a shift that grows from row to row.
+/// Derivatives by a shift that grows from row to row.
 const SHUTTER: usize = SHIFT + 2;
 const SKEW: usize = SHUTTER + 2;
 const STRETCH: usize = SKEW + 1;
 const BEND: usize = STRETCH + 1;
-/// By the next two radial terms, and by thin prisms.
+/// Derivatives by the next two radial terms, and by thin prisms.
 const RADIAL: usize = BEND + 3;
 const PRISM: usize = RADIAL + 2;
 const FIELD: usize = PRISM + 2;
-/// By a shift of the corners beyond a tear.
+/// Derivatives by a shift of the corners beyond a tear.
 const TORN: usize = FIELD + SHARED_EXTRAS;
 const COLUMNS: usize = TORN + 2;
 const TILES: usize = COLUMNS / 4;
@@ -126,7 +126,8 @@ impl FirstSteps {
         Some(sums.cost - sums.gradient.dot(&(inverse(&damped)? * sums.gradient)))
     }
 
-    /// The one shared parameter of the cause with this number. `None` if the corners leave it undetermined.
+    /// First step of the cause with this number, which has one shared parameter. `None` if the corners leave it
+    /// undetermined.
     pub(super) fn of_one(&self, place: usize) -> Option<FirstStep> {
         let sums = self.of_causes[place].as_ref()?;
         let covariance = inverse(&sums.information)?;

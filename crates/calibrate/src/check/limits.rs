@@ -7,7 +7,8 @@ use boresight_geometry::frame::ImageSize;
 const PP_SD: f64 = 0.002;
 const F_SD: f64 = 0.004;
 const PROJECTION_SD: f64 = 0.001;
-/// The same in the worst place of the picture, usually a corner that no board has covered.
+/// Limit of projection in the worst place of the picture, usually a corner that no board has covered; relative to the
+/// picture's width.
 const PROJECTION_MAX_SD: f64 = 0.004;
 /// Fraction of the picture that the boards should cover; outside, the distortion is extrapolated. A convention.
 const COVERAGE: f64 = 0.4;

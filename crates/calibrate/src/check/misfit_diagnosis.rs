@@ -18,7 +18,7 @@ use boresight_geometry::{
 const MAX_FOCAL_SCATTER: f64 = 0.003;
 /// Minimum gain in BIC to report a hypothesis: odds of e¹⁰ to 1. Sound views stay below 3.
 pub(super) const MIN_BIC_GAIN: f64 = 20.0;
-/// The same for a hypothesis with one parameter, which finds less by chance: odds of e⁶ to 1.
+/// Minimum gain in BIC to report a hypothesis with one parameter, which finds less by chance: odds of e⁶ to 1.
 const MIN_BIC_GAIN_OF_ONE: f64 = 12.0;
 /// Gain by which a hypothesis must beat the next one to be called the cause: odds of e⁵ to 1.
 pub(super) const CLEAR_GAIN: f64 = 10.0;

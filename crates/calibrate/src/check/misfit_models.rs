@@ -44,7 +44,7 @@ pub(super) struct Explanation {
     pub(crate) state: ExtendedState,
     /// Covariance of the lens for corners with the stated error, parameters of the cause marginalised out.
     pub(crate) unit_covariance: LensMatrix,
-    /// The same with the parameters of the cause known.
+    /// Covariance of the lens for corners with the stated error, with the parameters of the cause known.
     pub(super) known_unit_covariance: LensMatrix,
     /// Shift of each corner in pixels by the cause, view by view; empty unless the board is bent.
     pub(crate) shift_px: Vec<Vec<Vector2<f64>>>,

@@ -52,8 +52,8 @@ type Gram = SMatrix<f64, COLUMNS, COLUMNS>;
 pub(crate) struct NoiseCorrelation {
     /// Gain in BIC of the likeliest model over independent noise.
     pub(crate) gain: f64,
-    /// Of the likeliest model with correlation: the share of the variance, the correlation length in pixels, and the
-    /// standard deviation as a multiple of the stated one.
+    /// Likeliest model with correlation: its share of the variance, its correlation length in pixels, and its standard
+    /// deviation as a multiple of the stated one.
     pub(super) share: f64,
     pub(super) length_px: f64,
     pub(super) noise_factor: f64,
@@ -62,7 +62,7 @@ pub(crate) struct NoiseCorrelation {
     independent: LensMatrix,
 }
 
-/// One view under the lens of the bundle, thinned: a row per corner for each coordinate.
+/// A view under the lens of the bundle, thinned: a row per corner for each coordinate.
 struct View {
     rows: [DMatrix<f64>; 2],
     distance_px: DMatrix<f64>,
@@ -137,7 +137,7 @@ pub(crate) fn noise_correlation(
 }
 
 impl NoiseCorrelation {
-    /// By how much the corners claim to tell more about the lens than they do: the mean over the free parameters of
+    /// Factor by which the corners overstate their information about the lens: the mean over the free parameters of
     /// `bundle`, the richest one; at least 1.
     pub(crate) fn overcount(&self, bundle: &Bundle, noise_floor: f64) -> f64 {
         let variance = bundle.noise_factor().max(noise_floor).powi(2);
@@ -284,7 +284,8 @@ fn restricted_likelihood(
     cost.is_finite().then_some((cost, variance))
 }
 
-/// Of a positive definite matrix; scaled first, as parameters differ by orders of magnitude.
+/// Logarithm of the determinant of a positive definite matrix; scaled first, as parameters differ by orders of
+/// magnitude.
 fn log_determinant<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<f64> {
     let scale = SVector::<f64, N>::from_fn(|i, _| matrix[(i, i)].max(f64::MIN_POSITIVE).sqrt());
     let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] / (scale[i] * scale[j]));

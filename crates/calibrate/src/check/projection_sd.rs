@@ -43,7 +43,7 @@ pub struct ProjectionSd {
     pub max_px: f64,
     /// 95 % quantile, over repeated calibrations, of the root mean square error of projection over the grid, in pixels.
     pub bound_px: f64,
-    /// One value per mapped grid point, row by row.
+    /// Values of the mapped grid points, row by row.
     pub grid: Vec<GridSd>,
     /// Number of grid points beyond the fold of the lens model, excluded from all figures.
     pub unmapped: usize,
@@ -106,7 +106,7 @@ impl ProjectionJacobian {
         Self::quantile_px(&self.weight(), covariance)
     }
 
-    /// The same over the grid points that `is_inside` selects. `None` if it selects none.
+    /// 95 % bound of the error over the grid points that `is_inside` selects. `None` if it selects none.
     pub fn bound_px_inside(
         &self,
         covariance: &LensMatrix,

@@ -55,7 +55,8 @@ const TILT_NONE_RAD: f64 = 0.17;
 const TILT_USEFUL_RAD: f64 = 0.35;
 /// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`, section 3.2.
 const DIRECTIONS_WANTED: f64 = 0.7;
-/// The same of two pairs whose tilt axes are 20° apart: with less, the board was tipped about one axis only.
+/// Least singular value of two pairs whose tilt axes are 20° apart: with less, the board was tipped about one axis
+/// only.
 const DIRECTIONS_ONE: f64 = 0.35;
 /// Typical error of a corner coordinate that means no board at all. [`Limits`] has the other limit.
 const NOISE_BAD_PX: f64 = 3.0;

@@ -20,15 +20,15 @@ pub enum LensModel {
     K1K2P1P2,
     /// Radial r², r⁴, r⁶, and tangential.
     K1K2P1P2K3,
-    /// The same over a denominator with r², r⁴, r⁶.
+    /// Numerator as above, over a denominator with r², r⁴, r⁶.
     Rational,
     /// The height in the picture is proportional to the angle to the optical axis.
     Fisheye,
-    /// The same with θ³.
+    /// Fisheye with θ³.
     FisheyeK1,
-    /// The same with θ³ and θ⁵.
+    /// Fisheye with θ³ and θ⁵.
     FisheyeK1K2,
-    /// The same with θ³, θ⁵, θ⁷ and θ⁹.
+    /// Fisheye with θ³, θ⁵, θ⁷ and θ⁹.
     FisheyeK1K2K3K4,
 }
 
@@ -224,14 +224,14 @@ pub(crate) fn tie_focal_lengths(lens: &mut [f64]) {
     lens[LensParameter::Fy.index()] = lens[LensParameter::Fx.index()];
 }
 
-/// The same for derivatives: the one by fy is added to that by fx.
+/// Joins the derivatives by both focal lengths: the one by fy is added to that by fx.
 pub(crate) fn join_focal_lengths(jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
     let [fx, fy] = LensParameter::F.map(LensParameter::index);
     let of_f = jac_lens.column(fx) + jac_lens.column(fy);
     jac_lens.set_column(fx, &of_f);
 }
 
-/// The same for a covariance: the row and column of fy are those of fx.
+/// Ties the covariance of both focal lengths: the row and column of fy are those of fx.
 pub(crate) fn tie_covariance(covariance: &mut LensMatrix) {
     let [fx, fy] = LensParameter::F.map(LensParameter::index);
     let row = covariance.row(fx).clone_owned();

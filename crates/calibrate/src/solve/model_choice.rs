@@ -48,7 +48,7 @@ pub(crate) struct ModelChoice {
     pub(crate) fits: Vec<ModelFit>,
     /// True if a view was reversed.
     pub(crate) reversed: bool,
-    /// In the order of `fits`.
+    /// Bundles in the order of `fits`.
     pub(crate) bundles: Vec<Bundle>,
     pub(crate) chosen: usize,
     /// The richest model that could have been chosen.
@@ -68,12 +68,13 @@ pub(crate) struct ModelSearch<'a> {
     pub(crate) noise_floor: f64,
 }
 
-/// When reversed tilts are tried.
+/// Time at which reversed tilts are tried.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Reversals {
-    /// Of all views under the simplest model, and of suspicious ones under each richer one.
+    /// Reversals of all views under the simplest model, and of suspicious ones under each richer one.
     Early,
-    /// Of suspicious views under the richest model: a lens far from the simplest model may reverse views wrongly.
+    /// Reversals of suspicious views under the richest model: a lens far from the simplest model may reverse views
+    /// wrongly.
     Late,
 }
 

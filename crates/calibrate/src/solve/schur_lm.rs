@@ -22,7 +22,7 @@ pub(crate) struct NormalEquations<const S: usize, const L: usize> {
     pub(crate) shared: SMatrix<f64, S, S>,
     /// Shared part of `g`.
     pub(crate) gradient: SVector<f64, S>,
-    /// One block per view.
+    /// Blocks of the views, in order.
     pub(crate) views: Vec<ViewBlock<S, L>>,
 }
 

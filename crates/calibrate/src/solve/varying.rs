@@ -13,7 +13,7 @@ use boresight_geometry::{
 /// The lens of views that share everything except the focal length.
 #[derive(Clone, Debug)]
 pub(crate) struct VaryingFocal {
-    /// With the mean focal length, and the distortion at that focal length.
+    /// Lens with the mean focal length, and the distortion at that focal length.
     pub(crate) camera: Camera,
     /// Covariance of the lens parameters; the variance of the focal length is that of one view, on average.
     pub(crate) covariance: LensMatrix,

@@ -19,7 +19,8 @@ pub(super) struct TableSpec {
 /// A prefix code.
 #[derive(Clone, Debug)]
 struct Code {
-    /// By length: one past the last code, aligned to 16 bits; and what to add to a code for its index.
+    /// Limits by code length: one past the last code, aligned to 16 bits; and the number to add to a code for its
+    /// index.
     limits: [u32; 17],
     offsets: [i32; 17],
     values: Vec<u8>,
@@ -68,7 +69,7 @@ impl Code {
 #[derive(Clone, Debug)]
 pub(super) struct MeanTable {
     code: Code,
-    /// By the next bits: 16 times the difference, and how many bits it takes; 0 if more must be looked at.
+    /// Table by the next bits: 16 times the difference, and the number of bits it takes; 0 if more must be looked at.
     fast: Box<[i16; 1 << FAST_MEAN_BITS]>,
 }
 

@@ -1,4 +1,4 @@
-//! Is a frame whole? Decided before a picture may count, because decoders fill in what is missing.
+//! Check that a frame is whole. It comes before a picture may count, because decoders fill in what is missing.
 //!
 //! | stage | question |
 //! |---|---|

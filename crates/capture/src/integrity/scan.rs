@@ -61,7 +61,7 @@ const SURE_OF_COLOUR: f64 = 0.85;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     clean: Vec<u8>,
-    /// Of each component.
+    /// Edges of each component.
     edges: [Vec<Edges>; 4],
 }
 

@@ -47,8 +47,8 @@ pub(super) fn seam(edges: &[Edges], columns: usize, per_level: f64) -> f64 {
     surest
 }
 
-/// By how much each unit of the row `low` steps up from the row `high`, and the sum of these, none counted as
-/// more than `least`.
+/// Writes the steps from the units of row `high` down to those of row `low`, and returns their sum, with each step
+/// limited to ±`least`.
 fn steps(high: &[Edges], low: &[Edges], least: i16, steps: &mut Vec<i16>) -> i32 {
     steps.clear();
     steps.extend(low.iter().zip(high).map(|(low, high)| low.top - high.bottom));

@@ -18,7 +18,7 @@ pub(super) type Opener = Arc<dyn Fn() -> Result<Box<dyn Blocking>, Loss> + Send 
 /// Longest wait for the reader to end, so that the camera is free for the next program.
 const ENDING: Duration = Duration::from_secs(1);
 
-/// One run of a camera.
+/// A run of a camera.
 pub(super) struct Reader {
     shared: Arc<Shared>,
 }

@@ -51,7 +51,7 @@ pub struct NokhwaCamera {
     lost: Option<Loss>,
     next_look: Instant,
     pause: Duration,
-    /// When the last frame came, or the run began.
+    /// Time of the last frame, or of the start of the run.
     last_came: Instant,
     came: bool,
     unpacker: Unpacker,

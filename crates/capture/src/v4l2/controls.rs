@@ -161,7 +161,7 @@ pub(super) struct ControlLock {
     kept: BTreeMap<Control, i64>,
     /// Last reading of each control.
     last: Readings,
-    /// The same, for [`Self::moved_freely`].
+    /// Previous reading of each control, for [`Self::moved_freely`].
     free: BTreeMap<Control, i64>,
 }
 
@@ -179,7 +179,8 @@ impl ControlLock {
         Self { before: survey.restorable().map(exact).collect(), ..Self::default() }
     }
 
-    /// At the end puts back what an earlier run of the session found, which may have ended without doing so.
+    /// Schedules the values that an earlier run of the session found, to be put back at the end: that run may have
+    /// ended without doing so.
     pub(super) fn put_back(&mut self, before: &[ControlBefore]) {
         for earlier in before {
             let entries = match earlier.exact.as_slice() {
@@ -237,7 +238,7 @@ impl ControlLock {
         Ok(())
     }
 
-    /// From now on holds `control` at `value`, or at what the camera makes of it.
+    /// Holds `control` at `value` from now on, or at what the camera makes of it.
     pub(super) fn want(&mut self, control: Control, value: i64) {
         self.kept.insert(control, value);
     }

@@ -32,7 +32,7 @@ pub struct Camera {
     pub offers: Vec<CameraMode>,
 }
 
-/// By what a camera is found again.
+/// Marks by which a camera is found again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     usb_id: Option<(u16, u16)>,
@@ -64,7 +64,7 @@ pub struct Found {
 }
 
 impl Camera {
-    /// By what it is found again.
+    /// Marks by which this camera is found again.
     pub fn identity(&self) -> Identity {
         Identity {
             usb_id: self.node.usb_id,

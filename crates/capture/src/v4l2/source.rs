@@ -95,7 +95,7 @@ struct Running {
     returning: bool,
     /// Task under way on the controls.
     work: Option<ControlWork>,
-    /// Until when the controls rest.
+    /// Time until which the controls rest.
     rest_until_nanos: u64,
 }
 
@@ -139,7 +139,7 @@ impl<K: Kernel> LiveCamera<K> {
         Self::start(kernel, camera, wanted, false)
     }
 
-    /// The same to look through only: no control is set, now or at the end, and pictures come at once.
+    /// Opens a camera to look through only: no control is set, now or at the end, and pictures come at once.
     ///
     /// # Errors
     ///
@@ -214,7 +214,7 @@ impl<K: Kernel> LiveCamera<K> {
         self.kernel.clock().monotonic_nanos
     }
 
-    /// One look at the stream.
+    /// Looks at the stream once.
     fn step(&mut self, patience: Duration) -> Result<Option<Picture>, Loss> {
         let State::Running(running) = &mut self.state else { return Ok(None) };
         let kernel: &mut dyn Kernel = &mut self.kernel;

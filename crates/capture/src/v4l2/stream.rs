@@ -1,4 +1,4 @@
-//! One run of a camera, from opening its node to closing it: newest frames, decoded and timed.
+//! A run of a camera, from opening its node to closing it: newest frames, decoded and timed.
 
 use std::{path::PathBuf, time::Duration};
 
@@ -217,7 +217,7 @@ impl Stream {
         Some(self.unpacker.unpack(&self.bytes).inspect_err(|_| self.rejected += 1))
     }
 
-    /// When the next frame must have come.
+    /// Time by which the next frame must have come.
     fn due_nanos(&self) -> u64 {
         match self.last_came_nanos {
             None => self.began_nanos + START_NANOS,

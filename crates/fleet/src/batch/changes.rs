@@ -18,7 +18,7 @@ const NAMED: usize = 3;
 pub struct Change {
     /// Number of changes.
     pub count: u64,
-    /// In how many sessions.
+    /// Number of sessions with such a change.
     pub sessions: u64,
     /// The first of them.
     pub named: Vec<String>,

@@ -32,7 +32,7 @@ pub(super) struct Tools<'a> {
     pub(super) out: &'a Path,
     /// The results in `out`.
     pub(super) store: &'a Store,
-    /// The longest that an item may take.
+    /// Longest time for an item.
     pub(super) budget: Duration,
 }
 

@@ -75,7 +75,7 @@ pub fn gather(
     Ok(gathered)
 }
 
-/// As [`gather`], with the rows as values.
+/// Gathers as [`gather`] does, with the rows as values.
 pub(super) fn gather_rows(store: &Store, each: &mut dyn FnMut(Row)) -> anyhow::Result<Gathered> {
     gather(store, &mut |line| {
         each(serde_json::from_str(line)?);

@@ -71,7 +71,7 @@ impl Job {
         }
     }
 
-    /// The same, with every session compared with the calibration in `file`.
+    /// The job with every session compared with the calibration in `file`.
     ///
     /// # Errors
     ///

@@ -66,7 +66,7 @@ pub fn plan(
 pub(super) struct ManifestFile {
     /// Path of a readable copy.
     pub(super) path: PathBuf,
-    /// By what name it's known.
+    /// Name of the manifest for people.
     shown: PathBuf,
     /// Holds the copy, if it is one.
     _copy: Option<Scratch>,

@@ -52,7 +52,7 @@ impl Place {
         }
     }
 
-    /// As [`Place::read`] for each of `below`, in their order.
+    /// Reads as [`Place::read`] does, each of `below` in their order.
     ///
     /// # Errors
     ///

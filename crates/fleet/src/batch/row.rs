@@ -1,4 +1,4 @@
-//! One result of a batch.
+//! Row: the result for one session of a batch.
 
 use std::collections::BTreeMap;
 
@@ -159,7 +159,7 @@ impl Row {
         }
     }
 
-    /// The same row, of work that couldn't be done.
+    /// The row of work that couldn't be done.
     pub fn failed(self, code: &str, message: impl Into<String>, next: Option<String>) -> Self {
         Self { code: code.into(), message: Some(message.into()), next, ..self }
     }

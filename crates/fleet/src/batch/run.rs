@@ -36,7 +36,7 @@ pub struct Batch<'a> {
     pub shard: Shard,
     /// Place for the results: a folder, or a prefix in an object store.
     pub out: &'a Path,
-    /// The longest that an item may take.
+    /// Longest time for an item.
     pub budget: Duration,
     /// Items worked on at a time, at least 1.
     pub jobs: usize,
@@ -76,7 +76,7 @@ impl Tally {
 /// Event of a run.
 #[derive(Debug)]
 pub enum Event<'a> {
-    /// So much is done.
+    /// Progress so far.
     Progress(&'a Tally),
     /// An item has a row now.
     Row {

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-/// One of `count` parts: the items whose number leaves `index` when divided by `count`.
+/// A part of a manifest: the items whose number leaves the remainder `index` when divided by `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     /// Number of the part, from 0.
@@ -22,7 +22,7 @@ pub enum ShardError {
     NoCount {
         /// The variable that is set.
         index: &'static str,
-        /// The one that isn't.
+        /// The variable that isn't set.
         count: &'static str,
     },
     /// A variable holds no number that fits.

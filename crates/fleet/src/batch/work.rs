@@ -1,4 +1,4 @@
-//! One item of a batch, from its session to its row.
+//! Work on an item of a batch, from its session to its row.
 
 use std::{
     collections::BTreeMap,

@@ -15,7 +15,7 @@ pub struct Entry {
     pub camera: String,
     /// The camera's own name; empty for sources that have none.
     pub model: String,
-    /// When the session began, UTC.
+    /// Start of the session, UTC.
     pub created: String,
     /// Width and height of the picture.
     pub image_size: [u32; 2],

@@ -46,7 +46,7 @@ pub enum IndexError {
 /// Every calibration of every camera. Derived from session folders: nothing is lost with it.
 #[derive(Debug, Default)]
 pub struct Index {
-    /// By session, with the line that holds it.
+    /// Rows by session, each with the line that holds it.
     rows: BTreeMap<String, (Entry, String)>,
 }
 

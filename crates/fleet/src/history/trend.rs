@@ -1,4 +1,4 @@
-//! One camera over time.
+//! History of one camera over time.
 
 use super::entry::Entry;
 use boresight_calibrate::{DriftVerdict, LensDifference, StatedLens};
@@ -21,7 +21,7 @@ pub struct Step<'a> {
 /// A change over a camera's whole history.
 #[derive(Clone, Copy, Debug)]
 pub struct Trend {
-    /// From the mean of the oldest calibrations to the mean of the newest.
+    /// Change from the mean of the oldest calibrations to the mean of the newest.
     pub change: LensDifference,
     /// Number of calibrations in the mean of the oldest.
     pub oldest: usize,
@@ -75,7 +75,7 @@ impl CameraHistory {
         self.trend.is_some_and(|trend| trend.drifts)
     }
 
-    /// When the newest usable calibration was made, UTC.
+    /// Time of the newest usable calibration, UTC.
     pub fn newest(&self) -> Option<&str> {
         let usable = self.entries.iter().rev().find(|entry| entry.is_usable());
         usable.map(|entry| entry.created.as_str())

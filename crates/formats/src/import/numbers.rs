@@ -42,7 +42,7 @@ pub(super) fn list(value: &Value) -> Option<Vec<f64>> {
     numbers.iter().all(|number| number.is_finite()).then_some(numbers)
 }
 
-/// The same for exactly `N` numbers.
+/// Reads exactly `N` numbers.
 pub(super) fn exactly<const N: usize>(value: &Value) -> Option<[f64; N]> {
     list(value)?.try_into().ok()
 }

@@ -18,12 +18,12 @@ impl BoardId {
     /// Bits that hold it.
     pub const BITS: u32 = LETTERS as u32 * BITS_OF_LETTER;
 
-    /// From the last bits of a number.
+    /// Makes an ID from the last bits of a number.
     pub fn from_number(number: u32) -> Self {
         Self(number & ((1 << Self::BITS) - 1))
     }
 
-    /// As a number below 2²⁰.
+    /// The ID as a number below 2²⁰.
     pub fn number(self) -> u32 {
         self.0
     }

@@ -76,7 +76,7 @@ pub struct ControlChange {
     pub from: i64,
     /// The value read now, in the driver's unit.
     pub to: i64,
-    /// When it last was as it should be: pictures taken later may be with another lens.
+    /// Time at which the value was last right: pictures taken later may be with another lens.
     pub good_until: CaptureTime,
 }
 
@@ -131,7 +131,7 @@ pub enum Lock {
     Free,
     /// The control is set and reads back as set.
     Locked {
-        /// In the driver's unit.
+        /// Value, in the driver's unit.
         value: i64,
     },
     /// The control was set and reads back as something else.
@@ -196,7 +196,7 @@ impl Locks {
 /// Layout of brightness in a frame's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelLayout {
-    /// One byte a pixel.
+    /// A byte of brightness per pixel.
     Grey,
     /// Brightness and colour in turn.
     Yuyv,
@@ -212,11 +212,11 @@ pub enum PixelLayout {
     Rgb,
     /// Blue, green and red, a byte each.
     Bgr,
-    /// One byte a pixel behind a filter of red, green and blue squares, whichever is first.
+    /// A byte per pixel behind a filter of red, green and blue squares, whichever is first.
     Bayer,
     /// A JPEG per frame.
     Mjpeg,
-    /// As the reading program delivers it.
+    /// Grey picture as the reading program delivers it.
     Decoded,
 }
 

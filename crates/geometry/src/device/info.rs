@@ -24,7 +24,7 @@ pub struct CameraInfo {
 pub struct ControlBefore {
     /// The control concerned.
     pub control: Control,
-    /// In the driver's unit; `None` if it cannot be read.
+    /// Value in the driver's unit; `None` if it can't be read.
     pub value: Option<i64>,
     /// True if the camera moved it by itself; `None` if it has no such automatic.
     pub automatic: Option<bool>,

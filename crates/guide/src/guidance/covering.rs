@@ -41,8 +41,8 @@ pub(super) fn most_covering_pair(
     Covering::new(accepted, board, lens_estimate).most(pairs, coverage)
 }
 
-/// As [`most_covering_pair`], but the corners of the picture come first, and a board may be as small as it must to reach
-/// them.
+/// Pair chosen as by [`most_covering_pair`], but the corners of the picture come first, and a board may be as small as
+/// it must to reach them.
 pub(super) fn corner_covering_pair(
     accepted: &[View],
     board: &Checkerboard,
@@ -73,8 +73,8 @@ pub(super) fn corner_covering_pair(
     Covering::new(accepted, board, lens_estimate).most(pairs, reached)
 }
 
-/// Of the pairs that leave the picture, the one that makes projection best known in the picture's corners; of those that
-/// make it about as well known, the one that covers most. `None` if none fits.
+/// Pair that leaves the picture and makes projection best known in the picture's corners; among pairs that make it
+/// about as well known, the one that covers most. `None` if none fits.
 pub(super) fn best_pair_beyond_edge(
     accepted: &[View],
     board: &Checkerboard,

@@ -1,4 +1,4 @@
-//! Is a view good enough to be used at all?
+//! Gate: judges if a view is good enough to be used at all.
 
 use super::{params::GuidanceParams, refusal::Refusal, view::View};
 use boresight_geometry::Corner;

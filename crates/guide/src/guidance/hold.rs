@@ -23,13 +23,13 @@ const SHORTEST: f64 = 0.25;
 pub struct Hold {
     /// The frame to take as things stand.
     pub best: HeldFrame,
-    /// For how long the frames have been good, less what has faded.
+    /// Time for which the frames have been good, less what has faded.
     held_secs: f64,
-    /// When the newest frame was judged.
+    /// Time at which the newest frame was judged.
     judged_at: CaptureTime,
 }
 
-/// One frame of a hold.
+/// A frame of a hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldFrame {
     /// The frame's measurement.

@@ -42,7 +42,7 @@ pub struct Motion {
     /// Root mean square speed of the corners, less what noise explains: over the last frame interval or over a
     /// tenth of a second, whichever is larger.
     pub speed_px_per_s: f64,
-    /// The same over the last frame interval, including the noise.
+    /// Root mean square speed over the last frame interval, including the noise.
     pub raw_speed_px_per_s: f64,
     /// True if all corners moved as those of one board since the frame before: see [`moved_rigidly`].
     pub is_rigid: bool,
@@ -136,7 +136,7 @@ impl MotionWindow {
 struct CommonStep {
     /// Root mean square step of the corners, less what noise explains.
     common_px: f64,
-    /// The same with the noise.
+    /// Root mean square step of the corners, including the noise.
     raw_px: f64,
     /// See [`moved_rigidly`].
     is_rigid: bool,

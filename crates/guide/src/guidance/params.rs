@@ -77,7 +77,7 @@ pub struct GuidanceParams {
     pub max_slot_error_rad: f64,
     /// Least angle between independent principal lines.
     pub independent_rad: f64,
-    /// The same, in standard deviations of that angle.
+    /// Least angle between independent principal lines, in standard deviations of that angle.
     pub independent_sigmas: f64,
     /// Largest deviation of a partner's direction from exactly opposed.
     pub partner_slot_rad: f64,
@@ -214,7 +214,7 @@ impl GuidanceParams {
     }
 }
 
-/// From this many views on, principal lines may lie closer, by this factor.
+/// Number of views from which principal lines may lie closer, by this factor.
 const CLOSER_FROM_VIEWS: usize = 10;
 const CLOSER: f64 = 0.45;
 /// Least distance of a corner from the picture's edge that an edge fit needs, in a picture of any size.
@@ -222,7 +222,7 @@ const LEAST_MARGIN_PX: f64 = 8.0;
 /// Width of the pictures for which lengths in pixels were tuned.
 const TUNED_WIDTH_PX: f64 = 1280.0;
 
-/// By how much lengths in pixels grow in a picture of `image_size`: 1 up to a width of 1280, then with the width.
+/// Factor by which lengths in pixels grow in a picture of `image_size`: 1 up to a width of 1280, then with the width.
 ///
 /// They don't shrink in smaller pictures: a pixel's own width blurs an edge by as much there, and a hand that
 /// follows the screen errs by whole pixels of what it sees.

@@ -15,7 +15,7 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// From this focal length in picture widths, pairs stand across their principal line.
+/// Focal length, in picture widths, from which pairs stand across their principal line.
 const LONG_LENS: f64 = 1.5;
 /// Distance of pairs from the principal point, in picture widths: along their line, and across it with a long lens.
 const ALONG_WIDTHS: f64 = 0.32;
@@ -26,9 +26,9 @@ const FAR_TILT_RAD: f64 = std::f64::consts::FRAC_PI_4;
 /// Standard deviations that a plan is expected to reach.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Reach {
-    /// Of the principal point, worse axis.
+    /// Standard deviation of the principal point, worse axis.
     pub pp_sigma_px: f64,
-    /// Of projection, mean over the picture.
+    /// Standard deviation of projection, mean over the picture.
     pub projection_sigma_px: f64,
 }
 

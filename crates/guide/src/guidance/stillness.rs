@@ -1,4 +1,4 @@
-//! Is the picture of the board sharp enough to be taken?
+//! Stillness: judges if the picture of the board is sharp enough to be taken.
 //!
 //! Still means that the picture is good: what counts is how far the board moves while the shutter is open. Sensors
 //! that read their rows one after the other also bend the picture of a moving board, however short the exposure, so
@@ -13,7 +13,7 @@ use boresight_geometry::frame::{CaptureTime, FrameKind, ImageSize};
 
 /// A board that was still remains so up to this multiple of the limits.
 const HYSTERESIS: f64 = 1.25;
-/// When the limits begin to relax, after a good pose has been held without a view.
+/// Time for which a good pose has been held without a view until the limits begin to relax.
 const PATIENCE_SECS: f64 = 3.0;
 /// Duration of each step, the factor by which it relaxes the limits, and the most steps.
 const STEP_SECS: f64 = 1.5;
@@ -89,7 +89,7 @@ pub fn still(kind: FrameKind, smear: Option<&Smear>, limits: &StillLimits) -> Re
 /// Time for which a person has tried to hold a good pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Patience {
-    /// When the pose was first good, and when last.
+    /// Times at which the pose was first good, and last.
     attempt: Option<(CaptureTime, CaptureTime)>,
 }
 
@@ -110,7 +110,7 @@ impl Patience {
         self.attempt.map_or(0.0, |(since, _)| now.secs_since(since).max(0.0))
     }
 
-    /// By how much the limits on motion are relaxed now: 1 at first.
+    /// Factor by which the limits on motion are relaxed now: 1 at first.
     pub fn factor(&self, now: CaptureTime) -> f64 {
         let late_secs = self.secs(now) - PATIENCE_SECS;
         if late_secs < 0.0 {

@@ -20,14 +20,14 @@ pub struct Precision {
     pub corner_sigma_px: f64,
     /// Focal length in picture widths.
     pub f_to_width: f64,
-    /// With a goal in the person's own unit: the error over what the goal leaves to the lens; met at 1. It replaces the
-    /// limits of both standard deviations.
+    /// Error over what the person's own goal leaves to the lens; met at 1. It replaces the limits of both standard
+    /// deviations. `None` without such a goal.
     pub goal_excess: Option<f64>,
-    /// True if no trust check, coverage of the picture aside, found what further views put right, or what is bad.
+    /// True if no trust check, except that of coverage, found anything bad or anything that further views put right.
     pub trusted: bool,
     /// True if the boards covered enough of the picture.
     pub covered: bool,
-    /// The same of the trust checks that a board passes which stays small in the picture.
+    /// True if those trust checks passed that a board can pass which stays small in the picture.
     pub trusted_far: bool,
 }
 
@@ -38,7 +38,7 @@ impl Precision {
         self.excess(params) <= 1.0
     }
 
-    /// By how much the uncertainty must shrink before the session may stop; at most 1 if it may. Of a board that
+    /// Factor by which the uncertainty must shrink before the session may stop; at most 1 if it may. For a board that
     /// stays small in the picture, only the standard deviation of projection counts.
     pub fn excess(&self, params: &GuidanceParams) -> f64 {
         self.goal_excess.unwrap_or_else(|| {

@@ -38,11 +38,12 @@ pub enum Purpose {
     },
     /// An empty slot of the plan.
     Slot,
-    /// One view of the most informative reflected pair.
+    /// View of the most informative reflected pair.
     MostInformative,
-    /// One view of the reflected pair that covers most of the picture not yet covered.
+    /// View of the reflected pair that covers most of the picture not yet covered.
     Coverage,
-    /// One view of the reflected pair of boards that leave the picture, after which projection is known best in its corners.
+    /// View of the reflected pair of boards that leave the picture, after which projection is known best in its
+    /// corners.
     BeyondEdge,
 }
 
@@ -130,9 +131,9 @@ pub fn next_target(
     Some(target(purpose, &wanted, &pose, board, lens_estimate))
 }
 
-/// One view of the reflected pair that closes most of the picture's corners that boards have hardly reached, and covers
-/// most of the rest; otherwise of the most informative pair: for a person who wants more than the plan does. First the
-/// partner of a view that has none.
+/// Target for a person who wants more than the plan does: a view of the reflected pair that closes most of the
+/// picture's corners that boards have hardly reached, and covers most of the rest; otherwise of the most informative
+/// pair. The partner of a view that has none comes first.
 ///
 /// `None` if no pose in a new direction fits.
 pub fn covering_target(

@@ -13,8 +13,8 @@ use boresight_geometry::{
 /// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras' lies within
 /// 100 pixels of the centre.
 const GUESSED_PP_SD_PX: f64 = 100.0;
-/// One in this many corners may lie where the lens estimate has no ray: beyond 90° no plane does them justice, and a first
-/// estimate may end too early. The others measure the view.
+/// Largest share of corners without a ray through the lens estimate, one in this many: beyond 90° no plane does them
+/// justice, and a first estimate may end too early. The others measure the view.
 const ONE_OUTSIDE_IN: usize = 4;
 
 /// The lens as estimated from the accepted views, or a guess before there are any.
@@ -69,7 +69,7 @@ impl LensEstimate {
     }
 }
 
-/// One detected board, measured through a [`LensEstimate`].
+/// A detected board, measured through a [`LensEstimate`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The frame it was seen in.

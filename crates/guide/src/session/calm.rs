@@ -42,13 +42,13 @@ impl Default for Shown {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Calm {
     shown: Shown,
-    /// When what is shown came; `None` before the first frame, and for what came without one.
+    /// Time at which the prompt on show came; `None` before the first frame, and for one that came without a frame.
     since: Option<CaptureTime>,
-    /// When a frame last asked for what is shown.
+    /// Time at which a frame last asked for the prompt on show.
     last_asked: Option<CaptureTime>,
     /// Requests of the last frames, each with the time for which it counts.
     recent: VecDeque<Asked>,
-    /// When what is shown changed last.
+    /// Times at which the prompt on show changed.
     changes: VecDeque<CaptureTime>,
 }
 

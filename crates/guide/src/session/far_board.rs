@@ -9,7 +9,7 @@ pub struct FarBoard {
     pub span_fraction: f64,
     /// Expected precision after eight views.
     pub reach: Reach,
-    /// The same with a board of twice the size in the same places; `None` if it doesn't fit into the picture.
+    /// Expected precision with a board of twice the size in the same places; `None` if it doesn't fit into the picture.
     pub twice_the_size: Option<Reach>,
 }
 

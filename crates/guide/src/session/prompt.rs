@@ -46,13 +46,13 @@ impl Edge {
         Self::TopRight,
     ];
 
-    /// The one that points towards `direction_rad`, clockwise from the right.
+    /// Edge or corner that points towards `direction_rad`, clockwise from the right.
     pub fn towards(direction_rad: f64) -> Self {
         let eighth = (direction_rad / FRAC_PI_4).round().rem_euclid(8.0);
         Self::ALL[eighth as usize % Self::ALL.len()]
     }
 
-    /// The same with left and right exchanged.
+    /// Edge or corner with left and right exchanged.
     pub fn mirrored(self) -> Self {
         match self {
             Self::Right => Self::Left,
@@ -345,7 +345,7 @@ impl Prompt {
         }
     }
 
-    /// The same with left and right exchanged, as a person in front of the camera sees them in a mirror.
+    /// Prompt with left and right exchanged, as a person in front of the camera sees them in a mirror.
     pub fn mirrored(self) -> Self {
         match self {
             Self::CutOff(Side::Left) => Self::CutOff(Side::Right),

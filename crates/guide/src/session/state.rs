@@ -30,7 +30,7 @@ use boresight_geometry::{
 /// Views that [`Command::TakeMore`](super::Command::TakeMore) asks for: a view and its partner.
 pub(super) const MORE_VIEWS: usize = 2;
 
-/// One calibration in progress.
+/// A calibration in progress.
 #[derive(Clone, Debug)]
 pub struct Session {
     pub(super) setup: Arc<SessionSetup>,
@@ -98,11 +98,11 @@ pub(super) struct Tracking {
     pub(super) patience: Patience,
     /// True if the board was still in the newest frame.
     pub(super) was_still: bool,
-    /// For how long a board has been in the picture since the pose was asked for, pauses aside.
+    /// Time for which a board has been in the picture since the pose was asked for, pauses aside.
     pub(super) asked_secs: f64,
-    /// For how long the board has been cut off since then.
+    /// Time for which the board has been cut off since then.
     pub(super) cut_off_secs: f64,
-    /// When the newest frame was taken since then.
+    /// Capture time of the newest frame since then.
     pub(super) newest_at: Option<CaptureTime>,
     /// Largest share of the picture that the board has spanned since then.
     pub(super) largest_span_fraction: f64,
@@ -241,7 +241,7 @@ fn variance_after(
     pose.map_or(f64::INFINITY, |pose| knowledge.variance_after(&pose, board, lens_estimate))
 }
 
-/// One view fixes no lens: it takes two before the calibration replaces the guess.
+/// Lens estimate from the calibration or, up to the second view, a guess: one view fixes no lens.
 fn lens_estimate(
     setup: &SessionSetup,
     solved: Option<&Calibration>,

@@ -3,7 +3,7 @@ use std::f64::consts::FRAC_PI_4;
 use super::snapshot::Snapshot;
 use crate::guidance::direction_difference_rad;
 
-/// One of the plan's eight directions.
+/// A direction of the plan's eight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSlot {
     /// Direction of the slot in the picture, clockwise from the right.

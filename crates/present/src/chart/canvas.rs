@@ -75,7 +75,7 @@ impl Canvas {
         Self::picture_of(WIDTH, PICTURE_HEIGHT, size_px, title)
     }
 
-    /// The same for a wider place on the page: words are as large there.
+    /// A picture for a wider place on the page: words are as large there.
     pub fn large_picture(size_px: (f64, f64), title: &str) -> Self {
         Self::picture_of(LARGE_WIDTH, PICTURE_HEIGHT, size_px, title)
     }
@@ -110,7 +110,7 @@ impl Canvas {
         Self::chart_of((WIDTH, CHART_HEIGHT), points, axes, title)
     }
 
-    /// The same for a wider place on the page.
+    /// A chart for a wider place on the page.
     pub fn large_chart(points: &[Point2<f64>], axes: Axes<'_>, title: &str) -> Self {
         Self::chart_of((LARGE_WIDTH, LARGE_HEIGHT), points, axes, title)
     }
@@ -285,7 +285,7 @@ impl Canvas {
         );
     }
 
-    /// One of four marks.
+    /// Draws one of four marks.
     pub fn mark(&mut self, kind: usize, point: Point2<f64>, colour: &str) {
         let (x, y) = self.at(point);
         if x.is_finite() && y.is_finite() {
@@ -377,7 +377,7 @@ impl Canvas {
     }
 }
 
-/// From the least to the largest finite value, with some space; never empty.
+/// Range from the least to the largest finite value, with some space; never empty.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|value| value.is_finite())

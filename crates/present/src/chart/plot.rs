@@ -49,7 +49,7 @@ pub struct Plot {
     pub y: String,
     /// Curves and clouds, in the order of their colours.
     pub series: Vec<Series>,
-    /// One unit is as long on both axes, and y points down, as in a picture.
+    /// True for equal units on both axes and y pointing down, as in a picture.
     pub picture: bool,
     /// The vertical axis is logarithmic.
     pub log_y: bool,

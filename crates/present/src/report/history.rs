@@ -21,9 +21,9 @@ const SDS: f64 = 1.96;
 /// Contents of the page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HistoryPage {
-    /// When the index was read, in words.
+    /// Time at which the index was read, in words.
     pub made: String,
-    /// From how long on a camera is due, in words.
+    /// Age from which a camera is due, in words.
     pub due_after: String,
     /// A line for each model.
     pub models: Vec<ModelLine>,
@@ -119,7 +119,7 @@ fn section(camera: &CameraCurve) -> String {
     html + "</section>\n"
 }
 
-/// One parameter over time with its intervals.
+/// Curve of one parameter over time with its intervals.
 fn curve(points: &[CurvePoint], parameter: usize, name: &str) -> String {
     let at = |point: &CurvePoint, sds: f64| {
         Point2::new(point.day, point.f_pp_px[parameter] + sds * point.sd_px[parameter])

@@ -17,7 +17,7 @@ pub struct Logo {
 }
 
 impl Logo {
-    /// From the bytes of a file. `None` if they are no PNG or JPEG, or of more than 8192 pixels in a row.
+    /// Reads the bytes of a file. `None` if they are no PNG or JPEG, or of more than 8192 pixels in a row.
     pub fn of(bytes: &[u8]) -> Option<Self> {
         let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?;
         let kind = match reader.format()? {

@@ -16,7 +16,7 @@ pub(super) fn plain(value: f64, decimals: usize) -> String {
     format!("<data value=\"{value}\">{}</data>", text(value, decimals))
 }
 
-/// With a minus sign that is one, and no minus before zero.
+/// Text of a number with a typographic minus sign, and no minus before zero.
 pub(super) fn text(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
@@ -31,7 +31,7 @@ pub(super) fn brief(value: f64, digits: i32) -> String {
     text(value, brief_decimals(value, digits))
 }
 
-/// The same with all digits in its `value`.
+/// Text as [`brief`] writes it, with all digits in its `value`.
 pub(super) fn brief_data(value: f64, digits: i32) -> String {
     plain(value, brief_decimals(value, digits))
 }

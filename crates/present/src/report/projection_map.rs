@@ -13,7 +13,7 @@ use crate::{
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize};
 
-/// From the surest to the least certain.
+/// Colours from the surest to the least certain.
 const SHADES: [&str; 7] =
     ["#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c"];
 /// Shades on which dark numbers cannot be read.

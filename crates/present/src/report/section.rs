@@ -27,7 +27,7 @@ pub(super) fn figure(section: Section, drawing: &str, note: &str) -> String {
     )
 }
 
-/// In place of a drawing.
+/// Text in place of a drawing.
 pub(super) fn missing(why: &str) -> String {
     format!("<p class=\"note\">{why}</p>")
 }

@@ -19,11 +19,11 @@ use boresight_calibrate::{
 use boresight_formats::ViewEntry;
 use boresight_geometry::{Corner, PrincipalLine, frame::ImageSize, intersect_unweighted};
 
-/// As the paper has it.
+/// Most views left out, as in the paper.
 const MOST_SKIPPED: usize = 5;
 /// Bundle adjustments for one number of views left out. Each takes as long as a calibration with one lens.
 const MOST_STARTS: usize = 24;
-/// As in a calibration: fewer views lean on weak beliefs about the lens.
+/// Least views without priors, as in a calibration: fewer views lean on weak beliefs about the lens.
 const VIEWS_WITHOUT_PRIOR: usize = 4;
 
 /// The estimates with `skipped` views left out.

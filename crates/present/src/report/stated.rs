@@ -5,9 +5,9 @@ use super::Logo;
 #[expect(missing_docs, reason = "explained in config/default.toml")]
 pub struct Certificate {
     pub number: String,
-    /// When the calibration was made, with its time zone.
+    /// Date of the calibration, with its time zone.
     pub date: String,
-    /// When the next check is due.
+    /// Date when the next check is due.
     pub check_due: Option<String>,
     pub company: String,
     pub logo: Option<Logo>,

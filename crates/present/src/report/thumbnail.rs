@@ -17,7 +17,7 @@ pub struct Thumbnail {
 }
 
 impl Thumbnail {
-    /// Of a picture. `None` if it has no pixels.
+    /// Thumbnail of a picture. `None` if it has no pixels.
     pub fn of(picture: &GrayImage) -> Option<Self> {
         let full = ImageSize::of(picture);
         let longest = full.width_px.max(full.height_px);
@@ -41,7 +41,7 @@ impl Thumbnail {
         self.full
     }
 
-    /// As an address that holds the picture itself.
+    /// Address that holds the picture itself.
     pub(super) fn data_uri(&self) -> String {
         format!("data:image/jpeg;base64,{}", STANDARD.encode(&self.jpeg))
     }

@@ -16,7 +16,7 @@ use boresight_formats::ViewEntry;
 
 /// More views than these would need a third sheet.
 const MOST_SHOWN: usize = 60;
-/// From here on there is room for one line below a view.
+/// Number of views from which there is room for only one line below each.
 const MANY: usize = 16;
 /// Width and height of all views on the page, and the height beside a drift section.
 const ROOM: (f64, f64) = (190.0, 86.0);
@@ -58,7 +58,7 @@ pub(super) fn views(report: &Report) -> String {
     section(Section::Views, &html)
 }
 
-/// As few columns as leave room for all rows.
+/// Fewest columns that leave room for all rows.
 fn columns(count: usize, height_per_width: f64, room: f64) -> usize {
     let fits = |columns: &usize| {
         let row = ROOM.0 / *columns as f64 * height_per_width + CAPTION;
@@ -81,7 +81,7 @@ fn caption(number: usize, view: &ViewEntry) -> String {
     )
 }
 
-/// In the picture's own pixels: the picture, the board's outline or corners, the line.
+/// Thumbnail in the picture's own pixels: the picture, the board's outline or corners, the line.
 fn thumbnail(
     report: &Report,
     view: &ViewEntry,

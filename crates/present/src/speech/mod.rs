@@ -41,8 +41,8 @@ impl Rank {
 pub struct Word {
     /// Importance among other words.
     pub rank: Rank,
-    /// As seen in the picture.
+    /// Words with left and right as seen in the picture.
     pub text: String,
-    /// The same with left and right exchanged, for a person who faces the camera.
+    /// Words with left and right exchanged, for a person who faces the camera.
     pub mirrored: String,
 }

@@ -104,7 +104,7 @@ impl Queue {
         self.news.is_empty() && !self.speaking.is_some_and(Rank::is_news)
     }
 
-    /// The most important news; the oldest of several.
+    /// Most important news; the oldest of several.
     fn first_news(&self) -> Option<usize> {
         let highest = self.news.iter().map(|(_, word)| word.rank).max()?;
         self.news.iter().position(|(_, word)| word.rank == highest)

@@ -62,7 +62,7 @@ impl Paper {
 }
 
 impl Resolution {
-    /// From pixels per inch; `None` outside 20 to 1200.
+    /// Resolution from pixels per inch; `None` outside 20 to 1200.
     pub fn from_dpi(dpi: f64) -> Option<Self> {
         // The range fits.
         (20.0..=1200.0).contains(&dpi).then(|| Self { per_m: (dpi / 0.0254).round() as u32 })

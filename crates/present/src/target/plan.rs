@@ -16,7 +16,7 @@ pub enum Square {
         /// Side of a square.
         mm: f64,
     },
-    /// As large as fits with white around the board that is a square wide.
+    /// Squares as large as fit with white around the board that is a square wide.
     Largest,
 }
 
@@ -114,7 +114,7 @@ pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<P
 }
 
 impl Plan {
-    /// The same squares with `markers` in the light ones.
+    /// The plan with `markers` in the light squares.
     ///
     /// # Errors
     ///
@@ -199,7 +199,7 @@ impl Squares {
         (round_mm > 0.999 * least_mm(page)).then_some(round_mm)
     }
 
-    /// In the middle of the page. `None` if there is less white than the margins.
+    /// Places the board in the middle of the page. `None` if there is less white than the margins.
     fn place(self, page: &Page, square_mm: f64) -> Option<Plan> {
         let (width_mm, height_mm) = room_mm(page)?;
         let start = |room_mm: f64, corners: u16| {

@@ -58,7 +58,7 @@ pub struct Words {
     pub baseline_mm: f64,
     /// Size of the type.
     pub size_mm: f64,
-    /// In bold type.
+    /// True for bold type.
     pub bold: bool,
     /// Around `x_mm`; for numbers only.
     pub centred: bool,
@@ -102,7 +102,7 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
 }
 
 impl Sheet {
-    /// With `code` in the margins of `plan`'s board that have room for it; unchanged if none has.
+    /// The sheet with `code` in the margins of `plan`'s board that have room for it; unchanged if none has.
     #[must_use]
     pub fn with_code(mut self, plan: &Plan, code: &BoardCode) -> Self {
         let size = (usize::from(plan.columns), usize::from(plan.rows));

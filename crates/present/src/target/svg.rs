@@ -42,7 +42,7 @@ pub fn svg(sheet: &Sheet) -> String {
     svg
 }
 
-/// To a nanometre, without idle zeros.
+/// Text of a length to a nanometre, without idle zeros.
 fn short(mm: f64) -> String {
     let text = format!("{mm:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -80,7 +80,7 @@ fn a_length(length_m: f64, at_m: f64) -> String {
     format!("a length of {length} mm at {} m", rounded(at_m))
 }
 
-/// To a millionth, without digits that only rounding made.
+/// Rounds to a millionth, which drops digits that only rounding made.
 fn rounded(value: f64) -> f64 {
     (1e6 * value).round() / 1e6
 }

@@ -39,8 +39,8 @@ pub fn of_source(source: &str, verdict: &str) -> String {
     if is_simulated(source) { format!("SIMULATED: {verdict}") } else { verdict.to_owned() }
 }
 
-/// One finding: what was found, and what to do about it. Views are called by their place in the calibration,
-/// from 1, as in its file and report.
+/// Words of a finding, and the action. Views are called by their place in the calibration, from 1, as in its file and
+/// report.
 pub fn finding(finding: &Finding) -> (String, &'static str) {
     finding_of_views(finding, &|place| place + 1)
 }

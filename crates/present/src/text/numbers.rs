@@ -97,7 +97,7 @@ pub fn measured_noise(snapshot: &Snapshot) -> Option<String> {
     snapshot.measured_noise_px.map(|noise_px| format!("{} px", small(noise_px)))
 }
 
-/// To a tenth of a pixel, with its sign; zero has none.
+/// Number to a tenth of a pixel, with its sign; zero has none.
 pub(super) fn signed(px: f64) -> String {
     let tenths = (10.0 * px).round();
     if tenths == 0.0 { "0.0".into() } else { format!("{:+.1}", tenths / 10.0) }

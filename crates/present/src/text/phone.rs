@@ -13,9 +13,9 @@ pub const WATCH: &str = "Watch only:";
 /// While the result can still be fetched.
 pub const LINGERING: &str =
     "The result stays on the phone's page until the page is closed. Ctrl-C ends at once.";
-/// On the page, without a result.
+/// Verdict on the page, without a result.
 pub const NO_CALIBRATION: &str = "No calibration";
-/// On the page, if nothing speaks against the result.
+/// Verdict on the page, if nothing speaks against the result.
 pub const USE_IT: &str = "You can use this calibration. The camera is done.";
 /// A file on the page.
 pub const REPORT: &str = "Report";

@@ -48,7 +48,7 @@ pub const FOLDER_TIP: &str = "Type the path of a session folder, choose one belo
 pub const OPEN: &str = "Open";
 /// Heading of the list.
 pub const RECENT: &str = "Sessions";
-/// If there are none.
+/// Note in place of an empty list of recordings.
 pub const NO_RECORDINGS: &str =
     "No recorded sessions yet. Each session is recorded: start one, and it appears here.";
 /// Back to the list.
@@ -95,13 +95,13 @@ pub const EARLIER_RULES: &str = "Recorded under earlier rules, so many decisions
 /// A control: label, key, what it does.
 pub type Step = (&'static str, &'static str, &'static str);
 
-/// To the decision before.
+/// Button to the decision before.
 pub const BACK: Step = ("Back", "Left", "Previous decision.");
-/// To the next decision.
+/// Button to the next decision.
 pub const ON: Step = ("Next", "Right", "Next decision.");
-/// To the view taken before.
+/// Button to the view taken before.
 pub const VIEW_BACK: Step = ("Previous view", "PageUp", "Previous view taken.");
-/// To the next view taken.
+/// Button to the next view taken.
 pub const VIEW_ON: Step = ("Next view", "PageDown", "Next view taken.");
 /// Play or stop.
 pub const PLAY: Step = ("Play", "Space", "Play at recorded speed, or pause.");

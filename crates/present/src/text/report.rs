@@ -20,7 +20,7 @@ pub enum Section {
     Fan,
     /// The principal point by every method.
     Estimates,
-    /// The same for the methods that model the lens.
+    /// The principal point by the methods that model the lens, enlarged.
     EstimatesNear,
     /// Estimates with views left out.
     Skip,
@@ -379,7 +379,7 @@ pub fn refusal_kind(code: &str) -> &str {
     }
 }
 
-/// When something happened in a session.
+/// Frame of a session at which something happened.
 pub fn at_frame(frame: Option<u64>) -> String {
     frame.map_or_else(|| "before the first frame".into(), |frame| format!("after frame {frame}"))
 }

@@ -9,7 +9,7 @@ use boresight_guide::session::{Prompt, Snapshot};
 
 /// Before the buttons that export.
 pub const EXPORT: &str = "Export:";
-/// On the result page before there is one.
+/// Heading of the result page before there is a result.
 pub const NO_RESULT: &str = "No calibration yet";
 /// Action when there is no result.
 pub const NO_RESULT_ACTION: &str = "It needs at least two views with the board tipped in different directions. Follow the outline on the Guide page.";
@@ -78,7 +78,7 @@ pub fn most_often(asked: &[(Prompt, usize)]) -> Option<String> {
 
 /// Headings of the page.
 pub const NUMBERS_HEADING: &str = "Numbers";
-/// On the result page without a view.
+/// Heading of the result page without a view.
 pub const NO_VIEW_TAKEN: &str = "No view was taken";
 /// Advice after a failure.
 pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board on the Start page is the one in your hands.";
@@ -102,7 +102,7 @@ pub fn show_tip(file: &Path) -> String {
 pub const COMPARE: &str = "Compare with an older calibration:";
 /// See [`COMPARE`].
 pub const COMPARE_TIP: &str = "Show what has changed since: principal point, focal length and projection, each with its uncertainty. Choose or drop a calibration.json, or a file from OpenCV, ROS, Kalibr or mrcal. The older file isn't changed. The findings go into this session's report.";
-/// In the empty field.
+/// Hint in the empty field.
 pub const COMPARE_HINT: &str = "path of the file";
 /// The button that begins.
 pub const COMPARE_BUTTON: &str = "Compare";

@@ -17,5 +17,5 @@ pub const NEXT: &str = "Camera, board and plan are on the Start page.";
 pub const ZOOM: &str = "Interface size";
 /// See [`ZOOM`].
 pub const ZOOM_TIP: &str = "Also Ctrl with plus, minus or 0.";
-/// On a list.
+/// Text of a list before a choice.
 pub const CHOOSE: &str = "Choose…";

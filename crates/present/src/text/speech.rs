@@ -41,7 +41,7 @@ pub fn spoken_after(ended: Prompt) -> &'static str {
     }
 }
 
-/// To try the voice.
+/// Sentence to try the voice.
 pub const VOICE_TEST: &str = "This is how I sound";
 /// No program speaks.
 pub const NO_VOICE: &str =

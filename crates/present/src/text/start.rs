@@ -131,7 +131,7 @@ pub fn square(square_m: f64) -> String {
 pub const DETECT: &str = "Detect my board";
 /// See [`DETECT`].
 pub const DETECT_TIP: &str = "Hold your board in front of the chosen camera.";
-/// Without a camera.
+/// Hint without a camera.
 pub const DETECT_NEEDS: &str = "Choose a camera first.";
 /// While no board is seen.
 pub const DETECTING: &str = "Show the whole board with its white margin";
@@ -200,9 +200,9 @@ pub const STEPS: [&str; 3] = [
     "Hold still: photos are taken automatically.",
     "When it's complete, you get a report.",
 ];
-/// With a board that can't be.
+/// Hint with a board that can't be.
 pub const NO_BOARD: &str = "Correct the board first";
-/// Without a source.
+/// Hint without a source.
 pub const NO_SOURCE: &str = "Choose a camera first";
 /// The choice of full screen.
 pub const FULL_SCREEN: &str = "Full screen while you hold the board";

@@ -21,7 +21,7 @@ pub struct Trouble {
 }
 
 impl Trouble {
-    /// Without a detail.
+    /// A trouble without a detail.
     pub fn plain((what, action): (String, String)) -> Self {
         Self { what, action, detail: String::new(), board: None }
     }

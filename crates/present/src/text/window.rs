@@ -12,8 +12,7 @@ pub use super::{gauge::*, numbers::*, result::*};
 /// The window's title.
 pub const TITLE: &str = "boresight";
 
-/// The one sentence to read from across the room. With `mirrored`, left and right are those of a person who
-/// faces the camera.
+/// Sentence to read from across the room. With `mirrored`, left and right are those of a person who faces the camera.
 pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
     super::prompt(prompt(snapshot, mirrored))
 }
@@ -107,7 +106,7 @@ pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
 /// Tooltip that explains "skipped".
 pub const FRAMES_TIP: &str = "Pictures from the source. Skipped pictures arrived while the previous one was being analysed. They were shown but not measured.";
 
-/// On the picture of a lost camera.
+/// Words on the picture of a lost camera.
 pub fn lost_for(secs: f64) -> String {
     format!("{:.0} s", secs.max(0.0))
 }

@@ -103,7 +103,7 @@ impl BoardConfig {
     }
 }
 
-/// Of recordings made before the setting.
+/// Default for recordings made before the setting.
 fn scale_error_percent() -> f64 {
     100.0 * BOARD_SCALE_SD
 }

@@ -97,7 +97,7 @@ impl Pipeline {
         Self::start_before(setup, &Vec::new(), wake)
     }
 
-    /// As [`Pipeline::start`], before `onlookers`.
+    /// Starts as [`Pipeline::start`] does, before `onlookers`.
     ///
     /// # Errors
     ///
@@ -124,7 +124,7 @@ impl Pipeline {
         Self::start_with_feed_and_finder(setup, default_finder(), wake)
     }
 
-    /// As [`Pipeline::start_with_feed`], before `onlookers`.
+    /// Starts as [`Pipeline::start_with_feed`] does, before `onlookers`.
     ///
     /// # Errors
     ///
@@ -137,7 +137,7 @@ impl Pipeline {
         Self::start_feeding(setup, default_finder(), onlookers, wake)
     }
 
-    /// As [`Pipeline::start_with_feed`], with another `finder` in the detector's place.
+    /// Starts as [`Pipeline::start_with_feed`] does, with another `finder` in the detector's place.
     ///
     /// # Errors
     ///

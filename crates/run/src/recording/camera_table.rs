@@ -20,7 +20,7 @@ pub struct CameraTable {
     format: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     rate_hz: Option<f64>,
-    /// As locked they stand in the journal.
+    /// Controls before the session. The journal has them as locked.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     controls_before: Vec<ControlTable>,
 }

@@ -45,7 +45,7 @@ const SIDE_LIMIT_PX: u32 = 16_384;
 pub struct Header {
     /// Version of the folder's contents.
     pub schema: String,
-    /// When the session began, UTC.
+    /// Start of the session, UTC.
     pub created: String,
     /// Name of the source.
     pub source: String,
@@ -84,12 +84,12 @@ impl Header {
         }
     }
 
-    /// The same session, made to check or replace the calibration in `file`.
+    /// The header for a session that checks or replaces the calibration in `file`.
     pub fn against(self, file: &Path) -> Self {
         Self { against: Some(file.display().to_string()), ..self }
     }
 
-    /// The same session of a live camera, if there are `facts` of one.
+    /// The header for a session of a live camera, if there are `facts` of one.
     pub fn of_camera(self, facts: Option<CameraInfo>) -> Self {
         Self { camera: facts.map(CameraTable::from), ..self }
     }

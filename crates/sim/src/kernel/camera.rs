@@ -16,7 +16,7 @@ type FrameFault = Box<dyn FnMut(u64, &mut SimFrame) + Send>;
 
 /// A camera. Every field may be changed at any time.
 pub struct SimCamera {
-    /// As sysfs shows it.
+    /// Video node, as sysfs shows it.
     pub node: Node,
     /// The driver's capabilities.
     pub capability: Capability,

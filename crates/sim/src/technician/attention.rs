@@ -1,4 +1,4 @@
-//! When the person looks at the screen, and how strong the arms still are.
+//! Attention to the screen, and stamina of the arms.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -19,7 +19,7 @@ const TIRING_SECS: f64 = 90.0;
 pub(super) struct Attention {
     rng: ChaCha8Rng,
     every_secs: f64,
-    /// When each glance begins and ends, as far as has been asked for.
+    /// Begin and end of each glance, as far as has been asked for.
     glances: Vec<(CaptureTime, CaptureTime)>,
 }
 
@@ -28,7 +28,7 @@ impl Attention {
         Self { rng, every_secs: params.look_away_every_secs, glances: Vec::new() }
     }
 
-    /// When what the screen shows at `time` is seen: at once, or at the end of a glance away.
+    /// Time at which the person sees what the screen shows at `time`: at once, or at the end of a glance away.
     pub(super) fn looks_at(&mut self, time: CaptureTime) -> CaptureTime {
         if self.every_secs <= 0.0 {
             return time;

@@ -90,7 +90,7 @@ pub struct Technician {
 #[derive(Clone, Copy, Debug)]
 struct Sentence {
     instruction: Instruction,
-    /// When it is acted on; `None` once it has been.
+    /// Time at which the sentence is acted on; `None` once it has been.
     due: Option<CaptureTime>,
 }
 
@@ -346,7 +346,7 @@ impl Technician {
         Translation3::new(0.0, down_m, 0.0) * from
     }
 
-    /// When a pose that has not been taken is corrected.
+    /// Time at which a pose that has not been taken is corrected.
     fn patience_ends(&self) -> CaptureTime {
         after(self.reach.arrival(), self.params.patience_secs)
     }

@@ -3,7 +3,7 @@
 /// Quickness, precision and steadiness of the person. [`Person`](super::Person) has several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TechnicianParams {
-    /// From seeing a new cue to acting on it, on average.
+    /// Mean time from seeing a new cue to acting on it.
     pub reaction_secs: f64,
     /// Largest relative change of the reaction time from one cue to the next.
     pub reaction_spread: f64,
@@ -31,7 +31,7 @@ pub struct TechnicianParams {
     pub sway_rad: f64,
     /// Hands: rms tremor along each axis at 8–12 Hz. Tripod: amplitude of its shaking at 0.3–3 Hz.
     pub tremor_m: f64,
-    /// The same about each axis.
+    /// Tremor or shaking about each axis, as `tremor_m` along it.
     pub tremor_rad: f64,
     /// Distance that the board sinks while it is held in place.
     pub sink_m: f64,

@@ -40,7 +40,7 @@ impl Reach {
         }
     }
 
-    /// As fast as the person's speeds allow, but not in less than 0.1 s.
+    /// A reach as fast as the person's speeds allow, but not in less than 0.1 s.
     pub(super) fn new(
         from: Isometry3<f64>,
         to: Isometry3<f64>,
@@ -68,7 +68,7 @@ impl Reach {
         &self.to
     }
 
-    /// When the board is in its place.
+    /// Time at which the board is in its place.
     pub(super) fn arrival(&self) -> CaptureTime {
         after(self.start, self.first_secs + 2.0 * self.correction_secs)
     }

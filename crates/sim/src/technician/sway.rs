@@ -39,14 +39,14 @@ pub(super) struct Sway {
     shakes: Vec<Shake>,
 }
 
-/// One band of the spectrum.
+/// Band of the spectrum.
 #[derive(Clone, Debug)]
 struct Shake {
     amplitude: Vector6<f64>,
     sines: Vec<Sine>,
 }
 
-/// One sine for each degree of freedom.
+/// Sine for each degree of freedom.
 #[derive(Clone, Copy, Debug)]
 struct Sine {
     weight: f64,

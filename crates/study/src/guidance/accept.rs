@@ -11,18 +11,18 @@ use boresight_geometry::{
 };
 use boresight_guide::guidance::{Role, View, gate, measure, role_of};
 
-/// When a view whose corners were all found counts. Beside it, every strategy waits for the same hold.
+/// Rule by which a view counts whose corners were all found. Beside it, every strategy waits for the same hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accept {
     /// Always: the person decides, or the source has no rule.
     Found,
-    /// If it passes our gate and has a role: a new direction, or the partner of a view.
+    /// The view passes our gate and has a role: a new direction, or the partner of a view.
     Role,
-    /// If the outlines of the board seen and of the board asked for share more than this part of their union.
+    /// The outlines of the board seen and of the board asked for share more than this part of their union.
     Overlap(f64),
-    /// If its corners lie nearer to the asked ones, on average, than the widest square that is seen.
+    /// The corners lie nearer to the asked ones, on average, than the widest square that is seen.
     WithinASquare,
-    /// If X, Y, size and skew differ from those of every earlier view by more than this, all four together.
+    /// X, Y, size and skew differ from those of every earlier view by more than this, all four together.
     Novel(f64),
 }
 

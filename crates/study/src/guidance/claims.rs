@@ -29,7 +29,7 @@ struct Quantity {
 /// `None` where a strategy has no value.
 type ValueOf = Box<dyn Fn(&Row) -> Option<Value>>;
 
-/// With half the width of the 95 % interval where the median's or the rms's own scatter matters.
+/// A value with half the width of its 95 % interval, where the median's or the rms's own scatter matters.
 #[derive(Clone, Copy)]
 struct Value {
     value: f64,

@@ -115,7 +115,7 @@ impl Course {
     /// The right model; two lenses that are more than the model.
     pub const CODES: [&'static str; 3] = ["right", "k3", "fov"];
 
-    /// In words, beside the codes.
+    /// Names of the courses in words, beside the codes.
     pub const WORDS: [&'static str; 3] = [
         "k1, k2; fitted with k1, k2",
         "k1, k2, k3; fitted with k1",

@@ -9,7 +9,7 @@ use super::course::{IMAGE_SIZE, TrueLens};
 use crate::params::Hand;
 use boresight_geometry::{Camera, board::Checkerboard};
 
-/// From seeing what is asked to acting on it.
+/// Time from seeing a request to acting on it.
 const REACTION_SECS: f64 = 0.4;
 /// Speed of the board's centre.
 const SPEED_M_PER_S: f64 = 0.5;
@@ -27,7 +27,7 @@ const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 /// The pose that is asked for.
 #[derive(Clone, Debug)]
 pub(super) struct Wish {
-    /// In the camera that is believed.
+    /// Pose of the board in the camera that is believed.
     pub(super) cam_from_board: Isometry3<f64>,
     /// Corners of the board as that camera shows them.
     pub(super) ghost_px: Vec<Point2<f64>>,

@@ -39,7 +39,7 @@ use super::{
     params::{Hand, Params},
 };
 
-/// One part of the comparison: all runs of a strategy, by index, with one lens and one hand.
+/// Part of the comparison: all runs of a strategy, by index, with one lens and one hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     strategy: usize,

@@ -1,4 +1,4 @@
-//! One run: a strategy asks, a person shows, the lens is fitted and compared with the truth.
+//! Run: a strategy asks, a person shows, the lens is fitted and compared with the truth.
 
 use nalgebra::{Isometry3, Vector2};
 use rand_chacha::ChaCha8Rng;

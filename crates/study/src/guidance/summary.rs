@@ -59,7 +59,7 @@ pub(super) struct After {
     pub(super) calibrated_pp_sd_px: Option<f64>,
 }
 
-/// One strategy with one hand.
+/// Summary of one strategy with one hand.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) strategy: &'static Strategy,
@@ -70,7 +70,7 @@ pub(super) struct Row {
     pub(super) after: [After; 2],
     /// Views and seconds to the program's own stop rule, for ours only.
     pub(super) complete: Option<[Arrival; 2]>,
-    /// Of a view that counts, with the right lens.
+    /// Seconds and tries for a view that counts, with the right lens.
     pub(super) secs_per_view: f64,
     pub(super) tries_per_view: f64,
     /// Mean share of the picture that a view spans.

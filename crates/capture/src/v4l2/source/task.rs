@@ -20,7 +20,7 @@ pub(super) enum Task {
 pub(super) struct ControlWork {
     pub(super) task: Task,
     pub(super) readings: Readings,
-    /// When it began: what is read was so later.
+    /// Time at which the task began: every reading is later.
     pub(super) began_nanos: u64,
     next: usize,
 }

@@ -220,7 +220,7 @@ impl Prefix {
     }
 }
 
-/// As `object_store` names `key`.
+/// Parses `key` as `object_store` names objects.
 pub(super) fn path(key: &str) -> anyhow::Result<Path> {
     Path::parse(key).with_context(|| format!("not a name that can be used: {key:?}"))
 }

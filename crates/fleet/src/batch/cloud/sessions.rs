@@ -93,7 +93,7 @@ async fn look(client: &Client, at: String) -> anyhow::Result<Place> {
     Ok(Place::Session(content.item(address.to_string())))
 }
 
-/// As `FileError` names them, so that a session counts the same wherever it is.
+/// Codes as `FileError` has them, so that a session counts the same wherever it is stored.
 const MISSING: &str = "FILE-MISSING";
 const TOO_LARGE: &str = "FILE-TOO-LARGE";
 

@@ -10,7 +10,7 @@ use boresight_guide::guidance::wanted_pose::seen_px;
 const COLUMNS: usize = 8;
 const ROWS: usize = 6;
 
-/// Of sixty random poses the one whose corners fall into the emptiest cells.
+/// The one of sixty random poses whose corners fall into the emptiest cells.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let mut counts = [0_u32; COLUMNS * ROWS];
     for corner in situation.shown.iter().flatten() {
@@ -27,7 +27,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
         .max_by(|a, b| emptiness(a).total_cmp(&emptiness(b)))
 }
 
-/// As large as the picture allows, tilted up to 30°.
+/// A board as large as the picture allows, tilted up to 30°.
 pub(super) fn wish_full_view(
     situation: &Situation<'_>,
     rng: &mut ChaCha8Rng,

@@ -30,7 +30,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
     best(situation, rng, nalgebra::Matrix::trace)
 }
 
-/// Of the candidates the one with the least `cost` of the covariance that it leaves.
+/// The candidate with the least `cost` of the covariance that it leaves.
 pub(super) fn best(
     situation: &Situation<'_>,
     rng: &mut ChaCha8Rng,

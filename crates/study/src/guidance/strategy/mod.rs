@@ -39,7 +39,7 @@ pub struct Strategy {
     pub source: &'static str,
     /// The pose to ask for, in the camera that is believed; `None` when the plan is complete.
     pub wish: fn(&Situation<'_>, &mut ChaCha8Rng) -> Option<Isometry3<f64>>,
-    /// When a view counts.
+    /// Rule by which a view counts.
     pub accept: Accept,
     /// Plan of our planner; the others do not look at it.
     pub plan: Plan,

@@ -6,12 +6,12 @@ use rand_chacha::ChaCha8Rng;
 use super::sample::{Wanted, pose};
 use crate::{guidance::situation::Situation, setup::slot_rad};
 
-/// With the board as large as fits.
+/// The paper's pose with the board as large as fits.
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     slot(situation, 1.0)
 }
 
-/// With a board of 36 % of the picture's width.
+/// The paper's pose with a board of 36 % of the picture's width.
 pub(super) fn wish_small(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     slot(situation, 0.36)
 }

@@ -12,7 +12,7 @@ use crate::guidance::situation::Situation;
 use boresight_calibrate::projection_jacobian;
 use boresight_guide::guidance::information::{LensMatrix, PARAMETERS, square_pixels};
 
-/// Of the candidates the one after which the worst pixel is best; at first, the focal length.
+/// The candidate after which the worst pixel is best; at first, the focal length.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     if situation.shown.len() < FREE_VIEWS {
         return best(situation, rng, |covariance: &LensMatrix| covariance[(0, 0)]);
