@@ -64,7 +64,7 @@ pub struct WindowHost {
     voice: Voice,
     /// Onlookers at every session beside the window.
     watching: Onlookers,
-    /// Speaks from the beginning; whether left and right are those of a person who faces the camera.
+    /// Speaks from the beginning if set; true swaps left and right for a person who faces the camera.
     speaks: Option<bool>,
     /// The phone's page.
     #[cfg(feature = "serve")]
@@ -328,8 +328,7 @@ impl WindowHost {
         Self { memory: path, ..self }
     }
 
-    /// Speaks from the beginning, if `mirrored` is given: left and right are then those of a person who faces the camera,
-    /// or looks the way it looks.
+    /// Speaks from the beginning, if `mirrored` is given: true swaps left and right for a person who faces the camera.
     #[must_use]
     pub fn speaking(self, mirrored: Option<bool>) -> Self {
         Self { speaks: mirrored, ..self }

@@ -224,7 +224,7 @@ impl App {
         }
     }
 
-    /// Before the first view, the board in view is used, whichever was chosen.
+    /// Before the first view, the board in view replaces the chosen one.
     fn notice_other_board(&mut self, ctx: &Context) {
         let seen = self.screen.snapshot.as_ref().filter(|snapshot| {
             snapshot.views.is_empty() && snapshot.removed.is_none() && !snapshot.source_ended

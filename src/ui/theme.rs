@@ -179,7 +179,7 @@ pub(super) fn switch(ctx: &Context) {
     }
 }
 
-/// Black on white, so that it's read in sunlight.
+/// Black on white, to read in sunlight.
 fn sunlight(visuals: &mut Visuals) {
     visuals.panel_fill = Color32::WHITE;
     visuals.window_fill = Color32::WHITE;

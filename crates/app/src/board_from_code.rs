@@ -22,7 +22,7 @@ const SEARCHES: usize = 80;
 const WAITS: usize = 20;
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// Reads codes, whichever board is in the picture.
+/// Reader of codes beside any board in the picture.
 struct CodeReader {
     detector: Detector,
     /// The board that is tried first.
@@ -68,7 +68,7 @@ impl CodeReader {
 }
 
 /// Takes the board from the code in the first of `pictures` that shows one, and announces it. Without a code nothing
-/// changes. A picture that can't be read is left to whoever needs it.
+/// changes. Pictures that can't be read are skipped.
 ///
 /// # Errors
 ///

@@ -139,7 +139,7 @@ pub trait AppHost {
     /// True if the person asked the whole program to end.
     fn interrupted(&self) -> bool;
 
-    /// Switches the computer's voice on or off. With `mirrored`, left and right are those of a person who faces the
+    /// Switches the computer's voice on or off. With `mirrored`, left and right are swapped for a person who faces the
     /// camera. May be called as often as anything is painted.
     ///
     /// # Errors

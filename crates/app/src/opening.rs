@@ -158,7 +158,7 @@ impl Opening {
         let config = self.with_backend(&saved.header.config);
         let given = if self.source == "auto" { &saved.header.source } else { &self.source };
         if self.source == "auto" && is_address(given) {
-            // Its password isn't recorded; and a session from somebody else names whatever it likes.
+            // Its password isn't recorded; and a session from somebody else may name anything.
             bail!("{}", text::source::address_is_asked_for(given, path));
         }
         let name = SourceName::parse(given, &config, announcer)?;

@@ -67,7 +67,7 @@ struct Said {
     narrator: Mutex<Narrator>,
     began: Instant,
     on: AtomicBool,
-    /// Left and right are those of a person who faces the camera.
+    /// True if left and right are swapped for a person who faces the camera.
     mirrored: AtomicBool,
     over: AtomicBool,
 }
@@ -103,7 +103,7 @@ impl Voice {
         Self { said, thread: None }
     }
 
-    /// Switches it on or off. With `mirrored`, left and right are those of a person who faces the camera.
+    /// Switches the voice on or off. With `mirrored`, left and right are swapped for a person who faces the camera.
     ///
     /// # Errors
     ///

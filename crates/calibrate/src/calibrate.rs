@@ -31,7 +31,7 @@ use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
 /// purpose: it only separates views that leave the focal length open from those that don't.
 const F_UNDETERMINED: f64 = 0.2;
 
-/// Noise factor of the bundle, relative to that of free homographies, above which other starts are tried.
+/// Ratio of the bundle's noise factor to the free homographies' above which other starts are tried.
 const SUSPICIOUS: f64 = 1.5;
 
 /// Estimates the lens and all poses from the corners of `views`, and checks the result.
@@ -132,7 +132,7 @@ pub fn calibrate(
 /// Inputs of a calibration besides the views.
 #[derive(Clone, Copy)]
 struct Given<'a> {
-    /// Number of views, those of one held pose included.
+    /// Number of views, repeats of a held pose included.
     count: usize,
     board: &'a Checkerboard,
     board_m: &'a [Point2<f64>],
@@ -287,7 +287,7 @@ fn observations(
 }
 
 impl Inputs<'_> {
-    /// Models that may be chosen. If only those of other families may, Brown's serve as their start.
+    /// Models that may be chosen. If only other families may, Brown's models serve as their start.
     fn allowed(&self) -> Vec<LensModel> {
         let models = self.family.models();
         let wanted = |model: &LensModel| self.params.models.contains(model);
@@ -306,7 +306,7 @@ impl Inputs<'_> {
             (LensFamily::Rational, _) => LensModel::Rational,
             (LensFamily::Fisheye, _) => LensModel::FisheyeK1K2K3K4,
         };
-        // The simplest model requested is always fitted, whatever the number of views.
+        // The simplest model requested is always fitted, with any number of views.
         let wanted = self.allowed().into_iter().min();
         let models = self.family.models().into_iter();
         models.filter(|model| *model <= richest || Some(*model) <= wanted).collect()

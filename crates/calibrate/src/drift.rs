@@ -38,8 +38,8 @@ const MAX_RESIDUAL_RATIO: f64 = 1.5;
 /// acted on: 1 px at 1280.
 pub(super) const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
 /// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP relative to the
-/// width, then the coefficients. Pessimistic on purpose: the one of the PP is
-/// about nine times that of eight frame-filling views (`docs/method.md`, section 0).
+/// width, then the coefficients. Pessimistic on purpose: the PP's is
+/// about nine times as large as after eight frame-filling views (`docs/method.md`, section 0).
 const UNSTATED_F: f64 = 1.5e-3;
 const UNSTATED_PP: f64 = 1.5e-3;
 const UNSTATED_K1: f64 = 5e-3;
@@ -77,7 +77,7 @@ pub struct Drift {
     pub verdict: DriftVerdict,
     /// Change of `(f, cx, cy)` in pixels; `fy` changes in proportion to `fx`.
     pub change_px: Vector3<f64>,
-    /// Standard deviations of the change in pixels, including those of the old calibration.
+    /// Standard deviations of the change in pixels, with the old calibration's included.
     pub sd_px: Vector3<f64>,
     /// `dᵀS⁻¹d` of all three, χ² with 3 degrees of freedom if nothing changed.
     pub statistic: f64,
@@ -355,7 +355,7 @@ impl Change {
                 coefficients,
                 information: information.part(coefficients, coefficients)
                     - cross.transpose() * &by_distortion,
-                // Those of f and of the principal point are zero at the minimum.
+                // f and the principal point have no gradient at the minimum.
                 gradient: DVector::from_fn(coefficients.len(), |i, _| {
                     gradient[coefficients[i].index()]
                 }),

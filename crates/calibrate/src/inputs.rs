@@ -26,7 +26,7 @@ pub(super) struct Inputs<'a> {
     pub(super) as_seen: AsSeen,
     pub(super) free: Option<FreeHomographies>,
     pub(super) distinct: usize,
-    /// Views given, those of one held pose included.
+    /// Number of given views, repeats of a held pose included.
     pub(super) given: usize,
     /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
     pub(super) excess_px: f64,

@@ -32,7 +32,7 @@ pub struct KnownLens {
     pub covariance: [[f64; LENS_PARAMETERS]; LENS_PARAMETERS],
 }
 
-/// [`KnownLens`] in a file: nine parameters if it has only those of Brown's model, else all.
+/// [`KnownLens`] in a file: nine parameters if it has only Brown's, else all.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredLens {

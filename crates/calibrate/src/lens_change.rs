@@ -18,8 +18,8 @@ const NONCENTRALITY_95: f64 = 26.272;
 /// Displacement of a ray by the old distortion, in pixels, below which there is nothing to change in proportion. A change of
 /// k1 stands for it.
 const LEAST_DISTORTION_PX: f64 = 0.5;
-/// Changes about which the views tell less than this share of the most that they tell about one, coefficients scaled
-/// alike, aren't tested: numerator and denominator of a rational lens may cancel.
+/// Least share of the largest information about a direction of change at which a direction is tested, coefficients
+/// scaled alike: numerator and denominator of a rational lens may cancel.
 const UNTOLD: f64 = 1e-12;
 
 /// Gradient and information of new views about the distortion, to first order about the old one; f, the principal point
@@ -95,8 +95,8 @@ impl LensChange {
     }
 }
 
-/// The change of the coefficients, in any direction of which the views tell, and whether it's significant. `None` if they
-/// tell of none.
+/// The change of the coefficients, over all directions that the views determine, and whether it's significant. `None`
+/// if they determine none.
 fn any_change(
     pull: &DistortionPull,
     old_covariance: &DMatrix<f64>,

@@ -59,9 +59,9 @@ pub struct LensDifference {
 }
 
 impl LensDifference {
-    /// Compares two calibrations of pictures of `image_size`; `None` if a covariance isn't positive definite or a number
-    /// isn't finite. The limits are those of [`drift`](super::drift::drift), whose statistic takes the information of
-    /// new views in place of the covariance of the new calibration.
+    /// Compares two calibrations of pictures of `image_size`; `None` if a covariance isn't positive definite or a
+    /// number isn't finite. The limits are the same as in [`drift`](super::drift::drift), whose statistic takes the
+    /// information of new views in place of the covariance of the new calibration.
     pub fn of(old: &StatedLens, new: &StatedLens, image_size: ImageSize) -> Option<Self> {
         let covariance = old.covariance_px2 + new.covariance_px2;
         let change_px = new.f_pp_px - old.f_pp_px;

@@ -80,7 +80,7 @@ pub struct Ffmpeg {
 }
 
 impl Ffmpeg {
-    /// Starts the program and waits for the first picture, which tells the size of all.
+    /// Starts the program and waits for the first picture, which sets the size of all.
     ///
     /// # Errors
     ///
@@ -138,7 +138,7 @@ impl Ffmpeg {
         FrameId((self.count_before + count).saturating_sub(1))
     }
 
-    /// Time of a picture: the stream's own, counted from the first picture; later than that of the one before.
+    /// Time of a picture: the stream's own, counted from the first picture, and always later than the previous one's.
     fn time(&mut self, since_first: Duration) -> CaptureTime {
         let nanos = self.run_began_nanos.saturating_add(since_first.as_nanos() as u64);
         self.last_nanos = nanos.max(self.last_nanos + 1);
@@ -245,14 +245,14 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
         command.args(["-fflags", "nobuffer", "-flags", "low_delay"]);
     }
     if has_no_times(name) {
-        // ffmpeg would take them for 25 pictures per second, whatever they are. As it is, it counts them in steps of
-        // 1/25 s, enough to leave some out; their times are those of their arrival.
+        // ffmpeg would take every stream for 25 pictures per second. As it is, it counts them in steps of 1/25 s,
+        // enough to leave some out; their times are times of arrival.
         command.args(["-use_wallclock_as_timestamps", "1"]);
     }
     // A damaged picture is left out, not repaired.
     command.args(["-err_detect", "explode", "-fflags", "+discardcorrupt", "-i", name]);
     command.args(["-an", "-sn", "-dn", "-map", "0:v:0"]);
-    // Neither repeats pictures nor drops any, whatever the stream's rate.
+    // Neither repeats pictures nor drops any, at every rate of the stream.
     command.args(["-fps_mode", "passthrough", "-vf", FILTERS]);
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -489,7 +489,7 @@ fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
 }
 
 fn end(child: &mut Child) {
-    // It may have ended by itself; it is waited for in any case, so that nothing of it is left.
+    // It may have ended by itself; it is waited for in any case, so that no process remains.
     child.kill().ok();
     child.wait().ok();
 }

@@ -1,10 +1,10 @@
-//! Do the pictures that come look like those of a working camera?
+//! Health of a stream: checks that its pictures look like a working camera's.
 
 use image::GrayImage;
 
 use boresight_geometry::device::Fault;
 
-/// Pixels looked at in each direction: enough to tell light from dark.
+/// Pixels sampled in each direction: enough to tell light from dark.
 const SAMPLES: u32 = 48;
 /// Equal bytes for this long are no still life: every sensor has noise.
 const FROZEN_NANOS: u64 = 2_000_000_000;

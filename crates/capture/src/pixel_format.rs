@@ -29,7 +29,7 @@ impl Unpacker {
         Self { layout, size, bytes_per_row, gate: JpegGate::default() }
     }
 
-    /// The picture in `bytes`, which are those of one frame and no more.
+    /// The picture in `bytes`, the bytes of exactly one frame.
     ///
     /// # Errors
     ///

@@ -53,8 +53,8 @@ pub(super) fn refusal(words: &str) -> Option<Fault> {
     matches!(fault, Fault::NotLoggedIn | Fault::NoSuchStream).then_some(fault)
 }
 
-/// Messages in one line: those of libraries about single packets are left out, the same one isn't repeated, and
-/// none has an address of memory.
+/// Messages in one line: messages of libraries about single packets are left out, the same one isn't repeated, and none
+/// has an address of memory.
 fn plain(text: &str) -> String {
     let mut kept: Vec<&str> = Vec::new();
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {

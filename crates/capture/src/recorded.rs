@@ -1,4 +1,4 @@
-//! Frames that are already in memory or can be fetched one by one, such as those of a recording.
+//! Frames that are already in memory or can be fetched one by one, such as a recording's.
 
 use std::{sync::Arc, time::Duration};
 

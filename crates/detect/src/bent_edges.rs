@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Point2, Vector2};
 use super::edge_model::EdgeFit;
 use boresight_geometry::Corner;
 
-/// Standard deviation of a correction as a share of it: ⟨t²⟩ is computed for a whole patch of even weights.
+/// Relative standard deviation of a correction: ⟨t²⟩ is computed for a whole patch of even weights.
 const CORRECTION_ERROR: f64 = 0.1;
 
 /// Moves corners onto the bent edges. Reuses its buffer.
@@ -111,8 +111,8 @@ impl Curvature {
     }
 }
 
-/// Unit vector across a line of at least three corners at `place`, at the ends that of the next corner. `None` if
-/// neighbours are missing or two coincide.
+/// Unit vector across a line of at least three corners at `place`; at the ends, the next corner's. `None` if neighbours
+/// are missing or two coincide.
 fn normal(
     count: usize,
     place: usize,

@@ -91,8 +91,8 @@ const BESIDE_EDGE: f32 = 0.2;
 const ALONG_EDGE: [f32; 3] = [0.25, 0.5, 0.75];
 
 /// True if the edges between the corners of a whole grid change sides on the way, along the first or the second axis:
-/// the grid has every third corner of smaller squares. The colours around its corners don't tell the sides, for they
-/// are those of squares further away.
+/// the grid has every third corner of smaller squares. The colours around its corners don't show the sides, because
+/// they belong to squares further away.
 pub(super) fn skips_squares(image: &GrayImage, lattice: &Lattice) -> bool {
     [(1, 0), (0, 1)].into_iter().any(|along| {
         let (mut agree, mut all) = (0, 0);
@@ -141,7 +141,7 @@ mod tests {
         })
     }
 
-    /// Every so many corners along both axes.
+    /// A grid of every `steps`-th corner along both axes.
     fn grid(steps: [i32; 2], turned: bool) -> Lattice {
         let mut lattice = Lattice::default();
         lattice.clear(6);

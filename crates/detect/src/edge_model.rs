@@ -77,13 +77,13 @@ impl EdgeFit {
         self.step().abs()
     }
 
-    /// Mean squared distance from the corner, along the first and the second edge, of the pixels that determine where
-    /// the edges lie. Pixels tell less near the corner, where the other edge hides this one: their weight is
+    /// Mean squared distance from the corner, along the first and the second edge, of the pixels that determine the
+    /// edges. Pixels carry less information near the corner, where the other edge hides this one: their weight is
     /// `erf(t/a)²` at the distance `t`, up to the end of the patch.
     pub(super) fn mean_squared_reach_px2(&self) -> [f64; 2] {
         /// `∫(1 − erf²)` and `∫x² (1 − erf²)` from zero to infinity.
         const HIDDEN: (f64, f64) = (0.797_885, 0.332_452);
-        /// Mean squared distance, in squares of the reach, if the other edge's blur hides all of it.
+        /// Mean squared distance, in squares of the reach, if the other edge's blur hides the whole edge.
         const ALL_HIDDEN: f64 = 0.6;
         let hidden_px = self.at[4].exp() / (self.at[3] - self.at[2]).sin().abs().max(0.1);
         self.patch.reach_px().map(|reach_px| {
@@ -216,8 +216,8 @@ pub(super) fn fit(
     Some(EdgeFit { corner, residual, at, patch })
 }
 
-/// Factor by which correlated residuals, as from clutter and shadows, inflate the variance over that of independent
-/// ones: `((1+ρ)/(1−ρ))^0.4` for a correlation `ρ` of neighbouring pixels.
+/// Factor by which correlated residuals, as from clutter and shadows, inflate the variance over independent ones:
+/// `((1+ρ)/(1−ρ))^0.4` for a correlation `ρ` of neighbouring pixels.
 ///
 /// The exponent was measured on rendered pictures. It lies between 0 (no effect) and 1 (a correlation that decays
 /// exponentially along a line), because residuals that are equal on both sides of an edge don't move the corner.

@@ -215,7 +215,7 @@ impl Grower {
         }
     }
 
-    /// Edges expected at `node`: those of a neighbour, exchanged as the colours are.
+    /// Edges expected at `node`: a neighbour's edges, exchanged as the colours are.
     fn expected_edges(
         &self,
         junctions: &[Junction],

@@ -138,7 +138,7 @@ impl Lattice {
     }
 }
 
-/// Steps to the neighbours along both axes at a node, from whichever neighbours exist; `here` is the position of the
+/// Steps to the neighbours along both axes at a node, from the neighbours that exist; `here` is the position of the
 /// node's corner, known or predicted.
 pub(super) fn axes(
     lattice: &Lattice,

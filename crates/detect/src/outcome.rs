@@ -69,7 +69,7 @@ pub enum Miss {
     },
     /// A board whose light squares don't have the markers of the named one.
     OtherMarkers {
-        /// Markers seen, whatever they are.
+        /// Number of markers seen, from any dictionary.
         markers: usize,
     },
     /// A board with markers of the named one, but not in the same places: it has another number of columns or rows.

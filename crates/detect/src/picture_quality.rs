@@ -7,7 +7,7 @@ use image::GrayImage;
 
 use super::outcome::Miss;
 
-/// Every so many rows and columns are looked at.
+/// Sampling step of rows and columns.
 const STRIDE: usize = 12;
 /// The lightest hundredth of a picture that is too dark is at most this light, in grey levels.
 const DARK_TO: f64 = 40.0;

@@ -224,7 +224,7 @@ pub(super) fn sample_inside(image: &GrayImage, x: f32, y: f32) -> f32 {
     top + fy * (bottom - top)
 }
 
-/// Brightness at `(x, y)`, bilinear; outside the picture, that of the nearest border pixel.
+/// Brightness at `(x, y)`, bilinear; outside the picture, the nearest border pixel's.
 pub(super) fn sample(image: &GrayImage, x: f32, y: f32) -> f32 {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let x = x.clamp(0.0, width as f32 - 1.001);

@@ -26,7 +26,7 @@ const FULL_SEARCH_EVERY: u32 = 10;
 /// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;
 
-/// Gap between frames after which a prediction may be off by a square, so that it doesn't tell corners apart.
+/// Gap between frames after which a prediction may be off by a square and can't identify corners.
 const LONGEST_NAMING_GAP_SECS: f64 = 0.12;
 
 /// Predicted positions of the board's corners.
@@ -36,7 +36,7 @@ pub struct Prediction {
     pub corners_px: Vec<[f64; 2]>,
     /// True if the whole picture should be searched, nevertheless.
     pub everywhere: bool,
-    /// True if the prediction is good enough to tell which corners a part of the board has.
+    /// True if the prediction can identify the corners of a part of the board.
     pub names_corners: bool,
 }
 
@@ -66,7 +66,7 @@ impl Track {
         }
     }
 
-    /// True if a prediction that far ahead is good enough to tell which corners a part of the board has.
+    /// True if a prediction that far ahead can identify the corners of a part of the board.
     pub fn names_corners_after(gap_secs: f64) -> bool {
         gap_secs < LONGEST_NAMING_GAP_SECS
     }

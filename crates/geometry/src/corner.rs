@@ -53,9 +53,9 @@ impl Corner {
         Self { px, covariance_px2: scale * self.covariance_px2 * scale }
     }
 
-    /// The corner in few decimal digits, far below its error, so that recordings of it are short: positions to 10⁻⁵ px,
-    /// covariances to four digits of the larger variance. A covariance so narrow that this would change its
-    /// determinant by more than 2 % stays as it is.
+    /// The corner in few decimal digits, far below its error, which keeps recordings short: positions to 10⁻⁵ px,
+    /// covariances to four digits of the larger variance. A covariance so narrow that this would change its determinant
+    /// by more than 2 % stays as it is.
     pub fn in_few_digits(&self) -> Self {
         let covariance = self.covariance_px2;
         // Of no number at all, the magnitude doesn't matter: nothing is rounded then.

@@ -23,8 +23,8 @@ impl BoardOutline {
         Self::of_seen(corners_px, columns, |_| true)
     }
 
-    /// The outline of the part of a board that is seen, which `is_seen` says of a corner by its index: between those nearest
-    /// to the outermost ones. That of the whole board if all are.
+    /// Outline of the seen part of a board, between the seen corners nearest to the outermost ones; of the whole board
+    /// if all are seen. `is_seen` takes the index of a corner.
     ///
     /// `None` if fewer than two are seen, and where [`Self::of`] gives none.
     pub fn of_seen(

@@ -30,7 +30,7 @@ pub struct Linearised<const N: usize, Extra = ()> {
     pub gradient: SVector<f64, N>,
     /// `H`, the information about the parameters.
     pub normal_matrix: SMatrix<f64, N, N>,
-    /// Whatever else the problem sums over its residuals.
+    /// Further sums of the problem over its residuals.
     pub extra: Extra,
 }
 

@@ -117,7 +117,7 @@ pub fn consistent_lines(lines: &[PrincipalLine]) -> Result<ConsistentLines, Outl
         .filter_map(|(index, line)| {
             let (distance_px, own) = (line.distance_px(&pp.px), line.variance_of_distance(&pp.px));
             let sigmas = distance_px.abs() / (own * variance_scale).sqrt();
-            // The point is that of the other lines, which may leave it open in just this direction.
+            // The other lines give the point, and may leave it open in just this direction.
             let normal = line.normal();
             let of_point = (normal.transpose() * pp.covariance_px2 * normal).x;
             OutlierLine { index, distance_px, sigmas }.with_variance(1.0 + of_point / own)

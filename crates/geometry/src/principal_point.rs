@@ -7,7 +7,7 @@ use super::PrincipalLine;
 pub struct PrincipalPoint {
     /// The intersection, in pixels of the picture.
     pub px: Point2<f64>,
-    /// Covariance in px², propagated from that of the lines.
+    /// Covariance in px², propagated from the lines' covariances.
     pub covariance_px2: Matrix2<f64>,
     /// Sum of squared distances of the lines from the point over their variances; expected value `n − 2`.
     pub chi2: f64,

@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(watchers.len(), MOST_CONNECTIONS);
         let owners = come(&peers, 1, Some(Role::Owner));
         assert_eq!((owners.len(), staying(&watchers)), (1, MOST_OF_WATCHERS));
-        // Whoever comes next takes no owner's place, and no owner waits for a place.
+        // A newcomer takes no owner's place, and no owner waits for a place.
         let more = come(&peers, 3 * MOST_CONNECTIONS, Some(Role::Watcher));
         let strangers = come(&peers, 3 * MOST_CONNECTIONS, None);
         assert_eq!(staying(&owners), 1);

@@ -270,7 +270,7 @@ mod tests {
         assert_eq!((after.owner.text(), after.watcher.text()), (owner.text(), watcher.text()));
         assert_eq!(after.open(&mine, now), Some(Opened::As(Role::Owner)));
         assert_eq!(after.open(&theirs, now), Some(Opened::As(Role::Watcher)));
-        // Whoever watches can make no other key of theirs, and a link is none.
+        // A watcher can make no other key of theirs, and a link is none.
         for at in 0..32 {
             let mut other = theirs;
             other.0[at] ^= 1;

@@ -47,7 +47,7 @@ pub struct Server {
     links: Vec<Links>,
 }
 
-/// The links to the page by one of its addresses. Whoever has one is let in.
+/// The links to the page by one of its addresses. Everyone who has one is let in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Links {
     /// May do everything.

@@ -50,7 +50,7 @@ pub struct Card {
 }
 
 impl Card {
-    /// The card whose inner corners are seen at `ghost_px`. `None` if they aren't those of `board`.
+    /// The card whose inner corners are seen at `ghost_px`. `None` if their number isn't the board's, or no pose fits.
     pub fn new(ghost_px: &[Point2<f64>], board: &Checkerboard, lens: &Camera) -> Option<Self> {
         let (columns, rows, square_m) = (board.columns(), board.rows(), board.square_m());
         if ghost_px.len() != board.corner_count() {
@@ -68,7 +68,7 @@ impl Card {
         Some(Self { cam_from_board, lens: *lens, square_m, columns, rows, half_m })
     }
 
-    /// Pixel of a point on the board. Beyond the radius at which the lens model folds back, that of a pinhole.
+    /// Pixel of a point on the board; a pinhole's beyond the radius at which the lens model folds back.
     fn px(&self, in_board_m: &Point3<f64>) -> Option<Point2<f64>> {
         let in_cam = self.cam_from_board * in_board_m;
         if self.lens.distortion.kind == LensKind::Fisheye {

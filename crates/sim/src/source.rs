@@ -1,4 +1,4 @@
-//! The simulated camera as a frame source, in step with whoever judges its frames.
+//! The simulated camera as a frame source, in step with the judge of its frames.
 
 use std::{
     sync::{Arc, Mutex, PoisonError},

@@ -20,7 +20,7 @@ pub struct Row {
     pub direction_rad: f64,
     /// Signed distance of the line from the true principal point.
     pub offset_px: f64,
-    /// Angle between the line and that of the board that is not shifted, signed.
+    /// Angle between the line and the line of the board without shift, signed.
     pub angle_rad: f64,
 }
 

@@ -75,7 +75,7 @@ pub struct Seen {
 }
 
 impl Boards {
-    /// Directions, beginning with that of the first board.
+    /// Directions, the first board's first.
     fn slots_rad(self, first_rad: f64) -> Vec<f64> {
         let count: &[f64] = match self {
             Self::One => &[0.0],
@@ -187,7 +187,7 @@ mod tests {
             (0.3, 51.46, 1.845),
             (0.4, 69.33, 2.488),
         ] {
-            // In whichever direction the dial stands.
+            // At every direction of the dial.
             for slot_rad in [0.0, 1.0, 4.0] {
                 let seen = look(&ExploreSetup { slot_rad, ..wish(shift_m, Boards::One, 0) });
                 let row = seen.deflection.expect("a line");

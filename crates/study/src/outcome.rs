@@ -23,7 +23,7 @@ pub struct Outcome {
     pub figures: Vec<Figure>,
 }
 
-/// A statement and what became of it.
+/// A statement and its verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Claim of the source.

@@ -67,8 +67,8 @@ pub struct SetupParams {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hand {
-    /// Matches the ghost on the screen, so that the board looks as asked whatever lens is believed, and steps
-    /// back when a corner leaves the picture. Errs by up to 4°, 20 px and 4 % of the distance.
+    /// Matches the ghost on the screen, so that the board looks as asked under any believed lens, and steps back when a
+    /// corner leaves the picture. Errs by up to 4°, 20 px and 4 % of the distance.
     Screen,
     /// Goes to the pose in metres that the believed lens computes, with the same errors.
     Metric,

@@ -1,4 +1,4 @@
-//! Can the scatter of estimates tell which method is right? (The paper's Fig. 7 and Table 1, imitated.)
+//! Test whether the scatter of estimates shows which method is right. (The paper's Fig. 7 and Table 1, imitated.)
 //!
 //! Leaving out n consecutive of N evenly spread slots, once from each slot on, gives N estimates. Their
 //! centroid is the full estimate for *any* lines whose directions are evenly spread: the normal equations

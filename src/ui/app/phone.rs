@@ -62,7 +62,7 @@ impl PhoneCard {
     }
 }
 
-/// Dark on light, whatever the theme.
+/// Dark on light under every theme.
 fn modules(ui: &mut Ui, code: &[Vec<bool>], link: &str) {
     let side = MODULE * code.len() as f32;
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::hover());

@@ -34,7 +34,7 @@ pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
     let font = FontId::proportional(COUNT * rect.height());
     let at = rect.right_bottom() - Vec2::splat(2.0 * theme::UNIT);
     let number = snapshot.views.len().to_string();
-    // An outline, so that it's seen on any picture.
+    // An outline makes it visible on any picture.
     let wide = (OUTLINE * font.size).max(2.0);
     for step in 0..16 {
         let aside = wide * Vec2::angled(step as f32 * std::f32::consts::TAU / 16.0);

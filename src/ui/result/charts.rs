@@ -143,7 +143,7 @@ fn change(painter: &Painter, placed: &Placed, image_size: ImageSize, drift: &Dri
 
 /// A window of `width_px` around the principal point, as large as the area allows.
 fn around(placed: &Placed, pp: &Point2<f64>, width_px: f64) -> Placed {
-    // A picture so large that the wanted part of it fills the area, moved so that the point is in the middle.
+    // Enlarges the picture until the wanted part fills the area, with the point in the middle.
     let scale = f64::from(placed.rect.width()) / width_px;
     let size = ImageSize { width_px: 1, height_px: 1 };
     let side = scale as f32;

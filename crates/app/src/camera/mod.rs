@@ -45,7 +45,7 @@ pub fn backends() -> impl Iterator<Item = Backend> {
     BACKENDS.into_iter().filter(Backend::is_built)
 }
 
-/// Drivers of this build that list cameras, or that of the backend that is asked for.
+/// Drivers of this build that list cameras, or the driver of the requested backend.
 fn drivers(asked: &config::Backend) -> anyhow::Result<Vec<Driver>> {
     if let Some(backend) = Backend::asked(asked)? {
         return Ok(vec![backend.driver()?]);

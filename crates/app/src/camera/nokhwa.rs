@@ -1,4 +1,4 @@
-//! Cameras through the library nokhwa: those of other systems, and a second way to those that V4L2 lists.
+//! Cameras through the library nokhwa: cameras of other systems, and a second way to the cameras that V4L2 lists.
 
 use super::backend::Backend;
 

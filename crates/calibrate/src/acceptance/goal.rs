@@ -28,8 +28,9 @@ pub enum AcceptanceGoal {
         /// Distance in pixels.
         px: f64,
     },
-    /// A length across the optical axis, measured between two points in the picture as `Z |ray₂ − ray₁|`, is
-    /// right to within an error, at 95 % of the places where it fits into the picture, whichever way it lies.
+    /// The error of a length across the optical axis, measured between two points in the picture as `Z |ray₂ − ray₁|`,
+    /// stays within a limit. This holds at 95 % of the places where the length fits into the picture, in every
+    /// direction.
     Length {
         /// The length in metres.
         length_m: f64,

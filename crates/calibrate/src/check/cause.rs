@@ -112,7 +112,7 @@ impl Cause {
         sd
     }
 
-    /// Parameters beyond those of the plain bundle.
+    /// Number of parameters in addition to the plain bundle's.
     pub(crate) fn parameters(&self, views: usize) -> usize {
         match self {
             // The mean is the common focal length.

@@ -115,8 +115,8 @@ impl Causes {
         (may_be && gain > WORTH_ALLOWING).then_some((aspect, Severity::Info))
     }
 
-    /// Pixels that aren't square instead of a stretched board, unless the views tell the two apart: the board then stays as
-    /// it was stated, for whoever uses the lens with it.
+    /// Prefers non-square pixels to a stretched board, unless the views tell the two apart: the board then stays as it
+    /// was stated, for everyone who uses the lens with it.
     fn aspect_rather_than<'a>(
         &'a self,
         stretched: &'a Hypothesis,

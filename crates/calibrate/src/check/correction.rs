@@ -39,8 +39,8 @@ enum Kind {
 }
 
 impl Correction {
-    /// The correction for a cause that a calibration can and should allow for. `bundle` is the fit that `causes` were found
-    /// in, of `n` coordinates, which claim to tell more by `overcount` than they do.
+    /// The correction for a cause that a calibration can and should correct. `bundle` is the fit in which `causes` were
+    /// found, with `n` coordinates; `overcount` is the factor by which they overstate their information.
     pub(crate) fn of(causes: &Causes, bundle: &Bundle, n: f64, overcount: f64) -> Option<Self> {
         let (best, severity) = causes.correctable(n, overcount)?;
         let explanation = &best.explanation;

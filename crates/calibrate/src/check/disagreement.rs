@@ -1,4 +1,4 @@
-//! The principal point of the bundle beside that of the free homographies, which assume no common lens.
+//! Comparison of the bundle's principal point with that of the free homographies, which assume no common lens.
 //!
 //! Both come from the same corners, so if they differ by much more than their standard deviations allow, something errs
 //! that neither of them states: a bent board, rows read one after the other, errors that are smooth over a board. Then

@@ -73,8 +73,8 @@ pub(super) fn next_power(kind: LensKind) -> i32 {
     }
 }
 
-/// The terms of a [`Cause::SmoothField`] at `px`: those of second order, without the ones that p1 and p2 give, and of third
-/// order, 1 px at the sides of the picture.
+/// The terms of a [`Cause::SmoothField`] at `px`, scaled to 1 px at the sides of the picture: second order, without the
+/// ones that p1 and p2 give, and third order.
 pub(super) fn field_terms(
     image_size: ImageSize,
     px: &Point2<f64>,

@@ -213,7 +213,7 @@ pub enum FindingCode {
         odd_views: usize,
         /// The first odd view.
         view: usize,
-        /// Focal length of the odd views over that of the others.
+        /// Ratio of the odd views' focal length to the others'.
         f_ratio: f64,
         /// Distance between the principal points of both groups, in pixels.
         shift_px: f64,
@@ -404,7 +404,7 @@ pub enum FindingCode {
 }
 
 impl Finding {
-    /// True if further views are worth taking because of it: it's bad, or they put it right.
+    /// True if the finding makes further views worth taking: it's bad, or they put it right.
     pub fn calls_for_views(&self) -> bool {
         match self.severity {
             Severity::Info => false,
@@ -465,7 +465,7 @@ impl FindingCode {
 }
 
 impl FindingCode {
-    /// Replaces the view's number, where it names one, by what `number` makes of it.
+    /// Replaces the view's number, where it names one, by `number` of it.
     pub(crate) fn renumber(&mut self, number: &dyn Fn(usize) -> usize) {
         match self {
             Self::ViewOdd { view, .. }

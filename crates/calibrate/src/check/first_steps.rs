@@ -41,7 +41,7 @@ const COLUMNS: usize = TORN + 2;
 const TILES: usize = COLUMNS / 4;
 const _: () = assert!(COLUMNS == 4 * TILES);
 
-/// Lens parameters, those of a cause, and the residual.
+/// Lens parameters, parameters of a cause, and the residual.
 const SHARED: usize = LENS_PARAMETERS + SHARED_EXTRAS;
 /// Share by which diagonals are raised, so that what corners leave open takes no step.
 const DAMPING: f64 = 1e-9;
@@ -306,7 +306,7 @@ pub(super) fn half_board_m(observations: &Observations) -> f64 {
     observations.board_m().iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max)
 }
 
-/// Columns of the shared parameters of a cause, and of those of single views.
+/// Columns of a cause's shared parameters, and of its parameters of single views.
 fn columns(cause: &Cause) -> (&'static [usize], &'static [usize]) {
     const FIELDS: [usize; SHARED_EXTRAS] = {
         let mut columns = [FIELD; SHARED_EXTRAS];

@@ -14,7 +14,7 @@ use boresight_geometry::{Corner, board::Checkerboard};
 
 /// Degrees of freedom to choose from.
 const FREEDOM: [f64; 7] = [2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 12.0];
-/// Least gain in −2 log L over normal errors: that of −2 ln of 1 % for one parameter, twice over, and far above chance.
+/// Least gain in −2 log L over normal errors: twice −2 ln of 1 % for one parameter, far above chance.
 const MIN_GAIN: f64 = 20.0;
 /// Steps of the fixed point for the scale; it changes by less than a percent after ten.
 const STEPS: usize = 15;

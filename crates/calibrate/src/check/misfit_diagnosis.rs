@@ -237,7 +237,7 @@ fn add_to_f(covariance: &mut LensMatrix, relative_variance: f64, result: &Camera
 fn unseen_drift(measured: f64, variance: f64) -> f64 {
     let prior = DRIFT_SD * DRIFT_SD;
     let sum = prior + variance;
-    // Likelihood of a drift over that of none.
+    // Likelihood ratio of a drift to no drift.
     let ratio =
         (variance / sum).sqrt() * (0.5 * measured * measured * prior / (variance * sum)).exp();
     let odds = ratio * DRIFT_PROBABILITY / (1.0 - DRIFT_PROBABILITY);

@@ -181,8 +181,8 @@ impl<'a> Unexplained<'a> {
         cost.max(self.least_cost) / left.max(1.0)
     }
 
-    /// The lens parameters that are free beside a cause: those of the model, and all of Brown's model even if few views
-    /// determine fewer. A cause is found only if it's told from them.
+    /// Lens parameters that are free beside a cause: all of the model, and all of Brown's model even if few views
+    /// determine fewer. A cause is found only if the corners tell it from them.
     fn freed(&self) -> [bool; LENS_PARAMETERS] {
         let is_perspective = self.start.camera.distortion.kind == LensKind::Perspective;
         LensParameter::ALL

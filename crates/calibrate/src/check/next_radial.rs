@@ -18,8 +18,8 @@ use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::Imag
 
 /// Prior standard deviation of the coefficient of a lens without distortion.
 const LEAST_COEFFICIENT_SD: f64 = 0.1;
-/// Coefficient of r⁸ over the fourth power of that of r². A lens whose image height is an angle has the series
-/// `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; those of other wide lenses are like it.
+/// Ratio of the coefficient of r⁸ to the fourth power of the coefficient of r². A lens whose image height is an angle
+/// has the series `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; other wide lenses have similar ones.
 const OVER_K1: f64 = 9.0;
 /// Multiples of both, with the prior probability of each: most lenses are good, some are not.
 const SCALES: [(f64, f64); 3] = [(0.03, 0.6), (0.1, 0.3), (0.3, 0.1)];
@@ -34,9 +34,9 @@ const LARGEST_SHARE: f64 = 0.3;
 const RADIAL: [LensParameter; 4] =
     [LensParameter::Fx, LensParameter::K1, LensParameter::K2, LensParameter::K3];
 
-/// Covariance of the lens of `bundle`, the richest one, from the term r⁸; `model` and `k1` are those of the chosen lens. Corners that err
-/// alike tell less: their information is divided by `overcount`, 1 for independent corners. `None` if the corners leave the term undetermined or
-/// the lens covers too little of the picture.
+/// Covariance of the lens of `bundle`, the richest one, from the term r⁸; `model` and `k1` belong to the chosen lens.
+/// Corners with correlated errors carry less information: it's divided by `overcount`, 1 for independent corners.
+/// `None` if the corners leave the term undetermined or the lens covers too little of the picture.
 pub(crate) fn next_radial_doubt(
     observations: &Observations,
     bundle: &Bundle,

@@ -149,8 +149,8 @@ impl NoiseCorrelation {
         (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
     }
 
-    /// Covariance to add to that of the chosen lens, averaged over the models as
-    /// [`ModelChoice::averaged_covariance`] does. Never negative: correlation doesn't make a result more certain.
+    /// Covariance to add to the chosen lens's, averaged over the models as [`ModelChoice::averaged_covariance`] does.
+    /// Never negative: correlation doesn't make a result more certain.
     pub(crate) fn doubt(&self, choice: &ModelChoice, noise_floor: f64) -> LensMatrix {
         let (mut sum, mut total) = (LensMatrix::zeros(), 0.0);
         for (fit, bundle) in choice.fits.iter().zip(&choice.bundles).skip(choice.chosen) {

@@ -49,7 +49,7 @@ fn as_parameters(
     let off_px = after_best_turn(rival, &rays, &jacobian.px);
     let (mut squares, mut pull) = (LensMatrix::zeros(), LensVector::zeros());
     for (jac_lens, off_px) in jacobian.jac_lens.iter().zip(off_px) {
-        // Places that the rival doesn't see tell nothing.
+        // Places that the rival doesn't see carry no information.
         let Some(off_px) = off_px else { continue };
         let mut by = *jac_lens;
         freedom.restrict(&mut by);

@@ -105,7 +105,7 @@ pub(crate) struct Evidence<'a> {
     pub(crate) skip_one_ratio: Option<f64>,
     pub(crate) coverage: f64,
     pub(crate) distinct: usize,
-    /// Views given, those of one held pose included.
+    /// Number of given views, repeats of a held pose included.
     pub(crate) given: usize,
     pub(crate) noise_px: f64,
     pub(crate) noise_correlation: Option<&'a NoiseCorrelation>,

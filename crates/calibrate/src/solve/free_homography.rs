@@ -65,8 +65,8 @@ pub struct FreeHomographies {
     pub shared_unit_covariance: Matrix4<f64>,
     /// Principal lines of the undistorted corners, for the stated error; `None` for frontal views.
     pub lines: Vec<Option<PrincipalLine>>,
-    /// Lines that miss the point where the others meet by more than their variance and that of the distortion explain, with
-    /// the numbers of their views.
+    /// Lines that miss the point where the others meet by more than their own variance and the distortion's explain,
+    /// with the numbers of their views.
     pub outliers: Vec<OutlierLine>,
 }
 
@@ -88,7 +88,8 @@ impl FreeHomographies {
         self
     }
 
-    /// The fit of some views as one of all `count`: `numbers` are those of the fitted views. The others have no line.
+    /// The fit of some views as one of all `count`: `numbers` are the indices of the fitted views. The others have no
+    /// line.
     pub(crate) fn with_views(mut self, numbers: &[usize], count: usize) -> Self {
         let mut lines = vec![None; count];
         for (line, number) in self.lines.drain(..).zip(numbers) {

@@ -34,7 +34,7 @@ pub(crate) struct Gram<const T: usize> {
 }
 
 impl<const T: usize> Gram<T> {
-    /// The order of summation is that of the rows.
+    /// Rows are summed in their order.
     pub(crate) fn of(rows: &[Row<T>]) -> Self {
         let mut tiles = [[[[0.0; TILE]; TILE]; T]; T];
         for rows in rows.chunks(CACHED) {
@@ -53,8 +53,8 @@ impl<const T: usize> Gram<T> {
         self.tiles[i / TILE][j / TILE][i % TILE][j % TILE]
     }
 
-    /// The normal equations of a view, and its cost, from columns for the shared parameters, those of the view, and the
-    /// residual.
+    /// The normal equations of a view, and its cost, from columns for the shared parameters, the view's own parameters,
+    /// and the residual.
     pub(crate) fn split<const S: usize, const L: usize>(&self) -> (f64, ViewBlock<S, L>) {
         let residual = S + L;
         let block = ViewBlock {

@@ -192,7 +192,7 @@ pub(crate) fn first_alike(views: &[Vec<Corner>], limit_px: f64) -> (Vec<usize>, 
 
 /// Root mean square distance between corresponding corners that are seen in both, or between opposite ones if that is
 /// less: some boards look the same upside down. Infinite unless most of the corners in either are seen in both: another
-/// part of the board tells something else.
+/// part of the board carries other information.
 fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
     let most = seen_count(a).max(seen_count(b));
     let mean = |pairs: &mut dyn Iterator<Item = (&Corner, &Corner)>| {

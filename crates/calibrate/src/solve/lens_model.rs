@@ -231,7 +231,7 @@ pub(crate) fn join_focal_lengths(jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>
     jac_lens.set_column(fx, &of_f);
 }
 
-/// Ties the covariance of both focal lengths: the row and column of fy are those of fx.
+/// Ties the covariance of both focal lengths: copies the row and column of fx to fy.
 pub(crate) fn tie_covariance(covariance: &mut LensMatrix) {
     let [fx, fy] = LensParameter::F.map(LensParameter::index);
     let row = covariance.row(fx).clone_owned();

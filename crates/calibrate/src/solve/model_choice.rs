@@ -233,7 +233,7 @@ impl ModelChoice {
             fit.weight / self.fits[self.chosen..].iter().map(|fit| fit.weight).sum::<f64>();
         let noise_factor = richest.noise_factor.max(noise_floor) * overcount.sqrt();
         let information = full.information() / (noise_factor * noise_factor);
-        // Covariance of the other parameters, those of the chosen model.
+        // Covariance of the chosen model's other parameters.
         let others = bundle.covariance(noise_factor)?;
         let (there, here) = (richest.camera.lens_parameters(), fit.camera.lens_parameters());
         let off = SMatrix::<f64, LENS_PARAMETERS, 1>::from_fn(|i, _| there[i] - here[i]);

@@ -70,7 +70,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
 }
 
 impl<const S: usize, const L: usize> NormalEquations<S, L> {
-    /// Sums up the views, each given with its cost; the second value is that of all.
+    /// Sums up the views, each given with its cost; the second value is the total cost.
     pub(crate) fn from_views(views: Vec<(f64, ViewBlock<S, L>)>) -> (Self, f64) {
         let mut shared = SMatrix::zeros();
         let mut gradient = SVector::zeros();

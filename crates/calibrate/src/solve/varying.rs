@@ -15,7 +15,7 @@ use boresight_geometry::{
 pub(crate) struct VaryingFocal {
     /// Lens with the mean focal length, and the distortion at that focal length.
     pub(crate) camera: Camera,
-    /// Covariance of the lens parameters; the variance of the focal length is that of one view, on average.
+    /// Covariance of the lens parameters; the variance of the focal length is one view's, on average.
     pub(crate) covariance: LensMatrix,
     pub(crate) noise_factor: f64,
     /// Sample standard deviation of the focal lengths of the views, in pixels.

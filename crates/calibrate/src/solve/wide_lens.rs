@@ -42,7 +42,7 @@ pub(crate) struct WideLens {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rival {
     pub(crate) camera: Camera,
-    /// Probability of the family over that of the one chosen, by BIC; at most 1.
+    /// Ratio of the family's probability to that of the chosen family, by BIC; at most 1.
     pub(crate) odds: f64,
 }
 

@@ -164,7 +164,7 @@ mod tests {
         let size = ImageSize { width_px: 1280, height_px: 720 };
         let camera = Camera::pinhole(900.0, size.centre_px());
         let frontal = homography(&camera, &Isometry3::translation(0.1, 0.0, 0.8));
-        // Whatever comes out is finite.
+        // Every result is finite.
         if let Some(camera) = closed_form(&[frontal, frontal, frontal], size) {
             assert!(camera.f_px.iter().all(|f| f.is_finite()));
         }

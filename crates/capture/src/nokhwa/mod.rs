@@ -1,4 +1,4 @@
-//! Cameras through the library nokhwa: on systems without V4L2, and on Linux for whoever asks.
+//! Cameras through the library nokhwa: on systems without V4L2, and on Linux on request.
 //!
 //! | file | is |
 //! |---|---|

@@ -143,7 +143,7 @@ fn exact((_, id, value): (Control, u32, i64)) -> (u32, i64) {
     (id, value)
 }
 
-/// The number of a control, then those of its automatics.
+/// The number of a control, then the numbers of its automatics.
 fn all_numbers(control: Control) -> impl Iterator<Item = u32> {
     let (number, automatics) = numbers(control);
     std::iter::once(number).chain(automatics.iter().map(|(id, _)| *id))
@@ -238,7 +238,7 @@ impl ControlLock {
         Ok(())
     }
 
-    /// Holds `control` at `value` from now on, or at what the camera makes of it.
+    /// Holds `control` from now on at `value`, or at the value that the camera makes of it.
     pub(super) fn want(&mut self, control: Control, value: i64) {
         self.kept.insert(control, value);
     }

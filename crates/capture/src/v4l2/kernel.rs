@@ -37,7 +37,7 @@ pub struct Node {
     pub path: PathBuf,
     /// Place of the device: its folder in sysfs, below `/sys/devices`.
     pub place: String,
-    /// Index of this node among those of the device.
+    /// Index of this node among the device's nodes.
     pub index: u32,
     /// USB vendor and product number.
     pub usb_id: Option<(u16, u16)>,

@@ -165,7 +165,7 @@ impl Queue {
         if (2..=LARGEST_GAP).contains(&gap) { u64::from(gap - 1) } else { 0 }
     }
 
-    /// Ends the stream. Never fails: closing the device ends whatever did not end here.
+    /// Ends the stream. Never fails: closing the device ends everything that did not end here.
     pub(super) fn stop(self, kernel: &mut dyn Kernel) {
         again(|| kernel.stream_off(self.device)).ok();
         kernel.unmap_all(self.device);

@@ -151,7 +151,7 @@ impl Stream {
             Err(errno) => return Err(self.said(errno)),
         };
         if !ready.readable && !ready.error {
-            // Only now: whatever kept this thread busy, pictures that came meanwhile are in the queue.
+            // Check the time only now: pictures that came while this thread was busy are in the queue.
             if kernel.clock().monotonic_nanos < due {
                 return Ok(None);
             }
@@ -245,7 +245,7 @@ impl Stream {
         self.health.excuse(nanos);
     }
 
-    /// Driver's time of a frame, if it can be believed; later than that of the frame before in any case.
+    /// Driver's time of a frame, if it can be believed; in any case later than the previous frame's.
     fn time(&mut self, filled: Filled, now: u64) -> CaptureTime {
         let is_of_clock = filled.flags & TIMESTAMP_MASK == TIMESTAMP_MONOTONIC
             && filled.nanos <= now

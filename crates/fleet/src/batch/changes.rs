@@ -83,7 +83,7 @@ impl Changes {
     }
 }
 
-/// The changes that the rows in `store` tell of, and which rows are missing.
+/// The changes in the rows of `store`, and the missing rows.
 ///
 /// # Errors
 ///

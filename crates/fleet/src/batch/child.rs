@@ -39,7 +39,7 @@ pub(super) enum Answer {
 
 impl Worker {
     /// Starts `program` as a worker on `job`, whose files go into `out`; in the folder `at`, if there is one, otherwise
-    /// in that of this process.
+    /// in this process's folder.
     pub(super) fn start(
         program: &Path,
         job: &Job,

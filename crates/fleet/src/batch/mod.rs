@@ -1,4 +1,4 @@
-//! Many sessions at once, by whatever runs programs in parallel: a plan, shards, and one table of results.
+//! Many sessions at once, by anything that runs programs in parallel: a plan, shards, and one table of results.
 //!
 //! [`plan`] lists sessions as a manifest. [`run`] applies one [`Action`] to the items of a [`Shard`]; each result is a
 //! [`Row`] in its own file, named by what determines it. [`gather`] reads the rows back in one order. A row that is

@@ -219,7 +219,7 @@ fn number_of(name: &str) -> Option<u128> {
     if id.len() == 32 { u128::from_str_radix(id, 16).ok() } else { None }
 }
 
-/// Stores the manifest at `manifest` as that of the batch at `prefix`, unless it is.
+/// Stores `manifest` as the manifest of the batch at `prefix`, unless it's stored already.
 fn store_manifest(prefix: &Prefix, manifest: &Path) -> anyhow::Result<()> {
     loop {
         if let Some(there) = prefix.fetched(MANIFEST)? {

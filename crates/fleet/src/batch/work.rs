@@ -40,8 +40,8 @@ enum NotWorked {
     NoOldCalibration,
 }
 
-/// Does what `job` says with the session of `item`. Files beside the row go into `store`. Whatever happens becomes the
-/// row: nothing in a session stops a batch.
+/// Does the work of `job` on the session of `item`. Files beside the row go into `store`. Every error becomes a row:
+/// nothing in a session stops a batch.
 pub fn work(job: &Job, store: &Store, item: &Item) -> Row {
     let id = job.id_of(item).to_string();
     let blank = Row::new(id, &item.session, job.action);

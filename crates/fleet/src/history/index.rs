@@ -115,7 +115,7 @@ impl Index {
         Ok(index)
     }
 
-    /// Adds rows; those of sessions that are there already are replaced.
+    /// Adds rows; a row of a session that is there already replaces the old one.
     ///
     /// # Errors
     ///

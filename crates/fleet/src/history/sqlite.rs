@@ -178,7 +178,7 @@ fn values(record: &[u8]) -> Option<Vec<Value<'_>>> {
             0 => Value::Null,
             8 | 9 => Value::Whole(i64::from(kind == 9)),
             1..=6 => {
-                // The sign is that of the first byte.
+                // The first byte carries the sign.
                 let unused = 64 - 8 * u32::try_from(length).ok()?;
                 Value::Whole((big_endian(value) << unused).cast_signed() >> unused)
             }

@@ -49,7 +49,7 @@ pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
     } else {
         matrices::read(&tree)
     }?;
-    // No residual is negative: whatever the number is, it isn't that.
+    // No residual is negative: a negative number means something else.
     old.rms_px = old.rms_px.filter(|rms_px| *rms_px >= 0.0 && rms_px.is_finite());
     Ok(old)
 }

@@ -9,7 +9,7 @@ use boresight_geometry::LENS_PARAMETERS;
 const COEFFICIENTS: [&str; 14] =
     ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x", "tau_y"];
 
-/// The first of `names` that the object has, whatever its capitals and underscores.
+/// The first of `names` that the object has, ignoring capitals and underscores.
 pub(super) fn first<'a>(tree: &'a Value, names: &[&str]) -> Option<&'a Value> {
     let plain = |key: &str| key.replace('_', "").to_ascii_lowercase();
     let keys = tree.as_object()?;

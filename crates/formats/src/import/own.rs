@@ -37,7 +37,7 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     Ok(old)
 }
 
-/// The doubt about coefficients held at zero moves with that of the others: without it, theirs would grow.
+/// The doubt about coefficients held at zero moves with the others' doubt: without it, theirs would grow.
 fn covariance(lens: &LensEntry) -> Option<LensCovariance> {
     let named = |named: &Option<NamedCovariance>| named.as_ref()?.full();
     named(&lens.covariance_all).or_else(|| named(&lens.covariance))

@@ -1,5 +1,5 @@
-//! Layout of the strip. Places are in squares from the board's top-left corner, that of its outermost square, `x` along
-//! a row and `y` down.
+//! Layout of the strip. Places are in squares from the board's top-left corner (the outer corner of its outermost
+//! square), `x` along a row and `y` down.
 
 use super::CELLS;
 
@@ -23,8 +23,8 @@ impl Edge {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Top, Self::Bottom, Self::Left, Self::Right];
 
-    /// The place at `along`, 0 to 1, of this edge of a board with `columns` × `rows` inner corners, and `outside`
-    /// of it.
+    /// Place on this edge of a board with `columns` × `rows` inner corners: `along` it, 0 to 1, and `outside` it, in
+    /// squares.
     pub fn place(self, (columns, rows): (usize, usize), along: f64, outside: f64) -> (f64, f64) {
         let (width, height) = ((columns + 1) as f64, (rows + 1) as f64);
         match self {

@@ -28,7 +28,7 @@ pub struct ControlBefore {
     pub value: Option<i64>,
     /// True if the camera moved it by itself; `None` if it has no such automatic.
     pub automatic: Option<bool>,
-    /// The driver's numbers and values of it and of what moves it, in the order in which they are put back; empty
-    /// if not known.
+    /// Driver's numbers and values of the control and of the controls that move it, in the order in which they are put
+    /// back; empty if not known.
     pub exact: Vec<(u32, i64)>,
 }

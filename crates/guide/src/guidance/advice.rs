@@ -108,7 +108,7 @@ pub fn advise(
     let turn_rad = direction_difference_rad(wanted_rad, tilt_azimuth_rad);
     let corners_px: Vec<_> = view.corners.iter().map(|corner| corner.px).collect();
     let is_whole = view.corners.iter().all(Corner::is_seen);
-    // The middle of a part isn't that of the board.
+    // The middle of a part isn't the board's middle.
     let board_px = if is_whole { view.mean_px } else { middle_px(&corners_px) };
     let shift_px = middle_px(&target.ghost_px) - board_px;
     let size_ratio = rms_radius_px(&target.ghost_px) / rms_radius_px(&corners_px);

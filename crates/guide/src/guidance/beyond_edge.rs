@@ -17,7 +17,7 @@ use boresight_geometry::{Corner, board::Checkerboard};
 
 /// Directions searched over the full turn.
 const DIRECTIONS: u32 = 16;
-/// Tilts, beside the one that is always asked for: steeper tells more of the focal length, flatter reaches farther.
+/// Tilts, beside the one that is always asked for: steeper determines the focal length better, flatter reaches farther.
 const STEEPER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 const FLAT_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Offsets of the board's middle from the picture's, in shares of width and height. The reflected views stand at the
@@ -89,7 +89,7 @@ pub(super) fn pairs_beyond_edge(
     pairs
 }
 
-/// True if a part of the board lies outside of the picture, but most of it inside.
+/// True if a part of the board lies outside of the picture, but most of the board inside.
 fn leaves_picture(
     pose: &Isometry3<f64>,
     points: &[Point2<f64>],

@@ -24,7 +24,7 @@ const DIRECTIONS: u32 = 24;
 const FLAT_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// … and how far its middle stands from the picture's, in shares of width and height: the farther, the smaller the board.
 const SHARES: [f64; 5] = [0.0, 0.1, 0.17, 0.23, 0.28];
-/// Pairs whose variance is at most this multiple of the least are told apart by what they cover.
+/// Among pairs whose variance is at most this multiple of the least, coverage decides.
 const ALMOST_LEAST: f64 = 1.15;
 
 /// The pose that, with its reflected partner, covers most of the picture's cells that no view has covered; a part of the board
@@ -56,7 +56,7 @@ pub(super) fn corner_covering_pair(
     let mut wanted = Vec::new();
     for tilt_azimuth_rad in free_directions_rad(accepted, DIRECTIONS, params) {
         for tilt_rad in [usual_rad, flat_rad] {
-            // The other half of the places is that of the reflected views.
+            // The reflected views stand at the other half of the places.
             let places = SHARES.into_iter().flat_map(|across| {
                 SHARES.into_iter().flat_map(move |down| [(across, down), (across, -down)])
             });

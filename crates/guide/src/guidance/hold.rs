@@ -1,4 +1,4 @@
-//! A view worth taking, held still: when is it taken, and which frame of it?
+//! Hold: the time for which a view worth taking is held still, and the choice of its frame.
 
 use super::{independence::Role, params::GuidanceParams, stillness::Smear, view::View};
 use boresight_geometry::{Corner, frame::CaptureTime};
@@ -14,7 +14,7 @@ const LONGEST_STEP_SECS: f64 = 0.5;
 const EASED_FROM_SECS: f64 = 1.0;
 /// … at a pace that would end it in this time …
 const EASED_OVER_SECS: f64 = 3.0;
-/// … down to this share of it.
+/// … down to this share of the whole.
 const SHORTEST: f64 = 0.25;
 
 /// A view that is held. Its progress grows with every good frame and fades with every other one, so that a

@@ -81,9 +81,8 @@ pub fn role_of(
     Ok(Role::NewDirection)
 }
 
-/// Index of the opposed partner of the accepted view at `index`, whichever of the two was taken first.
-/// `None` without one, or without a view at `index`. Settled at acceptance: a better lens estimate doesn't
-/// undo it.
+/// Index of the opposed partner of the accepted view at `index`; either of the two may have been taken first. `None`
+/// without one, or without a view at `index`. Settled at acceptance: a better lens estimate doesn't undo it.
 pub fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
     let view = accepted.get(index)?;
     accepted.iter().position(|other| {
@@ -117,8 +116,8 @@ fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f6
     params.partner_offset_px.max(1.0 / lens_estimate.line_bias_per_px()).max(2.0 * known_px)
 }
 
-/// True if the line of `view` passes the principal point with less than half the uncertainty of the line of `other`:
-/// then it tells at least four times as much.
+/// True if the line of `view` passes the principal point with less than half the uncertainty of the line of `other`: it
+/// then carries at least four times the information.
 pub(super) fn is_much_better(view: &View, other: &View, lens_estimate: &LensEstimate) -> bool {
     let pp = lens_estimate.camera.pp_px;
     view.line.variance_of_distance(&pp)

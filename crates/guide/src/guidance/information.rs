@@ -15,8 +15,8 @@ pub const PARAMETERS: usize = BROWN_PARAMETERS - 1;
 /// Information or covariance of the lens parameters.
 pub type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// Standard deviation of a corner, assumed for candidates. It comes from the width of a pixel, so that it is
-/// the same in pictures of every size.
+/// Standard deviation of a corner, assumed for candidates. It comes from the width of a pixel, and is the same in
+/// pictures of every size.
 pub(super) const CORNER_SIGMA_PX: f64 = 0.1;
 /// Standard deviations of the weak priors, in the order of the parameters: `f, cx, cy` in pixels of a picture
 /// 1280 pixels wide, then the distortion coefficients.

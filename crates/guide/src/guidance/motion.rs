@@ -39,12 +39,12 @@ pub struct MotionWindow {
 pub struct Motion {
     /// Time since the frame before.
     pub since_secs: f64,
-    /// Root mean square speed of the corners, less what noise explains: over the last frame interval or over a
-    /// tenth of a second, whichever is larger.
+    /// Root mean square speed of the corners, less the part that noise explains: over the last frame interval or over a
+    /// tenth of a second, the larger of the two.
     pub speed_px_per_s: f64,
     /// Root mean square speed over the last frame interval, including the noise.
     pub raw_speed_px_per_s: f64,
-    /// True if all corners moved as those of one board since the frame before: see [`moved_rigidly`].
+    /// True if all corners moved together, as one board's, since the frame before: see [`moved_rigidly`].
     pub is_rigid: bool,
     /// Residual of the corners' steps since the frame before, without their common motion.
     pub scatter: Scatter,
@@ -144,7 +144,7 @@ struct CommonStep {
 }
 
 impl CommonStep {
-    /// `None` if no homography maps the corners of one frame to those of the other.
+    /// `None` if no homography maps the corners of one frame to the other's.
     fn between(before: &[Corner], after: &[Corner]) -> Option<Self> {
         if before.len() != after.len() {
             return None;
@@ -190,8 +190,8 @@ impl CommonStep {
     }
 }
 
-/// True if the corners moved as those of one board between two frames: by a homography, with errors like each other's.
-/// `false` if no homography fits or the frames have different numbers of corners.
+/// True if the corners moved together, as one board's, between two frames: by a homography, with errors of similar
+/// size. `false` if no homography fits or the frames have different numbers of corners.
 pub fn moved_rigidly(before: &[Corner], after: &[Corner]) -> bool {
     CommonStep::between(before, after).is_some_and(|step| step.is_rigid)
 }

@@ -89,7 +89,7 @@ pub struct GuidanceParams {
     pub hold_secs: f64,
     /// Longest smear of a corner during the exposure.
     pub max_smear_px: f64,
-    /// Fastest motion that counts as still whatever the exposure, in picture widths per second.
+    /// Fastest motion that counts as still at any exposure, in picture widths per second.
     pub still_widths_per_sec: f64,
     /// Largest standard deviation of the principal point, worse axis, at which to stop.
     pub stop_pp_sigma_px: f64,
@@ -160,8 +160,8 @@ impl GuidanceParams {
         margin_px.max(self.margin_px.min(LEAST_MARGIN_PX))
     }
 
-    /// Goal of the principal point's standard deviation for a lens of that focal length: noise fixes it less
-    /// well the longer the lens, by the square of `f / width`, whatever the poses.
+    /// Goal of the principal point's standard deviation for a lens of that focal length. At any poses, noise fixes it
+    /// less well the longer the lens, by the square of `f / width`.
     pub fn pp_goal_px(&self, f_to_width: f64) -> f64 {
         self.stop_pp_sigma_px * f_to_width.powi(2).max(1.0)
     }
@@ -185,8 +185,8 @@ impl GuidanceParams {
         self.target_span_fraction < FAR_SPAN_FRACTION
     }
 
-    /// Tilt to ask for: steeper boards don't fit into the picture of a long lens, and flatter ones tell a wide
-    /// lens less.
+    /// Tilt to ask for: steeper boards don't fit into the picture of a long lens, and flatter ones determine a wide
+    /// lens less well.
     pub fn wanted_tilt_rad(&self, f_to_width: f64) -> f64 {
         let step_rad = 5_f64.to_radians();
         let tilt_rad = if f_to_width < 0.6 {

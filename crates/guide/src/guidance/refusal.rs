@@ -6,7 +6,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "why")]
 pub enum Refusal {
-    /// No board was found, or not all of it.
+    /// No whole board was found.
     NotFound,
     /// The board faces the camera, so it has no principal line.
     NoLine,
@@ -74,10 +74,10 @@ pub enum Refusal {
         /// Largest distance accepted.
         wanted_px: f64,
     },
-    /// The view would tell little about the lens beside what the pose asked for would. It is taken only if
-    /// nothing better comes for a while.
+    /// The view would add little information beside the pose asked for. It is taken only if nothing better comes for a
+    /// while.
     TellsLittle {
-        /// Information of the view, as a share of that of the pose asked for.
+        /// Information of the view over the information of the pose asked for.
         worth: f64,
         /// Least share accepted now.
         wanted: f64,

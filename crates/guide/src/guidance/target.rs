@@ -93,7 +93,7 @@ pub fn next_target(
     if let Some(of) = unpaired {
         return Some(partner_target(of, &accepted[of], board, lens_estimate, params));
     }
-    // What only boards at the picture's edge can tell comes before further directions.
+    // Boards at the picture's edge carry information that no others have, so they come before further directions.
     let wants_edge = params.plan == Plan::Adaptive
         && accepted.len() >= params.min_views
         && precision.is_some_and(|precision| {

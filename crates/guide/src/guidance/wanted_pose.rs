@@ -75,8 +75,7 @@ pub(super) fn place_board(
         .then_some(pose)
 }
 
-/// Rotation of a board that faced the camera and was tilted by `tilt_rad` so that it recedes towards
-/// `tilt_azimuth_rad`.
+/// Rotation of a board that faced the camera and was then tilted by `tilt_rad`, receding towards `tilt_azimuth_rad`.
 pub fn tilted(tilt_azimuth_rad: f64, tilt_rad: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = tilt_azimuth_rad.sin_cos();
     let axis = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));

@@ -14,7 +14,7 @@ use super::{
 };
 use boresight_geometry::{Corner, board::Checkerboard, fit_pose};
 
-/// Least share, at first, of what the pose asked for would tell …
+/// Least share, at first, of the information of the pose asked for …
 const FIRST_SHARE: f64 = 0.4;
 /// … halved each time this long has passed …
 const HALVED_EVERY_SECS: f64 = 0.6;
@@ -22,7 +22,7 @@ const HALVED_EVERY_SECS: f64 = 0.6;
 const UNFOLLOWED: f64 = 0.25;
 /// Someone who follows the ghost has the board recede within this angle of the direction asked for.
 const FOLLOWED_WITHIN_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
-/// A view that tells less than this isn't worth a place.
+/// A view with a smaller share isn't worth a place.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Information about the lens from the accepted views and weak priors.
@@ -64,7 +64,8 @@ impl Knowledge {
         Some((self.weight * covariance).trace())
     }
 
-    /// [`Self::variance_with`] a board at that pose, of the corners in the picture; the present variance if it tells nothing.
+    /// [`Self::variance_with`] a board at that pose, from the corners in the picture; the present variance if it adds
+    /// nothing.
     pub fn variance_after(
         &self,
         cam_from_board: &Isometry3<f64>,
@@ -75,7 +76,7 @@ impl Knowledge {
         self.variance_after_more(more)
     }
 
-    /// [`Self::variance_with`] those `corners` that are seen; the present variance if they tell nothing.
+    /// [`Self::variance_with`] the seen ones of `corners`; the present variance if they add nothing.
     pub fn variance_after_seen(
         &self,
         corners: &[Corner],
@@ -90,7 +91,7 @@ impl Knowledge {
             .map_or(self.variance, |after| after.min(self.variance))
     }
 
-    /// Information of a view, as a share of that of the pose asked for, from the variances that both would leave: the
+    /// Information of a view over the information of the pose asked for, from the variances that both would leave: the
     /// smaller of their ratio, which counts at first, and of the ratio of the logarithms by which they shrink the
     /// variance, which counts once much is known. 1 if the pose asked for adds nothing.
     pub fn share(&self, after: f64, after_wanted: f64) -> f64 {
@@ -145,8 +146,8 @@ pub fn least_share(waited_secs: f64, unfollowed: u32) -> f64 {
     (FIRST_SHARE * patience * UNFOLLOWED.powi(unfollowed.min(20) as i32)).max(LEAST_SHARE)
 }
 
-/// True if `view`, which tells `share` of what the pose asked for would, was shown by someone who follows the ghost: it
-/// tells much, and the board recedes about in the direction asked for, `wanted_azimuth_rad`, if any was.
+/// True if someone who follows the ghost showed `view`: `share`, its information over that of the pose asked for, is
+/// large, and the board recedes about in the direction asked for, `wanted_azimuth_rad`, if any was.
 pub fn is_followed(view: &View, share: f64, wanted_azimuth_rad: Option<f64>) -> bool {
     let is_turned_away = wanted_azimuth_rad.is_some_and(|wanted_rad| {
         let off_rad = direction_difference_rad(view.tilt_azimuth_rad(), wanted_rad).abs();

@@ -38,7 +38,7 @@ impl Default for Shown {
     }
 }
 
-/// Chooses what is shown from what frames ask for. Time is that of frames, so that a recording shows the same.
+/// Chooses the prompt on show from the prompts of frames. Time is the frames' time, so a recording shows the same.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Calm {
     shown: Shown,
@@ -65,7 +65,7 @@ impl Calm {
         self.shown
     }
 
-    /// Takes note of a state that is shown at once, or that none is. Without one, what was shown of it goes.
+    /// Takes note of a state that is shown at once, or of none. The prompt of an earlier state then goes.
     pub(super) fn note_state(&mut self, state: Option<Prompt>) {
         match state {
             Some(prompt) if self.shown.prompt != prompt => {

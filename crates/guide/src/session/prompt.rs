@@ -159,7 +159,7 @@ pub enum Prompt {
     TipFurther(Edge),
     /// Tip the board less.
     TipLess,
-    /// Tip the board more, whichever edge.
+    /// Tip the board more, towards any edge.
     TipMore,
     /// Shift the board; in at least one direction.
     Shift(Option<Across>, Option<Upright>),

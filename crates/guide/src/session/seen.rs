@@ -91,7 +91,7 @@ impl Seen {
         self.stays_inside = false;
     }
 
-    /// `limits` for a ghost that is one step smaller than that of `target`.
+    /// `limits` for a ghost one step smaller than `target`'s.
     pub(super) fn receded_limits(
         target: &Target,
         image_size: ImageSize,

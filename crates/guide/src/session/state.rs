@@ -47,7 +47,7 @@ pub(super) struct Ground {
     /// Removed views that may be restored, newest last, each with its index among the accepted ones.
     pub(super) removed: Vec<(usize, AcceptedView)>,
     pub(super) next_number: ViewNumber,
-    /// Views that the person wants, whatever the plan says.
+    /// Views that the person wants in addition to the plan.
     pub(super) wanted_views: usize,
     /// Number of changes of the accepted views or of the pose asked for.
     pub(super) changes: u32,
@@ -108,7 +108,7 @@ pub(super) struct Tracking {
     pub(super) largest_span_fraction: f64,
     /// Views that the newest input removed.
     pub(super) just_removed: Vec<ViewNumber>,
-    /// Take the next frame with a board, whatever it measures.
+    /// Take the next frame with a board, without any check.
     pub(super) force_next: bool,
     /// The newest frame.
     pub(super) live: Option<Arc<LiveView>>,
@@ -333,8 +333,8 @@ impl Session {
         self.derived.target.as_ref()
     }
 
-    /// Noise of one corner per axis, measured while the board was held: the standard deviation of what corners
-    /// stray from the board's common motion from frame to frame. `None` until a hold has shown enough of it.
+    /// Noise of one corner per axis, measured while the board was held: the standard deviation of the corners'
+    /// residuals from the board's common motion between frames. `None` until a hold has shown enough of it.
     pub fn measured_noise_px(&self) -> Option<f64> {
         self.ground.seen.noise_px()
     }

@@ -8,8 +8,7 @@ mod plot;
 pub use canvas::{Axes, Canvas, Stroke};
 pub use plot::{COLOURS, DASHES, Plot, Series, mark, push, short, ticks};
 
-/// `text` as it may stand in HTML, SVG and their quoted attributes, whatever is in it. Characters that
-/// XML has no place for become U+FFFD.
+/// Escapes any `text` for HTML, SVG and their quoted attributes. Characters that XML has no place for become U+FFFD.
 pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {

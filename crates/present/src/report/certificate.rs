@@ -88,7 +88,7 @@ pub(super) fn sheet(report: &Report) -> String {
     section_with(report_words::Section::Certificate, "certificate", &body)
 }
 
-/// The content of a CSS string, whatever is in `text`.
+/// The content of a CSS string, for any `text`.
 pub(super) fn css_string(text: &str) -> String {
     let mut safe = String::new();
     for c in text.chars().filter(|c| !c.is_control()) {

@@ -70,8 +70,9 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     figure(Section::Lens, &canvas.svg(), &note)
 }
 
-/// `Δ = f r (m − 1)` at the seen radius `f r + Δ`, with `m` the radial factor of the lens model and `r` the flat radius: `tan θ`,
-/// or θ of a fisheye lens. Its sd is that of f and the radial coefficients. Ends where the lens model folds over.
+/// `Δ = f r (m − 1)` at the seen radius `f r + Δ`, with `m` the radial factor of the lens model and `r` the flat
+/// radius: `tan θ`, or θ of a fisheye lens. Its sd comes from f and the radial coefficients. Ends where the lens model
+/// folds over.
 fn curve(lens: &LensEntry, reach_px: f64) -> Vec<Shift> {
     let f_px = 0.5 * (lens.f_px[0] + lens.f_px[1]);
     let radial = Distortion { p1: 0.0, p2: 0.0, ..lens.distortion.into() };

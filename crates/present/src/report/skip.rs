@@ -146,7 +146,7 @@ fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
         let cam_from_board = kept.iter().map(|i| poses[*i]).collect();
         let start = BundleState { camera, cam_from_board };
         let few = kept.len() < VIEWS_WITHOUT_PRIOR;
-        // One view cannot tell the rest of a rich lens.
+        // One view can't determine the rest of a rich lens.
         let model = if kept.len() < 2 { model.min(LensModel::K1) } else { model };
         let freedom = model.freedom(lens.square_pixels());
         let bundle = adjust(&observations, &freedom, few.then_some(&prior), start)?;

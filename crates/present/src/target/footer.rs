@@ -10,7 +10,7 @@ pub(super) const FOOTER_GAP_MM: f64 = 2.0;
 
 /// Letters in a line that stays in its normal size.
 pub(super) const LETTERS: f64 = 52.0;
-/// Width of a letter as a share of its size: that of typewriter type, the widest that is used.
+/// Width of a letter as a share of its size, for typewriter type, the widest in use.
 pub(super) const LETTER_WIDTH: f64 = 0.6;
 /// Distance of lines as a multiple of their size.
 pub(super) const LEADING: f64 = 1.25;

@@ -25,7 +25,7 @@ pub enum NotWritten {
     Encode(#[from] png::EncodingError),
 }
 
-/// The sheet as a grey PNG that states its resolution, so that it prints in true size.
+/// The sheet as a grey PNG that states its resolution, and so prints in true size.
 ///
 /// Pixels that an edge crosses are grey by the share that it covers: edges are where they should be to a
 /// fraction of a pixel.
@@ -59,7 +59,7 @@ pub fn png(sheet: &Sheet, resolution: Resolution) -> Result<Vec<u8>, NotWritten>
     Ok(file)
 }
 
-/// Darkens each pixel by the share of it that the rectangle covers.
+/// Darkens each pixel by the share that the rectangle covers.
 fn fill(picture: &mut GrayImage, black: &Rectangle, per_mm: f64) {
     let Rectangle { left_mm, top_mm, width_mm, height_mm } = *black;
     let across = covered(left_mm * per_mm, (left_mm + width_mm) * per_mm, picture.width());
@@ -71,7 +71,7 @@ fn fill(picture: &mut GrayImage, black: &Rectangle, per_mm: f64) {
     }
 }
 
-/// The pixels between two places, each with the share of it that lies between them.
+/// The pixels between two places, each with the share that lies between them.
 fn covered(from: f64, to: f64, size: u32) -> impl Iterator<Item = (u32, f64)> + Clone {
     // Rounding must not leave a trace on the next pixel.
     let (from, to) = (near_whole(from).max(0.0), near_whole(to).min(size.into()));

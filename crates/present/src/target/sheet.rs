@@ -82,7 +82,7 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
         words.push(Words {
             text,
             x_mm,
-            // Lines keep their distance, whatever their size.
+            // Lines of every size keep their distance.
             baseline_mm: first_mm + page.text_mm * (1.0 + LEADING * i as f64),
             size_mm: page.text_mm.min(fits_mm),
             bold: i == 0,

@@ -319,7 +319,7 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-/// A measured value and its limit with `places` decimals, or with as many more, up to three, as tell them apart.
+/// A measured value and its limit with `places` decimals, or with up to three more until they differ.
 fn apart(measured: f64, limit: f64, places: usize) -> (String, String) {
     let both = |places: usize| (format!("{measured:.places$}"), format!("{limit:.places$}"));
     (places..places + 3)

@@ -120,7 +120,7 @@ pub fn stored_in(folder: &Path) -> String {
 /// Names of the distortion coefficients, in the order of the lens parameters.
 const COEFFICIENTS: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 
-/// Names and values of the coefficients that the kind of lens has; those of the denominator only if there is one.
+/// Names and values of the coefficients that the kind of lens has; a denominator's only if there is one.
 pub fn coefficients(distortion: &Distortion) -> String {
     let Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 } = *distortion;
     match kind {

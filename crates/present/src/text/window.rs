@@ -12,7 +12,8 @@ pub use super::{gauge::*, numbers::*, result::*};
 /// The window's title.
 pub const TITLE: &str = "boresight";
 
-/// Sentence to read from across the room. With `mirrored`, left and right are those of a person who faces the camera.
+/// Sentence to read from across the room. With `mirrored`, left and right are swapped for a person who faces the
+/// camera.
 pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
     super::prompt(prompt(snapshot, mirrored))
 }

@@ -43,8 +43,8 @@ pub(super) fn capture(
             }
             Ok(Arrival::NothingYet) => {}
             Ok(Arrival::End) => {
-                // The slot closes as this thread ends, and the detector after it. Whoever watches the
-                // snapshots stops the session once the last frame is through.
+                // The slot closes as this thread ends, and the detector after it. The reader of the snapshots stops the
+                // session once the last frame is through.
                 inbox.send(Input::SourceEnded).ok();
                 return;
             }

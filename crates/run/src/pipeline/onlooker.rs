@@ -8,7 +8,7 @@ use boresight_geometry::frame::Frame;
 use boresight_guide::session::{Command, Input, Snapshot};
 
 /// Sees everything of a session while it runs. Every call comes on one of the pipeline's threads and must return at
-/// once, whatever the onlooker does with what it saw.
+/// once.
 pub trait Onlooker: Send + Sync {
     /// The threads run; `commands` reaches the session until it ends.
     fn began(&self, commands: CommandLink) {
@@ -34,7 +34,7 @@ pub trait Onlooker: Send + Sync {
 /// Onlookers at a session.
 pub type Onlookers = Vec<Arc<dyn Onlooker>>;
 
-/// A way into a session's inbox. Commands are recorded as those of the window are.
+/// A way into a session's inbox. Its commands are recorded as the window's are.
 #[derive(Clone, Debug)]
 pub struct CommandLink {
     inbox: Sender<Input>,

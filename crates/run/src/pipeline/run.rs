@@ -34,8 +34,7 @@ const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
 
 /// Parts of a pipeline.
 pub struct Setup {
-    /// Source of the frames. Its frame numbers go on from those of a resumed session: see
-    /// [`boresight_capture::renumbered`].
+    /// Source of the frames. Its frame numbers continue a resumed session's: see [`boresight_capture::renumbered`].
     pub source: Box<dyn FrameSource>,
     /// The state to start from.
     pub session: Session,
@@ -74,7 +73,7 @@ struct Workers {
     session: Worker<Result<Session, RecordingError>>,
 }
 
-/// Listeners that are told of frames and views while the threads run.
+/// Listeners to frames and views while the threads run.
 struct Listeners<W, C, A> {
     /// Called after each new snapshot.
     wake: W,

@@ -9,7 +9,7 @@ use super::{
 };
 use boresight_files::{LineReader, Links};
 
-/// The longest line that is read: ten times that of the largest board.
+/// Length of the longest line that is read, in bytes: ten times the largest board's.
 pub(super) const LINE_LIMIT: u64 = 16 << 20;
 
 /// The whole lines of a journal, oldest first. Each walk reads them from the file, so that memory doesn't grow with

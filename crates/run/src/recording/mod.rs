@@ -1,4 +1,4 @@
-//! Sessions as bytes: a folder that is always readable, whatever happened to the program.
+//! Sessions as bytes: a folder that stays readable after every kind of stop.
 //!
 //! ```text
 //! SESSION/

@@ -107,7 +107,7 @@ pub struct Replayed {
     pub rounding: Rounding,
 }
 
-/// Differing decisions whose texts are kept: those of a long session would fill the memory.
+/// Number of differing decisions whose texts are kept: all of a long session would fill the memory.
 pub const MOST_KEPT: usize = 1000;
 
 impl Replayed {

@@ -26,7 +26,7 @@ pub struct SimCamera {
     pub formats: Vec<(FourCc, Vec<FrameSizes>, Vec<Fraction>)>,
     /// Format that the driver grants for a requested one.
     pub grants: Box<dyn FnMut(Format) -> Format + Send>,
-    /// The interval that it grants whatever is asked for.
+    /// Interval that the driver grants to every request.
     pub grants_interval: Option<Fraction>,
     /// Bytes of each buffer.
     pub buffer_size: usize,

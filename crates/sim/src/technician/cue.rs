@@ -36,7 +36,7 @@ pub enum CueKind {
     Finished,
 }
 
-/// Request of a sentence. Amounts are those of the frame that caused it.
+/// Request of a sentence. Amounts belong to the frame that caused it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Instruction {
     /// Keep the board where it is.

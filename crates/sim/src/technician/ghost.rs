@@ -6,8 +6,8 @@ use nalgebra::{
 
 use boresight_geometry::{Camera, frame::ImageSize};
 
-/// The pose that brings the board's corners onto the part of the ghost within the picture, or onto all
-/// of it if less than a third is within. See [`pose_onto`].
+/// The pose that brings the board's corners onto the part of the ghost within the picture, or onto the whole ghost if
+/// less than a third is within. See [`pose_onto`].
 pub(super) fn matching_pose(
     camera: &Camera,
     image_size: ImageSize,

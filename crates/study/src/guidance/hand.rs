@@ -196,7 +196,7 @@ mod tests {
         // From upside down nothing has to move.
         let over = turned(Vector3::z() * std::f64::consts::PI);
         assert!((secs(&over) - REACTION_SECS).abs() < 1e-6);
-        // The nearer pose comes first, whatever the order they're named in.
+        // The nearer pose comes first, in either order of the names.
         let poses = [turned(Vector3::x() * angle), at];
         let both = moving_secs(&held_up(), &at, 1400.0) + secs(&poses[0]) + 2.0;
         assert!((least_secs(&poses, 1.0, 1400.0) - both).abs() < 1e-9);

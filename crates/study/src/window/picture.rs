@@ -119,8 +119,8 @@ fn enlarged(painter: &Painter, placed: &Placed, wish: &ExploreSetup, seen: &Seen
     );
 }
 
-/// The four corners of a square, around it, among the inner corners in rows of `columns`; `column` and `row`
-/// are those of its first corner and must not be the last ones.
+/// The four corners of a square, around it, among the inner corners in rows of `columns`; `column` and `row` belong to
+/// its first corner and must not be the last ones.
 fn square(
     placed: &Placed,
     corners_px: &[Point2<f64>],

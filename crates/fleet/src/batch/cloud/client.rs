@@ -72,7 +72,7 @@ impl Client {
     pub(super) fn open(bucket: &str) -> anyhow::Result<Arc<Self>> {
         let address = || format!("s3://{bucket}");
         let failed = |why| CloudError { why, address: address() };
-        // Whoever was first, it's the same one.
+        // A provider that is already installed is the same one.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let store = builder(bucket).map_err(failed)?.build();
         let store = store.map_err(|err| failed(Why::Settings(first_line(&err))))?;
@@ -190,7 +190,7 @@ impl Reactor {
         let handle = runtime.handle().clone();
         let (end, ended) = oneshot::channel();
         let thread = Builder::new().name("cloud".into()).spawn(move || {
-            // Its end is that of the sender.
+            // The thread ends when the sender is dropped.
             let _ = runtime.block_on(ended);
         })?;
         Ok(Self { handle, end: Some(end), thread: Some(thread) })

@@ -268,7 +268,7 @@ pub(super) async fn read_range(
     }
 }
 
-/// Copies an object to `to`, but no more than `limit_bytes` of it; false if there is none.
+/// Copies an object to `to`, up to `limit_bytes`; false if there is none.
 pub(super) async fn copy(
     client: &Client,
     path: &Path,

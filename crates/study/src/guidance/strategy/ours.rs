@@ -1,4 +1,4 @@
-//! Ours: the opposed partner of the view taken, the next slot, then reflected pairs that tell most.
+//! Ours: the opposed partner of the view taken, the next slot, then the most informative reflected pairs.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
