@@ -34,13 +34,13 @@ use boresight_present::text::{self, Act, window as words};
 const MOVING: Duration = Duration::from_millis(16);
 /// Time between two looks of the window while nothing comes.
 const IDLE: Duration = Duration::from_millis(500);
-/// A session is shown in big letters once mouse and keys have rested for this long.
+/// Time without mouse or keys after which a session is shown in big letters.
 const UNTOUCHED_SECS: f64 = 2.0;
 /// Duration of the flash and of the moving words after a view, in seconds.
 const FLASH_SECS: f64 = 1.3;
-/// Before the first view, another board is used once it has been named for this long …
+/// Time for which another board must have been named, before the first view, until it's used …
 const OTHER_BOARD_SECS: f64 = 1.5;
-/// … and so often at most, so that two boards in view don't take turns for ever.
+/// … and most switches, so that two boards in view don't take turns for ever.
 const MOST_SWITCHES: u32 = 3;
 
 /// Page of the window.

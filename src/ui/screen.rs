@@ -88,7 +88,7 @@ pub struct Adjusting {
     until_secs: f64,
 }
 
-/// Longer than a camera takes to obey and to be read back.
+/// Longest time that a camera takes to obey and to be read back.
 const LONGEST_ADJUSTING_SECS: f64 = 2.0;
 
 impl Screen {

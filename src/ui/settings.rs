@@ -9,7 +9,7 @@ use super::{
 };
 use boresight_present::text::{Act, settings as words, start};
 
-/// Width of the cards at most.
+/// Largest width of the cards.
 const MOST: f32 = 720.0;
 
 /// Shows the page. `no_voice` says why nothing can be heard.

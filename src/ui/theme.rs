@@ -15,27 +15,27 @@ pub const RED: Color32 = Color32::from_rgb(240, 80, 60);
 pub const GREY: Color32 = Color32::from_rgb(190, 190, 190);
 /// Measured in this frame.
 pub const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
-/// Behind words about what is wrong, on a picture.
+/// Colour behind words about an error, on a picture.
 pub(super) const ALARM: Color32 = Color32::from_rgb(170, 28, 18);
 /// The button to press first, and words on it.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(20, 120, 200);
 /// See [`ACCENT`].
 pub(super) const ON_ACCENT: Color32 = Color32::WHITE;
-/// Letters of details …
+/// Size of letters in details …
 pub(super) const SMALL: f32 = 11.0;
-/// … of what is read …
+/// … in text …
 pub(super) const BODY: f32 = 14.0;
-/// … of headings …
+/// … in headings …
 pub const TITLE: f32 = 18.0;
-/// … and of the verdict.
+/// … and in the verdict.
 pub(super) const VERDICT: f32 = 24.0;
-/// Spacing is in multiples of this.
+/// Unit of spacing.
 pub const UNIT: f32 = 8.0;
-/// Behind the sentence.
+/// Colour behind the sentence.
 pub const BAND: Color32 = Color32::from_gray(18);
 /// Area that boards have covered.
 pub(super) const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 30);
-/// Behind words on the picture.
+/// Colour behind words on the picture.
 pub(super) const SHADE: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
 
 /// Colour of a line's direction: opposed views share it.
@@ -89,7 +89,7 @@ const ON_LIGHT: Palette = Palette {
     bad: Color32::from_rgb(175, 20, 10),
     info: Color32::from_rgb(85, 85, 85),
 };
-/// For a screen in sunlight.
+/// Colours for a screen in sunlight.
 const IN_SUNLIGHT: Palette = Palette {
     good: Color32::from_rgb(0, 65, 20),
     care: Color32::from_rgb(90, 45, 0),

@@ -11,14 +11,15 @@ use boresight_geometry::{board::Checkerboard, board_code::BoardCode};
 use boresight_present::text;
 use boresight_run::config::Config;
 
-/// Pictures in which a code is looked for; frames of a live camera, which are closer to each other.
+/// Number of pictures searched for a code; of frames in the case of a live camera, whose frames are closer to each
+/// other.
 const PICTURES: usize = 10;
 const LIVE_FRAMES: usize = 45;
-/// Boards that are tried where the usual one is seen in part only: a smaller one looks so.
+/// Smaller boards to try when the usual one is seen only in part: a smaller board looks like that.
 const SMALLER: [(u16, u16); 8] = [(8, 6), (8, 5), (7, 6), (7, 5), (6, 5), (6, 4), (5, 4), (4, 3)];
-/// Searches for boards in all pictures together.
+/// Most searches for boards in all pictures together.
 const SEARCHES: usize = 80;
-/// Waits for a frame that may find nothing.
+/// Most waits for a frame, some of which may bring none.
 const WAITS: usize = 20;
 const PATIENCE: Duration = Duration::from_millis(250);
 

@@ -21,7 +21,7 @@ use boresight_present::report::Thumbnail;
 use boresight_present::text;
 use boresight_run::pipeline::detect_many;
 
-/// Corners of a view that must be seen: a pose has six parameters.
+/// Least number of seen corners in a view: a pose has six parameters.
 const LEAST_CORNERS: usize = 6;
 
 /// Corners and names of the pictures of one camera.

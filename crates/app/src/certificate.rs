@@ -13,7 +13,7 @@ use boresight_run::config::CertificateConfig;
 
 /// Largest file of a logo.
 const LOGO_LIMIT: u64 = 2 << 20;
-/// Letters of the checksum in a number.
+/// Letters of the checksum that enter the certificate's number.
 const SHORT: usize = 6;
 
 /// Facts about a calibration beside its numbers.

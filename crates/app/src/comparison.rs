@@ -18,7 +18,7 @@ use boresight_present::text;
 
 /// File name of a comparison in the session's folder.
 const CHECK_FILE: &str = "check.json";
-/// Older calibrations offered at most.
+/// Most older calibrations offered.
 const MOST_OFFERED: usize = 50;
 
 /// Why a calibration can't be held to an older one.

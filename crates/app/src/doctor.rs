@@ -122,7 +122,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     })
 }
 
-/// Lines from which on it's no accident that every decision differs.
+/// Number of lines from which it's no accident that every decision differs.
 const FOREIGN_LINES: usize = 5;
 
 /// An error with its causes, in one sentence.

@@ -289,7 +289,7 @@ pub struct Memory {
     pub zoom: Option<f32>,
 }
 
-/// Streams remembered at most.
+/// Most streams remembered.
 const MOST_STREAMS: usize = 4;
 
 impl Memory {

@@ -29,7 +29,7 @@ const LISTED_EVERY: Duration = Duration::from_millis(1000);
 /// Times between two small pictures, and between two counts of the board.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 const COUNTED_EVERY: Duration = Duration::from_millis(150);
-/// A camera that can't be opened is tried again after this.
+/// Time until a camera that can't be opened is tried again.
 const TRIED_EVERY: Duration = Duration::from_millis(2000);
 /// Longest time that ending has to wait for a picture.
 const PATIENCE: Duration = Duration::from_millis(50);

@@ -7,7 +7,7 @@ use boresight_files::{FileError, Links, Overwrite, make_folder, read_text, save}
 
 /// Name of the file.
 const FILE: &str = "window.toml";
-/// A file of choices is far smaller.
+/// Largest size that is read, in bytes; a file of choices is far smaller.
 const LIMIT: u64 = 1 << 20;
 
 /// Path of the file; `None` if the system names no folder for it.

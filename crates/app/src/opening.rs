@@ -19,7 +19,7 @@ use boresight_run::{
     recording::{Header, SessionFolder},
 };
 
-/// Frames that a simulated camera delivers at most, unless told otherwise: ten minutes at 30 per second.
+/// Default limit of a simulated camera's frames: ten minutes at 30 per second.
 pub const MAX_FRAMES: u64 = 18_000;
 
 /// Settings with which a session is opened.

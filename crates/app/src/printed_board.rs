@@ -16,7 +16,7 @@ use boresight_present::{
     text,
 };
 
-/// A sheet with a board is far smaller.
+/// Largest size that is read, in bytes; a sheet with a board is far smaller.
 const LIMIT: u64 = 16 << 20;
 /// Names tried for a sheet that differs from one of the same name.
 const NAMES: u32 = 100;

@@ -14,7 +14,7 @@ use boresight_guide::session::Snapshot;
 use boresight_present::text;
 use boresight_run::recording::{Replayed, SessionFolder, Stored, stored_frame};
 
-/// Recordings offered at most.
+/// Most recordings offered.
 const MOST_OFFERED: usize = 50;
 
 /// Loads the stored picture of a frame; `None` if none was stored or it can't be read.

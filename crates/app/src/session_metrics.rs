@@ -17,7 +17,7 @@ use boresight_guide::{
 };
 use boresight_run::pipeline::{CommandLink, Onlooker};
 
-/// Between two writings of the file.
+/// Time between two writings of the file.
 const BETWEEN: Duration = Duration::from_secs(5);
 
 /// Writes a file of metrics while it looks on at sessions, every few seconds and at the end.

@@ -29,7 +29,7 @@ use boresight_run::{
 };
 use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
 
-/// Frames that the simulated camera may have in flight at once.
+/// Most frames that the simulated camera may have in flight.
 const IN_FLIGHT: usize = 24;
 
 /// Hint on valid names.

@@ -22,7 +22,7 @@ use boresight_run::pipeline::Onlooker;
 const SPEAKERS: [(&str, &[&str]); 2] = [("spd-say", &["--wait", "--"]), ("espeak-ng", &["--"])];
 /// Time between two looks at the queue.
 const LOOK: Duration = Duration::from_millis(20);
-/// A program that speaks for longer hangs.
+/// Longest time for a sentence; a program that speaks for longer hangs.
 const LONGEST: Duration = Duration::from_secs(8);
 
 /// A program that speaks.

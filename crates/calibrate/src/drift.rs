@@ -16,8 +16,8 @@ use boresight_geometry::{
     cell_centres_px, fit_pose, frame::ImageSize, seen_count,
 };
 
-/// χ² quantile at 0.991 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit. The rest of the
-/// false alarms, of which there is one in a hundred checks, is left to the lens.
+/// χ² quantile at 0.991 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit. One check in a
+/// hundred gives a false alarm; the test of the lens has the rest of that share.
 pub(super) const LIMIT: f64 = 11.573;
 const NONCENTRALITY_95: f64 = 23.017;
 /// χ² quantiles at 0.99 with 2 and 1 degrees of freedom.
@@ -27,12 +27,12 @@ const F_LIMIT: f64 = 6.635;
 pub const DRIFT_VIEWS: usize = 4;
 /// Distance outside the old boards up to which a corner still counts as covered, as a fraction of the picture's width.
 const COVERED_MARGIN_FRACTION: f64 = 0.05;
-/// Corners of a view that must be seen: a pose has six parameters.
+/// Least number of seen corners in a view: a pose has six parameters.
 const LEAST_SEEN: usize = 6;
-/// Fraction of a view's corners that may lie further out.
+/// Largest fraction of a view's corners that may lie further out.
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
-/// Ratio of the residual with the old distortion to that with a free one, above which the distortion has changed. By
-/// chance, the coefficients change it by about 1 %: four views have some four hundred degrees of freedom.
+/// Ratio of the residual with the old distortion to the residual with a free one, above which the distortion has
+/// changed. By chance, the coefficients change it by about 1 %: four views have some four hundred degrees of freedom.
 const MAX_RESIDUAL_RATIO: f64 = 1.5;
 /// Displacement of a ray, as a fraction of the picture's width, below which a significant change is watched rather than
 /// acted on: 1 px at 1280.

@@ -18,7 +18,7 @@ use boresight_geometry::LENS_PARAMETERS;
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Different views that are advised.
+/// Number of different views that is advised.
 const VIEWS_ADVISED: usize = 8;
 
 /// Findings in the residuals of the richest lens model.

@@ -12,7 +12,7 @@ use super::{
 };
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
 
-/// Different views that determine the lens without weak priors.
+/// Number of different views that determine the lens without weak priors.
 pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
 
 /// The arguments of a calibration, and everything derived from the corners before adjustment.

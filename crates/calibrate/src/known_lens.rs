@@ -16,8 +16,8 @@ type LensVector = SVector<f64, LENS_PARAMETERS>;
 
 /// Probability with which two calibrations of the same lens agree.
 const AGREEMENT: f64 = 0.999;
-/// Directions in which the two covariances together are below this share of the largest, each parameter in units of its
-/// own standard deviation, aren't compared: neither calibration estimates them.
+/// Least share of the largest variance at which a direction is compared, over both covariances together and with each
+/// parameter in units of its own standard deviation: below it, neither calibration estimates the direction.
 const UNESTIMATED: f64 = 1e-9;
 
 /// A lens and what is known about it.

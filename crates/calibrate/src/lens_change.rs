@@ -10,12 +10,12 @@ use boresight_geometry::{
     Camera, LensMatrix, LensParameter, LensParts, cell_centres_px, frame::ImageSize,
 };
 
-/// Probability that no change passes either test: of any change, and of one in proportion. The χ² quantile of the latter
-/// with 1 degree of freedom, and the noncentrality for 95 % power there.
+/// Probability that no change passes either test, of any change or of a change in proportion. Then the χ² quantile of
+/// the second test with 1 degree of freedom, and the noncentrality for 95 % power there.
 const UNCHANGED: f64 = 0.9995;
 const PROPORTIONAL_LIMIT: f64 = 12.116;
 const NONCENTRALITY_95: f64 = 26.272;
-/// Displacement of a ray by the old distortion, in pixels, below which there is nothing to change in proportion. A change of
+/// Displacement of a ray by the old distortion, in pixels, below which no change in proportion is possible. A change of
 /// k1 stands for it.
 const LEAST_DISTORTION_PX: f64 = 0.5;
 /// Least share of the largest information about a direction of change at which a direction is tested, coefficients

@@ -26,7 +26,7 @@ pub struct CalibrationParams {
     pub threads: usize,
 }
 
-/// Default of [`CalibrationParams::board_scale_sd`]: what a ruler that is read to 0.2 mm leaves open on a board of 200 mm.
+/// Default of [`CalibrationParams::board_scale_sd`]: the error of a ruler that is read to 0.2 mm on a board of 200 mm.
 pub const BOARD_SCALE_SD: f64 = 1e-3;
 
 impl Default for CalibrationParams {

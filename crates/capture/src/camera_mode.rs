@@ -5,9 +5,9 @@ use boresight_geometry::{
     frame::ImageSize,
 };
 
-/// Slower modes are taken only when there is no other.
+/// Rate below which modes are taken only if there is no other.
 const LEAST_RATE_HZ: f64 = 15.0;
-/// A faster mode brings more work than views.
+/// Rate above which a mode brings more work than views.
 const ENOUGH_RATE_HZ: f64 = 30.0;
 
 /// A mode that a camera offers. Formats that cannot be read are listed, too.

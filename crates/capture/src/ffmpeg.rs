@@ -32,21 +32,21 @@ use boresight_geometry::{
 const PROGRAM: &str = "ffmpeg";
 /// Longest wait for the first picture: cameras on a network take their time.
 const START_PATIENCE: Duration = Duration::from_secs(15);
-/// Longest wait for the next one.
+/// Longest wait for a later picture.
 const STEADY_PATIENCE: Duration = Duration::from_secs(5);
 /// Largest side of a picture.
 const LARGEST_SIDE_PX: u32 = 8192;
-/// Bytes kept of the program's messages: the last ones.
+/// Bytes kept of the program's last messages.
 const MESSAGES_KEPT: usize = 4096;
 /// Bytes taken from the pipe at once.
 const CHUNK: usize = 1 << 18;
-/// Leaves out pictures that come sooner than 1/31 s after the one before (they cost work and add no views),
-/// unless the stream's time starts again; then writes one line with the stream's own time, in microseconds, for
-/// every picture that passes.
+/// Filters that leave out pictures sooner than 1/31 s after the one before (they cost work and add no views), unless
+/// the stream's time starts again; then write one line with the stream's own time, in microseconds, for every picture
+/// that passes.
 const FILTERS: &str = "settb=1/1000000,select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t),\
 metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1";
 
-/// Pauses before a lost stream is asked for again.
+/// Shortest and longest pause before a lost stream is asked for again.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 

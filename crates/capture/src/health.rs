@@ -8,14 +8,14 @@ use boresight_geometry::device::Fault;
 const SAMPLES: u32 = 48;
 /// Equal bytes for this long are no still life: every sensor has noise.
 const FROZEN_NANOS: u64 = 2_000_000_000;
-/// A closed shutter: mean and largest sample.
+/// Largest mean and largest sample of pictures behind a closed shutter, and their duration.
 const DARK_MEAN: f64 = 14.0;
 const DARK_LARGEST: u8 = 34;
 const DARK_NANOS: u64 = 1_500_000_000;
-/// Alternation of an infrared camera's lamp: least change of the mean, and how often in a row.
+/// Alternation of an infrared camera's lamp: least change of the mean, and least number of changes in a row.
 const LAMP_CHANGE: f64 = 18.0;
 const LAMP_TIMES: u32 = 16;
-/// Time over which rates are measured, and shares of the promised rate that begin and end a doubt.
+/// Time over which rates are measured, and the shares of the promised rate that begin and end a doubt.
 const RATE_NANOS: u64 = 3_000_000_000;
 const SLOW_BELOW: f64 = 0.8;
 const SLOW_UNTIL: f64 = 0.9;

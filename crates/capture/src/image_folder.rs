@@ -16,7 +16,7 @@ use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSiz
 /// Longest side of a picture that is read; beyond it a file is more likely hostile than a photograph.
 pub const PICTURE_LIMIT_PX: u32 = 16_384;
 
-/// Most bytes of a JPEG: as many as it has pixels at the largest size.
+/// Most bytes of a JPEG: one for each pixel at the largest size.
 const PICTURE_LIMIT_BYTES: u64 = 1 << 28;
 
 /// The pictures of a folder, in the order of their names.

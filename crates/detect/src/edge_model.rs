@@ -32,19 +32,19 @@ const FINE: Limits =
 const LOG_BLUR: (f64, f64) = (-1.05, 2.08);
 /// Gauss–Newton steps that separate the blur of the two edges.
 const SPLIT_ROUNDS: usize = 3;
-/// Reach of the patch: squares to each side of the corner, and its limits in pixels.
+/// Reach of the patch to each side of the corner, in squares, and its limits in pixels.
 const REACH_SQUARES: f64 = 0.48;
 const LEAST_REACH_PX: f64 = 3.0;
 const RADIUS_LIMIT_PX: i32 = 24;
-/// Share of the gap between a square's edge and its marker that is looked at.
+/// Share of the gap between a square's edge and its marker that is used.
 const BAND_SHARE: f64 = 0.9;
 /// Least fraction of the patch that must lie inside the picture.
 const LEAST_VISIBLE: f64 = 0.5;
-/// A corner closer to the edge of the picture isn't visible from all sides.
+/// Least distance from the edge of the picture: a closer corner isn't visible from all sides.
 const MARGIN_PX: f64 = 2.0;
 /// Least number of pixels for a rough fit where there are bands.
 const ROUGH_PIXELS: f64 = 60.0;
-/// Fewer pixels don't determine nine parameters well.
+/// Least number of pixels: fewer don't determine nine parameters well.
 const LEAST_PIXELS: usize = 24;
 /// Floor of the stated error: pixels integrate over their area and printed squares are imperfect.
 const SIGMA_FLOOR_PX: f64 = 0.0055;

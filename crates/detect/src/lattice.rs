@@ -3,7 +3,7 @@
 /// Position in a grid: steps from the seed along the first and the second axis.
 pub(super) type Node = (i32, i32);
 
-/// Steps by which a grid may exceed the board's longer side, so that a larger board is recognised as such.
+/// Largest excess of a grid over the board's longer side, in steps, so that a larger board is recognised as such.
 const LARGEST_OVER: i32 = 6;
 /// The four neighbouring nodes.
 pub(super) const BESIDE: [Node; 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];

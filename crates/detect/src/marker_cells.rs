@@ -13,7 +13,7 @@ const FRAME_SHARE: usize = 8;
 const MOST_CELLS: usize = 7;
 /// Share of a cell's difference from its neighbours that is added: blur as wide as half a cell hides single cells.
 const SHARPENING: f32 = 2.0;
-/// Places in a cell that are sampled, in cells from its middle.
+/// Sampling places in a cell, in cells from its middle.
 const WITHIN_CELL: [[f32; 2]; 5] = [[0.0, 0.0], [-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
 /// Places along a side of the square, between it and the marker.
 const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];

@@ -12,7 +12,7 @@ use super::{
 /// white margin.
 const IN_OUTER_SQUARES: f32 = 0.75;
 const IN_WHITE: f32 = 1.3;
-/// Lighter than this share of the step from dark to light squares counts as white.
+/// Share of the step from dark to light squares above which a place counts as white.
 const LIGHT_FROM: f32 = 0.75;
 /// Least step from dark to light squares, in grey levels.
 const LEAST_STEP: f32 = 8.0;
@@ -72,10 +72,11 @@ pub(super) fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
 
 /// Steps out of a grid, through each of its sides.
 pub(super) const SIDES: [Node; 4] = [(-1, 0), (1, 0), (0, -1), (0, 1)];
-/// Steps beyond a corner of the rim: in the outer square, and behind it, before a printed code.
+/// Sampling distances beyond a corner of the rim, in squares: in the outer square, and behind it, before a printed
+/// code.
 const IN_OUTER: [f32; 2] = [0.4, 0.75];
 const BEHIND: [f32; 2] = [1.18, 1.34];
-/// Places between two corners of the rim.
+/// Sampling places between two corners of the rim.
 const ALONG: [f32; 3] = [0.3, 0.5, 0.7];
 /// Shares of the step from dark to light squares: a place is dark up to the first, and lighter than the board's white from
 /// the second. Between the two, [`LIGHT_FROM`] is where it counts as light.

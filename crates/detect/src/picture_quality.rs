@@ -9,19 +9,21 @@ use super::outcome::Miss;
 
 /// Sampling step of rows and columns.
 const STRIDE: usize = 12;
-/// The lightest hundredth of a picture that is too dark is at most this light, in grey levels.
+/// Largest brightness of the lightest hundredth of a picture that is too dark, in grey levels.
 const DARK_TO: f64 = 40.0;
 /// Half the step from dark to light that corners need, in grey levels.
 const NEEDED_CONTRAST: f64 = 20.0;
-/// Pixels along which an edge is looked for, and its least step in grey levels.
+/// Pixels along which an edge is searched, and its least step in grey levels.
 const SPAN_PX: usize = 40;
 const LEAST_STEP: u8 = 50;
-/// Edges that say how sharp a picture is, and the share of the sharpest ones: some edges are soft in any picture.
+/// Number of edges that a measure of sharpness needs, and its rank, one in this many: the sharpest tenth counts, because some
+/// edges are soft in any picture.
 const LEAST_EDGES: usize = 30;
 const SHARPEST: usize = 10;
-/// Standard deviation in pixels of the blur beyond which corners have no response: the ring around them has a radius of five.
+/// Standard deviation of the blur, in pixels, beyond which corners have no response: the ring around them has a radius
+/// of five.
 const LIMIT_PX: f64 = 2.8;
-/// A step of height one that is blurred by a standard deviation of one has this slope.
+/// Slope of a step of height one after a blur with a standard deviation of one.
 const SLOPE: f64 = 0.398_942;
 
 /// A rectangle: left, top, right, bottom.

@@ -13,9 +13,9 @@ use boresight_geometry::{
     frame::ImageSize,
 };
 
-/// Difference between white and black that can be read, in grey levels.
+/// Least readable difference between white and black, in grey levels.
 const MIN_CONTRAST: f64 = 24.0;
-/// A cell is unclear if it's closer to the middle between black and white, as a share of their difference.
+/// Distance from the middle between black and white, as a share of their difference, below which a cell is unclear.
 const UNCLEAR: f64 = 0.04;
 /// Bounds of the division model's coefficient at the corner of the picture: fisheye to pincushion.
 const LENS: (f64, f64) = (-0.9, 0.4);

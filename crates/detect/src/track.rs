@@ -19,9 +19,9 @@ use boresight_geometry::{
     frame::{CaptureTime, FrameKind},
 };
 
-/// Pictures are halved until squares have about this size, which is enough to follow corners.
+/// Size of squares down to which pictures are halved: enough to follow corners.
 const FOLLOWED_SQUARE_PX: f32 = 12.0;
-/// Every how many frames the whole picture is searched, even if the board could be followed.
+/// Frames from one search of the whole picture to the next, even if the board could be followed.
 const FULL_SEARCH_EVERY: u32 = 10;
 /// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;

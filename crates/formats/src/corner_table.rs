@@ -13,7 +13,7 @@ pub const HEADER: &str = "# filename x y level\n";
 /// Standard deviation of a corner found at level 0, per coordinate; it doubles with each level, a halving of
 /// the picture.
 const LEVEL_0_SIGMA_PX: f64 = 0.1;
-/// Levels beyond this are taken for this one.
+/// Largest level; larger ones count as this.
 const MAX_LEVEL: f64 = 10.0;
 
 /// Corners of one picture.

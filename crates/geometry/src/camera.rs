@@ -5,7 +5,7 @@ use super::{
     distortion::{Bent, Distortion, LENS_PARAMETERS, LensKind},
 };
 
-/// `tan 80°`: rays closer to the plane of a fisheye lens aren't straightened.
+/// `tan 80°`: limit beyond which rays of a fisheye lens, close to its plane, aren't straightened.
 const STEEPEST: f64 = 5.67;
 
 /// A camera: maps points in its own frame (metres, `z` forward) to distorted pixels.

@@ -3,7 +3,7 @@ use nalgebra::{Matrix2, Matrix2x3, Point2, SMatrix, Vector3};
 /// Number of lens parameters: `fx, fy, cx, cy` in pixels, then `k1, k2, p1, p2, k3, k4, k5, k6` without unit, always in
 /// this order, which is OpenCV's.
 pub const LENS_PARAMETERS: usize = 12;
-/// Number of those that Brown's model has: up to `k3`.
+/// Number of parameters in Brown's model: up to `k3`.
 pub const BROWN_PARAMETERS: usize = 9;
 
 /// Largest angle between the optical axis and a ray that a fisheye lens may see, in radians: 110°.

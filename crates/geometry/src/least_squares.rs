@@ -14,11 +14,11 @@ use nalgebra::{SMatrix, SVector};
 
 /// λ after the first step that is not kept.
 const LEAST_DAMPING: f64 = 1e-6;
-/// Below this, λ makes no difference to a step and becomes zero.
+/// λ below which it makes no difference to a step and becomes zero.
 const NEGLIGIBLE_DAMPING: f64 = 1e-10;
-/// Above this, no step can be found that lowers the cost.
+/// λ above which no step can be found that lowers the cost.
 const MAX_DAMPING: f64 = 1e9;
-/// A step under more damping than this is short because it is damped, not because the minimum is near.
+/// Largest λ at the end: a step under more damping is short because it is damped, not because the minimum is near.
 const MAX_DAMPING_AT_END: f64 = 0.1;
 
 /// Cost and normal equations of a [`Problem`] at one state.
@@ -68,7 +68,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For sums in double precision: to 1e-9 standard deviations.
+    /// Limits for sums in double precision: to 1e-9 standard deviations.
     pub const EXACT: Self =
         Self { rounds: 50, first_damping: 0.0, negligible_step: 1e-18, cost_rounding: 1e-13 };
 }

@@ -4,13 +4,13 @@ use super::{PrincipalLine, PrincipalPoint, intersect_weighted};
 
 /// Fewest lines among which an outlier can be identified: with two pairs, either could be the wrong one.
 pub const LINES_TO_TELL_OUTLIERS: usize = 5;
-/// Pairs that cross at a smaller angle give no useful point.
+/// Least angle between lines whose crossing gives a useful point.
 const LEAST_CROSSING_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Twice the 0.999 quantile of χ² with 1 degree of freedom: the point itself is uncertain, too.
 /// `docs/method.md`, section 2.
 const REJECTED: f64 = 2.0 * 10.828;
 
-/// Most pairs tried: all of 45 lines. As more than half of the lines meet, one pair in four is of lines that do.
+/// Most pairs tried: all of 45 lines. As more than half of the lines meet, one pair in four consists of such lines.
 const MOST_PAIRS: usize = 1000;
 
 /// Principal lines split into those that meet and those that don't.

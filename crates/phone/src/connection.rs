@@ -26,13 +26,13 @@ use super::keys::Role;
 const MOST_CONNECTIONS: usize = 256;
 /// Connections of watchers among these; the rest is kept for owners and those who have shown no key yet.
 const MOST_OF_WATCHERS: usize = 192;
-/// A connection that has shown no key after this time is closed.
+/// Time after which a connection that has shown no key is closed.
 const STRANGER_SECS: u64 = 15;
-/// A connection on which nothing has moved for this time is closed: its page reads nothing, or is gone.
+/// Time without any traffic after which a connection is closed: its page reads nothing, or is gone.
 const IDLE: Duration = Duration::from_secs(15);
-/// A request's headers must be there within this time.
+/// Time within which a request's headers must be there.
 const HEADERS_WITHIN: Duration = Duration::from_secs(10);
-/// Bytes of a request line with its headers.
+/// Most bytes of a request line with its headers, and most headers.
 const LARGEST_HEAD: usize = 16 << 10;
 const MOST_HEADERS: usize = 64;
 /// Time between two looks at the limits.

@@ -18,14 +18,14 @@ use super::{
     view::{self, Say},
 };
 
-/// Something is sent at least this often, so that a page knows that its link works.
+/// Longest time between two messages, so that a page knows that its link works.
 const HEARTBEAT: Duration = Duration::from_millis(500);
-/// States are sent at most this often.
+/// Least time between two states.
 const SHORTEST: Duration = Duration::from_millis(50);
-/// States sent per second at most, over all pages that only watch.
+/// Most states sent per second, over all pages that only watch.
 const MOST_STATES_PER_SEC: f64 = 200.0;
-/// A state waits at most this long for the next decision: what is sent is then new, and while the detector works, the
-/// pages don't.
+/// Longest time that a state waits for the next decision: it's new when sent, and the pages rest while the detector
+/// works.
 const ALIGNED_WITHIN: Duration = Duration::from_millis(40);
 
 /// The newest state as JSON, made once for all pages.

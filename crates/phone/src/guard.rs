@@ -21,7 +21,7 @@ use super::{
     keys::{Bucket, Keys, Opened, Secret},
 };
 
-/// Addresses without a key that are remembered.
+/// Most addresses without a key that are remembered.
 const MOST_STRANGERS: usize = 256;
 /// Path at which a link's token is exchanged for a key.
 pub(super) const ENTER: &str = "/api/enter";

@@ -21,7 +21,7 @@ use boresight_guide::{
 use boresight_present::speech::{Narrator, Word};
 use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
 
-/// News that a page which was away is still told.
+/// News kept for a page that was away.
 const NEWS_KEPT: usize = 64;
 
 /// Between the program and its pages. Nothing here ever waits for a page.

@@ -7,7 +7,7 @@ use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
 
 use super::error::ServeError;
 
-/// Keys in use at most; the one unused for longest goes.
+/// Most keys in use; the one unused for longest goes.
 const MOST_KEYS: usize = 96;
 /// Owner keys, evicted last.
 const MOST_OWNERS: usize = 16;

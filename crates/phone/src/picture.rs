@@ -10,10 +10,10 @@ use image::{ExtendedColorType, GrayImage, ImageEncoder, codecs::jpeg::JpegEncode
 
 use super::hub::Picture;
 
-/// Pictures aren't sent wider than this.
+/// Largest width of a sent picture.
 const WIDEST_PX: u32 = 720;
 const QUALITY: u8 = 55;
-/// No page needs more pictures per second.
+/// Least time between two pictures for a page.
 const SHORTEST: Duration = Duration::from_millis(66);
 
 /// The picture made last.

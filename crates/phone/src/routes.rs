@@ -29,17 +29,17 @@ use boresight_run::pipeline::NotSent;
 
 /// The page. Its script and style stand in it.
 const PAGE: &str = include_str!("page.html");
-/// Bytes of a request at most.
+/// Most bytes of a request.
 const LARGEST_REQUEST: usize = 2048;
-/// A request for a picture is answered after this time, with or without one.
+/// Time after which a request for a picture is answered, with or without one.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
-/// A request that isn't complete by then is given up.
+/// Time after which an incomplete request is given up.
 const READ_WITHIN: Duration = Duration::from_secs(5);
-/// Pages that only watch, at most.
+/// Most pages that only watch.
 const MOST_WATCHERS: usize = 64;
-/// Pictures sent per second at most, over all pages. With [`MOST_WATCHERS`], each still has one within a second.
+/// Most pictures sent per second, over all pages. With [`MOST_WATCHERS`], each still has one within a second.
 const MOST_PICTURES_PER_SEC: f64 = 96.0;
-/// Cap on the page count by which owners are paced, and on what owners add to the one by which watchers are.
+/// Cap on the page count by which owners are paced, and on the owners' share of the count by which watchers are paced.
 const PAGES_OF_OWNERS: usize = 4;
 
 /// State shared by every route.

@@ -21,11 +21,11 @@ use super::{
     tls::{self, Certificate, TlsAcceptor},
 };
 
-/// After an error of the listener, such as too many open files.
+/// Pause after an error of the listener, such as too many open files.
 const RETRY: Duration = Duration::from_millis(100);
-/// A connection that hasn't agreed on its encryption by then is closed.
+/// Time within which a connection must have agreed on its encryption.
 const HANDSHAKE_WITHIN: Duration = Duration::from_secs(8);
-/// The pipeline comes first.
+/// Niceness of the server's threads: the pipeline comes first.
 const POLITENESS: i32 = 10;
 
 /// Settings of the server.

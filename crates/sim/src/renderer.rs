@@ -21,7 +21,7 @@ use boresight_geometry::Camera;
 /// Normal deviates drawn once; each row of each frame starts at its own place.
 const NOISE_TABLE: usize = 1 << 18;
 
-/// Movement during the exposure that cannot be seen.
+/// Movement during the exposure that is too small to see.
 const UNSEEN_MOVEMENT_PX: f64 = 0.05;
 
 /// Draws frames of one scene. Keeps what does not change, and its working memory.

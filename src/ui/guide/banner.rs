@@ -6,7 +6,7 @@ use super::super::{keys::UiAction, screen::Screen, theme};
 use boresight_guide::{guidance::Progress, session::Snapshot};
 use boresight_present::text::{self, Trouble, adjust, window as words};
 
-/// Longer than this without a picture is worth saying.
+/// Time without a picture that is worth saying.
 const STALLED_SECS: f64 = 2.0;
 
 /// True if there is anything to show.

@@ -9,7 +9,7 @@ use boresight_guide::guidance::Advice;
 const BAR: f32 = 0.035;
 /// Height of the count as a share of the picture's.
 const COUNT: f32 = 0.3;
-/// Width of its outline as a share of that.
+/// Width of the count's outline as a share of its height.
 const OUTLINE: f32 = 0.025;
 
 /// The bar, whose place is kept while nothing is held.

@@ -10,7 +10,7 @@ use super::{
 use boresight_guide::session::Snapshot;
 use boresight_present::ghost::{Card, Shade, closeness};
 
-/// Opacity of the card while the board is far from it, and on it: then the board itself is seen.
+/// Opacity of the card while the board is far from it, and on it, where the board itself must be seen.
 const OPACITY: [f32; 2] = [0.62, 0.06];
 /// Width of the outline at the far and at the near edge, in a picture 720 points high.
 const OUTLINE: [f32; 2] = [2.0, 8.0];

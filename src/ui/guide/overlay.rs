@@ -17,7 +17,7 @@ use boresight_present::text;
 
 /// Age up to which the drawing counts as the picture's own.
 const FRESH_SECS: f64 = 0.12;
-/// Drawing older than this is hardly seen.
+/// Age beyond which the drawing is hardly seen.
 const OLD_SECS: f64 = 0.7;
 /// Duration of the flash after a view, in seconds.
 const FLASH_SECS: f64 = 0.45;

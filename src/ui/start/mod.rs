@@ -23,7 +23,7 @@ use super::{
 use boresight_guide::guidance::Plan;
 use boresight_present::text::{Act, start as words, window};
 
-/// Room that the cards take at most.
+/// Largest room for the cards.
 const LARGEST: Vec2 = Vec2::new(1320.0, 720.0);
 /// Height of a card's heading.
 const HEADING: f32 = 40.0;

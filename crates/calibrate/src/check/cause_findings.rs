@@ -6,11 +6,11 @@ use super::{
     misfit_diagnosis::{CLEAR_GAIN, Causes, Hypothesis},
 };
 
-/// Gain in BIC from which `fy ≠ fx` is believed as a coefficient of the lens is: with square pixels it gains that once in
-/// a thousand calibrations.
+/// Gain in BIC from which `fy ≠ fx` is believed, as for a coefficient of the lens: with square pixels, once in a
+/// thousand calibrations.
 const WORTH_A_PARAMETER: f64 = 4.0;
-/// Twice the gain in log likelihood from which `fy ≠ fx` is allowed for, though it's not believed: with square pixels it
-/// gains that once in a hundred calibrations (χ²₁), which then know `fy` a little worse.
+/// Twice the gain in log likelihood from which `fy ≠ fx` is corrected without being believed: with square pixels, once
+/// in a hundred calibrations (χ²₁), which then know `fy` a little worse.
 const WORTH_ALLOWING: f64 = 6.63;
 
 /// The likeliest cause, if there is a misfit; or that it isn't clear.

@@ -9,8 +9,8 @@ use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
 use crate::solve::{free_homography::FreeHomographies, model_choice::ModelChoice};
 
-/// From this many standard deviations on, the two contradict each other: a probability of 0.1 % in two dimensions
-/// (Rayleigh distribution).
+/// Standard deviations from which the two contradict each other: a probability of 0.1 % in two dimensions (Rayleigh
+/// distribution).
 pub(crate) const CONTRADICTION_SIGMAS: f64 = 3.7;
 
 /// Distance between two principal points.

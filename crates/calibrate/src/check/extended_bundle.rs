@@ -12,7 +12,7 @@ use crate::solve::{
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter, frame::ImageSize};
 
 pub(super) const LOCAL: usize = 6 + LOCAL_EXTRAS;
-/// Shared parameters of lens and cause: of every cause but [`Cause::SmoothField`], and of that.
+/// Number of shared parameters of lens and cause: `FEW` for every cause but [`Cause::SmoothField`], `MANY` for that.
 pub(super) const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
 pub(super) const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
 /// Half step of numeric derivatives.

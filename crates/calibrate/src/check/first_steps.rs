@@ -18,7 +18,7 @@ use crate::solve::{
 };
 use boresight_geometry::{LENS_PARAMETERS, LensParameter, frame::ImageSize};
 
-/// Columns of derivatives, from here on; lens parameters come first.
+/// Columns of derivatives; lens parameters come first.
 const POSE: usize = LENS_PARAMETERS;
 const RESIDUAL: usize = POSE + 6;
 /// Derivatives by the logarithm of the focal length, and these times r².
@@ -43,7 +43,7 @@ const _: () = assert!(COLUMNS == 4 * TILES);
 
 /// Lens parameters, parameters of a cause, and the residual.
 const SHARED: usize = LENS_PARAMETERS + SHARED_EXTRAS;
-/// Share by which diagonals are raised, so that what corners leave open takes no step.
+/// Share by which diagonals are raised, so that undetermined directions take no step.
 const DAMPING: f64 = 1e-9;
 
 /// Sums of products of the columns that a cause uses, poses and parameters of single views eliminated.

@@ -16,10 +16,10 @@ use boresight_geometry::{Corner, board::Checkerboard};
 const FREEDOM: [f64; 7] = [2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 12.0];
 /// Least gain in −2 log L over normal errors: twice −2 ln of 1 % for one parameter, far above chance.
 const MIN_GAIN: f64 = 20.0;
-/// Steps of the fixed point for the scale; it changes by less than a percent after ten.
+/// Steps of the fixed point for the scale, which changes by less than a percent after ten.
 const STEPS: usize = 15;
-/// Weight below which a corner counts as far off, and the largest share of such corners in a view that are believed to be
-/// off one by one. Errors with three degrees of freedom put 8 % of all corners there.
+/// Weight below which a corner counts as far off, and the largest share of such corners in a view at which they are
+/// believed to be off one by one. Errors with three degrees of freedom put 8 % of all corners there.
 const LOW_WEIGHT: f64 = 0.3;
 const MOST_LOW: f64 = 0.2;
 

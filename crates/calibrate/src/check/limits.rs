@@ -14,7 +14,7 @@ const PROJECTION_MAX_SD: f64 = 0.004;
 const COVERAGE: f64 = 0.4;
 /// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong board.
 const NOISE_PX: f64 = 1.0;
-/// Views that differ.
+/// Least number of different views.
 const VIEWS: usize = 4;
 
 /// Limits of a GOOD calibration. Standard deviations are in pixels.

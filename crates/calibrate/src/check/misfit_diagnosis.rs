@@ -25,12 +25,12 @@ pub(super) const CLEAR_GAIN: f64 = 10.0;
 /// Two groups of views whose principal points differ by less than this fraction of the picture's width are one camera,
 /// refocused: 5 px at 1280.
 const SAME_CENTRE: f64 = 0.004;
-/// Standard deviations of a drift of the focal length at which it is reported with a probability of 95 %, beside the
-/// square root of the gain wanted.
+/// Standard deviations by which a drift of the focal length must exceed the square root of the gain wanted to be
+/// reported with a probability of 95 %.
 const POWER_SIGMAS: f64 = 1.645;
 
-/// Prior probability that the focus drifts though nothing moves it, and the standard deviation of that drift relative to the
-/// focal length: what warming up does to small lenses.
+/// Prior probability that the focus drifts by itself, as small lenses do while they warm up, and the standard deviation
+/// of that drift relative to the focal length.
 const DRIFT_PROBABILITY: f64 = 0.3;
 const DRIFT_SD: f64 = 6e-3;
 

@@ -18,13 +18,13 @@ use crate::solve::{
 };
 use boresight_geometry::{LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize};
 
-/// Fits of a cause whose parameters of the views have a prior; each takes their standard deviation from the one before.
+/// Fits of a cause whose view parameters have a prior; each fit takes their standard deviation from the one before.
 const PRIOR_PASSES: usize = 4;
 /// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change a BIC that must differ by 20.
 const NEGLIGIBLE_STEP: f64 = 1e-3;
-/// Part of what its parameters cost that the first step of a fit must promise to gain.
+/// Least gain that the first step of a fit must promise, as a share of the penalty for its parameters.
 const PROMISING: f64 = 0.8;
-/// For parameters of the views with a prior: standard deviations above what chance gains.
+/// Least gain for view parameters with a prior, in standard deviations above the gain by chance.
 const PROMISING_SIGMAS: f64 = 4.0;
 
 /// Least displacement that a smooth field must explain, root mean square, as a multiple of the least error that is

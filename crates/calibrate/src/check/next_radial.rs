@@ -21,16 +21,17 @@ const LEAST_COEFFICIENT_SD: f64 = 0.1;
 /// Ratio of the coefficient of r⁸ to the fourth power of the coefficient of r². A lens whose image height is an angle
 /// has the series `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; other wide lenses have similar ones.
 const OVER_K1: f64 = 9.0;
-/// Multiples of both, with the prior probability of each: most lenses are good, some are not.
+/// Multiples of both coefficients, with the prior probability of each: most lenses are good, some are not.
 const SCALES: [(f64, f64); 3] = [(0.03, 0.6), (0.1, 0.3), (0.3, 0.1)];
 /// Prior standard deviation of the coefficient of a fisheye lens.
 const FISHEYE_COEFFICIENT_SD: f64 = 3e-3;
-/// Share of the radius by which it moves a ray at the edge of the picture, under a rational lens, at one standard deviation.
+/// Displacement of a ray at the edge of the picture by the term, as a share of the radius, under a rational lens, at
+/// one standard deviation.
 const RATIONAL_SHARE: f64 = 0.02;
-/// Largest share of the radius by which the term moves a ray at the edge of the picture, at that standard deviation: where
-/// the series hardly converges, `OVER_K1` overstates it.
+/// Largest displacement of a ray at the edge of the picture by the term, as a share of the radius, at that standard
+/// deviation: where the series hardly converges, `OVER_K1` overstates it.
 const LARGEST_SHARE: f64 = 0.3;
-/// Parameters that a radial term moves, fy with fx: f, k1, k2, k3.
+/// Parameters that a radial term changes, fy with fx: f, k1, k2, k3.
 const RADIAL: [LensParameter; 4] =
     [LensParameter::Fx, LensParameter::K1, LensParameter::K2, LensParameter::K3];
 

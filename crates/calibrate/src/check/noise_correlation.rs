@@ -30,9 +30,9 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 const SHARES: [f64; 7] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999, 0.999_99];
 /// Correlation lengths `ℓ`, as multiples of the mean distance between neighbouring corners in the picture.
 const LENGTHS: [f64; 5] = [0.5, 0.8, 1.3, 2.2, 4.0];
-/// Corners of a view that are enough, about: the cost grows with the cube of their number. Larger boards are thinned.
+/// About enough corners of a view: the cost grows with the cube of their number. Larger boards are thinned.
 const CORNERS: usize = 80;
-/// Views that are enough, about; of more, an even sample is looked at.
+/// About enough views; of more, an even sample is used.
 const VIEWS: usize = 50;
 /// Prior probability of independent noise.
 const INDEPENDENT: f64 = 0.8;

@@ -2,9 +2,9 @@
 
 use super::finding::{Finding, FindingCode, Severity};
 
-/// The fit's noise over the measured one below which the fit is overconfident, and above which something else than
-/// noise dominates the residuals. Conventions: both numbers are known to about 10 %, and real prints and lenses leave
-/// residuals of two or three times the noise of the picture.
+/// Ratios of the fit's noise to the measured one: below the first, the fit is overconfident; above the second,
+/// something else than noise dominates the residuals. Conventions: both numbers are known to about 10 %, and real
+/// prints and lenses leave residuals of two or three times the noise of the picture.
 const UNDERSTATED: f64 = 0.5;
 const EXCEEDED: f64 = 4.0;
 /// Noise in pixels below which no comparison is made: the detector's own errors are of this size.

@@ -11,7 +11,7 @@ const TOO_MANY: f64 = 0.15;
 /// Ratio to the median distance above which a corner is wrong. Of a thousand sound corners, the furthest lies at 3.2
 /// (Rayleigh distribution).
 const ODD: f64 = 8.0;
-/// A corner that is off by less isn't a wrong one, however small the other corners' errors are.
+/// Distance in pixels below which a corner isn't wrong, even if the other corners' errors are much smaller.
 const HARMLESS_PX: f64 = 0.2;
 
 /// True if nearly all corners that are seen follow the row-major order of the board.

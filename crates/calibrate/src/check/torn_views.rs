@@ -11,12 +11,12 @@ use crate::solve::{
     schur_lm::inverse,
 };
 
-/// Corners wanted on each side of a tear: fewer are explained by a few wrong corners.
+/// Least corners on each side of a tear: a few wrong corners would explain fewer.
 const LEAST_CORNERS: usize = 6;
 /// Reduction of a view's cost that makes it suspect, in multiples of its typical squared residual: three parameters
 /// gain 40 by chance once in 10⁸ views. The fit of all views decides.
 const SUSPECT_GAIN: f64 = 40.0;
-/// Suspects gain at least this share of the first one's gain: what the lens makes of a torn view shows in the others.
+/// Least gain of a suspect, as a share of the first one's: a torn view distorts the lens, which shows in the others.
 const LEAST_SHARE: f64 = 0.1;
 /// Least ratio of the cost after a tear along a column to the cost after a tear along a row. 200 rendered smears have
 /// 1.5 at most, small tears 1.9 at least.
@@ -24,7 +24,7 @@ const BETTER_THAN_ACROSS: f64 = 1.7;
 /// Least ratio of the cost after smooth shifts to the cost after two rigid halves. The same smears have 1.2 at most,
 /// rendered tears with a turn 4.8 at least.
 const BETTER_THAN_SMOOTH: f64 = 2.0;
-/// Singular value, for slopes of unit length, below which parameters do the same.
+/// Singular value, for slopes of unit length, below which parameters have the same effect.
 const LEAST_SINGULAR: f64 = 1e-6;
 
 /// For each view, the row in pixels at which it is probably torn. `None` if no view is suspect.

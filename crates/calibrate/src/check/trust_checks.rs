@@ -25,9 +25,9 @@ use boresight_geometry::{
 
 /// Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99 quantile, `docs/method.md`, section 2.
 const HAUSMAN_CARE: f64 = 9.21;
-/// Three times that: the principal point is wrong by far more than its stated error. A convention.
+/// Three times [`HAUSMAN_CARE`]: the principal point is wrong by far more than its stated error. A convention.
 const HAUSMAN_BAD: f64 = 30.0;
-/// Squared distance, in stated standard deviations, below which a shift is covered by the stated uncertainty: 2 sd.
+/// Squared distance in stated standard deviations up to which the stated uncertainty covers a shift: 2 sd.
 const COVERED: f64 = 4.0;
 /// Distance between bundle and free homographies in standard deviations, with a probability of 1.5e-8 in two dimensions
 /// (Rayleigh distribution).

@@ -16,9 +16,9 @@ use boresight_geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS, Lens
 
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
-/// Coordinates that a thread takes at once, about: 16 views of 54 corners.
+/// Coordinates per piece of work of a thread, about: 16 views of 54 corners.
 const COORDINATES_AT_ONCE: usize = 1728;
-/// Below this, starting threads takes longer than they save: 200 views of 54 corners.
+/// Coordinates from which threads save more time than their start takes: 200 views of 54 corners.
 const COORDINATES_WORTH_THREADS: usize = 20_000;
 
 /// The corners of all views with their board points, prepared for adjustment.

@@ -16,9 +16,9 @@ use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, LensParameter, Len
 /// far wider than lenses vary, and so underrates rich models. 4.5 ≈ ln 10² stands for a prior ten times as wide.
 const AVERAGING_PENALTY: f64 = 4.5;
 
-/// Views whose cost is this many times the median are tried reversed again under each richer lens model …
+/// Ratio of a view's cost to the median from which its reversal is tried under each richer lens model …
 const SUSPICIOUS: f64 = 1.5;
-/// … at most this often.
+/// … at most this many times.
 const MOST_REVERSALS: usize = 4;
 
 /// The fit of one lens model.

@@ -12,10 +12,10 @@ use boresight_geometry::{
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
-/// A view's cost must fall by this share, and by this much, to be reversed: less is rounding or chance.
+/// Least drop of a view's cost by a reversal, as a share and as a number: less is rounding or chance.
 const LEAST_SHARE: f64 = 1e-3;
 const LEAST_GAIN: f64 = 1.0;
-/// Short of the minimum on purpose: the bundle goes on from there.
+/// Limits that stop short of the minimum on purpose: the bundle goes on from there.
 const LIMITS: Limits =
     Limits { rounds: 15, first_damping: 1e-3, negligible_step: 1e-4, cost_rounding: 1e-13 };
 

@@ -18,12 +18,13 @@ use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_fr
 const FOCAL_SHARES: [f64; 8] = [1.2, 0.95, 0.75, 0.6, 0.48, 0.38, 0.31, 0.265];
 /// Starts that are adjusted.
 const BEST_STARTS: usize = 2;
-/// Gain in BIC that another family than Brown's needs: decisive evidence (Kass & Raftery 1995), twice. It needs none where
-/// Brown's model doesn't reach the corners of the picture.
+/// Gain in BIC that another family than Brown's needs: twice decisive evidence (Kass & Raftery 1995). It needs none
+/// where Brown's model doesn't reach the corners of the picture.
 const CLEAR_GAIN: f64 = 20.0;
-/// Gain that the rational model needs over a fisheye: most wide lenses are made to show angles.
+/// Gain in BIC that the rational model needs over a fisheye: most wide lenses are made to show angles.
 const RATIONAL_GAIN: f64 = 10.0;
-/// Rays this far from the optical axis make a picture wide, in radians: 40°. There, `tan θ` is longer than θ by a fifth.
+/// Angle to the optical axis, in radians, from which rays make a picture wide: 40°. There, `tan θ` is longer than θ by
+/// a fifth.
 const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
 /// The lens and poses from which a family of wide lenses is adjusted, under its richest model.

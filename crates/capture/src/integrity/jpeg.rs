@@ -9,9 +9,9 @@ use super::{
 };
 use boresight_geometry::frame::ImageSize;
 
-/// Some cameras put a few bytes between the scan and its end, in every frame.
+/// Most bytes between the scan and its end that some cameras put there, in every frame.
 const TRAILING_PADDING_BYTES: usize = 16;
-/// Frames with such bytes, one after the other, that make a habit.
+/// Consecutive frames with such bytes that make a habit.
 const PADDED_FRAMES_TO_LEARN: u32 = 5;
 
 /// Checks the frames of one stream. Learns whether the camera is one of those that pad its frames.

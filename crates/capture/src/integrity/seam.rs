@@ -7,8 +7,8 @@
 //! Steps that begin near a row's end are not told from level edges; nor are those that are small against what
 //! the picture shows there.
 
-/// Steps below this many grey levels, or below as many units of a mean, are not looked for: the means of a
-/// smooth shade are rounded to neighbouring units along lines that break in just that way.
+/// Least steps, in grey levels and in units of a mean: the means of a smooth shade are rounded to neighbouring units
+/// along lines that break in just that way.
 const LEAST_LEVELS: f64 = 3.0;
 const LEAST_UNITS: i16 = 3;
 

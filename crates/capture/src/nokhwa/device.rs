@@ -28,7 +28,7 @@ const FORMATS: [FrameFormat; 4] =
     [FrameFormat::MJPEG, FrameFormat::YUYV, FrameFormat::NV12, FrameFormat::GRAY];
 /// Time for a person to decide about access to the camera.
 const ASKING: Duration = Duration::from_secs(60);
-/// Memory of a frame comes in whole pages: so much more than a picture needs is no gap between rows.
+/// Page size: memory of a frame comes in whole pages, so a surplus up to one page is no gap between rows.
 const PAGE: usize = 4096;
 
 /// A camera that streams. Every call may take for ever, or panic; so may dropping it.

@@ -28,14 +28,14 @@ use boresight_geometry::{
 
 /// Longest wait for the first frame: the library opens a camera twice, and a person may be asked.
 const START_PATIENCE: Duration = Duration::from_secs(10);
-/// Longest wait for the next one.
+/// Longest wait for a later frame.
 const STEADY_PATIENCE: Duration = Duration::from_secs(2);
-/// Pauses between looks for a lost camera.
+/// Shortest and longest pause between looks for a lost camera.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(4);
 /// Time between two reports of counts.
 const COUNTING: Duration = Duration::from_secs(1);
-/// Frames among which an old one may come again: as many as the driver has memory for.
+/// Number of frames among which an old one may come again: as many as the driver has memory for.
 const BUFFERS: usize = 4;
 
 /// A live camera, read through nokhwa.

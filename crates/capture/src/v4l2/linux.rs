@@ -31,7 +31,7 @@ const MMAP: u32 = sys::v4l2_memory_V4L2_MEMORY_MMAP;
 const CAP_DEVICE_CAPS: u32 = 0x8000_0000;
 const CONTROL_DISABLED: u32 = 0x0001;
 const CONTROL_READ_ONLY: u32 = 0x0004;
-/// Far more than any picture; a length beyond it is a driver's mistake.
+/// Largest believable buffer, far more than any picture: a length beyond it is a driver's mistake.
 const LARGEST_BUFFER: usize = 256 << 20;
 
 /// The kernel of a running Linux.

@@ -9,7 +9,7 @@ use boresight_geometry::{device::Mode, frame::ImageSize};
 
 /// Most entries read from each of a driver's lists: a list without an end must not keep us.
 const LONGEST_LIST: u32 = 256;
-/// Largest side that is believed.
+/// Largest believable side of a picture.
 const LARGEST_SIDE_PX: u32 = 8192;
 /// Sizes tried where a driver offers a range.
 const USUAL_SIZES: [(u32, u32); 7] =

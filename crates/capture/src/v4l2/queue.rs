@@ -12,9 +12,9 @@
 
 use super::kernel::{Errno, FLAG_ERROR, Filled, Handle, Kernel};
 
-/// Buffers asked for. More would only hold older pictures.
+/// Number of buffers. More would only hold older pictures.
 const BUFFERS: u32 = 4;
-/// Signals in a row after which a call is given up.
+/// Consecutive signals after which a call is given up.
 const MOST_INTERRUPTIONS: u32 = 64;
 /// Consecutive EIO results tolerated before the stream is given up.
 const MOST_TRANSFER_ERRORS: u32 = 3;
@@ -158,7 +158,7 @@ impl Queue {
 
     /// Frames lost before the one of this number. Numbers wrap, and some drivers restart them.
     fn missing_before(&mut self, sequence: u32) -> u64 {
-        /// A larger gap is a new count, not a loss.
+        /// Largest gap in the frame numbers that counts as a loss; a larger one is a new count.
         const LARGEST_GAP: u32 = 1000;
         let last = self.last_sequence.replace(sequence);
         let gap = last.map_or(1, |last| sequence.wrapping_sub(last));

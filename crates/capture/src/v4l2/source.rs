@@ -42,20 +42,20 @@ use boresight_geometry::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
 
-/// Frames and time until exposure and focus count as settled.
+/// Least and most frames, and most time, until exposure and focus count as settled.
 const LEAST_SETTLING: u32 = 10;
 const MOST_SETTLING: u32 = 60;
 const MOST_SETTLING_NANOS: u64 = 3_000_000_000;
-/// Largest change of brightness between the last frames of a settled picture, as a share.
+/// Largest relative change of brightness over the last frames of a settled picture, and the number of these frames.
 const SETTLED_CHANGE: f64 = 0.02;
 const SETTLED_FRAMES: usize = 5;
 /// Time for a control change to take effect.
 const LOCKING_NANOS: u64 = 500_000_000;
 /// Time between two readings of the controls, in nanoseconds.
 const READ_BACK_NANOS: u64 = 1_000_000_000;
-/// A picture that loses so much of its sharpness while focus is locked was moved by it.
+/// Share of its sharpness that a picture keeps at least; below it, locking has moved the focus.
 const SHARPNESS_KEPT: f64 = 0.4;
-/// Pauses between looks for a lost camera.
+/// Shortest and longest pause between looks for a lost camera.
 const SHORTEST_PAUSE_NANOS: u64 = 200_000_000;
 const LONGEST_PAUSE_NANOS: u64 = 1_500_000_000;
 

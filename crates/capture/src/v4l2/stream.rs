@@ -15,21 +15,21 @@ use boresight_geometry::{device::Fault, frame::CaptureTime};
 
 /// Longest wait for the first picture: some cameras take seconds to wake.
 const START_NANOS: u64 = 5_000_000_000;
-/// Longest wait for the next picture, unless pictures come slower than one in this time.
+/// Longest wait for a later picture, unless pictures come slower than one in this time.
 const STEADY_NANOS: u64 = 1_500_000_000;
-/// Pictures that may be missing in a row, and the longest wait for them.
+/// Most pictures that may be missing in a row, and the longest wait for them.
 const MISSING: u64 = 4;
 const LONGEST_STEADY_NANOS: u64 = 10_000_000_000;
-/// Restart the stream after this long without a whole frame.
+/// Time without a whole frame after which the stream is restarted.
 const DAMAGED_NANOS: u64 = 4_000_000_000;
-/// Time slept that ends a stream.
+/// Time asleep that ends a stream.
 const SLEPT_NANOS: u64 = 1_000_000_000;
-/// A driver's time stamp longer ago than this is a mistake.
+/// Age beyond which a driver's time stamp is a mistake.
 const BELIEVABLE_NANOS: u64 = 5_000_000_000;
-/// Retries while the device is busy.
+/// Retries while the device is busy, and the pause between them.
 const BUSY_TRIES: u32 = 10;
 const BUSY_PAUSE: Duration = Duration::from_millis(100);
-/// Waits that end without a frame or a reason, in a row, before the device counts as broken.
+/// Consecutive waits without a frame or a reason from which the device counts as broken, and the pause between them.
 const MOST_EMPTY_ERRORS: u32 = 20;
 const EMPTY_PAUSE: Duration = Duration::from_millis(10);
 

@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 use boresight_app::RESULT_FILE;
 use boresight_files::{FileError, Links, TEXT_LIMIT, open, read};
 
-/// Whose presence makes a folder a session.
+/// File whose presence makes a folder a session.
 pub(super) const HEADER: &str = "session.toml";
 /// The journal of a session.
 pub(super) const JOURNAL: &str = "journal.jsonl";
-/// The largest header that counts.
+/// Largest header that counts, in bytes.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
-/// Bytes at the end of a journal that count. They hold the numbers of the last decision.
+/// Bytes at the end of a journal that enter the hash. They hold the numbers of the last decision.
 pub(super) const END_BYTES: u64 = 2048;
 
 /// A line of a manifest: one session.

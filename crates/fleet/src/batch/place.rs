@@ -6,7 +6,7 @@ use super::{address::is_cloud, buckets::Prefix};
 use boresight_files::{FileError, Links, Overwrite, make_folder, read, save};
 use boresight_geometry::parallel;
 
-/// Files read at a time: what waits for a disk or a file server waits together.
+/// Files read at a time: waits for a disk or a file server overlap.
 const READERS: usize = 8;
 
 /// A folder, or a prefix in an object store. Names below it have slashes.

@@ -14,7 +14,7 @@ use boresight_files::{Links, read_text};
 use boresight_formats::CalibrationFile;
 use boresight_run::recording::{Header, SessionFolder};
 
-/// The largest result that is read.
+/// Largest result that is read, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
 
 /// The row of what the session in `folder` ended with; `None` if it has no result.

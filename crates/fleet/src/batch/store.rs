@@ -21,7 +21,7 @@ const JOB: &str = "batch.json";
 const MANIFEST: &str = "manifest.jsonl";
 const ROWS: &str = "items";
 const FILES: &str = "files";
-/// The largest row.
+/// Largest row, in bytes.
 const ROW_LIMIT: u64 = 16 << 20;
 
 /// A folder that holds results of something else.

@@ -28,7 +28,7 @@ use boresight_files::{Links, read_text};
 use boresight_geometry::panic_message::panic_message;
 use boresight_run::recording::Replayed;
 
-/// The largest result whose verdict is looked up.
+/// Largest result whose verdict is looked up, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
 
 /// Why an item can't be worked on, beside the errors of its session.

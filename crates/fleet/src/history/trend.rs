@@ -4,7 +4,7 @@ use super::entry::Entry;
 use boresight_calibrate::{DriftVerdict, LensDifference, StatedLens};
 use boresight_geometry::frame::ImageSize;
 
-/// 99.5 % of χ² with 3 degrees of freedom: for two comparisons, together at the 1 % of a check's one.
+/// χ² quantile at 99.5 % with 3 degrees of freedom: two comparisons together have the 1 % of a check's one.
 const LIMIT_OF_TWO: f64 = 12.838;
 
 /// A calibration, and what has changed.

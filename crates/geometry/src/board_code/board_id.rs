@@ -15,7 +15,7 @@ pub struct BoardId(u32);
 pub struct NotAnId;
 
 impl BoardId {
-    /// Bits that hold it.
+    /// Bits of an ID.
     pub const BITS: u32 = LETTERS as u32 * BITS_OF_LETTER;
 
     /// Makes an ID from the last bits of a number.

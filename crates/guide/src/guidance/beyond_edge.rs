@@ -36,12 +36,12 @@ const PLACES: [(f64, f64); 10] = [
 ];
 /// Distances, in multiples of the nearest whole view's: much nearer, the board may be out of focus.
 const DISTANCES: [f64; 3] = [0.75, 1.0, 1.3];
-/// Share of the corners that must be in the picture, this far from its edge.
+/// Share of the corners that must be in the picture, and their least distance from its edge.
 const SEEN_SHARE: f64 = 0.6;
 const INSET_PX: f64 = 15.0;
-/// Steepest that the board is looked at anywhere, from its normal; at 90° its edge would be seen.
+/// Largest angle between the board's normal and a ray to any of its points; at 90° its edge would be seen.
 const STEEPEST_LOOK_RAD: f64 = 75.0 * std::f64::consts::PI / 180.0;
-/// Farther from the picture than this many of its widths, the lens is a guess.
+/// Largest distance from the picture, in its widths: farther out, the lens is a guess.
 const FARTHEST_WIDTHS: f64 = 2.0;
 
 /// Poses at which a part of the board lies beyond the picture's edge, as it does in the reflected view, in directions that

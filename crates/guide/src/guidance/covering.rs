@@ -22,7 +22,8 @@ const CLOSED: f64 = 0.5;
 const DIRECTIONS: u32 = 24;
 /// … with the tilt that is always asked for, and with this one: a flatter board reaches farther into a corner …
 const FLAT_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
-/// … and how far its middle stands from the picture's, in shares of width and height: the farther, the smaller the board.
+/// … and the distance of its middle from the picture's, in shares of width and height: the farther, the smaller the
+/// board.
 const SHARES: [f64; 5] = [0.0, 0.1, 0.17, 0.23, 0.28];
 /// Among pairs whose variance is at most this multiple of the least, coverage decides.
 const ALMOST_LEAST: f64 = 1.15;

@@ -10,20 +10,20 @@ use std::collections::VecDeque;
 use super::motion::Motion;
 use boresight_geometry::frame::CaptureTime;
 
-/// Exposure assumed before anything has been seen to move: usual for a room's light.
+/// Exposure assumed before anything has been seen to move: usual in a room's light.
 const USUAL_SECS: f64 = 0.012;
-/// Estimates are kept within what cameras do in light in which a board can be found.
+/// Bounds of estimates: exposures of cameras in light in which a board can be found.
 const SHORTEST_SECS: f64 = 0.001;
 const LONGEST_SECS: f64 = 0.035;
-/// Weight of that assumption, as a sum of squared differences of squared speeds: one step to 150 px/s outweighs it.
+/// Weight of `USUAL_SECS`, as a sum of squared differences of squared speeds: one step to 150 px/s outweighs it.
 const USUAL_WEIGHT: f64 = 5e8;
-/// Frames this far apart are compared: the distance hardly changes in this time, the speed does.
+/// Time between compared frames: the distance hardly changes in it, the speed does.
 const APART_SECS: f64 = 0.2;
-/// Frames further apart than this may show different poses.
+/// Time between frames beyond which they may show different poses.
 const TOO_FAR_APART_SECS: f64 = 0.5;
-/// Faster motion leaves edges that no longer follow the model.
+/// Ratio of smear to blur above which edges no longer follow the model.
 const MAX_SMEAR_TO_BLUR: f64 = 12.0;
-/// Share that is forgotten with each frame, because exposure follows the light.
+/// Share that each frame forgets, because exposure follows the light.
 const FORGOTTEN: f64 = 0.002;
 
 /// Estimate of the exposure time from speed and blur.

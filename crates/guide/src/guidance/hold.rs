@@ -3,14 +3,14 @@
 use super::{independence::Role, params::GuidanceParams, stillness::Smear, view::View};
 use boresight_geometry::{Corner, frame::CaptureTime};
 
-/// Share of the picture's width by which corners may be off the best frame's: farther is another pose.
+/// Largest displacement of corners from the best frame's, as a share of the picture's width: farther is another pose.
 const SAME_POSE_WIDTHS: f64 = 0.04;
-/// A hold fades at this share of the pace at which it grows.
+/// Pace at which a hold fades, as a share of the pace at which it grows.
 const FADING: f64 = 0.5;
-/// No frame counts for longer than this, however long ago the one before came.
+/// Longest time that a frame counts for, even after a longer gap.
 const LONGEST_STEP_SECS: f64 = 0.5;
 
-/// A hold becomes shorter from this long after a pose was asked for …
+/// Time after which the hold for a pose becomes shorter …
 const EASED_FROM_SECS: f64 = 1.0;
 /// … at a pace that would end it in this time …
 const EASED_OVER_SECS: f64 = 3.0;

@@ -28,9 +28,9 @@ pub enum Role {
 const CONSISTENCY_FROM_VIEWS: usize = 5;
 /// Standard deviations beyond which a line contradicts the others. Source: `docs/method.md`, section 3.6.
 const CONSISTENCY_SIGMAS: f64 = 3.5;
-/// A line that passes the principal point at less than this, in a picture 1280 pixels wide, contradicts
-/// nothing, however small its standard deviation. Chosen for what a lens model that is too simple leaves: 2.2 px
-/// with eight views in reflected pairs. Source: `docs/method.md`, section 3.9.
+/// Distance from the principal point, in a picture 1280 pixels wide, below which a line contradicts nothing, even with
+/// a tiny standard deviation. Chosen for the error of a lens model that is too simple: 2.2 px with eight views in
+/// reflected pairs. Source: `docs/method.md`, section 3.9.
 const LENS_MODEL_FLOOR_PX: f64 = 2.0;
 /// Ratio of standard deviations below which a line counts as much better known than another.
 const MUCH_BETTER: f64 = 0.5;

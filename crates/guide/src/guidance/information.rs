@@ -8,8 +8,8 @@ use boresight_geometry::{
     frame::ImageSize,
 };
 
-/// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`. What a view is worth hardly depends on
-/// the further coefficients of wide lenses.
+/// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`. The worth of a view hardly depends
+/// on the further coefficients of wide lenses.
 pub const PARAMETERS: usize = BROWN_PARAMETERS - 1;
 
 /// Information or covariance of the lens parameters.
@@ -22,7 +22,7 @@ pub(super) const CORNER_SIGMA_PX: f64 = 0.1;
 /// 1280 pixels wide, then the distortion coefficients.
 const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.01, 0.6];
 
-/// Pixels farther from the middle than this share of the picture, across and down, lie in its corners.
+/// Distance from the middle, as a share of the picture across and down, beyond which pixels lie in its corners.
 const IN_CORNER: f64 = 0.3;
 
 /// Standard deviation, as a share of the weak prior's, of a coefficient that an earlier calibration held fixed.

@@ -14,17 +14,17 @@ use nalgebra::{Point2, SMatrix};
 
 use boresight_geometry::{Corner, Homography, frame::CaptureTime};
 
-/// A corner may stray from the common motion by this much in any case …
+/// Distance by which a corner may always stray from the common motion …
 const HARMLESS_STRAY_PX: f64 = 0.05;
-/// … and by this many medians of all corners' strays. Of 54 corners with independent errors, one strays 5
+/// … and the multiple of all corners' median by which it may. Of 54 corners with independent errors, one strays 5
 /// medians in one frame of a million.
 const STRAY_MEDIANS: f64 = 5.0;
-/// Motion is judged over at least this time, where frames are that close.
+/// Least time over which motion is judged, where frames are that close.
 const LONG_ENOUGH_SECS: f64 = 0.1;
-/// An earlier frame says nothing about motion since then if it is older: slower than one frame per second.
+/// Age beyond which an earlier frame says nothing about motion since then: slower than one frame per second.
 pub(super) const TOO_LONG_SECS: f64 = 1.05;
 
-/// Noise is measured from steps of at most this length.
+/// Longest step from which noise is measured.
 const LONGEST_NOISE_STEP_PX: f64 = 0.25;
 
 /// Corners of the newest frames with a board, as far back as motion is judged.

@@ -2,7 +2,7 @@
 
 use boresight_geometry::frame::ImageSize;
 
-/// Boards that span less than this share of the picture count as far.
+/// Share of the picture below which boards count as far.
 pub const FAR_SPAN_FRACTION: f64 = 0.45;
 
 /// Most reflected pairs of boards that leave the picture.

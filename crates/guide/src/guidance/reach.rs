@@ -20,7 +20,7 @@ const LONG_LENS: f64 = 1.5;
 /// Distance of pairs from the principal point, in picture widths: along their line, and across it with a long lens.
 const ALONG_WIDTHS: f64 = 0.32;
 const ACROSS_WIDTHS: f64 = 0.2;
-/// Tilt of a far board: what it lacks in perspective it gains by tilt.
+/// Tilt of a far board, which makes up for its lack of perspective.
 const FAR_TILT_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Standard deviations that a plan is expected to reach.

@@ -11,7 +11,7 @@
 use super::{motion::Motion, params::GuidanceParams, refusal::Refusal};
 use boresight_geometry::frame::{CaptureTime, FrameKind, ImageSize};
 
-/// A board that was still remains so up to this multiple of the limits.
+/// Multiple of the limits up to which a board that was still remains so.
 const HYSTERESIS: f64 = 1.25;
 /// Time for which a good pose has been held without a view until the limits begin to relax.
 const PATIENCE_SECS: f64 = 3.0;
@@ -19,9 +19,9 @@ const PATIENCE_SECS: f64 = 3.0;
 const STEP_SECS: f64 = 1.5;
 const STEP: f64 = 1.25;
 const MOST_STEPS: f64 = 5.0;
-/// After this long without steady hands, the guide says what helps.
+/// Time without steady hands after which the guide says what helps.
 const ADVICE_SECS: f64 = 5.0;
-/// A pose that is lost for less than this is still the same attempt.
+/// Longest loss of a pose within one attempt.
 const GAP_SECS: f64 = 1.1;
 
 /// Motion of a frame: speed and smear.

@@ -19,8 +19,8 @@ use super::{
 };
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
 
-/// Angle of the second pair's lines to the first's: 45° and some degrees that a person misses it by. Two pairs 41°
-/// apart are the closest that span the plane well enough for a verdict without a finding.
+/// Angle between the second pair's lines and the first's: 45° and some degrees by which a person misses it. Two pairs
+/// 41° apart are the closest that span the plane well enough for a verdict without a finding.
 const SECOND_PAIR_RAD: f64 = 52.0 * PI / 180.0;
 /// Distance by which a person misses a place near the picture's edge, as a share of the picture's shorter side.
 const LEEWAY: f64 = 0.02;

@@ -10,8 +10,8 @@ use boresight_geometry::{
     mean_px,
 };
 
-/// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras' lies within
-/// 100 pixels of the centre.
+/// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras have theirs within 100
+/// pixels of the centre.
 const GUESSED_PP_SD_PX: f64 = 100.0;
 /// Largest share of corners without a ray through the lens estimate, one in this many: beyond 90° no plane does them
 /// justice, and a first estimate may end too early. The others measure the view.

@@ -18,9 +18,9 @@ use boresight_geometry::{Corner, board::Checkerboard, fit_pose};
 const FIRST_SHARE: f64 = 0.4;
 /// … halved each time this long has passed …
 const HALVED_EVERY_SECS: f64 = 0.6;
-/// … and multiplied by this for each view that wasn't shown by someone who follows.
+/// … and multiplied by this for each view that someone showed without following the ghost.
 const UNFOLLOWED: f64 = 0.25;
-/// Someone who follows the ghost has the board recede within this angle of the direction asked for.
+/// Angle from the direction asked for within which the board of someone who follows the ghost recedes.
 const FOLLOWED_WITHIN_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
 /// A view with a smaller share isn't worth a place.
 const LEAST_SHARE: f64 = 0.05;

@@ -6,19 +6,19 @@ use super::prompt::Prompt;
 use crate::guidance::Advice;
 use boresight_geometry::frame::CaptureTime;
 
-/// A new prompt is shown once frames have asked for it for this long within [`RECENT_SECS`].
+/// Time for which frames must ask for a new prompt, within [`RECENT_SECS`], until it's shown.
 const PERSIST_SECS: f64 = 0.4;
 /// Age up to which frames count.
 const RECENT_SECS: f64 = 0.8;
-/// A prompt that was shown stays for this long.
+/// Time for which a prompt that was shown stays.
 const DWELL_SECS: f64 = 1.2;
-/// A prompt that no frame has asked for during this time gives way to the commonest one, however short.
+/// Time without a frame that asks for a prompt, after which it gives way to the commonest one, however short.
 const OUTDATED_SECS: f64 = 1.2;
-/// "Hold still" stays until no frame has asked for it during this time: the pose is really lost.
+/// Time without a frame that asks to hold still, after which "Hold still" goes: the pose is really lost.
 const LOST_POSE_SECS: f64 = 0.5;
-/// A frame counts for no longer than this: after a gap in the pictures nothing is known.
+/// Longest time that a frame counts for: after a gap in the pictures nothing is known.
 const LONGEST_FRAME_SECS: f64 = 0.2;
-/// A prompt that isn't shown at once waits while this many changes lie within the last [`BUSY_SECS`].
+/// Changes within the last [`BUSY_SECS`] that make a prompt wait which isn't shown at once.
 const MOST_CHANGES: usize = 3;
 /// See [`MOST_CHANGES`].
 const BUSY_SECS: f64 = 5.0;

@@ -34,7 +34,7 @@ pub enum Edge {
 }
 
 impl Edge {
-    /// Clockwise from the right.
+    /// All edges and corners, clockwise from the right.
     const ALL: [Self; 8] = [
         Self::Right,
         Self::BottomRight,
@@ -197,10 +197,10 @@ pub enum Gravity {
     Bad,
 }
 
-/// Directions farther apart than this are another edge rather than a turn of the same one.
+/// Angle between directions from which they mean another edge rather than a turn of the same one.
 const OTHER_EDGE_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
-/// Shifts of less than this many pixels along an axis aren't asked for beside a larger one.
+/// Shift along an axis, in pixels, below which it isn't asked for beside a larger one.
 const SMALL_SHIFT_PX: f64 = 10.0;
 
 impl Prompt {

@@ -11,11 +11,11 @@ use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
 const NOISE_FREEDOM: f64 = 600.0;
 /// Least tilt at which the focal length of a single view is used.
 const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
-/// A focal length that is known better than this …
+/// A focal length whose relative standard deviation is below this …
 const FOCAL_SIGMA: f64 = 0.12;
-/// … and differs from the guess by more than this is drawn with from then on.
+/// … and that differs from the guess by more than this share draws ghosts from then on.
 const FOCAL_CHANGE: f64 = 0.12;
-/// Size of a ghost after it recedes, relative to before, and how often it may recede before a view is taken.
+/// Ratio of a ghost's size to its size before it receded, and most recessions before a view is taken.
 const RECEDING: f64 = 0.95;
 const MOST_RECEDED: u32 = 14;
 /// A board spanning less than `TOO_SMALL` of the ghost, this many times in a row, is treated as far …

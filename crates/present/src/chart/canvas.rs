@@ -7,9 +7,9 @@ use super::{DASHES, escaped, push, short, ticks};
 /// Size of a drawing in its own units, which a page scales.
 const WIDTH: f64 = 300.0;
 const CHART_HEIGHT: f64 = 204.0;
-/// No picture is drawn higher, so that tall ones leave room for others.
+/// Largest height of a picture, so that tall ones leave room for others.
 const PICTURE_HEIGHT: f64 = 230.0;
-/// For two drawings side by side where there are three otherwise.
+/// Size of a drawing where two stand side by side instead of three.
 const LARGE_WIDTH: f64 = 450.0;
 const LARGE_HEIGHT: f64 = 240.0;
 const LEFT: f64 = 50.0;
@@ -17,7 +17,7 @@ const BOTTOM: f64 = 36.0;
 const MARGIN: f64 = 8.0;
 /// Width of a digit in letters of the usual size.
 const DIGIT: f64 = 6.4;
-/// Corners of an ellipse as it is drawn.
+/// Corners of a polygon that draws an ellipse.
 const ELLIPSE_POINTS: usize = 60;
 
 /// Style of a line or an area.

@@ -18,7 +18,7 @@ use boresight_geometry::frame::ImageSize;
 
 /// Coverage factor of expanded uncertainties.
 const COVERAGE_FACTOR: f64 = 2.0;
-/// Warnings that stand on the sheet; the others are on the next.
+/// Most warnings on the sheet; the others are on the next.
 const WARNINGS: usize = 3;
 
 /// The sheet. Empty if the report has no certificate, or there is nothing to certify.

@@ -13,9 +13,9 @@ use crate::{
 };
 use boresight_formats::{CalibrationFile, EstimateEntry, LensEntry};
 
-/// Deviations that an ellipse holds.
+/// Standard deviations that an ellipse covers.
 pub(super) const SDS: f64 = 2.0;
-/// More labels than these would hide the lines.
+/// Most labels: more would hide the lines.
 const LABELS: usize = 24;
 
 /// Stable name, mark, and whether the method models the lens.

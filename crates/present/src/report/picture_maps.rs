@@ -15,9 +15,9 @@ use crate::{
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{BoardOutline, frame::ImageSize};
 
-/// More numbers than these would hide the outlines.
+/// Most labels: more would hide the outlines.
 const LABELS: usize = 24;
-/// More arrows than these cannot be told apart.
+/// Most arrows: more can't be told apart.
 const MOST_ARROWS: usize = 1200;
 /// Length of a typical arrow as share of the picture's width.
 const ARROW: f64 = 0.02;

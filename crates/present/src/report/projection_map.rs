@@ -16,7 +16,7 @@ use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageS
 /// Colours from the surest to the least certain.
 const SHADES: [&str; 7] =
     ["#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c"];
-/// Shades on which dark numbers cannot be read.
+/// Number of the shade from which dark numbers can't be read.
 const DARK: usize = 5;
 
 /// Drawing of the map, as SVG.

@@ -186,7 +186,7 @@ fn distortion(lens: &LensEntry) -> String {
     rows
 }
 
-/// Findings that stand one below the other.
+/// Most findings that stand one below the other.
 const FEW_FINDINGS: usize = 4;
 
 /// Findings of the checks, each with its action.
@@ -213,9 +213,9 @@ pub(super) fn findings(calibration: &CalibrationFile) -> String {
     section(Section::Findings, &body)
 }
 
-/// Characters of a command that stand on paper.
+/// Most characters of a command on paper.
 const LONG_COMMAND: usize = 700;
-/// Reasons shown on paper; names shown after one.
+/// Most reasons on paper, and most names after one.
 const REASONS: usize = 12;
 const NAMES: usize = 6;
 

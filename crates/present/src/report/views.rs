@@ -14,7 +14,7 @@ use crate::{
 };
 use boresight_formats::ViewEntry;
 
-/// More views than these would need a third sheet.
+/// Most views: more would need a third sheet.
 const MOST_SHOWN: usize = 60;
 /// Number of views from which there is room for only one line below each.
 const MANY: usize = 16;

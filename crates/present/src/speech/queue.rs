@@ -2,11 +2,11 @@ use std::collections::VecDeque;
 
 use super::{Rank, Word};
 
-/// A request that has waited for longer isn't begun any more.
+/// Time after which a waiting request isn't begun any more.
 pub const STALE_SECS: f64 = 1.0;
-/// Guidance is begun at most this often.
+/// Least time between two begins of guidance.
 pub const GUIDANCE_GAP_SECS: f64 = 2.0;
-/// A request that hasn't changed is said again after this time.
+/// Time after which a request that hasn't changed is said again.
 pub const REPEAT_SECS: f64 = 8.0;
 
 /// Next step of the voice.

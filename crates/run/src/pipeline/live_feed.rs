@@ -8,7 +8,7 @@ use super::latest::{LatestReceiver, LatestSender, latest};
 use boresight_geometry::frame::Frame;
 use boresight_guide::session::{Snapshot, ViewNumber};
 
-/// Pictures of accepted views that a window may lag behind by; more than the largest plan.
+/// Most pictures of accepted views that a window may lag behind by; more than the largest plan.
 const ACCEPTED_CAPACITY: usize = 256;
 
 /// The picture of a view that was just accepted.

@@ -12,7 +12,7 @@ use boresight_geometry::{
     frame::{CaptureTime, Frame},
 };
 
-/// Later than this, time has been lost for good, and what follows is not hurried.
+/// Delay beyond which time has been lost for good, and later frames are not hurried.
 const CATCH_UP: Duration = Duration::from_millis(200);
 
 /// Delivers what a source that can wait has, no sooner than its time stamps say: the simulated camera and

@@ -24,12 +24,13 @@ use boresight_capture::FrameSource;
 use boresight_geometry::{device::Control, frame::Frame};
 use boresight_guide::session::{Command, Input, Session, Snapshot};
 
-/// Small, so that a slow session holds back the detector and old frames are replaced upstream.
+/// Capacity of the session's inbox: small, so that a slow session holds back the detector and old frames are replaced
+/// upstream.
 const INBOX_CAPACITY: usize = 4;
-/// Pending requests for the camera's controls.
+/// Most pending requests for the camera's controls.
 const CONTROL_REQUESTS_CAPACITY: usize = 16;
-/// Pictures kept while one of them may still be accepted: longer than the longest chain from the
-/// detector through the inbox to the session.
+/// Number of pictures kept while one of them may still be accepted: longer than the longest chain from the detector
+/// through the inbox to the session.
 const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
 
 /// Parts of a pipeline.

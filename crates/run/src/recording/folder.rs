@@ -33,7 +33,7 @@ const SCHEMA_NAME: &str = "boresight.session/";
 pub(super) const HEADER: &str = "session.toml";
 pub(super) const JOURNAL: &str = "journal.jsonl";
 const FRAMES: &str = "frames";
-/// The largest header, and the largest stored picture, that are read.
+/// Sizes in bytes of the largest header and the largest stored picture that are read.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
 const FRAME_LIMIT: u64 = 512 << 20;
 /// Longest side of a stored picture.

@@ -21,7 +21,7 @@ use boresight_capture::v4l2::kernel::{
 
 /// Time that any call takes.
 const CALL_NANOS: u64 = 10_000;
-/// Longest that time goes on in one piece.
+/// Longest step of time.
 const TICK_NANOS: u64 = 1_000_000;
 
 /// The model. Clones share one world.

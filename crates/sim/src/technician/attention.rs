@@ -11,7 +11,7 @@ use boresight_geometry::frame::CaptureTime;
 const AWAY_SECS: std::ops::Range<f64> = 1.0..2.0;
 /// Duration of a rest, in seconds.
 const REST_SECS: f64 = 4.0;
-/// Tiredness grows no longer than this.
+/// Time after which tiredness no longer grows.
 const TIRING_SECS: f64 = 90.0;
 
 /// Glances away from the screen: a Poisson process.

@@ -46,13 +46,13 @@ use boresight_geometry::{
 
 /// Longest time for reading a sentence.
 const LONGEST_READING_SECS: f64 = 2.0;
-/// Told to hold still, the person waits this many times longer before correcting the pose.
+/// Factor by which a person waits longer before correcting the pose, when told to hold still.
 const PATIENCE_WHEN_HOLDING: f64 = 4.0;
 /// Range of the actual correction, relative to the requested one.
 const RESPONSE: std::ops::Range<f64> = 0.7..1.2;
-/// Least and largest change of the distance at once.
+/// Least and largest ratio of distances in one correction.
 const DISTANCE_RATIOS: (f64, f64) = (0.6, 1.7);
-/// Largest shift at once, relative to the picture's width.
+/// Largest shift in one correction, relative to the picture's width.
 const LARGEST_SHIFT: f64 = 0.5;
 
 /// The person. See [`Self::pose_at`].

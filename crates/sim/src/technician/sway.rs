@@ -24,7 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use super::{Support, TechnicianParams};
 use boresight_geometry::{Camera, frame::CaptureTime};
 
-/// Below this frequency the sway's density is flat, above it falls with the third power.
+/// Frequency below which the sway's density is flat, and above which it falls with the third power.
 const SWAY_CORNER_HZ: f64 = 0.4;
 /// The sway's band, and how many sines make it up.
 const SWAY_BAND_HZ: (f64, f64) = (0.05, 6.0);

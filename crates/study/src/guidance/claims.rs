@@ -9,15 +9,15 @@ use crate::{
     params::Hand,
 };
 
-/// Most views of the median session, and its seconds.
+/// Most views and seconds of the median session.
 const SESSION_VIEWS: f64 = 4.0;
 const SESSION_SECS: f64 = 12.0;
-/// Stated deviation of ours relative to the limit's.
+/// Largest ratio of our stated deviation to the limit's.
 const NEAR_LIMIT: f64 = 1.3;
-/// Beyond this ratio to the best, a claim fails even in part.
+/// Ratio to the best beyond which a claim fails even in part.
 const NEARLY: f64 = 1.25;
 
-/// Said where most of our runs end before the comparison.
+/// Note where most of our runs end before the comparison.
 const TOO_FEW: &str = "Fewer than half of our runs come so far.";
 
 /// A quantity by which strategies are ranked; less is better.

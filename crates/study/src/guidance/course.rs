@@ -18,7 +18,7 @@ pub(super) const IMAGE_SIZE: ImageSize = ImageSize { width_px: 1920, height_px: 
 pub(super) const F_PX: f64 = 1400.0;
 /// Parameter of the field-of-view lens, radians.
 const FIELD_OF_VIEW_RAD: f64 = 0.9;
-/// The principal point lies at most this far from the picture's centre.
+/// Largest distance of the principal point from the picture's centre.
 const PP_OFF_PX: f64 = 60.0;
 
 /// The lens that takes the pictures.
@@ -112,7 +112,7 @@ pub struct Course {
 }
 
 impl Course {
-    /// The right model; two lenses that are more than the model.
+    /// Codes of the courses: the right model, and two lenses that the model can't describe.
     pub const CODES: [&'static str; 3] = ["right", "k3", "fov"];
 
     /// Names of the courses in words, beside the codes.
@@ -159,7 +159,7 @@ pub(super) fn wanted_pp_sd_px() -> f64 {
     (F_PX / f64::from(IMAGE_SIZE.width_px)).powi(2).max(1.0)
 }
 
-/// Mean standard deviation of projection to be reached.
+/// Mean standard deviation of projection to reach.
 pub(super) const WANTED_PROJECTION_SD_PX: f64 = 0.3;
 
 /// Least distance from the picture's edge at which a corner is found, 20 px in a picture 1080 px high: the same

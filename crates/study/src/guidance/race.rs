@@ -23,9 +23,9 @@ use boresight_guide::guidance::{GuidanceParams, LensEstimate, Progress, View, me
 
 /// Tries at one pose before the person gives up on it.
 const TRIES: i32 = 6;
-/// Views after which the lens is calibrated as the program does it.
+/// Numbers of views after which the lens is calibrated as the program does it.
 pub(super) const CALIBRATED_AFTER: [usize; 2] = [4, 8];
-/// Views before the program replaces its guess of the lens.
+/// Number of views from which the program replaces its guess of the lens.
 const VIEWS_OF_A_LENS: usize = 2;
 
 /// State of a run after a view that counts.

@@ -13,7 +13,7 @@ use crate::{
     statistics::{median, median_interval, rms},
 };
 
-/// Views after which the strategies are compared.
+/// Numbers of views after which the strategies are compared.
 pub(super) const COMPARED_AFTER: [usize; 2] = [4, 8];
 
 /// All runs of one strategy on one course with one hand.
@@ -173,7 +173,7 @@ pub(super) fn median_after(
     median(&values_after(runs, views, value)?)
 }
 
-/// An error beyond this counts as this: the lens is useless either way, and one such run must not hide the others.
+/// Largest error that counts: beyond it the lens is useless, and one such run must not hide the others.
 const USELESS_PX: f64 = 100.0;
 
 /// Root mean square of the PP error after `views` views, and its 95 % interval for two coordinates a run.

@@ -26,14 +26,14 @@ use super::error::{CloudError, Why, is_broken_off};
 
 /// Requests in flight at a time.
 pub(super) const AT_ONCE: usize = 32;
-/// A request that is silent for so long is made again.
+/// Silence after which a request is made again.
 const SILENCE: Duration = Duration::from_secs(20);
 const CONNECT_WITHIN: Duration = Duration::from_secs(5);
-/// A request is made this often, and the pause before it grows to this length.
+/// Tries of a request, the longest pause between two, and the longest time for all.
 const TRIES: usize = 10;
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 const RETRY_FOR: Duration = Duration::from_secs(180);
-/// Pauses before a whole exchange is made again that broke off.
+/// Pauses before an exchange that broke off is made again.
 const PAUSES: [Duration; 4] = [
     Duration::from_millis(200),
     Duration::from_secs(1),

@@ -25,9 +25,9 @@ use boresight_files::{FileError, Links, Scratch, open};
 
 /// Largest body of one request, in bytes; a larger file goes in parts.
 const PART_BYTES: usize = 8 << 20;
-/// The largest object that is copied.
+/// Largest object that is copied, in bytes.
 pub(super) const COPY_LIMIT: u64 = 16 << 30;
-/// Between two looks at an object that another worker is storing.
+/// Time between two looks at an object that another worker is storing.
 const PAUSE: Duration = Duration::from_millis(300);
 /// Looks at such an object before giving up.
 const LOOKS: usize = 20;

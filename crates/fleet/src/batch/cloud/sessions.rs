@@ -29,7 +29,7 @@ const FILES: [(&str, u64); 3] =
     [(HEADER, HEADER_LIMIT), (RESULT_FILE, TEXT_LIMIT), ("check.json", TEXT_LIMIT)];
 const FRAMES: &str = "frames";
 const PICTURE_LIMIT: u64 = 512 << 20;
-/// Folders that are looked into before their sessions are handed on.
+/// Folders listed before their sessions are handed on.
 const CHUNK: usize = 8 * AT_ONCE;
 /// Objects of a session that are fetched at a time.
 const PIECES_AT_ONCE: usize = 8;

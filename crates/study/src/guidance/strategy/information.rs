@@ -14,9 +14,9 @@ use boresight_guide::guidance::information::{
     LensMatrix, PARAMETERS, known_information, view_information,
 };
 
-/// Poses that are looked at for each view.
+/// Candidate poses for each view.
 pub(super) const CANDIDATES: usize = 120;
-/// Tilt and fill that a person can be asked for.
+/// Ranges of tilt and fill that a person can be asked for.
 pub(super) const LIMITS: ([f64; 2], [f64; 2]) = ([0.02, 0.9], [0.4, 0.9]);
 
 /// Views before the first suggestion.

@@ -65,7 +65,7 @@ const fn own(code: &'static str, plan: Plan) -> Strategy {
     Strategy { code, source: "boresight", wish: ours::wish, accept: Accept::Role, plan }
 }
 
-/// All that are compared.
+/// All strategies of the comparison.
 pub const STRATEGIES: [Strategy; 12] = [
     own("ours-quick", Plan::Quick),
     own("ours-full", Plan::Full),
