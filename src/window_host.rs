@@ -57,7 +57,7 @@ pub struct WindowHost {
     /// File of what is remembered.
     memory: Option<PathBuf>,
     lookout: Option<Lookout>,
-    /// ID of the boards printed from here: printing twice is one board.
+    /// ID of the boards printed from here: two prints are one board.
     board_id: BoardId,
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
@@ -269,9 +269,8 @@ fn await_end(mut child: Child) {
 }
 
 impl WindowHost {
-    /// Answers for a window whose first session is `opening`. `stop` ends the whole program. With `paced`, a
-    /// simulated or recorded source keeps to its own time, as a person needs; without, it's as fast as the
-    /// machine.
+    /// Host of a window whose first session is `opening`. `stop` ends the whole program. With `paced`, a simulated or
+    /// recorded source keeps to its own time, as a person needs; without, it runs as fast as the machine can.
     pub fn new(
         opening: Opening,
         paced: bool,
@@ -345,8 +344,8 @@ impl WindowHost {
         Arc::clone(&self.exit)
     }
 
-    /// A folder named for the first session is that session's. One that begins again with another board gets a
-    /// folder beside it, and any other one in `sessions`.
+    /// Folder for `wish`. A folder named for the first session belongs to that session. One that begins again with
+    /// another board gets a folder beside it, and any other one in `sessions`.
     fn folder_for(&self, wish: &SessionRequest) -> Option<PathBuf> {
         if wish.go_on_with.is_some() {
             return None;

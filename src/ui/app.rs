@@ -261,7 +261,7 @@ impl App {
         self.note = Some(text::start::switched(board, before));
     }
 
-    /// Switches the voice as the person wants it; off if nothing here speaks.
+    /// Switches the voice as the person wants it; off if no program here speaks.
     fn voice(&mut self) {
         let Preferences { speech, mirrored, .. } = self.screen.preferences;
         if let Err(trouble) = self.host.speak(speech, mirrored) {
@@ -308,7 +308,7 @@ impl App {
         self.choices.full_screen = self.screen.preferences.full_screen;
     }
 
-    /// Keeps what a session is about that was chosen on the start page.
+    /// Keeps the choices for a session that were made on the start page.
     fn keep_wish(&mut self, wish: &SessionRequest) {
         let mut memory = Memory {
             board: Some(wish.board),

@@ -77,7 +77,7 @@ impl Picture {
     }
 }
 
-/// A picture of some size within a rectangle of the screen, as large as fits.
+/// A picture as large as fits within a rectangle of the screen.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
     /// Rectangle of the picture on the screen.

@@ -15,7 +15,7 @@ const THUMBNAIL_PX: u32 = 192;
 /// Preferences of the person for picture and sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preferences {
-    /// Like a mirror, with left and right of the person in front of the camera.
+    /// True to show the picture as a mirror, with left and right of the person in front of the camera.
     pub mirrored: bool,
     /// A tone for each view taken.
     pub tone: bool,

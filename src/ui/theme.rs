@@ -55,7 +55,7 @@ pub(super) fn approach(share: f32) -> Color32 {
     }
 }
 
-/// A line that is seen on any picture: dark below, `color` above.
+/// A line visible on any picture: dark below, `color` above.
 pub fn strokes(width: f32, color: Color32, opacity: f32) -> [Stroke; 2] {
     [
         Stroke::new(width + 2.0, Color32::from_black_alpha(140).gamma_multiply(opacity)),
@@ -111,7 +111,7 @@ pub(super) fn background(visuals: &Visuals) -> [f32; 4] {
     visuals.panel_fill.to_normalized_gamma_f32()
 }
 
-/// Sets what differs from the toolkit's style: larger words of four sizes, one unit of spacing, calmer surfaces.
+/// Sets the differences from the toolkit's style: larger words of four sizes, one unit of spacing, calmer surfaces.
 pub fn apply(ctx: &Context) {
     for theme in [Theme::Dark, Theme::Light] {
         ctx.style_mut_of(theme, |style| {

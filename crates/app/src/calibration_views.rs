@@ -33,7 +33,7 @@ pub struct CalibrationViews {
     pub corners: Vec<Vec<Corner>>,
     /// Every picture, and why it isn't used if it isn't.
     pub names: Vec<ViewName>,
-    /// Small copies of the used pictures, as far as they were asked for and are there.
+    /// Small copies of the used pictures, if they were asked for and exist.
     pub pictures: Vec<Option<Thumbnail>>,
 }
 

@@ -69,7 +69,7 @@ pub fn certificate(
     }
 }
 
-/// Date, and the first letters of the checksum; without a checksum there is no number.
+/// Certificate number from the date and the first letters of the checksum; empty without a checksum.
 fn own_number(made: Option<&Zoned>, sum: Option<&str>) -> String {
     let Some(short) = sum.and_then(|sum| sum.get(..SHORT)) else { return String::new() };
     let date = made.map_or_else(String::new, |made| made.strftime("%Y%m%d-").to_string());

@@ -145,7 +145,7 @@ pub fn announce(found: &Checked, action: &str, source: &str, announcer: &Announc
     }
 }
 
-/// The file of a check of `source` against the calibration `old` in `against`.
+/// The file of a check of `source` against the calibration `old` from the file `against`.
 pub fn check_file(
     against: &Path,
     source: &str,
@@ -215,7 +215,7 @@ pub fn of_folder(path: &Path, against: &Path, announcer: &Announcer) -> anyhow::
     Ok(compared)
 }
 
-/// Results of the sessions beside the one in `folder`, newest first: what it can be compared with.
+/// Results of the sessions beside the one in `folder`, newest first: candidates for a comparison.
 pub fn older(folder: &Path) -> Vec<PathBuf> {
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
     let mut files: Vec<PathBuf> = entries(parent.unwrap_or(Path::new(".")))

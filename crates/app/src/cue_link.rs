@@ -23,12 +23,12 @@ const NOTICED_TURN_RAD: f64 = 0.25;
 /// Factor by which a person steps back when the board comes too close to the picture's edge.
 const STEP_BACK: f64 = 1.08;
 
-/// Sends what a person would see and hear after each judged frame.
+/// Sends the cues that a person would see and hear after each judged frame.
 pub(super) struct CueSender {
     link: Sender<(FrameId, Vec<Cue>)>,
     last_target: Option<u32>,
     last_instruction: Option<Instruction>,
-    /// The session's number of the source's frame 0, which a resumed session doesn't begin with.
+    /// Session number of the source's frame 0; a resumed session begins with another one.
     first_frame: Option<u64>,
 }
 

@@ -104,7 +104,7 @@ fn marks(camera: &Camera) -> [(bool, Fault); 3] {
     ]
 }
 
-/// Sizes with their rates by format; formats that cannot be read are said to be so.
+/// Sizes with their rates by format; an unreadable format is marked so.
 fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
     let mut formats: Vec<(String, Vec<String>)> = Vec::new();
     let mut last = None;

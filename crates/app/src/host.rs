@@ -31,7 +31,7 @@ pub fn is_camera_name(source: &str) -> bool {
     camera::is_name(source)
 }
 
-/// The program around the window. Without a start page, what that needs can be left out.
+/// The program around the window. A host without a start page can leave out the methods for it.
 pub trait AppHost {
     /// Camera, board and plan of the first session.
     fn first_wish(&self) -> SessionRequest;
@@ -56,7 +56,7 @@ pub trait AppHost {
         Ok(())
     }
 
-    /// The cameras that are there, with what they see. Begins to look through them with the first call.
+    /// The connected cameras, with their pictures. The first call begins to look through them.
     fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
         let _ = wake;
         Vec::new()
@@ -349,7 +349,7 @@ pub struct Opened {
     pub pictures: Vec<(ViewNumber, GrayImage)>,
     /// The camera's controls that can be set.
     pub adjustables: Vec<Adjustable>,
-    /// Something to be told at the start, such as which source was chosen.
+    /// Note to show at the start, such as which source was chosen.
     pub note: Option<String>,
     /// Stores the result. Runs beside the window.
     pub conclude: Box<dyn FnOnce(Result<Finished, PipelineError>) -> Ended + Send>,

@@ -153,7 +153,7 @@ impl Shared {
         self.ends.load(Ordering::Relaxed)
     }
 
-    /// Lists the cameras until the end, and has a viewer for each.
+    /// Lists the cameras until the end, and starts a viewer for each.
     fn list(self: Arc<Self>) {
         let mut viewers: BTreeMap<String, Viewer> = BTreeMap::new();
         while !self.ends() {
@@ -218,7 +218,7 @@ impl Shared {
         }
     }
 
-    /// Shows what an open camera sees. Returns why it can't go on, if it should.
+    /// Shows the pictures of an open camera. Returns why it can't go on, if it should.
     fn follow(
         &self,
         source: &str,

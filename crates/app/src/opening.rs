@@ -35,9 +35,9 @@ pub struct Opening {
     pub session: Option<PathBuf>,
     /// The older calibration that the result is compared with.
     pub against: Option<PathBuf>,
-    /// Hold the new calibration to that one, whose lens hasn't been touched since.
+    /// True to hold the new calibration to the older one, whose lens hasn't been touched since.
     pub hold: bool,
-    /// Folder of a new session; `None` takes a new one in `sessions`.
+    /// Folder of a new session; `None` for a new one in `sessions`.
     pub out: Option<PathBuf>,
     /// True if every picture is stored, not only the accepted ones.
     pub record_stream: bool,

@@ -86,7 +86,7 @@ pub struct SavedSession {
     pub path: PathBuf,
     /// Contents of `session.toml`.
     pub header: Header,
-    /// The state after the last line. Its accepted views are those that were recorded as accepted.
+    /// The state after the last line. Its accepted views are the ones recorded as accepted.
     pub session: Session,
     /// Decisions that this build makes differently.
     pub replayed: Replayed,

@@ -59,8 +59,8 @@ fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     Ok(file)
 }
 
-/// The report of the session at `path`, calibrated again from the views that its journal records. What `stated`
-/// leaves open of the certificate, the session's settings say.
+/// The report of the session at `path`, calibrated again from the views in its journal. The session's settings fill the
+/// gaps that `stated` leaves in the certificate.
 ///
 /// # Errors
 ///
@@ -200,7 +200,7 @@ fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
     CheckFile::read(&found).map(Some).with_context(damaged)
 }
 
-/// A comparison is had again by making it again: its journal alone does not hold the old calibration.
+/// The command that makes a comparison again: its journal alone doesn't hold the old calibration.
 fn check_command(header: &Header, against: &str) -> String {
     let board = header.config.board.argument();
     let square_mm = header.config.board.square_mm;
@@ -304,7 +304,7 @@ fn history(lines: &Lines) -> Result<History, RecordingError> {
     Ok(History { frames, refused, changes })
 }
 
-/// Why the frame was refused or a view taken back, as the person was told then: a stable name.
+/// Stable name of the reason for which the frame was refused or a view taken back, as reported then.
 fn refusal(input: &Input, decision: &str) -> Option<String> {
     let decision: Value = serde_json::from_str(decision).unwrap_or_default();
     let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);

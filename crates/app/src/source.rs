@@ -39,7 +39,7 @@ const SOURCES: &str = "try a name from `boresight devices`, sim, a session folde
 pub struct OpenSource {
     /// The source of the frames.
     pub source: Box<dyn FrameSource>,
-    /// Must be called with every judged frame: the simulated person reads the screen through it.
+    /// Callback for every judged frame: the simulated person reads the screen through it.
     pub on_frame: OnFrame,
     /// The truth, if the source is simulated.
     pub truth: Option<TruthLog>,
@@ -61,7 +61,7 @@ pub enum SourceName {
 }
 
 impl OpenSource {
-    /// Size of its pictures.
+    /// Size of the source's pictures.
     ///
     /// # Errors
     ///

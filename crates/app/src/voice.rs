@@ -55,7 +55,7 @@ impl Speaker {
     }
 }
 
-/// Says what a session asks for while it looks on and is switched on. Ends when dropped, after the news.
+/// Says the requests of a session while it looks on and is switched on. Ends when dropped, after the news.
 pub struct Voice {
     said: Arc<Said>,
     thread: Option<JoinHandle<()>>,

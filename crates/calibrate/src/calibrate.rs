@@ -143,8 +143,8 @@ struct Given<'a> {
 }
 
 impl Given<'_> {
-    /// Calibrates from `views`, of which none repeats another; again with the cause of a misfit allowed for, if it's clear.
-    /// Also what was allowed for then.
+    /// Calibrates from `views`, of which none repeats another. If the cause of a misfit is clear, calibrates again with
+    /// a correction for it, and returns that, too.
     fn calibrate(
         &self,
         views: &[Vec<Corner>],
@@ -250,8 +250,8 @@ impl Given<'_> {
         })
     }
 
-    /// Free homographies through `views`, of which `observations` were made. Their principal lines meet in the principal
-    /// point only if pixels are square, so they are fitted to square ones.
+    /// Free homographies through `views`, from which `observations` were made. Principal lines meet in the principal
+    /// point only if pixels are square, so the homographies are fitted to square ones.
     fn free(
         &self,
         views: &[Vec<Corner>],
@@ -354,8 +354,8 @@ impl Inputs<'_> {
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
     }
 
-    /// The lens of another family than Brown's, if that's allowed and the corners ask for it. `observations` have the stated
-    /// covariances; `brown` is the result for Brown's models, if there is one.
+    /// The lens of another family than Brown's, if that's allowed and the corners clearly support it. `observations`
+    /// have the stated covariances; `brown` is the result for Brown's models, if there is one.
     fn wide_lens(&self, observations: &Observations, brown: Option<&Solution>) -> Option<WideLens> {
         let has = |brown: bool| {
             self.params.models.iter().any(|model| (model.family() == LensFamily::Brown) == brown)
@@ -382,8 +382,8 @@ impl Inputs<'_> {
         better_family(&search, richest.map(|bundle| &bundle.state))
     }
 
-    /// The fit from the first start. If it leaves residuals that views without a common focal length don't have, it
-    /// may have ended in the wrong minimum: then the lowest of all starts, with tilts reversed early or late.
+    /// The fit from the first start. If its residuals are larger than those of views without a common focal length, it
+    /// may be a wrong minimum: then the lowest fit of all starts, with tilts reversed early or late.
     fn lowest(&self, search: &ModelSearch<'_>, starts: &[BundleState]) -> Option<ModelChoice> {
         let floor = self.free.as_ref().map(|free| free.noise_factor().max(self.noise_floor));
         let noise_factor = |choice: &ModelChoice| {

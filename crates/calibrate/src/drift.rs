@@ -51,9 +51,9 @@ const UNSTATED_RADIAL: f64 = 1e-2;
 pub struct OldLens<'a> {
     /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
-    /// Covariance of the lens parameters, if the file states it; zero for those that its lens model doesn't have.
+    /// Covariance of the lens parameters, if the file states it; zero for parameters outside its lens model.
     pub covariance: Option<LensMatrix>,
-    /// Outlines of its boards, in pixels; empty if the file doesn't state them.
+    /// Outlines of the old calibration's boards, in pixels; empty if the file doesn't state them.
     pub outlines: &'a [BoardOutline],
     /// Size of its pictures.
     pub image_size: ImageSize,
@@ -95,11 +95,12 @@ pub struct Drift {
     /// Largest displacement of a ray over the picture, in pixels, by a proportional change of the distortion that would be
     /// detected with a probability of 95 %. `None` if the views leave the distortion open.
     pub visible_lens_px: Option<f64>,
-    /// Largest displacement of the image of a ray over the picture, in pixels.
+    /// Largest displacement of a ray's image over the picture, in pixels.
     pub displacement_px: f64,
     /// Displacement above which a change matters, in pixels.
     pub matters_px: f64,
-    /// Residual with the old distortion over that with a free one; far above 1 if the distortion itself changed.
+    /// Ratio of the residual with the old distortion to the residual with a free one; far above 1 if the distortion
+    /// itself changed.
     pub residual_ratio: f64,
     /// True if the distortion changed: significantly, at 0.1 %, or so that `residual_ratio` is too large.
     pub lens_changed: bool,
@@ -311,7 +312,7 @@ struct Change {
     d_px: Vector3<f64>,
     /// `I₃₃⁻¹`: covariance of `(f, cx, cy)` from the new views, per unit of noise.
     unit_covariance: Matrix3<f64>,
-    /// `I₃₃⁻¹ I₃ₖ`: how `(f, cx, cy)` follow the distortion that is held.
+    /// `I₃₃⁻¹ I₃ₖ`: derivative of `(f, cx, cy)` by the held distortion.
     by_distortion: Matrix3xX<f64>,
     distortion: DistortionPull,
     noise_factor: f64,

@@ -55,7 +55,8 @@ impl Examined {
         Correction::of(&self.causes, choice.bundles.last()?, n, self.overcount)
     }
 
-    /// Covariance of the chosen lens with model uncertainty, by what the corners say. `None` if it isn't finite.
+    /// Covariance of the chosen lens with model uncertainty, scaled by the evidence in the corners. `None` if it isn't
+    /// finite.
     ///
     /// Nearly alike views err alike: with fewer than [`VIEWS_ADVISED`] that differ, those that repeat them don't count.
     pub(super) fn plain_covariance(
@@ -86,8 +87,8 @@ impl Examined {
             .fold(self.causes.doubt, |sum, doubt| sum + doubt)
     }
 
-    /// Doubt from the radial term that even the richest lens model leaves out. `None` if that model isn't allowed: who names
-    /// a simpler one knows the lens.
+    /// Doubt from the radial term that even the richest lens model leaves out. `None` if that model isn't allowed: a
+    /// person who names a simpler one knows the lens.
     fn next_radial_doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> Option<LensMatrix> {
         let richest = choice.bundles.last()?;
         if Some(&choice.richest_allowed) != inputs.family.models().last() {

@@ -12,7 +12,7 @@ use super::solve::{
 };
 use boresight_geometry::{Camera, Corner, Homography, frame::ImageSize};
 
-/// Free homographies of all views, with what their residuals say about the corners in the picture.
+/// Free homographies of all views, with their residuals at the corners in the picture.
 pub(super) struct FreeFit {
     /// Free homographies, with a line for every view given; `None` for those that a pinhole can't see.
     pub(super) free: FreeHomographies,

@@ -43,12 +43,14 @@ pub(super) struct LensChange {
     pub(super) is_significant: bool,
     /// Largest displacement of a ray by the change found, in pixels.
     pub(super) displacement_px: f64,
-    /// Largest displacement of a ray by a proportional change that would be told with a probability of 95 %, in pixels.
+    /// Largest displacement of a ray, in pixels, by a proportional change that would be detected with a probability of
+    /// 95 %.
     pub(super) visible_px: f64,
 }
 
 impl LensChange {
-    /// Tests `pull` against the distortion of `old`, whose parameters have the covariance `old_covariance`.
+    /// Tests `pull` against the distortion of `old`, whose parameters have the covariance `old_covariance`. `None` if
+    /// the views carry no information about the distortion, or if no ray reaches the picture.
     ///
     /// `None` if the views tell nothing about the distortion, or if no ray reaches the picture.
     pub(super) fn of(

@@ -18,8 +18,8 @@ pub struct StatedLens {
 }
 
 impl StatedLens {
-    /// The mean of calibrations of one lens, each with the weight of its covariance. If they scatter more than they
-    /// state, the mean's covariance grows by as much. `None` without any, or if a covariance isn't positive definite.
+    /// Weighted mean of calibrations of one lens. If they scatter more than they state, the mean's covariance grows by
+    /// as much. `None` without any, or if a covariance isn't positive definite.
     pub fn mean(lenses: &[Self]) -> Option<Self> {
         let informations: Vec<Matrix3<f64>> =
             lenses.iter().map(|lens| inverse(&lens.covariance_px2)).collect::<Option<_>>()?;

@@ -11,18 +11,19 @@ pub struct CalibrationParams {
     pub models: Vec<LensModel>,
     /// Let every view have its own focal length, as with a zoom or an autofocus that can't be locked.
     pub varying_focal: bool,
-    /// The sensor or the picture is shifted by design: a principal point far from the middle is no reason for care.
+    /// True if the sensor or the picture is shifted by design: a principal point far from the middle is then no reason
+    /// for care.
     pub shifted_sensor: bool,
     /// Goal that the calibration must meet. It's judged against it; nothing else depends on it.
     pub accept: Option<AcceptanceGoal>,
-    /// Relative standard deviation of the board's square size. It only enters the error of lengths: see
+    /// Relative standard deviation of the board's square size. Only the error of lengths depends on it: see
     /// [`ErrorBound::scale`](super::ErrorBound::scale).
     pub board_scale_sd: f64,
     /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still.
     pub noise_floor_px: Option<f64>,
     /// An earlier calibration of the same lens, untouched since. The result is held to it as far as the two agree.
     pub known_lens: Option<KnownLens>,
-    /// Threads to use where views are many. The result doesn't depend on it.
+    /// Threads to use where views are many. The result doesn't depend on their number.
     pub threads: usize,
 }
 

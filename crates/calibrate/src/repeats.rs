@@ -37,13 +37,13 @@ impl Repeats {
         self.kept.iter().map(|index| views[*index].clone()).collect()
     }
 
-    /// The number of a view among all, from its place among those that repeat none.
+    /// Number of a view among all, from its place among the kept views.
     pub(super) fn number(&self, place: usize) -> usize {
         self.kept.get(place).copied().unwrap_or(place)
     }
 
-    /// `found`, from the views that repeat none, as the result of all `views`: each gets its own pose and residual, under
-    /// the `correction` that `found` allows for.
+    /// `found`, computed from the kept views, as the result of all `views`: each gets its own pose and residual, under
+    /// the `correction` in `found`.
     pub(super) fn restored(
         &self,
         found: Calibration,

@@ -90,9 +90,9 @@ pub struct Calibration {
     pub camera: Camera,
     /// [`Focal::Common`] if every view has the camera's focal length.
     pub focal: Focal,
-    /// Covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included;
-    /// zero for parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully
-    /// correlated. If the focal length varies, its variance is that of a single view's estimate, not the scatter.
+    /// Covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included; zero for
+    /// parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully correlated. If the
+    /// focal length varies, its variance is a single view's, not the scatter.
     pub covariance: LensMatrix,
     /// Covariance as [`Self::covariance`], including the uncertainty of parameters that `model` fixes at zero.
     pub covariance_all: LensMatrix,
@@ -103,8 +103,8 @@ pub struct Calibration {
     /// Typical standard deviation of a corner coordinate in pixels: `noise_factor` times the root mean square of the stated
     /// ones.
     pub noise_px: f64,
-    /// Standard deviation in pixels of errors that the detector can't see: of the print, the flatness of the board or the
-    /// fine shape of the lens. Zero if the residuals show none.
+    /// Standard deviation in pixels of errors that the detector can't detect: in the print, the flatness of the board
+    /// or the fine shape of the lens. Zero if the residuals show none.
     pub excess_px: f64,
     /// All models fitted, simplest first.
     pub candidates: Vec<ModelFit>,
@@ -114,14 +114,14 @@ pub struct Calibration {
     pub views: Vec<ViewResult>,
     /// Standard deviation of projection over the picture.
     pub projection_sd: ProjectionSd,
-    /// 95 % quantile of the root mean square error of projection over the part of the picture that boards have covered, in
-    /// pixels; [`ProjectionSd::bound_px`] is that of the whole picture. `None` if no cell of the grid is covered.
+    /// 95 % quantile of the root mean square error of projection over the part of the picture that boards have covered,
+    /// in pixels; [`ProjectionSd::bound_px`] covers the whole picture. `None` if no cell of the grid is covered.
     pub covered_bound_px: Option<f64>,
-    /// Relative change of the focal length from the first view to the last that would have been reported. `None` if the
-    /// views are too few to tell.
+    /// Least relative change of the focal length from the first view to the last that would have been reported. `None`
+    /// if there are too few views.
     pub visible_drift: Option<f64>,
-    /// Observed over expected shift of the principal point when each view is left out in turn; near 1 if the views agree.
-    /// `None` below four different views.
+    /// Ratio of the observed to the expected shift of the principal point when each view is left out in turn; near 1 if
+    /// the views agree. `None` below four different views.
     pub skip_one_ratio: Option<f64>,
     /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still; `None` if it
     /// wasn't measured.

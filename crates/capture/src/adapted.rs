@@ -25,7 +25,7 @@ pub fn renumbered(source: Box<dyn FrameSource>, first: u64) -> impl FrameSource 
     Adapted { source, next }
 }
 
-/// `first`, which already came from `source`, and then what comes from it.
+/// `first`, which already came from `source`, followed by the rest of `source`.
 pub fn preceded(
     mut first: VecDeque<Result<Arrival, CaptureError>>,
     source: Box<dyn FrameSource>,

@@ -13,8 +13,7 @@ pub fn is_address(name: &str) -> bool {
     SCHEMES.iter().any(|scheme| name.starts_with(scheme))
 }
 
-/// `name` as it may be stored and shown: an address without user, password, query and fragment; anything else
-/// as it is.
+/// `name` for storing and showing: an address without user, password, query and fragment; anything else unchanged.
 pub fn without_secrets(name: &str) -> String {
     if !is_address(name) {
         return name.to_owned();

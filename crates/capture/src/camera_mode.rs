@@ -38,9 +38,8 @@ pub fn layout(fourcc: [u8; 4]) -> Option<PixelLayout> {
     }
 }
 
-/// The best of the offers that can be read: the largest that keeps 15 pictures per second, of those
-/// the uncompressed one if it is about as fast, rather with 8-bit brightness as it is, of those the one nearest to 30
-/// pictures per second.
+/// The best of the readable offers: the largest that keeps 15 pictures per second; among those an uncompressed one if
+/// it's about as fast, preferably with plain 8-bit brightness; among those the one nearest to 30 pictures per second.
 pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
     let rate = |offer: &CameraMode| offer.interval.map(|(n, d)| f64::from(d) / f64::from(n));
     let aim_hz = wanted.rate_hz.unwrap_or(ENOUGH_RATE_HZ);

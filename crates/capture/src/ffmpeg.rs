@@ -159,7 +159,7 @@ impl Ffmpeg {
         }
     }
 
-    /// Waits at most `patience`, then asks for the lost stream again if it is time.
+    /// Waits at most `patience`, then asks for the lost stream again if it's time.
     fn ask_again(&mut self, patience: Duration) {
         let wait = patience.min(self.pause.saturating_sub(self.waited));
         // A signal may end it early; then the next time comes a little sooner.
@@ -175,7 +175,7 @@ impl Ffmpeg {
         }
     }
 
-    /// There is no next picture: a stream is lost, a file is broken.
+    /// Handles the lack of a next picture: a stream is lost, a file is broken.
     fn broken(&mut self, loss: Loss) -> Result<Arrival, CaptureError> {
         if self.is_live {
             self.lose(loss);
@@ -233,7 +233,7 @@ fn timespec(wait: Duration) -> Timespec {
     }
 }
 
-/// Brightness only, in a plain container that says the size once and then sends whole pictures.
+/// The command: brightness only, in a plain container that states the size once and then sends whole pictures.
 fn command(program: &str, name: &str, is_live: bool) -> Command {
     let mut command = Command::new(program);
     command.args(["-nostdin", "-hide_banner", "-loglevel", "error"]);
@@ -298,7 +298,7 @@ enum Next {
 }
 
 impl Pictures {
-    /// Waits at most `patience` for a picture; the newest one that is there if `newest`.
+    /// Waits at most `patience` for a picture; for the newest one that has come if `newest`.
     fn next(&mut self, patience: Duration, newest: bool) -> std::io::Result<Next> {
         let mut picture = None;
         loop {
@@ -460,8 +460,8 @@ fn picture_time(line: &str) -> Option<Option<i64>> {
 /// Longest header of a picture.
 const HEADER_BYTES: usize = 64;
 
-/// Width, height and largest value of a binary PGM picture, and where its pixels begin; `None` while the
-/// bytes do not reach so far.
+/// Width, height and largest value of a binary PGM picture, and the index of its first pixel; `None` until the whole
+/// header has come.
 fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
     if !bytes.starts_with(&b"P5"[..bytes.len().min(2)]) {
         return Err("not a picture");

@@ -22,7 +22,7 @@ const SLOW_UNTIL: f64 = 0.9;
 /// Frames over which damage is judged.
 const DAMAGE_FRAMES: u32 = 30;
 
-/// A change of a doubt: `Some` with what is known, or `None` when it is dispelled.
+/// A change of a doubt: `Some` with its details when it begins, `None` when it's dispelled.
 pub(super) type Change = (Fault, Option<String>);
 
 /// Watches one stream.
@@ -96,7 +96,7 @@ impl Health {
         (self.last_mean, self.last_change) = (Some(mean), change);
     }
 
-    /// Counts `came` frames, of which `damaged` could not be used; `rate_hz` is what was promised.
+    /// Counts `came` frames, of which `damaged` could not be used; `rate_hz` is the promised rate.
     pub(super) fn count(&mut self, came: u64, damaged: u32, rate_hz: Option<f64>, now_nanos: u64) {
         self.judged += came as u32;
         self.damaged += damaged;
@@ -130,7 +130,7 @@ impl Health {
         }
     }
 
-    /// The camera was kept busy for so long: pictures that it didn't send meanwhile are not missing.
+    /// Excuses the time for which the camera was kept busy: pictures that it didn't send meanwhile are not missing.
     #[cfg(all(target_os = "linux", feature = "live"))]
     pub(super) fn excuse(&mut self, nanos: u64) {
         if let Some(from) = &mut self.rate_from {
@@ -138,7 +138,7 @@ impl Health {
         }
     }
 
-    /// Begins or ends a doubt; `Some` with what is known begins it.
+    /// Begins a doubt (`Some`, with its details) or ends it.
     pub(super) fn doubt(&mut self, fault: Fault, detail: Option<String>) {
         let changed = match detail {
             Some(_) => self.doubts.insert(fault),

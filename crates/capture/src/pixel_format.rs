@@ -22,7 +22,7 @@ pub struct Unpacker {
 }
 
 impl Unpacker {
-    /// For frames of `layout` and `size`; `bytes_per_line` is what the driver says, 0 if it says nothing.
+    /// A converter for frames of `layout` and `size`; `bytes_per_line` is the driver's number, 0 if it states none.
     pub fn new(layout: PixelLayout, size: ImageSize, bytes_per_line: u32) -> Self {
         let least = size.width_px as usize * layout.bytes_per_pixel();
         let bytes_per_row = (bytes_per_line as usize).max(least);
@@ -115,14 +115,15 @@ fn brightness(rgb: [u8; 3]) -> u8 {
     ((2126 * r + 7152 * g + 722 * b + 5000) / 10_000) as u8
 }
 
-/// Brightness of `BITS` bits in 8: the whole range, rounded. Larger numbers, which such a camera can't mean, are white.
+/// Scales brightness of `BITS` bits to 8: the whole range, rounded. Larger numbers, which such a camera can't mean, are
+/// white.
 fn shallow<const BITS: u32>(bytes: [u8; 2]) -> u8 {
     let white = (1_u32 << BITS) - 1;
     let value = u32::from(u16::from_le_bytes(bytes)).min(white);
     ((255 * value + white / 2) / white) as u8
 }
 
-/// `pixels` are as many as `size` says: every caller has checked that.
+/// The picture of `pixels`, whose number every caller has checked against `size`.
 fn picture(size: ImageSize, pixels: Vec<u8>) -> GrayImage {
     GrayImage::from_raw(size.width_px, size.height_px, pixels)
         .unwrap_or_else(|| GrayImage::new(size.width_px, size.height_px))

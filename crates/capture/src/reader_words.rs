@@ -31,15 +31,15 @@ const MEANINGS: [(&[&str], Fault, &str); 10] = [
 /// Libraries whose words are about single packets.
 const DECODERS: [&str; 8] = ["h264", "hevc", "mjpeg", "mpeg", "vp8", "vp9", "av1", "swscaler"];
 
-/// The cause that ffmpeg's messages tell, with details for a person; `None` if it isn't a known one.
+/// Cause behind ffmpeg's messages, with details for a person; `None` if it isn't a known one.
 pub(super) fn known(words: &str) -> Option<(Fault, &'static str)> {
     let low = words.to_ascii_lowercase();
     let found = MEANINGS.iter().find(|(signs, ..)| signs.iter().any(|sign| low.contains(sign)));
     found.map(|(_, fault, detail)| (*fault, *detail))
 }
 
-/// The cause that ffmpeg's messages `words` about the source called `name` tell, with details for a person; what
-/// isn't known comes as [`Fault::ReaderFailed`] in ffmpeg's own words, without its internals.
+/// Cause behind ffmpeg's messages `words` about the source called `name`, with details for a person. An unknown cause
+/// becomes [`Fault::ReaderFailed`] in ffmpeg's own words, without its internals.
 pub(super) fn meaning(words: &str, name: &str) -> (Fault, String) {
     match known(words) {
         Some((fault, detail)) => (fault, detail.to_owned()),
@@ -47,7 +47,7 @@ pub(super) fn meaning(words: &str, name: &str) -> (Fault, String) {
     }
 }
 
-/// Why a stream that is being asked for again doesn't come; `None` if it simply is still away.
+/// Reason why a stream that is asked for again doesn't come; `None` if it's simply still away.
 pub(super) fn refusal(words: &str) -> Option<Fault> {
     let (fault, _) = known(words)?;
     matches!(fault, Fault::NotLoggedIn | Fault::NoSuchStream).then_some(fault)

@@ -63,9 +63,9 @@ impl BentEdges {
     }
 }
 
-/// The curvature of a row or column of corners per pixel, towards [`normal`] if positive. A lens bends a straight line
-/// about evenly, so it's a line fitted to the curvatures at the inner corners, or their mean if there are fewer than
-/// three: less noise, and the ends have one, too.
+/// Curvature of a row or column of corners per pixel, towards [`normal`] if positive. A lens bends a straight line
+/// about evenly, so the curvature is a line fitted to the curvatures at the inner corners, or their mean if there are
+/// fewer than three. This reduces noise, and gives the ends a curvature, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Curvature {
     /// Curvature at the middle of the board.

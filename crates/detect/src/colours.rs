@@ -9,7 +9,7 @@ use super::{
 
 /// The squares around a corner.
 pub(super) struct ColourStep {
-    /// Half the brightness difference between the squares on one diagonal and those on the other.
+    /// Half the brightness difference between the two diagonals' squares.
     pub(super) value: f32,
     /// Larger brightness difference between the two squares on a diagonal.
     pub(super) uneven: f32,

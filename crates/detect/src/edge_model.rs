@@ -226,7 +226,7 @@ fn correlation_excess(correlation: f64) -> f64 {
     ((1.0 + rho) / (1.0 - rho)).powf(CORRELATION_POWER)
 }
 
-/// Every how many rows and columns the rough fit looks at a pixel. Of bands, at least two pixels across are left.
+/// Step in rows and columns between the pixels of the rough fit. Bands keep at least two pixels across.
 fn thinning(patch: &Patch) -> i32 {
     let most = match patch.half_px {
         half if half > 13.0 => 3,

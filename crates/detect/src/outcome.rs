@@ -5,8 +5,8 @@ use boresight_geometry::Corner;
 /// A board, found in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
-    /// Every inner corner, row by row in the board's numbering, in pixels with covariance. Those that are covered or cut
-    /// off are [unseen](Corner::unseen).
+    /// Every inner corner, row by row in the board's numbering, in pixels with covariance. A covered or cut-off corner
+    /// is [unseen](Corner::unseen).
     pub corners: Vec<Corner>,
     /// Sharpness, contrast, glare and motion.
     pub quality: Quality,
@@ -44,7 +44,7 @@ pub enum Side {
 pub enum Miss {
     /// Nothing that looks like a checkerboard.
     NoBoard,
-    /// Only part of the board is visible: too little, or it can't be told which part.
+    /// Only part of the board is visible: too little, or an unidentified part.
     PartialBoard {
         /// Number of inner corners found.
         found: usize,

@@ -51,7 +51,7 @@ pub(super) fn is_named_by_code(image: &GrayImage, board: &Checkerboard, px_of: &
 /// Maps a place on the board to a pixel; `None` if the lens has none for it.
 type PxOf<'a> = dyn Fn((f64, f64)) -> Option<Point2<f64>> + 'a;
 
-/// The codes of a board of this size, and whether they run along its columns or rows, not against them.
+/// The codes of a board of this size, each with true if it runs along the board's columns or rows, not against them.
 fn codes(
     image: &GrayImage,
     size: (usize, usize),

@@ -158,8 +158,8 @@ pub(super) fn negate(source: &GrayImage, into: &mut GrayImage) {
     into.iter_mut().for_each(|level| *level = !*level);
 }
 
-/// Replaces every pixel by the darkest or the lightest one of the 3×3 around it. Where light has spread into the dark
-/// squares, or dark into the light ones, so that squares of one colour no longer touch, they do again.
+/// Replaces every pixel by the darkest or the lightest one of the 3×3 around it. This joins squares of one colour again
+/// where light has spread into the dark squares, or dark into the light ones.
 pub(super) fn grow(source: &GrayImage, what: Grow, rows: &mut Vec<u8>, into: &mut GrayImage) {
     let (width, height) = (source.width() as usize, source.height() as usize);
     let mut pixels = std::mem::take(into).into_raw();

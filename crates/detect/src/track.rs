@@ -43,7 +43,7 @@ pub struct Prediction {
 /// Recent detections, from which [`Prediction`]s are made. Depends on nothing else.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
-    /// The last two detections. They outlast a miss: what a prediction from them is worth depends on how old they are.
+    /// The last two detections. They outlast a miss: the worth of a prediction from them depends on their age.
     newest: Option<(CaptureTime, Vec<[f64; 2]>)>,
     before: Option<(CaptureTime, Vec<[f64; 2]>)>,
     followed: u32,

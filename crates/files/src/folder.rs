@@ -38,8 +38,8 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
     if path.is_dir() { Ok(()) } else { Err(writing(io::ErrorKind::NotADirectory.into())) }
 }
 
-/// Makes the names in `folder` last: without this, a new name itself could be lost with the power. Other
-/// systems than Unix don't open folders as files.
+/// Makes the names in `folder` last: without this, a power cut could lose a new name itself. Only Unix opens folders as
+/// files.
 ///
 /// # Errors
 ///

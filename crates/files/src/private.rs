@@ -6,8 +6,8 @@ use super::{
     FileError, Links, Overwrite, open, plain::file_or_nothing, read_text, save::save_with_mode,
 };
 
-/// The text in the file at `path`, which nobody but its owner may read. If nothing is there, `fresh` is stored and
-/// returned; of several programs that store at once, all return the text of the first.
+/// Text of the file at `path`, which nobody but its owner may read. If there is no file, stores and returns `fresh`; of
+/// several programs that store at once, all return the text of the first.
 ///
 /// # Errors
 ///

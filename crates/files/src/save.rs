@@ -94,7 +94,7 @@ pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileEr
     unread.map_or(saved, Err)
 }
 
-/// Writes what `fill` writes, of any length, as [`save`] does. If `fill` fails, what was at `path` stays.
+/// Writes the output of `fill`, of any length, as [`save`] does. If `fill` fails, the old contents of `path` stay.
 ///
 /// # Errors
 ///

@@ -8,15 +8,15 @@ use std::{
 
 use super::FileError;
 
-/// A new folder that only its owner can look into. It's removed with all that it holds when it's dropped; what a killed
-/// program leaves behind is below the system's folder for temporary files. Nothing in it is synced.
+/// A new folder that only its owner can look into, removed with its contents when dropped. After a killed program it's
+/// left below the system's folder for temporary files. Nothing in it is synced.
 #[derive(Debug)]
 pub struct Scratch {
     folder: tempfile::TempDir,
 }
 
 impl Scratch {
-    /// Makes it below the system's folder for temporary files.
+    /// Makes the folder below the system's folder for temporary files.
     ///
     /// # Errors
     ///

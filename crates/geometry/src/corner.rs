@@ -2,14 +2,14 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-/// A measured board corner, with the covariance of its error; or the place of one that isn't seen.
+/// A measured board corner with the covariance of its error, or the expected place of an unseen one.
 ///
 /// The corners of a view fill the whole board, in its order. One that is covered, or outside of the picture, is
 /// [`unseen`](Self::unseen): fits leave it out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// Position in distorted pixels, as the camera delivers them. Of an unseen corner, where it's expected: no
-    /// number where nothing says so.
+    /// Position in distorted pixels, as the camera delivers them. For an unseen corner, the expected position; NaN if
+    /// there is none.
     pub px: Point2<f64>,
     /// Covariance of the position error, px². Positive definite; infinite for an unseen corner.
     pub covariance_px2: Matrix2<f64>,
@@ -75,7 +75,7 @@ fn to_steps(value: f64, steps_per_unit: f64) -> f64 {
     (value * steps_per_unit).round() / steps_per_unit
 }
 
-/// Mean position of the corners that are seen, in pixels; the origin if there are none.
+/// Mean position of the seen corners, in pixels; the origin if there are none.
 pub fn mean_px(corners: &[Corner]) -> Point2<f64> {
     let seen = || corners.iter().filter(|corner| corner.is_seen());
     let sum = seen().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
@@ -87,7 +87,7 @@ pub fn seen_count(corners: &[Corner]) -> usize {
     corners.iter().filter(|corner| corner.is_seen()).count()
 }
 
-/// The corners that are seen, with their board points; the same slices if all are.
+/// The seen corners, with their board points; the same slices if all are seen.
 pub(super) fn seen<'a>(
     board_points_m: &'a [Point2<f64>],
     corners: &'a [Corner],

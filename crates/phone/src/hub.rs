@@ -24,7 +24,7 @@ use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
 /// News kept for a page that was away.
 const NEWS_KEPT: usize = 64;
 
-/// Between the program and its pages. Nothing here ever waits for a page.
+/// Hub between the program and its pages. Nothing here ever waits for a page.
 pub struct Hub {
     picture: watch::Sender<Option<Picture>>,
     /// The newest picture, before the session has judged it.

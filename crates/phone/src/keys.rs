@@ -179,7 +179,7 @@ impl Keys {
     }
 }
 
-/// Puts the signature of `secret`'s random part, for this role, into its other part.
+/// Signs `secret`'s random part for this role, into its other part.
 fn sign(signs: &Secret, secret: &mut Secret, role: Role) {
     let mut signed = [0; NONCE + 1];
     signed[..NONCE].copy_from_slice(&secret.0[..NONCE]);
@@ -192,7 +192,7 @@ fn sign(signs: &Secret, secret: &mut Secret, role: Role) {
     secret.0[NONCE..].copy_from_slice(&signature.0[..length]);
 }
 
-/// Requests that may come at once, and how many more each second.
+/// Token bucket: requests that may come at once, and the number that each second adds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bucket {
     most: f64,
@@ -202,7 +202,7 @@ pub(super) struct Bucket {
 }
 
 impl Bucket {
-    /// For the bearer of a key: pictures, events and a few taps.
+    /// Bucket for the bearer of a key: pictures, events and a few taps.
     pub(super) fn of_key(now: Instant) -> Self {
         Self { most: 60.0, per_sec: 40.0, left: 60.0, at: now }
     }

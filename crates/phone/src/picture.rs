@@ -34,8 +34,8 @@ pub(super) struct Made {
 }
 
 impl Pictures {
-    /// `picture` as a JPEG, or the time until one may be made. One that was made a moment ago will do, if it's newer
-    /// than number `seen`.
+    /// `picture` as a JPEG, or the time until one may be made. A JPEG from a moment ago will do, if it's newer than
+    /// number `seen`.
     pub(super) fn make(&mut self, picture: &Picture, seen: u64) -> Result<Made, Duration> {
         if let Some(last) = &self.last {
             let age = last.made.elapsed();

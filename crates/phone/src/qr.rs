@@ -13,7 +13,7 @@ pub struct QrCode {
 }
 
 impl QrCode {
-    /// The code that reads `text`; `None` if that is too long for one.
+    /// The code that reads `text`; `None` if the text is too long.
     pub fn of(text: &str) -> Option<Self> {
         let code = qrcodegen::QrCode::encode_text(text, QrCodeEcc::Low).ok()?;
         let range = -QUIET..code.size() + QUIET;

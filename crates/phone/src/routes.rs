@@ -75,7 +75,8 @@ pub(super) fn router(hub: Arc<Hub>, gate: Arc<Gate>) -> Router {
         .layer(middleware::from_fn_with_state(gate, guard))
 }
 
-/// Only the page's own script and style run; nothing is loaded from elsewhere, and no page may frame this one.
+/// Content policy: only the page's own script and style run, nothing is loaded from elsewhere, and no page may frame
+/// this one.
 fn policy() -> HeaderValue {
     let hash = |from: &str, to: &str| {
         let start = PAGE.find(from).map_or(0, |at| at + from.len());
@@ -288,7 +289,7 @@ async fn start(
     shop.hub.start(request).then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW)
 }
 
-/// A file of the result, by its place in the list that the page has.
+/// A file of the result, by its place in the page's list.
 async fn file(
     State(shop): State<Shop>,
     Path(number): Path<String>,

@@ -9,7 +9,7 @@ use super::error::ServeError;
 
 pub(super) use backend::{TlsAcceptor, acceptor};
 
-/// A certificate with those that it rests on, and its key, as PEM.
+/// A certificate with its chain and its key, as PEM.
 #[derive(Clone)]
 pub struct Certificate {
     /// The chain, the page's own certificate first.

@@ -82,7 +82,7 @@ pub(super) struct Plan {
 /// The card, in the picture's pixels.
 #[derive(Serialize)]
 struct Ghost {
-    /// Card and dark squares: whether it's dark, mean nearness, points around it.
+    /// Card and dark squares: true for dark, mean nearness, points around it.
     squares: Vec<(bool, f64, Vec<[f64; 2]>)>,
     /// Points and their nearness, closed.
     rim: Vec<Option<[f64; 3]>>,

@@ -131,15 +131,14 @@ impl Card {
         self.px(&Point3::new(x_m, y_m, 0.0))
     }
 
-    /// The rim, closed, `steps` points on each side: where it's seen, and how near. `None` for what isn't in front
-    /// of the camera.
+    /// The rim, closed, `steps` points on each side: pixel and nearness. `None` for points behind the camera.
     pub fn rim(&self, steps: usize) -> Vec<Option<(Point2<f64>, f32)>> {
         let near = |[x, y]: [f64; 2]| Some((self.seen_px(x, y)?, self.nearness(x, y)));
         self.rim_m(steps).into_iter().map(near).collect()
     }
 
-    /// The card, then its dark squares: points around each as they are seen, with how near they are. Four points each;
-    /// more through a fisheye lens, which bends the sides. Squares that aren't in front of the camera are left out.
+    /// The card, then its dark squares: pixels around each, with their nearness. Four points each; more through a
+    /// fisheye lens, which bends the sides. Squares behind the camera are left out.
     pub fn squares(&self) -> impl Iterator<Item = (Shade, Vec<(Point2<f64>, f32)>)> {
         let is_bent = self.lens.distortion.kind == LensKind::Fisheye;
         let Card { square_m, columns, rows, half_m: [half_x, half_y], .. } = *self;
@@ -164,7 +163,7 @@ impl Card {
         })
     }
 
-    /// A curved arrow to the edge that is to go away from the camera. It ends at the outermost inner corners, which
+    /// A curved arrow to the edge that should go away from the camera. It ends at the outermost inner corners, which
     /// are in the picture; its bend keeps it from reading as a shift. Empty if the card faces the camera.
     pub fn arrow(&self) -> Vec<Point2<f64>> {
         let Some([x, y]) = self.away_m() else { return Vec::new() };
@@ -182,8 +181,8 @@ impl Card {
             .collect()
     }
 
-    /// Brackets around the outermost inner corners: three points each, and how near the corner is. `waiting` is 1
-    /// while the board is far from the card, and 0 once it fits.
+    /// Brackets around the outermost inner corners: three points each, and the corner's nearness. `waiting` is 1 while
+    /// the board is far from the card, and 0 once it fits.
     pub fn brackets(&self, waiting: f64) -> impl Iterator<Item = ([Point2<f64>; 3], f32)> {
         let scale = 1.0 + WAITING * waiting;
         let [half_x, half_y] = self.inner_half_m();

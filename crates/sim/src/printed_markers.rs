@@ -68,7 +68,7 @@ impl PrintedMarkers {
         self.is_cell_black(self.cells_at(u, v), self.cell_at(u), self.cell_at(v))
     }
 
-    /// The cells within `du`, `dv` of a point in a light square, which reaches no farther.
+    /// The cells within `du`, `dv` of a point, all in one light square.
     #[inline]
     pub(super) fn around(&self, u: f32, v: f32, du: f32, dv: f32) -> Cells {
         let [left, right] = [self.cell_at(u - du), self.cell_at(u + du)];

@@ -24,7 +24,7 @@ const NOISE_TABLE: usize = 1 << 18;
 /// Movement during the exposure that is too small to see.
 const UNSEEN_MOVEMENT_PX: f64 = 0.05;
 
-/// Draws frames of one scene. Keeps what does not change, and its working memory.
+/// Draws frames of one scene. Keeps the parts that don't change, and its working memory.
 pub struct Renderer {
     camera: Camera,
     print: Print,

@@ -28,7 +28,7 @@ pub enum SceneError {
     },
 }
 
-/// A scene as a file. What is left out is as in the default scene.
+/// A scene as a file. Keys that are left out have the default scene's values.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {

@@ -16,8 +16,8 @@ pub(super) struct View {
     pub(super) line: Option<PrincipalLine>,
 }
 
-/// A view's homography and principal line, of the corners as seen; lines count from `origin_px`.
-/// `sigma_px` is what the corners are believed to be worth.
+/// A view's homography and principal line, of the corners as seen; lines count from `origin_px`. `sigma_px` is the
+/// assumed error of a corner coordinate.
 ///
 /// `None` if the corners have no homography.
 pub(super) fn view(

@@ -79,7 +79,7 @@ pub struct Check {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Within {
-    /// A share of the reference; and the reference's own last digit, half of it up or down.
+    /// A share of the reference, and an absolute tolerance: half of the reference's own last digit.
     Share(f64, f64),
     /// At most as large as the reference.
     AtMost,

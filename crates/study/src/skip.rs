@@ -117,7 +117,7 @@ pub fn rows(
         .collect()
 }
 
-/// [`rows`] for every shift and every way of seeing the corners that is not random.
+/// [`rows`] for every shift and every kind of corners that isn't random.
 pub fn exact(setup: &Setup, shifts_m: &[Vector2<f64>], corners: Corners) -> Vec<Row> {
     parallel::map(shifts_m.len(), |i| rows(setup, &Method::ALL, shifts_m[i], corners, (0, 0)))
         .concat()

@@ -61,7 +61,7 @@ impl Comparison {
         };
     }
 
-    /// Takes what was found. Returns whether there is something new to see. Never waits.
+    /// Takes the result, if there is one. Returns true if there is something new to see. Never waits.
     pub(in super::super) fn look(&mut self) -> bool {
         let Outcome::Working(comparing) = &self.outcome else { return false };
         let found = match comparing.outcome() {

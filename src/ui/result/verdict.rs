@@ -49,7 +49,7 @@ pub(super) fn found(ui: &mut Ui, screen: &Screen) {
     });
 }
 
-/// Shows what a comparison found, and the numbers and methods behind folds.
+/// Shows the result of a comparison, with the numbers and methods behind folds.
 pub(super) fn details(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
     let snapshot = screen.snapshot.as_ref();
     let Some(calibration) = snapshot.and_then(|snapshot| snapshot.calibration.as_ref()) else {
@@ -105,7 +105,7 @@ fn nothing(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiActi
     });
 }
 
-/// The verdict, the two numbers that matter, and where no board has been.
+/// The verdict, the two numbers that matter, and the area without boards.
 fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Calibration) {
     let palette = theme::palette(ui.visuals());
     let color = match calibration.verdict {
@@ -132,7 +132,7 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     }
 }
 
-/// Names the corners of the picture that boards have hardly reached, and offers the two views that would.
+/// Names the corners of the picture that boards have hardly reached, and offers two more views for them.
 fn uncovered(
     ui: &mut Ui,
     (snapshot, calibration): (&Snapshot, &Calibration),

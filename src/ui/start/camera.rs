@@ -136,7 +136,7 @@ fn modes(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
     });
 }
 
-/// Asked once, where it can be seen which way the camera looks.
+/// The question about the mirror, asked once, where the person can see which way the camera looks.
 fn mirror(ui: &mut Ui, choices: &Choices, asks: &mut Vec<UiAction>) {
     if choices.mirrored.is_some() || choices.cameras.is_empty() {
         return;

@@ -65,7 +65,7 @@ impl StartPage {
         }
     }
 
-    /// Takes what the cameras see: a camera that is the only choice is chosen, and a counted board is taken over.
+    /// Takes over the cameras' news: a camera that is the only choice is chosen, and a counted board is used.
     pub fn see(&mut self, choices: &Choices) {
         let usable = || choices.cameras.iter().filter(|camera| camera.trouble.is_none());
         let is_here = choices.cameras.iter().any(|camera| camera.source == self.draft.source);

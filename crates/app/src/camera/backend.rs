@@ -29,9 +29,9 @@ pub struct Backend {
 /// Functions that reach the cameras of a backend.
 #[derive(Clone, Copy, Debug)]
 pub struct Driver {
-    /// The connected cameras. It's called every second while a person chooses one.
+    /// Lists the connected cameras. Called every second while a person chooses one.
     pub near: fn() -> Near,
-    /// Modes of the camera called so that can be read, as the settings name them, the largest first; none if they or the
+    /// Lists the readable modes of a named camera, as the settings name them, the largest first; none if they or the
     /// camera aren't known.
     pub modes: fn(&str) -> Vec<String>,
     /// The camera called so, used in that mode.
@@ -76,7 +76,7 @@ pub struct Unusable {
 pub struct Devices {
     /// Cameras that can be opened.
     pub cameras: Vec<(DeviceEntry, Vec<String>)>,
-    /// Devices that are no camera or can't be used; no line for those that are no news.
+    /// Devices that are no camera or can't be used, each with a line for a person, or none if it's no news.
     pub others: Vec<(OtherDevice, Option<String>)>,
 }
 

@@ -81,7 +81,7 @@ pub fn modes(name: &str) -> Vec<String> {
     driver.map_or(Vec::new(), |driver| (driver.modes)(name))
 }
 
-/// The connected cameras of every backend, and all that is known of them.
+/// The connected cameras of every backend, with all known facts.
 pub fn devices() -> Devices {
     let mut all = Devices::default();
     for driver in drivers(&config::Backend::default()).unwrap_or_default() {
@@ -93,7 +93,7 @@ pub fn devices() -> Devices {
 }
 
 impl ChosenCamera {
-    /// The camera that `name` means, through the backend and in the mode that `config` asks for.
+    /// The camera called `name`, through the backend and in the mode of `config`.
     ///
     /// # Errors
     ///
@@ -112,8 +112,8 @@ impl ChosenCamera {
         (driver.find)(name, &config.camera.wanted().unwrap_or_default())
     }
 
-    /// The only camera that isn't virtual or infrared; `None` if there is none. Announces which, or why one that is
-    /// connected can't be used.
+    /// The only camera that isn't virtual or infrared; `None` if there is none. Announces its name, or why a connected
+    /// one can't be used.
     ///
     /// # Errors
     ///

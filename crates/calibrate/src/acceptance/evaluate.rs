@@ -54,8 +54,8 @@ impl Acceptance {
         self.bound.is_some_and(|bound| bound.scale >= self.goal.limit())
     }
 
-    /// The lens's part over the part that the goal leaves to it: at most 1 if the goal is met. If it's out of reach, over
-    /// the whole goal, so that a session still ends. Infinite without a bound.
+    /// Ratio of the lens's part of the error to the part that the goal leaves to it: at most 1 if the goal is met. If
+    /// the goal is out of reach, the ratio to the whole goal, so that a session still ends. Infinite without a bound.
     pub fn excess(&self) -> f64 {
         let Some(bound) = self.bound else { return f64::INFINITY };
         let limit = self.goal.limit();
@@ -92,7 +92,7 @@ pub fn acceptance(
     Acceptance { goal, bound }
 }
 
-/// The distance below which projection stays at 95 % of the picture's grid points, each with 95 % probability.
+/// The distance within which projection stays at 95 % of the picture's grid points, each with 95 % probability.
 fn projection_bound(
     camera: &Camera,
     covariance: &LensMatrix,
@@ -110,7 +110,8 @@ fn projection_bound(
     Some(ErrorBound { total, lens: total, scale: 0.0, place_px: [px, px] })
 }
 
-/// The [`AREA`] quantile of `errors`, each with its place; `None` if that many of `count` places have no error.
+/// The [`AREA`] quantile over `count` places of `errors`, with its place; a place without an error counts as worse than
+/// all. `None` if the quantile falls on such a place.
 fn quantile<Place: Copy>(mut errors: Vec<(f64, Place)>, count: usize) -> Option<(f64, Place)> {
     errors.sort_by(|a, b| a.0.total_cmp(&b.0));
     let rank = (AREA * count as f64).ceil() as usize;
@@ -132,8 +133,8 @@ fn radius_95(covariance_px2: &Matrix2<f64>) -> f64 {
         .sqrt()
 }
 
-/// Standard deviation of `|ray₂ − ray₁|` for two points `span` apart in normalised coordinates: what it stays below at
-/// 95 % of the places and in all of eight directions in which they fit into the picture, with that place in pixels.
+/// Standard deviation of `|ray₂ − ray₁|` for two points `span` apart in normalised coordinates: its bound at 95 % of
+/// the places and in all of eight directions in which they fit into the picture, with the place of the bound in pixels.
 fn length_sd(
     camera: &Camera,
     covariance: &LensMatrix,

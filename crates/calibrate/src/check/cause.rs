@@ -86,8 +86,8 @@ impl Cause {
         }
     }
 
-    /// Standard deviation over the views of parameters that each view has: the first guess, and the least that is
-    /// believed. `None` if they are free. Free ones would leave f and the principal point undetermined.
+    /// Standard deviation over the views of parameters that each view has: the first guess, and the least believed one.
+    /// `None` if they are free. Free ones would leave f and the principal point undetermined.
     pub(super) fn local_sd(&self) -> Option<(f64, f64)> {
         match self {
             // A hand moving at 300 px/s during 1/30 s.
@@ -99,7 +99,8 @@ impl Cause {
         }
     }
 
-    /// Prior standard deviations of the shared parameters; infinite for free ones. They only keep the fit bounded.
+    /// Prior standard deviations of the shared parameters; infinite for free ones. The finite ones only keep the fit
+    /// bounded.
     pub(super) fn shared_sd(&self) -> [f64; SHARED_EXTRAS] {
         let mut sd = [f64::INFINITY; SHARED_EXTRAS];
         match self {

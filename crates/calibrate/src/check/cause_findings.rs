@@ -13,7 +13,7 @@ const WORTH_A_PARAMETER: f64 = 4.0;
 /// in a hundred calibrations (χ²₁), which then know `fy` a little worse.
 const WORTH_ALLOWING: f64 = 6.63;
 
-/// The likeliest cause, if there is a misfit; or that it isn't clear.
+/// The likeliest cause of a misfit, or a finding that it isn't clear; empty without a misfit.
 pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
     let Some(best) = causes.best_hypothesis() else { return Vec::new() };
     let rivals = causes.rivals();

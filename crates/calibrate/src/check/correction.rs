@@ -22,7 +22,8 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 #[derive(Clone, Debug)]
 pub(crate) struct Correction {
     kind: Kind,
-    /// Covariance of the lens from not knowing the cause's parameters, nor that it isn't one that looks the same.
+    /// Covariance of the lens from doubt about the cause's parameters, and about the cause itself, as others look the
+    /// same.
     pub(crate) doubt: LensMatrix,
     /// Finding that the corrected calibration reports in any case.
     pub(crate) finding: Finding,
@@ -34,7 +35,7 @@ enum Kind {
     PixelAspect(f64),
     /// Squares of this height to width.
     BoardStretched(f64),
-    /// Shift of each corner that is seen in pixels, view by view.
+    /// Shift of each seen corner in pixels, view by view.
     BoardBent(Vec<Vec<Vector2<f64>>>),
 }
 
@@ -72,7 +73,7 @@ impl Correction {
         CalibrationParams { square_pixels, ..params.clone() }
     }
 
-    /// The board as it is, in metres. A bent one is flat here: its corners are moved instead, see [`Self::views`].
+    /// The true board, in metres. A bent board is flat here: its corners are moved instead, see [`Self::views`].
     pub(crate) fn board_m(&self, board_m: &[Point2<f64>]) -> Vec<Point2<f64>> {
         let stretch = if let Kind::BoardStretched(aspect) = self.kind { aspect } else { 1.0 };
         board_m.iter().map(|point_m| Point2::new(point_m.x, point_m.y * stretch)).collect()
@@ -92,8 +93,8 @@ impl Correction {
         Cow::Owned(views.iter().zip(shift_px).map(flat).collect())
     }
 
-    /// The corners of a view that repeats `kept`, the view of that number, as a flat board would show them: each moved as the
-    /// nearest one of `kept`.
+    /// Corners of a view that repeats `kept`, the view of that number, as a flat board would show them: each is moved
+    /// as the nearest one of `kept`.
     pub(crate) fn repeated(&self, view: usize, kept: &[Corner], corners: &[Corner]) -> Vec<Corner> {
         let shift_px = match &self.kind {
             Kind::BoardBent(shift_px) => shift_px.get(view).map_or(&[][..], Vec::as_slice),
@@ -116,7 +117,7 @@ impl Correction {
     }
 }
 
-/// `views` with rows moved so that pixels of the given height to width become square.
+/// `views` with rows moved so that pixels of the given ratio of height to width become square.
 pub(crate) fn with_square_pixels(views: &[Vec<Corner>], pixel_aspect: f64) -> Vec<Vec<Corner>> {
     let square = |corner: &Corner| corner.with_rows_scaled(1.0 / pixel_aspect);
     views.iter().map(|corners| corners.iter().map(square).collect()).collect()

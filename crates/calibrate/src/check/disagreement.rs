@@ -22,8 +22,8 @@ pub(crate) struct Disagreement {
 }
 
 impl Disagreement {
-    /// Compares the chosen model with the free homographies. `pp_doubt_px2` is what the doubt about the lens model adds
-    /// to the covariance of the principal point.
+    /// Compares the chosen model with the free homographies. `pp_doubt_px2` is the part of the principal point's
+    /// covariance from doubt about the lens model.
     pub(crate) fn between(
         choice: &ModelChoice,
         free: &FreeHomographies,

@@ -272,8 +272,8 @@ impl ExtendedProblem<'_> {
 type Perturbed = (usize, f64, Parameters, Parameters);
 
 impl ExtendedProblem<'_> {
-    /// Adds the priors of the local parameters to `block`, and holds those that the view doesn't have at zero. Returns
-    /// their cost.
+    /// Adds the priors of the local parameters to `block`, and holds parameters that the view doesn't have at zero.
+    /// Returns the cost of the priors.
     fn weigh_local<const S: usize>(
         &self,
         view: usize,

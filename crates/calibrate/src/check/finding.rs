@@ -152,7 +152,7 @@ pub enum FindingCode {
         /// Largest value that isn't reported.
         limit: f64,
     },
-    /// The lens isn't the one of the earlier calibration to which it was to be held.
+    /// The lens isn't the earlier calibration's, to which it should have been held.
     LensContradicts {
         /// Test statistic of their difference.
         statistic: f64,
@@ -284,7 +284,8 @@ pub enum FindingCode {
     },
     /// Something in front of the lens shifts the picture smoothly.
     PictureWarped {
-        /// Largest shift at a corner of the board in pixels, without what lens and poses can do as well.
+        /// Largest shift at a corner of the board in pixels, after subtracting the part that lens and poses can
+        /// explain.
         shift_px: f64,
         /// Gain in BIC over a picture that isn't.
         gain: f64,
@@ -360,14 +361,14 @@ pub enum FindingCode {
         /// Root mean square of that error in the residuals, in pixels.
         residual_px: f64,
     },
-    /// The fit leaves smaller residuals than a board held still scatters by.
+    /// The fit leaves smaller residuals than the scatter of a board held still.
     NoiseUnderstated {
         /// Standard deviation of a corner coordinate by the fit, in pixels.
         noise_px: f64,
         /// Standard deviation of a corner coordinate as measured, in pixels.
         measured_px: f64,
     },
-    /// The fit leaves larger residuals than a board held still scatters by.
+    /// The fit leaves larger residuals than the scatter of a board held still.
     NoiseExceeded {
         /// Standard deviation of a corner coordinate by the fit, in pixels.
         noise_px: f64,

@@ -301,7 +301,7 @@ impl Plain<'_> {
     }
 }
 
-/// Half the longer side of the board; what bends it is relative to that.
+/// Half the longer side of the board, the unit of a bend.
 pub(super) fn half_board_m(observations: &Observations) -> f64 {
     observations.board_m().iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max)
 }

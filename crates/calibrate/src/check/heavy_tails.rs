@@ -32,7 +32,8 @@ pub(crate) struct TailWeights {
 }
 
 impl TailWeights {
-    /// The weights that the residuals of the free homographies ask for. `None` if normal errors explain them as well.
+    /// Weights of the corners by the residuals of the free homographies. `None` if normal errors explain the residuals
+    /// as well.
     pub(crate) fn of(
         observations: &Observations,
         free: &FreeHomographies,
@@ -94,8 +95,8 @@ impl TailWeights {
         views.iter().zip(&self.weights).map(view).collect()
     }
 
-    /// Variance of an estimate from weighted corners over what their weights say: `(ν + 4)/(ν + 2)`, from the information
-    /// of two coordinates with errors by Student's t distribution.
+    /// Ratio of the true variance of an estimate from weighted corners to the variance that the weights state: `(ν +
+    /// 4)/(ν + 2)`, from the information of two coordinates with errors by Student's t distribution.
     pub(crate) fn variance_factor(&self) -> f64 {
         (self.freedom + 4.0) / (self.freedom + 2.0)
     }
@@ -138,7 +139,7 @@ impl Tails {
     }
 }
 
-/// Median residual of the corners next to `corner` on the board that are seen; zero without any.
+/// Median residual of the seen corners next to `corner` on the board; zero without any.
 fn of_neighbours(px: &[Option<Vector2<f64>>], corner: usize, board: &Checkerboard) -> Vector2<f64> {
     let (columns, rows) = (board.columns(), board.rows());
     let (row, column) = (corner / columns, corner % columns);

@@ -52,7 +52,7 @@ impl Spread {
     }
 }
 
-/// Principal points with each view left out in turn, compared with the shift expected from noise.
+/// Principal points with each view left out in turn, against the shift expected from noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeaveOneOut {
     /// Principal point without view i, to first order, in pixels; `None` if the other views don't determine it.

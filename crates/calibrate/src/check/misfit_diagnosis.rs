@@ -34,7 +34,7 @@ const POWER_SIGMAS: f64 = 1.645;
 const DRIFT_PROBABILITY: f64 = 0.3;
 const DRIFT_SD: f64 = 6e-3;
 
-/// A fitted hypothesis, and how much better it explains the corners than the plain bundle.
+/// A fitted hypothesis, with its gain over the plain bundle.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     /// Gain in BIC over the richest plain bundle, less [`cost_of_search`].
@@ -46,12 +46,12 @@ pub(super) struct Hypothesis {
 #[derive(Clone, Debug)]
 pub(crate) struct Causes {
     pub(super) hypotheses: Vec<Hypothesis>,
-    /// Gain in BIC from correlated noise, if any: it competes with the hypotheses, for it explains residuals, too.
+    /// Gain in BIC from correlated noise, if any: it competes with the hypotheses, because it explains residuals, too.
     noise_gain: f64,
     /// Covariance of the lens from not knowing which hypothesis holds.
     pub(crate) doubt: LensMatrix,
-    /// Relative change of the focal length from the first view to the last that would be reported. `None` if views are
-    /// too few to tell.
+    /// Least relative change of the focal length from the first view to the last that would be reported. `None` if
+    /// there are too few views.
     pub(crate) visible_drift: Option<f64>,
 }
 
@@ -93,8 +93,8 @@ impl Causes {
         rivals
     }
 
-    /// Covariance of the lens under `best`, from hypotheses of its family that may hold instead. Others are examined again
-    /// once `best` is allowed for.
+    /// Covariance of the lens under `best`, from hypotheses of its family that may hold instead. Other families are
+    /// examined again after the correction for `best`.
     pub(super) fn doubt_beside(&self, best: &Hypothesis) -> LensMatrix {
         let there = best.explanation.state.bundle.camera.lens_parameters();
         let odds = |gain: f64| (0.5 * (gain - best.gain)).exp().min(1.0);
@@ -119,8 +119,8 @@ impl Causes {
     }
 }
 
-/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one. `result` is the lens whose doubt is
-/// asked for; `noise_gain` is what correlated noise gains in BIC.
+/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one. `result` is the lens whose
+/// doubt is computed; `noise_gain` is the gain in BIC from correlated noise.
 pub(crate) fn causes(
     observations: &Observations,
     bundle: &Bundle,
@@ -190,7 +190,7 @@ fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
     }
 }
 
-/// Covariance added by averaging over the hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in proportion to the odds
+/// Covariance from averaging over the hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in proportion to the odds
 /// `e^(gain/2)`; the plain bundle counts with the gain of its noise.
 fn doubt(
     hypotheses: &[Hypothesis],
@@ -232,8 +232,8 @@ fn add_to_f(covariance: &mut LensMatrix, relative_variance: f64, result: &Camera
     covariance.set_block(LensParameter::F, LensParameter::F, &(covariance.f() + more));
 }
 
-/// Relative variance of the focal length after the last view from a drift too small to be seen: a quarter of the mean
-/// square of a drift that was measured as `measured` with `variance`, by its prior.
+/// Relative variance of the focal length after the last view from a drift too small to detect: by its prior, a quarter
+/// of the mean square of a drift that was measured as `measured` with `variance`.
 fn unseen_drift(measured: f64, variance: f64) -> f64 {
     let prior = DRIFT_SD * DRIFT_SD;
     let sum = prior + variance;
@@ -246,7 +246,7 @@ fn unseen_drift(measured: f64, variance: f64) -> f64 {
     0.25 * probability * (mean * mean + left)
 }
 
-/// The part of a symmetric matrix with positive eigenvalues, computed after scaling to a unit diagonal.
+/// The positive part of a symmetric matrix, by its eigenvalues after scaling to a unit diagonal.
 pub(super) fn positive_part(matrix: &LensMatrix) -> LensMatrix {
     let scale = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| {
         let size = matrix[(i, i)].abs().sqrt();

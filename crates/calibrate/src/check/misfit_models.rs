@@ -37,7 +37,7 @@ pub(super) struct Explanation {
     pub(super) cause: Cause,
     /// Number of parameters added by the cause.
     pub(crate) parameters: usize,
-    /// Gain in BIC over the plain bundle: `n ln(cost₀/cost)` less what the parameters cost.
+    /// Gain in BIC over the plain bundle: `n ln(cost₀/cost)` less the penalty for the parameters.
     pub(super) gain: f64,
     /// Sum of squared whitened residuals.
     pub(crate) cost: f64,
@@ -141,8 +141,8 @@ impl<'a> Unexplained<'a> {
         FirstSteps::of(&plain, causes)
     }
 
-    /// The best fit under each of `causes`, in their order, of those whose first step promises to gain most of what the
-    /// parameters cost. The second value is the first step of a focus that drifts.
+    /// The best fits under `causes`, in their order, left out where the first step doesn't promise to gain most of the
+    /// penalty for the parameters. The second value is the first step of a focus that drifts.
     pub(super) fn explain_all(&self, causes: Vec<Cause>) -> (Vec<Explanation>, Option<FirstStep>) {
         let steps = self.first_steps(&causes);
         let drift = causes.iter().position(|cause| *cause == Cause::FocusDrift);
@@ -269,8 +269,8 @@ impl<'a> Unexplained<'a> {
     }
 }
 
-/// `ln |I + A/p|`: what the `count` parameters of a view with the information `p` by their prior cost, if the corners have
-/// the information `A` about them, the pose eliminated (the Occam factor of Bayesian model comparison, MacKay 1992).
+/// `ln |I + A/p|`: the penalty for the `count` parameters of a view with the information `p` from their prior and `A`
+/// from the corners, the pose eliminated (the Occam factor of Bayesian model comparison, MacKay 1992).
 fn evidence_cost<const S: usize>(
     view: &ViewBlock<S, LOCAL>,
     count: usize,

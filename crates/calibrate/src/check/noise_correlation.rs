@@ -165,7 +165,7 @@ impl NoiseCorrelation {
 }
 
 impl View {
-    /// Every `step`-th corner of a view. The others are only looked at: pairs of all corners of a large board would
+    /// Every `step`-th corner of a view. The other corners aren't kept: pairs of all corners of a large board would
     /// take gigabytes.
     fn of(observations: &Observations, bundle: &Bundle, view: usize, step: usize) -> Option<Self> {
         let all = observations.view(view);

@@ -14,7 +14,7 @@ const ODD: f64 = 8.0;
 /// Distance in pixels below which a corner isn't wrong, even if the other corners' errors are much smaller.
 const HARMLESS_PX: f64 = 0.2;
 
-/// True if nearly all corners that are seen follow the row-major order of the board.
+/// True if nearly all seen corners follow the row-major order of the board.
 pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     let (columns, rows) = (board.columns(), board.rows());
     let (mut all, mut wrong) = (0, 0);
@@ -46,7 +46,7 @@ pub(crate) struct OddCorner {
     pub(crate) view: usize,
     pub(crate) corner: usize,
     pub(super) off_px: f64,
-    /// `off_px` over the median distance in its view, or over that in all views if it is larger.
+    /// Ratio of `off_px` to the median distance in its view, or in all views if that is larger.
     pub(crate) times: f64,
 }
 

@@ -100,8 +100,8 @@ impl ProjectionJacobian {
         }
     }
 
-    /// The mean square error is distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`. Its
-    /// quantile is that of the gamma distribution with the same mean and variance (Satterthwaite 1946).
+    /// The mean square error is distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`.
+    /// Its quantile is taken from the gamma distribution with the same mean and variance (Satterthwaite 1946).
     fn bound_px(&self, covariance: &LensMatrix) -> f64 {
         Self::quantile_px(&self.weight(), covariance)
     }

@@ -56,7 +56,7 @@ pub(super) fn suspects(
 struct Tear {
     /// Place of the tear along the axis searched.
     at_px: f64,
-    /// Reduction of the view's cost by a shift of the corners beyond, its pose free.
+    /// Reduction of the view's cost by a shift of the corners beyond the tear, its pose free.
     gain: f64,
     /// Mean squared whitened residual that is left.
     left_square: f64,
@@ -98,7 +98,7 @@ impl FreeView {
         Some(Self { pulls, settled: inverse(&local)?, gradient, cost })
     }
 
-    /// The place along an axis of the picture from which on a shift of all corners reduces the cost most.
+    /// The place along an axis of the picture beyond which a shift of all corners reduces the cost most.
     fn likeliest_tear(&self, along: impl Fn(&Point2<f64>) -> f64) -> Option<Tear> {
         let mut pulls: Vec<&Pull> = self.pulls.iter().collect();
         pulls.sort_by(|a, b| along(&b.px).total_cmp(&along(&a.px)));
@@ -140,7 +140,7 @@ impl FreeView {
             || self.left_if_smooth() > BETTER_THAN_SMOOTH * self.left_if_halves(tear.at_px)
     }
 
-    /// Mean squared whitened residual that is left if the rows on either side have poses of their own.
+    /// Mean squared whitened residual if the rows on either side have poses of their own.
     fn left_if_halves(&self, row_px: f64) -> f64 {
         self.left_square::<12>(|pull| {
             let from = if pull.px.y > row_px { 6 } else { 0 };
@@ -150,7 +150,7 @@ impl FreeView {
         })
     }
 
-    /// Mean squared whitened residual that is left if corners are shifted smoothly over the board.
+    /// Mean squared whitened residual after smooth shifts of the corners over the board.
     fn left_if_smooth(&self) -> f64 {
         let count = self.pulls.len().max(1) as f64;
         let sum = self.pulls.iter().fold(Vector2::zeros(), |sum, pull| sum + pull.px.coords);

@@ -118,7 +118,7 @@ pub(super) fn cost_of_search(cause: &Cause, views: usize) -> f64 {
     }
 }
 
-/// The view from which on another focal length explains most, `1..N`. `None` with fewer than four views.
+/// First view, `1..N`, of the change to another focal length that explains most. `None` with fewer than four views.
 ///
 /// With `I` and `g` the information and gradient of each view for the lens, and `J` the sum of `I` from that view on, a
 /// change of f from there on gains `(Σ g_f)² / (J_ff − J_fθ I⁻¹ J_θf)`, with the other lens parameters refitted.

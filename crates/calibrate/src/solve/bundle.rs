@@ -85,7 +85,7 @@ impl Observations {
         Ok(Self { board_m: board_m.to_vec(), views: whitened, threads: 1 })
     }
 
-    /// Adjusts the corners with that many threads where they are many. The result doesn't depend on it.
+    /// Adjusts the corners with up to `threads` threads where they are many. The result doesn't depend on their number.
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }
@@ -105,8 +105,7 @@ impl Observations {
         )
     }
 
-    /// `of` each few consecutive views, in order. How they are divided doesn't depend on the
-    /// number of threads.
+    /// Calls `of` for each few consecutive views, in order. Their division doesn't depend on the number of threads.
     pub(crate) fn by_chunk<T: Send>(&self, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
         let (coordinates, count) = (self.coordinate_count().max(1), self.views.len());
         let threads = if coordinates >= COORDINATES_WORTH_THREADS { self.threads } else { 1 };
@@ -310,7 +309,7 @@ fn adjust_sized<const S: usize>(
     })
 }
 
-/// The information about the first `S` lens parameters as one about all of them.
+/// Widens an information matrix about the first `S` lens parameters to all of them.
 fn widened<const S: usize>(information: &SMatrix<f64, S, S>) -> LensMatrix {
     let mut all = LensMatrix::zeros();
     all.view_mut((0, 0), (S, S)).copy_from(information);

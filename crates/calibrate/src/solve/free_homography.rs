@@ -38,7 +38,7 @@ impl DistortionCentrePrior {
         Self { px: image_size.centre_px(), sd_px: 0.05 * f64::from(image_size.width_px) }
     }
 
-    /// The prior in a picture whose rows were moved so that pixels of that height to width become square.
+    /// The prior in a picture whose rows were moved so that pixels of that ratio of height to width become square.
     pub(crate) fn with_square_pixels(self, pixel_aspect: f64) -> Self {
         Self { px: Point2::new(self.px.x, self.px.y / pixel_aspect), ..self }
     }
@@ -76,8 +76,8 @@ impl FreeHomographies {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
     }
 
-    /// The fit in the camera's picture, after one in a picture whose pixels of that height to width were made square. The
-    /// principal lines and the covariance of the distortion stay in the latter.
+    /// The fit in the camera's picture, from a fit in a picture whose pixels of that ratio of height to width were made
+    /// square. The principal lines and the covariance of the distortion stay in the latter.
     pub(crate) fn with_pixel_aspect(mut self, pixel_aspect: f64) -> Self {
         let stretch = Matrix2::new(1.0, 0.0, 0.0, pixel_aspect);
         self.pp_px.y *= pixel_aspect;

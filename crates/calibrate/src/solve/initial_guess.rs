@@ -169,8 +169,8 @@ pub(crate) fn distinct_views(views: &[Vec<Corner>], image_size: ImageSize) -> us
     first_alike(views, ALIKE * f64::from(image_size.width_px)).0.len()
 }
 
-/// The views that differ from all earlier ones of these by `limit_px` or more (root mean square), and for each view the
-/// place in that list of the one that it is or resembles.
+/// The views that differ from all earlier ones in the list by `limit_px` or more (root mean square), and for each view
+/// the place in that list of itself or of the one that it resembles.
 pub(crate) fn first_alike(views: &[Vec<Corner>], limit_px: f64) -> (Vec<usize>, Vec<usize>) {
     let means_px: Vec<Option<Point2<f64>>> =
         views.iter().map(|view| view.iter().all(Corner::is_seen).then(|| mean_px(view))).collect();

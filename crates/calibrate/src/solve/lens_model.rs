@@ -6,8 +6,8 @@ use boresight_geometry::{
     Camera, LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize,
 };
 
-/// The distortion coefficients that are estimated, and what they act on. Within a [`LensFamily`] the models are nested: each
-/// contains the ones before it.
+/// Set of estimated distortion coefficients. Within a [`LensFamily`] the models are nested: each contains the ones
+/// before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensModel {
     /// No distortion: a pinhole.
@@ -22,7 +22,7 @@ pub enum LensModel {
     K1K2P1P2K3,
     /// Numerator as above, over a denominator with r², r⁴, r⁶.
     Rational,
-    /// The height in the picture is proportional to the angle to the optical axis.
+    /// Fisheye without coefficients: the height in the picture is proportional to the angle to the optical axis.
     Fisheye,
     /// Fisheye with θ³.
     FisheyeK1,
@@ -156,7 +156,7 @@ impl LensModel {
         }
     }
 
-    /// The prior without which its coefficients aren't told apart, if there is one.
+    /// Prior that the family's coefficients need to be determined, if there is one.
     pub fn own_prior(self) -> Option<LensPrior> {
         (self == Self::Rational).then(LensPrior::of_quotient)
     }
@@ -219,7 +219,7 @@ impl LensFamily {
     }
 }
 
-/// Square pixels: fy follows fx, in lens parameters or in a change of them.
+/// Ties fy to fx for square pixels, in lens parameters or in a change of them.
 pub(crate) fn tie_focal_lengths(lens: &mut [f64]) {
     lens[LensParameter::Fy.index()] = lens[LensParameter::Fx.index()];
 }
@@ -246,7 +246,7 @@ impl LensFreedom {
         self.free.iter().filter(|free| **free).count()
     }
 
-    /// Zeroes the derivatives of fixed parameters; with square pixels, adds the derivative by fy to that by fx.
+    /// Zeroes the derivatives by fixed parameters; with square pixels, adds the derivative by fy to the one by fx.
     pub(crate) fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
         if self.square_pixels {
             join_focal_lengths(jac_lens);

@@ -144,7 +144,7 @@ pub(crate) fn fit_models(
 }
 
 impl ModelSearch<'_> {
-    /// The bundle of one model, after views were reversed that fit better so; sets `reversed` if any was.
+    /// The bundle of one model, after reversals of views that improve the fit; sets `reversed` if there was any.
     fn fit(
         &self,
         model: LensModel,

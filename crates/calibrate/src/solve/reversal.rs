@@ -19,7 +19,7 @@ const LEAST_GAIN: f64 = 1.0;
 const LIMITS: Limits =
     Limits { rounds: 15, first_damping: 1e-3, negligible_step: 1e-4, cost_rounding: 1e-13 };
 
-/// `state` with those views reversed whose corners fit better so, the lens held. `None` if none does.
+/// `state` with those views reversed whose corners then fit better, with the lens held. `None` if there are none.
 ///
 /// Tries only views whose cost is at least `suspicious` times the median view's; 0 tries all.
 pub(super) fn with_better_tilts(

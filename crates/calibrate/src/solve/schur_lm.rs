@@ -204,7 +204,8 @@ pub(crate) struct Minimum<State, const S: usize, const L: usize> {
 pub(crate) enum Start {
     /// A rough guess: damped at first.
     Guess,
-    /// The minimum of nearly the same problem: damping would only shorten steps along what the corners hardly determine.
+    /// The minimum of nearly the same problem: damping would only shorten steps in directions that the corners hardly
+    /// determine.
     Near,
 }
 

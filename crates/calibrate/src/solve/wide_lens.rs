@@ -27,7 +27,7 @@ const RATIONAL_GAIN: f64 = 10.0;
 /// a fifth.
 const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// The lens and poses from which a family of wide lenses is adjusted, under its richest model.
+/// Lens and poses from which a family of wide lenses is adjusted, under its richest model.
 #[derive(Clone, Debug)]
 pub(crate) struct WideLens {
     pub(crate) family: LensFamily,
@@ -78,8 +78,8 @@ pub(crate) struct WideSearch<'a> {
     pub(crate) allowed: &'a [LensModel],
 }
 
-/// The family of wide lenses that explains the corners best, if it does so clearly better than `brown`, the fit of the
-/// richest of Brown's models. If none of those is allowed, the best of the families that are.
+/// The family of wide lenses that explains the corners best, if it's clearly better than `brown`, the fit of the
+/// richest of Brown's models. If no Brown model is allowed, the best of the allowed families.
 pub(crate) fn better_family(
     search: &WideSearch<'_>,
     brown: Option<&BundleState>,

@@ -57,7 +57,7 @@ impl<'a> Bits<'a> {
         self.taken() > 8 * self.data.len()
     }
 
-    /// Whole bytes that were not taken. `None` if too many were, or if the fill of the last byte is not ones.
+    /// Whole bytes that were not taken. `None` if too many were, or if the padding of the last byte is not all ones.
     pub(super) fn left(&self) -> Option<usize> {
         if self.overrun() {
             return None;

@@ -191,8 +191,8 @@ impl StepTable {
         Some(Self { code, fast })
     }
 
-    /// Takes at most 26 bits of the block that has `coefficients` so far; whether it is complete.
-    /// `None` if no encoder writes such.
+    /// Takes at most 26 bits of the block that has `coefficients` so far, and returns if it's complete. `None` if no
+    /// encoder writes such bits.
     #[inline(always)]
     pub(super) fn take(&self, bits: &mut Bits<'_>, coefficients: &mut u32) -> Option<bool> {
         let step = self.fast[bits.peek(FAST_BITS) as usize];

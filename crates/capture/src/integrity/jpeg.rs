@@ -62,7 +62,7 @@ impl JpegGate {
         Ok(Checked { bytes: Cow::Owned(mended), lacked_tables })
     }
 
-    /// Bytes after the last block are a camera's habit, or the sign of a joined frame.
+    /// Judges bytes after the last block: a camera's habit, or the sign of a joined frame.
     fn judge_surplus(&mut self, surplus: usize) -> Result<(), Flaw> {
         if surplus == 0 {
             self.padded_in_a_row = 0;
@@ -234,7 +234,7 @@ impl Headers {
 /// Huffman tables, kept as long as the frames bring the same.
 #[derive(Clone, Debug, Default)]
 struct Tables {
-    /// The bodies of the segments that they were made from; `None` before the first frame.
+    /// Bodies of the segments behind the tables; `None` before the first frame.
     from: Option<Vec<u8>>,
     means: [Option<MeanTable>; 4],
     steps: [Option<StepTable>; 4],

@@ -169,7 +169,8 @@ fn next_ff(bytes: &[u8]) -> Option<usize> {
     Some(passed + found)
 }
 
-/// Steps over `units` units; the bytes left after them. `None` if there is what no encoder writes.
+/// Steps over `units` units, and returns the number of bytes after them. `None` if the data is such as no encoder
+/// writes.
 fn blocks(
     data: &[u8],
     expected: &Expected<'_>,

@@ -144,7 +144,7 @@ impl Blocking for Streaming {
     }
 }
 
-/// Rows that do not follow each other at once: how far apart they lie, the library does not say.
+/// Loss for rows with gaps between them: the library doesn't state their distance.
 fn gaps(came: usize, needed: usize) -> Loss {
     (Fault::NoFormat, format!("frames of {came} bytes for a picture of {needed}"))
 }
@@ -204,7 +204,7 @@ fn mode(format: &CameraFormat) -> Option<Mode> {
     Some(Mode { size: offer.size, layout, interval_secs: offer.interval })
 }
 
-/// The fault that the library's words mean; numbers of errors are in them as text only.
+/// The fault behind the library's words; numbers of errors are in them as text only.
 pub(super) fn loss_of(err: &NokhwaError) -> Loss {
     let words = err.to_string();
     let lower = words.to_lowercase();

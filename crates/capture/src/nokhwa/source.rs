@@ -68,7 +68,7 @@ pub struct NokhwaCamera {
 }
 
 impl NokhwaCamera {
-    /// Opens a camera that was found on Linux; it is found again by what it says of itself.
+    /// Opens a camera that was found on Linux; its own description finds it again.
     ///
     /// # Errors
     ///
@@ -222,7 +222,7 @@ impl NokhwaCamera {
         None
     }
 
-    /// The camera was found again and streams: in the mode of the session, or not at all.
+    /// Takes over the mode of a camera that was found again and streams: the session's mode, or none.
     fn granted(&mut self, mode: Mode) {
         self.last_came = Instant::now();
         if (mode.size, mode.layout) != (self.mode.size, self.mode.layout) {
@@ -243,7 +243,7 @@ impl NokhwaCamera {
         self.tell_doubts();
     }
 
-    /// The frame as a picture, unless it is damaged or an old one.
+    /// The frame as a picture; `None` for a damaged or an old frame.
     fn picture(&mut self, bytes: &[u8], came_at: Instant) -> Option<Arc<Frame>> {
         let now = self.nanos(came_at);
         let checksum = crc32fast::hash(bytes);
@@ -275,7 +275,7 @@ impl NokhwaCamera {
         Some(Arc::new(Frame { id, captured_at, kind, name, image: image? }))
     }
 
-    /// Damage is reported with the next good frame, because the person may be able to act on it.
+    /// Reports counts. Damage comes with the next good frame, because the person may be able to act on it.
     fn tell_counts(&mut self, is_frame: bool) {
         let now = Instant::now();
         let counts = (self.dropped, self.rejected);

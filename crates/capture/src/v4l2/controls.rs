@@ -56,7 +56,7 @@ pub fn control_states(kernel: &mut dyn Kernel, device: Handle) -> Vec<ControlSta
     Survey::of(kernel, device).states()
 }
 
-/// Every control of a camera, read once: each transfer may take seconds.
+/// Survey of every control of a camera, read once: each transfer may take seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Survey {
     /// A number of a control or of one of its automatics, in the order of [`Control::ALL`].
@@ -200,8 +200,7 @@ impl ControlLock {
         self.before.sort_by_key(|(id, _)| is_automatic(*id));
     }
 
-    /// Switches the automatics of `control` off and holds it at the value that it has now, or had when it was
-    /// locked first.
+    /// Switches the automatics of `control` off and holds it at the value kept for it, or else at its present value.
     ///
     /// # Errors
     ///
@@ -290,7 +289,7 @@ impl ControlLock {
         found
     }
 
-    /// Focus or zoom that can't be locked, read otherwise than at the last call: control, before, now.
+    /// Changes of focus or zoom that can't be locked: control, value at the last call, value now.
     pub(super) fn moved_freely(
         &mut self,
         readings: &Readings,
@@ -335,7 +334,7 @@ impl ControlLock {
         }
     }
 
-    /// Restores every control to its value before the session. What stands there already is left alone: each
+    /// Restores every control to its value before the session. A control that is there already is left alone: each
     /// transfer may take seconds.
     pub(super) fn restore(&self, kernel: &mut dyn Kernel, device: Handle) {
         for (id, value) in &self.before {

@@ -94,8 +94,8 @@ impl Camera {
         }
     }
 
-    /// Stable name, which `--source` understands: `usb:VENDOR:PRODUCT[:SERIAL][@PLACE][#NODE]`, or
-    /// `place:PLACE[#NODE]` for what hangs on no USB.
+    /// Stable name, which `--source` understands: `usb:VENDOR:PRODUCT[:SERIAL][@PLACE][#NODE]`, or `place:PLACE[#NODE]`
+    /// for a camera without USB.
     pub fn stable_name(&self) -> String {
         let (port, interface) = port_and_interface(&self.node.place);
         let node = match (interface, self.node.index) {
@@ -122,7 +122,7 @@ impl Camera {
     }
 }
 
-/// Text that stands in a name without a break, quote or command to a terminal.
+/// `text` with every character replaced that would break a name: spaces, quotes, commands to a terminal.
 fn plain(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_control() || c.is_whitespace() || "\"'@#".contains(c) { '_' } else { c })
@@ -199,8 +199,7 @@ fn only_grey(camera: &Camera) -> bool {
     camera.offers.iter().all(|offer| layout(offer.fourcc) == Some(PixelLayout::Grey))
 }
 
-/// The place of a USB device, and which of its interfaces it is about; the whole place and nothing for what
-/// hangs on no USB.
+/// Port of a USB device, and its interface; the whole place and an empty text for a device without USB.
 fn port_and_interface(place: &str) -> (&str, &str) {
     match place.rsplit_once('/') {
         Some((port, last)) => match last.rsplit_once(':') {

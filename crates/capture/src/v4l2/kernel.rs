@@ -30,7 +30,7 @@ impl fmt::Debug for Errno {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Handle(pub i32);
 
-/// A video node as sysfs shows it. Texts are from the device: nothing about them is certain.
+/// A video node as sysfs shows it. Texts come from the device and may hold anything.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Node {
     /// Such as `/dev/video0`.
@@ -103,7 +103,7 @@ pub struct Format {
 pub struct Filled {
     /// Index of the buffer.
     pub index: u32,
-    /// Bytes that are of this frame; the rest are of older ones.
+    /// Bytes of this frame; the rest of the buffer is from older ones.
     pub bytes_used: u32,
     /// See `FLAG_ERROR`, `TIMESTAMP_MASK`.
     pub flags: u32,
@@ -175,7 +175,7 @@ pub trait Kernel: Send {
     fn stream_on(&mut self, device: Handle) -> Result<(), Errno>;
     fn stream_off(&mut self, device: Handle) -> Result<(), Errno>;
     fn wait(&mut self, device: Handle, patience: Duration) -> Result<Readiness, Errno>;
-    /// Contents of a mapped buffer that this program owns; `None` if it does not, or it is shorter.
+    /// Contents of a mapped buffer that this program owns; `None` for another buffer, or a shorter one.
     fn bytes(&mut self, device: Handle, index: u32, len: usize) -> Option<&[u8]>;
     fn control_range(&mut self, device: Handle, id: u32) -> Result<ControlRange, Errno>;
     fn control(&mut self, device: Handle, id: u32) -> Result<i64, Errno>;
@@ -191,7 +191,7 @@ pub trait Kernel: Send {
 /// Readings of the system's clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
-    /// Does not run while the computer sleeps. Driver's time stamps are of this clock.
+    /// Monotonic time in nanoseconds. It doesn't run while the computer sleeps. Drivers' time stamps use this clock.
     pub monotonic_nanos: u64,
     /// Time that waits have slept, in nanoseconds.
     pub slept_nanos: u64,

@@ -15,7 +15,7 @@ const LARGEST_SIDE_PX: u32 = 8192;
 const USUAL_SIZES: [(u32, u32); 7] =
     [(3840, 2160), (1920, 1080), (1600, 1200), (1280, 960), (1280, 720), (800, 600), (640, 480)];
 
-/// A mode as granted, with what the driver says of its memory.
+/// A granted mode, with the driver's layout of its memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Granted {
     /// The granted mode.
@@ -87,7 +87,7 @@ fn intervals(
     }
 }
 
-/// Asks for `offer` and reads back what is granted; `None` if that cannot be read.
+/// Asks for `offer` and reads back the granted mode; `None` if that can't be read.
 pub fn grant(
     kernel: &mut dyn Kernel,
     device: Handle,

@@ -235,7 +235,7 @@ impl Stream {
         (if is_first { Fault::NoFirstFrame } else { Fault::Stalled }, String::new())
     }
 
-    /// The next picture may come this much later: the camera was kept busy.
+    /// Allows the next picture to come this much later: the camera was kept busy.
     pub(super) fn excuse(&mut self, nanos: u64) {
         match &mut self.last_came_nanos {
             Some(last) => *last += nanos,

@@ -87,7 +87,7 @@ impl Worker {
         items.flush()
     }
 
-    /// Has it work on `item` for at most `budget`. After any answer but a row it's of no more use.
+    /// Hands `item` to the process for at most `budget`. After any answer but a row the worker is of no more use.
     pub(super) fn work(&mut self, item: &Item, budget: Duration, stop: &AtomicBool) -> Answer {
         let began = Instant::now();
         if self.write(item).is_err() {

@@ -69,7 +69,7 @@ impl<'a> Desk<'a> {
         Ok(Self { tools, fetches, worker: None, scratch })
     }
 
-    /// Has `item` worked on.
+    /// Gets `item` done, by a worker.
     ///
     /// # Errors
     ///
@@ -108,8 +108,8 @@ impl<'a> Desk<'a> {
         outcome
     }
 
-    /// Has `item` worked on by the worker, which reads the session under its name: of one that was fetched, this is a
-    /// path relative to the worker's own folder.
+    /// Gets `item` done by the worker, which reads the session under its name: for a fetched session, a path relative
+    /// to the worker's own folder.
     fn work_here(
         &mut self,
         item: &Item,
@@ -158,7 +158,7 @@ impl<'a> Desk<'a> {
         }
     }
 
-    /// Hands the file `below`, which the work on `id` has written, over to the results, if they are in an object store.
+    /// Hands the file `below`, written by the work on `id`, over to the results, if they are in an object store.
     ///
     /// # Errors
     ///

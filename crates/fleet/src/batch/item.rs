@@ -70,8 +70,8 @@ impl Content {
 }
 
 impl Item {
-    /// The session in the folder `session`, as it is now; `None` if the name isn't UTF-8. What can't be read counts
-    /// by its error, so that every session becomes a row.
+    /// The session in the folder `session`, as it is now; `None` if the name isn't UTF-8. An unreadable file counts by
+    /// its error, so that every session becomes a row.
     pub fn of(session: &Path) -> Option<Self> {
         let name = session.to_str()?.to_owned();
         let header = read(&session.join(HEADER), HEADER_LIMIT, Links::Refused);

@@ -56,8 +56,8 @@ pub struct Job {
 }
 
 impl Job {
-    /// `action` by the program of that version, with nothing changed. Programs that may decide differently have different
-    /// versions.
+    /// Job for `action` by the program of that version, with no changed setting. Programs that may decide differently
+    /// have different versions.
     pub fn new(action: Action, version: &str) -> Self {
         Self {
             schema: JOB_SCHEMA.into(),
@@ -85,7 +85,7 @@ impl Job {
         Ok(Self { against: Some(against), against_sha256: Some(sha256), ..self })
     }
 
-    /// Names the result of `item`: a hash of all that determines it.
+    /// Names the result of `item`: a hash of everything that determines it.
     pub fn id_of(&self, item: &Item) -> Id {
         let mut hash = hmac_sha256::Hash::new();
         let format = self.format.as_deref().unwrap_or_default();

@@ -17,7 +17,7 @@ use boresight_run::recording::{Header, SessionFolder};
 /// Largest result that is read, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
 
-/// The row of what the session in `folder` ended with; `None` if it has no result.
+/// Row of the recorded result of the session in `folder`; `None` if it has no result.
 ///
 /// # Errors
 ///
@@ -53,7 +53,7 @@ pub(super) fn describe(row: &mut Row, header: &Header) {
 }
 
 impl Row {
-    /// A row of what `item` ended with, with nothing in it yet. It depends on no rule of the program.
+    /// Row for the recorded result of `item`, still empty. It depends on no rule of the program.
     pub fn recorded(item: &Item) -> Self {
         let job = Job::new(Action::Recorded, "");
         Self::new(job.id_of(item).to_string(), &item.session, job.action)

@@ -99,7 +99,7 @@ struct Shared<'a> {
     items: Mutex<(Manifest, u64)>,
     tally: Mutex<Tally>,
     stop: &'a AtomicBool,
-    /// Set when a thread fails, so that the others don't go on for hours.
+    /// Set when a thread fails, so that the others don't continue for hours.
     failed: AtomicBool,
     report: &'a (dyn Fn(&Event<'_>) + Sync),
 }
@@ -217,7 +217,7 @@ impl Shared<'_> {
         Ok(())
     }
 
-    /// Code and row of `item`; `None` if it was asked to stop.
+    /// Code and row of `item`; `None` if the batch was asked to stop.
     fn row(
         &self,
         desk: &mut Desk<'_>,

@@ -37,11 +37,11 @@ pub struct OtherJob {
 }
 
 /// The results of a batch, in a folder or an object store: `batch.json`, `manifest.jsonl`, `items/AB/ID.json`, and
-/// `files/AB/…` for what items write beside their rows.
+/// `files/AB/…` for files beside the rows.
 #[derive(Clone, Debug)]
 pub struct Store {
     place: Place,
-    /// The rows that were there at [`Store::look`], sorted; `None` if each is looked up.
+    /// Rows that existed at [`Store::look`], sorted; `None` if each is looked up.
     seen: Option<Arc<Vec<u128>>>,
 }
 
@@ -114,7 +114,7 @@ impl Store {
         matches!(self.place, Place::Cloud(_))
     }
 
-    /// Notes which rows are there, if it would take long to look up each.
+    /// Notes the existing rows, if it would take long to look up each.
     ///
     /// # Errors
     ///
@@ -166,7 +166,7 @@ impl Store {
         Ok(below)
     }
 
-    /// Takes the file `below`, which the work on `id` left in the folder `scratch`, over into an object store.
+    /// Takes over the file `below`, left by the work on `id` in the folder `scratch`, into an object store.
     ///
     /// # Errors
     ///

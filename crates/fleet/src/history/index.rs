@@ -125,7 +125,7 @@ impl Index {
             .try_for_each(|row| self.put(Entry::of(row.into()), || Ok(serde_json::to_string(row)?)))
     }
 
-    /// Work that couldn't be done, or gave no calibration, has no entry.
+    /// Adds an entry for a row. Work that couldn't be done, or gave no calibration, has none.
     fn put(
         &mut self,
         entry: Option<Entry>,

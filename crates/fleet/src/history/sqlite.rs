@@ -46,7 +46,7 @@ pub(super) struct Database<'a> {
 }
 
 impl<'a> Database<'a> {
-    /// The database in `bytes`; `None` if it's none whose program calls it `version`.
+    /// The database in `bytes`; `None` unless a program of that `version` wrote it.
     pub(super) fn of(bytes: &'a [u8], version: u32) -> Option<Self> {
         let page_bytes = match big_endian(bytes.get(16..18)?) {
             1 => 1 << 16,
@@ -67,8 +67,8 @@ impl<'a> Database<'a> {
         self.bytes.get(from..from.checked_add(self.page_bytes)?)
     }
 
-    /// Hands the values of each record in the b-tree at page `root` to `each`. `None` if the tree is none, or `each` says
-    /// so.
+    /// Hands the values of each record in the b-tree at page `root` to `each`. `None` if the tree is damaged, or if
+    /// `each` returns `None`.
     pub(super) fn walk(
         &self,
         root: u32,
@@ -120,7 +120,7 @@ impl<'a> Database<'a> {
         Some(())
     }
 
-    /// Bytes of a payload of `length` that are in its cell; the rest is in pages of its own.
+    /// Bytes of a payload of `length` that lie in its cell; the rest lies in pages of its own.
     fn local_bytes(&self, length: usize, has_row_ids: bool) -> usize {
         let usable = self.usable;
         let most = if has_row_ids { usable - 35 } else { (usable - 12) * 64 / 255 - 23 };

@@ -83,8 +83,8 @@ impl CameraHistory {
 }
 
 impl Trend {
-    /// Compares the oldest quarter of `lenses`, which are in the order of time, with the newest quarter, which shows a
-    /// slow drift, and with the newest alone, which shows a jump: the clearer of the two changes. `None` if they can't
+    /// Compares the oldest quarter of `lenses` (in the order of time) with the newest quarter, which shows a slow
+    /// drift, and with the newest alone, which shows a jump; keeps the clearer of the two changes. `None` if they can't
     /// be compared.
     fn of(lenses: &[StatedLens], size: ImageSize) -> Option<Self> {
         let quarter = (lenses.len() / 4).max(1);

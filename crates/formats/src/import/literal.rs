@@ -129,7 +129,7 @@ impl<'a> Parser<'a> {
         there
     }
 
-    /// The next character that is neither space nor in a comment, which are passed over.
+    /// The next character after spaces and comments.
     fn peek(&mut self) -> Option<char> {
         loop {
             let rest = self.rest();

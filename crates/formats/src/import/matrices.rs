@@ -6,7 +6,7 @@ use super::{
 };
 use boresight_geometry::LensKind;
 
-/// Reads what OpenCV, its Python users and ROS write: a camera matrix, coefficients and the picture's size.
+/// Reads files of OpenCV, its Python users and ROS: a camera matrix, coefficients and the picture's size.
 ///
 /// Names as in OpenCV's samples and tutorials through the years, as Python programs dump them (`K`, `dist`), and
 /// as in the ROS message. ROS files without a `distortion_model` are `plumb_bob`, as ROS itself reads them. OpenCV's own

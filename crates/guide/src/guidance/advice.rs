@@ -14,12 +14,12 @@ use boresight_geometry::Corner;
 pub enum Advice {
     /// Bring the whole board into the picture.
     ShowBoard,
-    /// Bring the whole board into the picture first. The pose asked for leaves the picture, and a part of a board can be told
-    /// only by following the board there.
+    /// Bring the whole board into the picture first. The pose asked for leaves the picture, and a part of a board can
+    /// be identified only by following the board there.
     ShowWholeFirst,
     /// Make the board recede towards another direction.
     TipTowards {
-        /// Direction in which it recedes now; `None` if it faces the camera.
+        /// Direction in which the board recedes now; `None` if it faces the camera.
         #[serde(rename = "slot_rad")]
         tilt_azimuth_rad: Option<f64>,
         /// Direction in which it should recede.

@@ -44,8 +44,9 @@ const STEEPEST_LOOK_RAD: f64 = 75.0 * std::f64::consts::PI / 180.0;
 /// Largest distance from the picture, in its widths: farther out, the lens is a guess.
 const FARTHEST_WIDTHS: f64 = 2.0;
 
-/// Poses at which a part of the board lies beyond the picture's edge, as it does in the reflected view, in directions that
-/// are independent of all accepted ones. None without accepted views: a part can be told apart only by following the board.
+/// Poses at which a part of the board lies beyond the picture's edge, also in the reflected view, in directions that
+/// are independent of all accepted ones. None without accepted views: a part can be identified only by following the
+/// board.
 pub(super) fn pairs_beyond_edge(
     accepted: &[View],
     board: &Checkerboard,

@@ -144,7 +144,7 @@ fn outlines(views: &[View], columns: usize) -> Vec<BoardOutline> {
     views.iter().filter_map(|view| view.outline(columns)).collect()
 }
 
-/// Outline of the part of a ghost that is seen once a board stands there.
+/// Outline of the visible part of a ghost, once a board stands there.
 fn outline_in_picture(
     ghost_px: &[Point2<f64>],
     columns: usize,
@@ -165,7 +165,7 @@ impl<'a> Covering<'a> {
         Self { outlines: outlines(accepted, board.columns()), board, lens_estimate }
     }
 
-    /// The pair of poses that gives the highest `score` of all outlines; `None` if none gives more than there is.
+    /// The pair of poses that gives the highest `score` of all outlines; `None` if none raises the score.
     fn most(
         mut self,
         pairs: impl Iterator<Item = Pair>,

@@ -45,7 +45,7 @@ impl Default for ExposureEstimate {
 }
 
 impl ExposureEstimate {
-    /// Adds a frame; `motion` is how the board moved up to it, if that is known.
+    /// Adds a frame; `motion` is the board's motion up to it, if known.
     pub fn add(&mut self, captured_at: CaptureTime, motion: Option<&Motion>, blur_px: f64) {
         let Some(motion) = motion else {
             self.newest = None;
@@ -74,7 +74,7 @@ impl ExposureEstimate {
         self.frames.push_back((time, speed_squared, blur));
     }
 
-    /// The exposure time. A usual one until something has been seen to move.
+    /// The exposure time in seconds. A usual one until something has been seen to move.
     pub fn secs(&self) -> f64 {
         let (xx, xy) = self.sums;
         (xy / xx).max(0.0).sqrt().clamp(SHORTEST_SECS, LONGEST_SECS)

@@ -45,7 +45,7 @@ pub struct HeldFrame {
 }
 
 impl HeldFrame {
-    /// Variance of its blur, the lens's and the motion's together: uniform motion by `m` adds `m²/12`.
+    /// Variance of the frame's blur, by lens and motion together: uniform motion by `m` adds `m²/12`.
     fn blur_px2(&self) -> f64 {
         let smear_px = self.smear.map_or(0.0, |smear| smear.smear_px);
         self.view.blur_px * self.view.blur_px + smear_px * smear_px / 12.0
@@ -59,7 +59,7 @@ impl Hold {
         Self { best: first, held_secs: 0.0, judged_at }
     }
 
-    /// Adds a frame of the hold: the sharpest of those that moved rigidly becomes the best one.
+    /// Adds a frame of the hold: the sharpest one that moved rigidly becomes the best one.
     pub fn add(&mut self, frame: HeldFrame) {
         self.held_secs += self.step_secs(frame.view.captured_at);
         let is_sharper = frame.blur_px2() < self.best.blur_px2();
@@ -68,7 +68,7 @@ impl Hold {
         }
     }
 
-    /// Notes a frame that isn't good. Returns whether anything of the hold is left.
+    /// Notes a frame that isn't good. Returns false if nothing of the hold is left.
     pub fn fade(&mut self, now: CaptureTime) -> bool {
         self.held_secs -= FADING * self.step_secs(now);
         self.held_secs > 0.0

@@ -28,8 +28,9 @@ const IN_CORNER: f64 = 0.3;
 /// Standard deviation, as a share of the weak prior's, of a coefficient that an earlier calibration held fixed.
 const FIXED_SHARE: f64 = 1e-3;
 
-/// Fisher information about the lens from views at these poses, of each the corners in the picture, with errors of
-/// `sigma_px`, and from weak priors: positive definite without any view. A view with a corner behind the camera adds nothing.
+/// Fisher information about the lens from views at these poses, each with its corners in the picture and errors of
+/// `sigma_px`, and from weak priors: positive definite without any view. A view with a corner behind the camera adds
+/// nothing.
 pub fn known_information(
     poses: impl IntoIterator<Item = Isometry3<f64>>,
     board: &Checkerboard,
@@ -43,7 +44,7 @@ pub fn known_information(
         .fold(prior, |sum, view| sum + view)
 }
 
-/// Weak priors and, if there is one, an earlier calibration: its covariance, with the error that no model states.
+/// Weak priors and, if there is one, an earlier calibration: its covariance, plus an error that no model states.
 pub(super) fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     let sigma = prior_sigma(lens_estimate.image_size);
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
@@ -114,7 +115,7 @@ pub(super) fn information_in_picture(
     information_of(pose, board, &lens_estimate.camera, sigma_px, |_, px| size.contains(px))
 }
 
-/// [`view_information`] of the corners for which `is_seen` says so of their index and pixel.
+/// [`view_information`] from the corners for which `is_seen` (of index and pixel) is true.
 pub(super) fn information_of(
     pose: &Isometry3<f64>,
     board: &Checkerboard,
@@ -160,8 +161,8 @@ pub(super) fn projection_weight(lens_estimate: &LensEstimate) -> (LensMatrix, us
     (weight, grid.pixels.len())
 }
 
-/// [`projection_weight`] of the grid's pixels in the picture's corners, per pixel; the camera still turns as is best for the
-/// whole picture. `None` if the lens has no ray for any of them.
+/// [`projection_weight`] of the grid's pixels in the picture's corners, per pixel; the camera still turns to suit the
+/// whole picture best. `None` if the lens has no ray for any of them.
 pub(super) fn corner_weight(lens_estimate: &LensEstimate) -> Option<LensMatrix> {
     let grid = ProjectionGrid::new(lens_estimate);
     let size = lens_estimate.image_size;

@@ -50,7 +50,7 @@ pub struct Motion {
     pub scatter: Scatter,
 }
 
-/// Squares of what corners stray from the board's common motion between frames.
+/// Squared residuals of corners from the board's common motion between frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scatter {
     /// Sum over corners and axes.
@@ -60,7 +60,7 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    /// Adds the scatter between another two frames. Equal frames are copies, and say nothing.
+    /// Adds the scatter between another two frames. Equal frames are copies, and add nothing.
     pub fn add(&mut self, other: Self) {
         if other.sum_px2 <= 0.0 {
             return;
@@ -196,7 +196,7 @@ pub fn moved_rigidly(before: &[Corner], after: &[Corner]) -> bool {
     CommonStep::between(before, after).is_some_and(|step| step.is_rigid)
 }
 
-/// Trace of the covariance of where `motion` maps the point `from`; `None` on its vanishing line.
+/// Trace of the covariance of the image of the point `from` under `motion`; `None` on its vanishing line.
 fn variance_px2(motion: &Homography, from: &Point2<f64>) -> Option<f64> {
     let to = motion.map(from)?;
     let scale = (motion.image_from_board().row(2) * from.to_homogeneous()).x;

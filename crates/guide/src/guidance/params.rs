@@ -174,7 +174,7 @@ impl GuidanceParams {
         Self { independent_rad: closer * self.independent_rad, ..self }
     }
 
-    /// The limits for views that are to cover more of the picture: their direction hardly matters.
+    /// The limits for views that should cover more of the picture: their direction hardly matters.
     #[must_use]
     pub fn for_coverage(self) -> Self {
         Self { independent_rad: CLOSER * self.independent_rad, ..self }

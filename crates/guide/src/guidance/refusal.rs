@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Why a view is not taken: what was measured, and what is wanted.
+/// Why a view is not taken, with the measured and the wanted value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "why")]
 pub enum Refusal {

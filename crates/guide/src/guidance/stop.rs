@@ -120,15 +120,14 @@ fn planned_views(params: &GuidanceParams) -> usize {
     }
 }
 
-/// Views that bring the standard deviations down to the goals, with the square root of their number.
+/// Number of views that bring the standard deviations down to the goals, by the square root law.
 fn views_by_noise(views: usize, precision: &Precision, params: &GuidanceParams) -> usize {
     let excess = precision.excess(params);
     (views as f64 * excess * excess).min(10_000.0).ceil() as usize
 }
 
-/// Forecast of the views still to take: the missing partners, then as many as bring the standard deviations
-/// down with the square root of their number, in whole pairs. `None` once the session is over. Source:
-/// `docs/method.md`, section 3.5.
+/// Forecast of the views still to take: the missing partners, then enough, in whole pairs, to bring the standard
+/// deviations down by the square root law. `None` once the session is over. Source: `docs/method.md`, section 3.5.
 pub fn forecast(
     accepted: &[View],
     precision: Option<&Precision>,

@@ -63,8 +63,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// Larger of the shares of the picture's width and height that the ghost's corners span, as far as they're in the
-    /// picture.
+    /// Larger of the shares of the picture's width and height that the ghost's corners in the picture span.
     pub fn span_fraction(&self, image_size: ImageSize) -> f64 {
         let ImageSize { width_px, height_px } = image_size;
         let last = Point2::new(f64::from(width_px) - 1.0, f64::from(height_px) - 1.0);
@@ -77,9 +76,9 @@ impl Target {
     }
 }
 
-/// The pose to ask for next: the partner of the newest view that has none, else the first open slot, else
-/// one view of the most informative reflected pair or, once only coverage is missing, of the pair that covers
-/// most. Source: `docs/method.md`, section 3.4.
+/// The pose to ask for next: the partner of the newest view that has none, else the first open slot, else one view of
+/// the most informative reflected pair or, once only coverage is missing, of the pair that covers most. Source:
+/// `docs/method.md`, section 3.4.
 ///
 /// `None` if the plan has no further pose, or the board can't be placed in the picture as the limits ask.
 pub fn next_target(
@@ -154,8 +153,8 @@ pub fn covering_target(
     Some(target(Purpose::Coverage, &wanted, &pose, board, lens_estimate))
 }
 
-/// Direction of the first slot that is well clear of every accepted principal line, moved away from them if that
-/// helps; failing that, of the first that is just clear. `None` once all slots are covered.
+/// Direction of the first slot that is well clear of every accepted principal line, moved away from them if that helps;
+/// otherwise of the first that is just clear. `None` once all slots are covered.
 fn open_direction_rad(
     accepted: &[View],
     lens_estimate: &LensEstimate,
@@ -186,9 +185,9 @@ fn open_direction_rad(
         .map(|direction_rad| direction_rad.rem_euclid(2.0 * PI))
 }
 
-/// The point reflection about the principal point of the view *as accepted*, not as asked for: `R' = ZRZ`,
-/// `t' = Zt`, `Z = diag(−1, −1, 1)`. Exact in the picture for every radially symmetric lens. The partner of a
-/// view that shows a much smaller board than fits is asked for as large as fits, at the reflected place.
+/// Point reflection about the principal point of the view *as accepted*, not as asked for: `R' = ZRZ`, `t' = Zt`, `Z =
+/// diag(−1, −1, 1)`. Exact in the picture for every radially symmetric lens. If the view shows a much smaller board
+/// than fits, the partner is asked for as large as fits, at the reflected place.
 fn partner_target(
     of: usize,
     view: &View,
@@ -238,8 +237,8 @@ fn partner_target(
     }
 }
 
-/// The partner of a view of which a part is seen: where its unseen corners are expected in the picture is too rough a guess
-/// to reflect. `None` of a whole view.
+/// Partner of a partly seen view: the expected places of its unseen corners are too rough a guess to reflect. `None`
+/// for a whole view.
 fn partner_of_part(
     of: usize,
     view: &View,

@@ -59,8 +59,8 @@ impl LensEstimate {
         }
     }
 
-    /// Pixels by which the unknown part of the distortion pulls a principal line, for each pixel that the
-    /// board's centre is off the principal point: `2.75 sd(k1)`. Source: `docs/method.md`, section 3.3.
+    /// Pull of the unknown part of the distortion on a principal line, in pixels for each pixel between the board's
+    /// centre and the principal point: `2.75 sd(k1)`. Source: `docs/method.md`, section 3.3.
     pub fn line_bias_per_px(&self) -> f64 {
         let sd =
             |covariance: &LensMatrix| covariance.variance_of(LensParameter::K1).max(0.0).sqrt();
@@ -88,11 +88,11 @@ pub struct View {
     pub mean_px: Point2<f64>,
     /// Mean of all corners as seen, or as expected where the board is cut off or covered.
     pub board_px: Point2<f64>,
-    /// Larger of the shares of the picture's width and height that the corners span that are seen.
+    /// Larger of the shares of the picture's width and height that the seen corners span.
     pub span_fraction: f64,
-    /// Least distance of a corner that is seen from the picture's edge.
+    /// Least distance of a seen corner from the picture's edge.
     pub margin_px: f64,
-    /// The frame of the accepted view whose opposed partner this one is, settled at acceptance.
+    /// Frame of the accepted view whose opposed partner this one is, settled at acceptance.
     pub partner_frame: Option<FrameId>,
 }
 
@@ -102,13 +102,13 @@ impl View {
         self.line.tilt_azimuth_rad
     }
 
-    /// Outline of the part of a board with `columns` corners in a row that is seen.
+    /// Outline of the seen part of a board with `columns` corners in a row.
     pub fn outline(&self, columns: usize) -> Option<BoardOutline> {
         let px: Vec<_> = self.corners.iter().map(|corner| corner.px).collect();
         BoardOutline::of_seen(&px, columns, |index| self.corners[index].is_seen())
     }
 
-    /// Larger of the shares of the picture's width and height that the whole board spans, where it isn't seen as expected:
+    /// Larger of the shares of the picture's width and height that the whole board spans, its unseen part as expected:
     /// above 1 if it's larger than the picture.
     pub fn board_span_fraction(&self, image_size: ImageSize) -> f64 {
         span_fraction(bounds_px(self.corners.iter().map(|corner| corner.px)), image_size)

@@ -34,8 +34,8 @@ pub fn seen_px(
 }
 
 /// The pose that shows `wanted`: the mean corner at its place, and the board as large as
-/// [`GuidanceParams::target_span_fraction`] and the picture allow. The inner corners lie inside the picture, the
-/// outer squares may leave it. Source: `docs/method.md`, section 3.4.
+/// [`GuidanceParams::target_span_fraction`] and the picture allow. The inner corners lie inside the picture; the outer
+/// squares may leave it. Source: `docs/method.md`, section 3.4.
 ///
 /// `None` if what fits spans less than `min_span_fraction`.
 pub(super) fn place_board(

@@ -104,7 +104,7 @@ impl Knowledge {
     }
 }
 
-/// Information about the lens from the corners that are seen in the `accepted` views, and from weak priors.
+/// Information about the lens from the seen corners of the `accepted` views, and from weak priors.
 pub(super) fn accepted_information(
     accepted: &[View],
     board: &Checkerboard,
@@ -116,7 +116,7 @@ pub(super) fn accepted_information(
         .fold(prior_information(lens_estimate), |sum, view| sum + view)
 }
 
-/// Information about the lens from those `corners` that are seen; `None` if they fit no board.
+/// Information about the lens from the seen ones of `corners`; `None` if they fit no board.
 fn seen_information(
     corners: &[Corner],
     board: &Checkerboard,
@@ -128,7 +128,7 @@ fn seen_information(
     })
 }
 
-/// Pose of the board whose corners appear at `corners`; `None` if they fit no board.
+/// Pose of the board with its corners at `corners`; `None` if they fit no board.
 pub fn pose_of(
     corners: &[Corner],
     board: &Checkerboard,

@@ -28,7 +28,7 @@ const BUSY_SECS: f64 = 5.0;
 pub struct Shown {
     /// Prompt on the screen.
     pub prompt: Prompt,
-    /// The newest advice that asks for it, with its amounts; `None` if it doesn't come from advice.
+    /// Newest advice behind the prompt, with its amounts; `None` if the prompt doesn't come from advice.
     pub advice: Option<Advice>,
 }
 
@@ -82,7 +82,7 @@ impl Calm {
         }
     }
 
-    /// Takes note of what a frame captured at `now` asks for, unless a state is shown.
+    /// Takes note of the prompt of a frame captured at `now`, unless a state is shown.
     pub(super) fn note_frame(&mut self, now: CaptureTime, prompt: Prompt, advice: Advice) {
         if self.shown.prompt.is_state() {
             return;

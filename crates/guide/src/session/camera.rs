@@ -115,7 +115,7 @@ impl CameraState {
         }
     }
 
-    /// The person set `control`, which now reads `lock`. If it moves the geometry and the session has views,
+    /// Notes that the person set `control`, which now reads `lock`. If it moves the geometry and the session has views,
     /// those come from a different lens: it counts as changed, with views good until `views_until`.
     fn set(&mut self, control: Control, lock: Lock, views_until: Option<CaptureTime>) {
         let before = self.changed.get(&control).map(|change| change.from);

@@ -53,7 +53,7 @@ impl Session {
         decision
     }
 
-    /// Chooses what the person is shown after `decision`, on a frame if `observation` is one.
+    /// Chooses the prompt after `decision`; `observation` is set if it was made on a frame.
     fn prompt(&mut self, decision: &Decision, observation: Option<&Observation>) {
         let ground = &self.ground;
         let has_failed = !ground.failures.is_empty();
@@ -77,8 +77,8 @@ impl Session {
         }
     }
 
-    /// Begins another run of the same session: its views stay; what the last run's camera, workers and person
-    /// left is over.
+    /// Begins another run of the same session: its views stay; the state of the last run's camera, workers and person
+    /// is over.
     fn start_run(&mut self) {
         let ground = &mut self.ground;
         ground.source_ended = false;
@@ -89,8 +89,8 @@ impl Session {
         self.tracking = Tracking { live, ..Tracking::default() };
     }
 
-    /// Applies a camera event. A geometry-moving control that changed drops every view taken after it was last
-    /// seen in place, whether accepted or removed: a calibration is of one lens.
+    /// Applies a camera event. When a geometry-moving control changes, every view, accepted or removed, that was taken
+    /// after the control was last seen in place is dropped: a calibration describes one lens.
     fn apply_camera_event(&mut self, event: &CameraEvent) -> Outcome {
         let ground = &mut self.ground;
         let has_views = !(ground.accepted.is_empty() && ground.removed.is_empty());

@@ -10,8 +10,7 @@ const VIEWS_NEEDED: usize = 2;
 pub struct HeldOutPair {
     /// Indices of its views.
     pub views: [usize; 2],
-    /// Root mean square distance of the corners from where they were predicted; only the poses of the two views
-    /// were fitted.
+    /// Root mean square distance of the corners from their prediction; only the poses of the two views were fitted.
     pub rms_px: f64,
 }
 

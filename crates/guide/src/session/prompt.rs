@@ -171,7 +171,7 @@ pub enum Prompt {
     FollowTheOutline,
     /// Tip the board more, or bring it nearer: its direction is too uncertain.
     Clearer,
-    /// Look for what is wrong with the board or the lens: the view contradicts the others.
+    /// Look for an error of the board or the lens: the view contradicts the others.
     Contradicts,
     /// Keep the board where it is.
     HoldStill,

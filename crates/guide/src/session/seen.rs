@@ -29,17 +29,17 @@ const A_LITTLE_LARGER: f64 = 1.1;
 pub(super) struct Seen {
     /// Residuals of the corners from the common motion of a board that was held still.
     pub(super) noise: Scatter,
-    /// Focal length from single views before the first was accepted, if it isn't the usual one.
+    /// Focal length, in pixels, from single views before the first was accepted, if it isn't the usual one.
     pub(super) first_f_px: Option<f64>,
     /// Sum of weights and of weighted focal lengths of such views, and the smallest relative deviation.
     focal: (f64, f64, Option<f64>),
-    /// Largest share of the picture that the board is asked to span, because it doesn't come nearer.
+    /// Cap on the share of the picture that the board is asked to span, because it doesn't come nearer.
     pub(super) span_cap: Option<f64>,
     /// True if a board that stays small has shown no further view for so long that none will come.
     pub(super) given_up: bool,
     /// True if no more poses beyond the picture's edge can be shown.
     pub(super) stays_inside: bool,
-    /// Frames with a board that came so soon after the one before that a part would have been told, less the others.
+    /// Frames with a board that came soon enough after the one before to identify a part, less the other frames.
     followed: i32,
     /// True if a part was told in one of the others: not by following it.
     tells_parts: bool,
@@ -55,7 +55,8 @@ impl Seen {
         self.noise.corner_sigma_px(NOISE_FREEDOM)
     }
 
-    /// The limits for a board that comes no nearer than it has, and leaves the picture only if parts of it can be told.
+    /// Limits for a board that comes no nearer than it has, and leaves the picture only if parts of it can be
+    /// identified.
     pub(super) fn limits(
         &self,
         guidance: &GuidanceParams,
@@ -110,8 +111,8 @@ impl Seen {
         may
     }
 
-    /// Notes the focal length of a view that was seen before any was accepted. Returns whether the believed one
-    /// should change.
+    /// Notes the focal length of a view that was seen before any was accepted. Returns true if the believed one should
+    /// change.
     pub(super) fn note_first_focal(&mut self, view: &View, lens_estimate: &LensEstimate) -> bool {
         if !view.tilt_rad.is_some_and(|tilt_rad| tilt_rad >= FOCAL_TILT_RAD) {
             return false;
@@ -137,8 +138,8 @@ impl Seen {
         true
     }
 
-    /// Notes that the board comes no nearer, if the largest share of the picture that it has spanned while `target`
-    /// was asked for is small. Returns whether it is.
+    /// Notes that the board comes no nearer, if it has spanned only a small share of the picture while `target` was
+    /// asked for. Returns true if so.
     pub(super) fn note_small(
         &mut self,
         largest_span_fraction: f64,

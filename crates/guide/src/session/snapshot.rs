@@ -132,8 +132,8 @@ pub struct PairSummary {
     pub first: usize,
     /// Index of the later one.
     pub second: usize,
-    /// Mean signed distance of the two lines from the principal point, along one normal: what the pair
-    /// leaves uncancelled.
+    /// Mean signed distance of the two lines from the principal point, along one normal: the pair's remainder after
+    /// cancellation.
     pub balance_px: f64,
 }
 

@@ -51,7 +51,7 @@ pub(super) struct Ground {
     pub(super) wanted_views: usize,
     /// Number of changes of the accepted views or of the pose asked for.
     pub(super) changes: u32,
-    /// Views that weren't shown by someone who follows the ghost; a view that follows halves it.
+    /// Number of views shown by someone who doesn't follow the ghost; a view that follows halves it.
     pub(super) unfollowed: u32,
     /// Facts that frames have shown beside the accepted views.
     pub(super) seen: Seen,
@@ -284,7 +284,7 @@ impl Session {
         Self { setup: Arc::new(setup), ground, derived, tracking, calm: Calm::default() }
     }
 
-    /// Recomputes [`Derived`] after the accepted views, or what frames have shown, changed.
+    /// Recomputes [`Derived`] after the accepted views or [`Seen`] changed.
     pub(super) fn replan(&mut self) {
         self.ground.changes += 1;
         self.derived = Derived::of(&self.setup, &self.ground);

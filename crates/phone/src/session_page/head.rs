@@ -132,7 +132,7 @@ impl Head {
         Offer { cameras, dictionaries, last: Some(self.last.clone()), trouble }
     }
 
-    /// The source that the command line names, as phones may see it: a camera's password isn't theirs to know.
+    /// The source on the command line, as phones may see it: without a camera's password.
     fn given(&self) -> String {
         without_secrets(&self.opening.source)
     }

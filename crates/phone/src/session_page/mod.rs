@@ -32,7 +32,7 @@ pub struct Phone {
 }
 
 impl Phone {
-    /// Serves the page. It says that a session is being opened until one begins.
+    /// Serves the page, which says that a session is being opened until one begins.
     ///
     /// # Errors
     ///
@@ -103,8 +103,8 @@ impl Phone {
         Ok(concluded)
     }
 
-    /// Waits until nobody looks at the result any more, or until `stop` is set. Without a page at any time it
-    /// doesn't wait.
+    /// Waits until nobody looks at the result any more, or until `stop` is set. If there never was a page, it doesn't
+    /// wait.
     pub fn linger(&self, stop: &AtomicBool, announcer: &Announcer) {
         let is_needed =
             || self.hub.pages() > 0 || self.hub.alone_secs().is_some_and(|secs| secs < LINGER_SECS);

@@ -64,7 +64,8 @@ pub fn ended_page(
     page
 }
 
-/// The report and every export that can hold the lens. What can't be made is left out: the page has no use for it.
+/// The report and every export that can hold the lens. Files that can't be made are left out: the page has no use for
+/// an error.
 fn files(folder: &Path) -> Vec<PageFile> {
     let file = |name: &str, label: &str, media_type, bytes: Vec<u8>| PageFile {
         name: name.to_owned(),

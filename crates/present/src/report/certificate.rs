@@ -321,7 +321,7 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
     )
 }
 
-/// Distance of the result from the principal point of the free homographies, and whether the two agree.
+/// Distance of the result from the principal point of the free homographies, with the verdict on their agreement.
 fn independent_check(calibration: &CalibrationFile, lens: &LensEntry) -> Option<(f64, bool)> {
     let free = calibration.principal_point.as_ref()?.free_homography?;
     if lens.focal_varies() {

@@ -16,7 +16,7 @@ use crate::{
 };
 use boresight_formats::{ChangeEntry, CheckFile, VisibleEntry};
 
-/// The section of a check: old calibration, change, and the smallest change that would have been found.
+/// Section about a check: old calibration, change, and the smallest change that would have been found.
 pub(super) fn html(check: &CheckFile) -> String {
     let mut rows = row(words::drift::OLD, &[escaped(&check.against)]);
     if let Some(change) = &check.change {

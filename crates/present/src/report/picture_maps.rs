@@ -84,7 +84,7 @@ pub(super) fn residuals(report: &Report) -> String {
     figure(Section::Residuals, &canvas.svg(), &words::residuals_note(&times, shown, arrows.len()))
 }
 
-/// Every corner with how far it was seen from where it should be.
+/// Every corner with its offset from the predicted place.
 fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
     let calibration = &report.calibration;
     let (Some(lens), Some(board)) = (&calibration.result, calibration.checkerboard()) else {

@@ -15,7 +15,7 @@ use crate::{
 use boresight_formats::{CalibrationFile, LensEntry, SigmaEntry};
 use boresight_geometry::{self as geometry, BoardOutline, frame::ImageSize};
 
-/// Verdict, what to do next, and what is to be known first. On the page of a check, the check's.
+/// Verdict, next action, and notes to read first. On the page of a check, the check's.
 pub(super) fn verdict(report: &Report) -> String {
     let calibration = &report.calibration;
     let code = calibration.verdict.as_str();
@@ -74,7 +74,7 @@ fn open_corners(calibration: &CalibrationFile) -> Option<String> {
     if outlines.is_empty() { None } else { result::open_corners(open) }
 }
 
-/// The action of the worst finding, or of a goal that isn't met.
+/// Action of the worst finding, or of a goal that isn't met.
 fn next_action(calibration: &CalibrationFile) -> String {
     let of =
         |severity: &str| calibration.findings.iter().find(|finding| finding.severity == severity);
@@ -164,7 +164,7 @@ fn focal_length(lens: &LensEntry) -> String {
     }
 }
 
-/// The lens model and its coefficients, those that it holds at zero left out.
+/// The lens model and its coefficients, without the ones that it holds at zero.
 fn distortion(lens: &LensEntry) -> String {
     let value = lens.distortion;
     let sd = |of: fn(&SigmaEntry) -> f64| lens.sigma.as_ref().map(of);

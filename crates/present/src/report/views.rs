@@ -16,7 +16,7 @@ use boresight_formats::ViewEntry;
 
 /// Most views: more would need a third sheet.
 const MOST_SHOWN: usize = 60;
-/// Number of views from which there is room for only one line below each.
+/// Number of views above which there is room for only one line below each.
 const MANY: usize = 16;
 /// Width and height of all views on the page, and the height beside a drift section.
 const ROOM: (f64, f64) = (190.0, 86.0);

@@ -2,7 +2,8 @@ use super::{Rank, Word};
 use crate::text;
 use boresight_guide::session::{Outcome, Prompt, Snapshot, ViewNumber};
 
-/// Turns the snapshots of one session into words. It must see every snapshot: news is in one of them only.
+/// Turns the snapshots of one session into words. It must get every snapshot: each piece of news is in only one of
+/// them.
 #[derive(Clone, Debug, Default)]
 pub struct Narrator {
     state: Option<Prompt>,

@@ -42,7 +42,7 @@ pub fn acceptance(judged: &Acceptance) -> (String, &'static str) {
     (what, action)
 }
 
-/// Before the first view: a goal that no view can reach. `None` if it can be reached.
+/// Sentence, before the first view, about a goal that no view can reach. `None` if it can be reached.
 pub fn out_of_reach(goal: AcceptanceGoal, scale_sd: f64) -> Option<String> {
     let scale = goal.scale_part(scale_sd);
     (scale >= goal.limit()).then(|| {

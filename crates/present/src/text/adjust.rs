@@ -41,7 +41,7 @@ pub fn back(first: i64) -> String {
     format!("reset to {first}")
 }
 
-/// The button that sets a control to what the views were taken with.
+/// The button that sets a control back to its value while the views were taken.
 pub fn set_back(control: Control, value: i64) -> String {
     format!("Set the {} back to {value}", super::camera::control(control))
 }

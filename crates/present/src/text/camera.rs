@@ -148,7 +148,7 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     })
 }
 
-/// A focus or zoom that isn't where it was, and what to do.
+/// A focus or zoom that has left its place, and the next action.
 pub(super) fn geometry_moved(camera: &CameraState) -> Option<(String, String)> {
     let change = camera.changed.values().find(|change| change.control.moves_geometry())?;
     if camera.set_by_hand.contains(&change.control) {

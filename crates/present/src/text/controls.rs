@@ -1,6 +1,6 @@
 //! Everything that can be done in the window: one list for buttons, keyboard and help.
 
-/// A control: its label, what it does, and the name of its key.
+/// A control: its label, its explanation, and the name of its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Control {
     /// Label of the button.

@@ -7,7 +7,7 @@ use boresight_calibrate::{Drift, DriftVerdict, NoDrift, Verdict};
 use boresight_formats::import::OldCalibration;
 use boresight_geometry::device::{Control, Lock};
 
-/// Residuals with the old distortion over those with a new one, from which on they are worth a word.
+/// Ratio of the residuals with the old distortion to those with a new one, from which it's worth a word.
 const LARGE_RATIO: f64 = 1.2;
 
 /// The verdict with its numbers, and the next action.

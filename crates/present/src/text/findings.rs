@@ -45,7 +45,8 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
     finding_of_views(finding, &|place| place + 1)
 }
 
-/// Like [`finding`] in a session, where views are called by their numbers: `views` are those of the calibration.
+/// Words of a finding as [`finding`] has them, in a session, where views are called by their numbers: `views` are the
+/// calibration's.
 pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, &'static str) {
     let called =
         |place: usize| views.get(place).map_or(place + 1, |view| view.number.0 as usize + 1);

@@ -47,7 +47,7 @@ pub fn views(snapshot: &Snapshot) -> String {
     }
 }
 
-/// Accuracy of the principal point, or the error bound of a goal, with what is to be reached; `None` without a
+/// Accuracy of the principal point, or the error bound of a goal, with the value to reach; `None` without a
 /// calibration.
 pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
@@ -65,7 +65,7 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
-/// Accuracy of projection over the whole picture, with what is to be reached; that in its corners while boards are asked for
+/// Accuracy of projection over the whole picture, with the value to reach; over its corners while boards are asked for
 /// beyond its edge. `None` without a calibration, and where a goal takes its place.
 pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;

@@ -63,7 +63,7 @@ pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
     Some(format!("Independent check: agrees within {} px", super::numbers::small(off_px)))
 }
 
-/// Why there is no view, from how often frames asked for what.
+/// Why there is no view, from the most frequent requests of frames.
 pub fn most_often(asked: &[(Prompt, usize)]) -> Option<String> {
     let most: Vec<String> = asked
         .iter()

@@ -94,7 +94,7 @@ pub fn dictionary(dictionary: Dictionary) -> String {
     dictionary.name().trim_start_matches("DICT_").to_owned()
 }
 
-/// Why a board can't have its markers in squares of `square_m` metres, and what to do.
+/// Why a board can't have its markers in squares of `square_m` metres, and the next action.
 pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str) {
     match why {
         InvalidMarkers::Count { needed, dictionary, count, .. } => (

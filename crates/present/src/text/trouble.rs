@@ -27,8 +27,8 @@ impl Trouble {
     }
 }
 
-/// Everything that is wrong, the most important first: a worker that failed, what keeps views from being taken, doubts
-/// about the pictures, another board. Each is named once.
+/// Every trouble, the most important first: a worker that failed, an obstacle to taking views, doubts about the
+/// pictures, another board. Each is named once.
 pub fn troubles(snapshot: &Snapshot) -> Vec<Trouble> {
     let of_fault = |fault: Fault, detail: &str| {
         let (what, action) = camera::fault(fault);

@@ -94,7 +94,7 @@ pub fn overlay_age(age_secs: f64) -> String {
     format!("overlay delay {:.0} ms", 1e3 * age_secs.max(0.0))
 }
 
-/// Frame rate of the source, and how many frames newer ones replaced.
+/// Frame rate of the source, and the number of frames that newer ones replaced.
 pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
     let rate = per_sec.map_or("no pictures".into(), |rate| format!("{rate:.0} pictures/s"));
     match replaced {

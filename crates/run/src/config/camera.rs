@@ -16,7 +16,7 @@ pub struct CameraConfig {
     pub backend: Backend,
 }
 
-/// Through what a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
+/// Backend through which a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Backend(String);

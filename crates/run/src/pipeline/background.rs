@@ -10,7 +10,7 @@ use super::{
 /// Name of the thread.
 const NAME: &str = "background";
 
-/// Work on a background thread. Joined when dropped, so that nothing is left half written.
+/// Work on a background thread. Joined when dropped, so that nothing stays half written.
 #[derive(Debug)]
 pub struct Background<T> {
     outcome: LatestReceiver<T>,

@@ -19,7 +19,7 @@ pub enum PipelineError {
         /// Name of the thread.
         worker: &'static str,
     },
-    /// The session could not be recorded; what was acknowledged before is safe.
+    /// The session could not be recorded; everything acknowledged before is safe.
     #[error("the session could not be recorded")]
     Recording(#[from] RecordingError),
 }

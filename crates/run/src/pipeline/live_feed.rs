@@ -56,7 +56,7 @@ pub(super) struct FeedSenders {
     pub(super) accepted: Sender<AcceptedPicture>,
 }
 
-/// The links of a feed: the pipeline's ends, and what makes the feed once the snapshots are known.
+/// Links of a feed: the pipeline's ends, and a function that makes the feed once the snapshots are known.
 pub(super) fn feed_links() -> (FeedSenders, impl FnOnce(LatestReceiver<Snapshot>) -> LiveFeed) {
     let (frames, frames_out) = latest();
     let (accepted, accepted_out) = bounded(ACCEPTED_CAPACITY);

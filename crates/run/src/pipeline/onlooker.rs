@@ -20,7 +20,7 @@ pub trait Onlooker: Send + Sync {
         let _ = frame;
     }
 
-    /// The session has judged a frame, obeyed a command, or heard of its camera; it's on disk.
+    /// Called after the session has judged a frame, obeyed a command, or heard of its camera; the decision is on disk.
     fn decided(&self, snapshot: &Snapshot) {
         let _ = snapshot;
     }

@@ -15,7 +15,7 @@ use boresight_geometry::{
 /// Delay beyond which time has been lost for good, and later frames are not hurried.
 const CATCH_UP: Duration = Duration::from_millis(200);
 
-/// Delivers what a source that can wait has, no sooner than its time stamps say: the simulated camera and
+/// Delivers the frames of a source that can wait no sooner than their time stamps say: the simulated camera and
 /// recordings as a person would see them.
 pub struct Paced {
     source: Box<dyn FrameSource>,

@@ -276,8 +276,8 @@ impl Pipeline {
         self.replaced.load(Ordering::Relaxed)
     }
 
-    /// Ends the threads as [`Self::stop`] does, without waiting: `then` turns the outcome into what the
-    /// window shows, on a background thread.
+    /// Ends the threads as [`Self::stop`] does, without waiting: `then` turns the outcome, on a background thread, into
+    /// a value for the window.
     ///
     /// # Errors
     ///
@@ -289,7 +289,7 @@ impl Pipeline {
         Background::start(move || then(self.stop()))
     }
 
-    /// Ends the threads in the order in which the data flows, and returns what the session holds.
+    /// Ends the threads in the order in which the data flows, and returns the session's contents.
     ///
     /// # Errors
     ///

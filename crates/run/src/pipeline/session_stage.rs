@@ -48,7 +48,7 @@ pub(super) fn run_session(
     Ok(session)
 }
 
-/// Keeps the pictures that may still be accepted, and writes what must outlast a crash.
+/// Keeps the pictures that may still be accepted, and writes everything that must outlast a crash.
 pub(super) struct Recorder {
     folder: Option<SessionFolder>,
     record_stream: bool,

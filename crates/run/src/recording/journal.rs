@@ -20,7 +20,7 @@ pub struct Journal {
     header_crc32: String,
     /// Length in bytes to which the file is cut before the first line is appended.
     cut_to: Option<u64>,
-    /// Lines that outlast a power cut, and how many of them the journal says so of.
+    /// Number of lines that outlast a power cut, and the number that the journal states.
     synced: u64,
     synced_told: u64,
 }
@@ -38,7 +38,7 @@ pub struct JournalContents {
     pub whole_bytes: u64,
     /// True if the end was cut and is left out: part of a line, or lines that had not been synced.
     pub cut: bool,
-    /// CRC-32 of the `session.toml` that it was recorded with; `None` in older recordings and without a line.
+    /// CRC-32 of the `session.toml` behind the journal; `None` in older recordings and without a line.
     pub header_crc32: Option<String>,
 }
 
@@ -55,8 +55,8 @@ impl Journal {
         Ok(Self { file, next_seq: 0, header_crc32, cut_to: None, synced: 0, synced_told: 0 })
     }
 
-    /// Opens `path` for appending after the `contents` read from it. What was cut off is dropped with the first
-    /// line; until then nothing is changed.
+    /// Opens `path` for appending after the `contents` read from it. A cut end is dropped with the first line; until
+    /// then nothing is changed.
     ///
     /// # Errors
     ///
@@ -157,8 +157,7 @@ impl Journal {
         Self::scan(path).map(|(contents, _)| contents)
     }
 
-    /// Looks through the journal once: checksums, numbers and pictures. What else is in a line is read by the walks
-    /// through [`Lines`].
+    /// Looks through the journal once: checksums, numbers and pictures. The walks through [`Lines`] read the rest.
     fn scan(path: &Path) -> Result<(JournalContents, Option<Damage>), RecordingError> {
         let mut contents = JournalContents::default();
         let mut damage = None;

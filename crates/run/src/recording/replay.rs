@@ -76,8 +76,8 @@ impl Difference {
         RecordedOutcome::of(&self.recorded) != RecordedOutcome::of(&self.replayed)
     }
 
-    /// The largest difference of two numbers, as a share of them, if nothing but rounding differs: the
-    /// session was recorded on a processor that rounds otherwise. `None` if the decision is another.
+    /// Largest relative difference of two numbers, if nothing but rounding differs: the session was recorded on a
+    /// processor that rounds otherwise. `None` if the decision is another.
     pub fn rounding(&self) -> Option<f64> {
         let parsed = |text: &str| serde_json::from_str::<Value>(text).ok();
         let largest = apart(&parsed(&self.recorded)?, &parsed(&self.replayed)?);

@@ -109,7 +109,7 @@ impl SimKernel {
         self.world().open.len()
     }
 
-    /// Lets pass the time that the device takes to answer about a control; it streams meanwhile.
+    /// Lets the time pass that the device takes to answer about a control; it streams meanwhile.
     fn transfer(&self, device: Handle) {
         let mut world = self.world();
         let Some(open) = world.open.get(&device) else { return };

@@ -149,7 +149,7 @@ impl Technician {
         }
     }
 
-    /// Shows or tells the person something. Repeating what the person knows changes nothing.
+    /// Shows or tells the person something. Repetition changes nothing.
     pub fn read(&mut self, cue: Cue) {
         let noticed = match &cue.kind {
             CueKind::Show { target, .. } => {
@@ -258,7 +258,7 @@ impl Technician {
         }
     }
 
-    /// Does what the sentence asks for, once the board has arrived where it is going.
+    /// Does what the sentence requests, once the board has arrived.
     fn act_on_sentence(&mut self) {
         let Some(mut sentence) = self.sentence.take() else { return };
         let free = self.reach.arrival().max(self.stamina.rested());
@@ -306,7 +306,7 @@ impl Technician {
         self.attempt();
     }
 
-    /// Moves to the wanted pose, missing it by as much as the person misses it this time.
+    /// Moves to the wanted pose, with this attempt's error.
     fn attempt(&mut self) {
         let Some(wanted) = self.wanted else {
             self.next = None;

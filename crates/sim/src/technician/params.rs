@@ -13,7 +13,7 @@ pub struct TechnicianParams {
     pub look_away_every_secs: f64,
     /// Largest angle by which a pose is missed at first.
     pub rotation_error_rad: f64,
-    /// Largest distance in the picture by which a pose is missed at first.
+    /// Largest error of a pose in the picture at the first attempt.
     pub lateral_error_px: f64,
     /// Largest relative error of the distance at first.
     pub distance_error: f64,

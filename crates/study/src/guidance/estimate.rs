@@ -95,8 +95,8 @@ fn errors_of(estimate: &Camera, truth: &TrueLens) -> Option<Errors> {
     })
 }
 
-/// Mean distance over the picture between where two cameras see the same rays, after the turn of the one
-/// that brings them together best.
+/// Mean distance over the picture between the images of the same rays in two cameras, after the turn of one that brings
+/// them together best.
 fn projection_error_px(estimate: &Camera, truth: &TrueLens) -> Option<f64> {
     let mut off: Vec<(Vector2<f64>, SMatrix<f64, 2, 3>)> = Vec::new();
     for px in cell_centres_px(IMAGE_SIZE) {

@@ -54,7 +54,7 @@ pub(super) struct Person {
 }
 
 impl Person {
-    /// Somebody who holds the board up at 0.8 m, and keeps each pose for `hold_secs`.
+    /// A person who holds the board up at 0.8 m, and keeps each pose for `hold_secs`.
     pub(super) fn new(kind: Hand, hold_secs: f64) -> Self {
         Self { kind, hold_secs, at: held_up(), secs: 0.0, tries: 0 }
     }
@@ -129,8 +129,8 @@ fn held_up() -> Isometry3<f64> {
     Isometry3::translation(0.0, 0.0, 0.8)
 }
 
-/// Seconds in which a hand that never misses shows `poses` in the order that takes least, each held for `hold_secs`.
-/// Tries all orders: for up to eight poses.
+/// Least time in seconds in which a hand that never misses shows `poses`, each held for `hold_secs`. Tries all orders:
+/// for up to eight poses.
 pub(super) fn least_secs(poses: &[Isometry3<f64>], hold_secs: f64, f_px: f64) -> f64 {
     fn rest(at: &Isometry3<f64>, left: &mut Vec<Isometry3<f64>>, f_px: f64) -> f64 {
         let mut least: Option<f64> = None;

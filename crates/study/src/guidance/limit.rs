@@ -48,7 +48,7 @@ pub(super) struct Limit {
     pub(super) projection_sd_px: f64,
     /// Poses of the design.
     pub(super) design: Vec<Wanted>,
-    /// Seconds that they take a hand that never misses, in the best order.
+    /// Least time in seconds for a hand that never misses, in the best order.
     pub(super) secs: f64,
 }
 
@@ -69,7 +69,7 @@ struct Candidate {
 }
 
 /// The limit for each of [`VIEWS`], for a camera of the study with its principal point 29 px off, whose model is right.
-/// Each design makes the larger of both deviations, relative to what is to be reached, as small as it can. Deterministic.
+/// Each design minimises the larger of both deviations, relative to the goals. Deterministic.
 ///
 /// Each view is held for `hold_secs`.
 pub(super) fn limits(noise_px: f64, hold_secs: f64) -> Vec<Limit> {
@@ -154,7 +154,7 @@ impl Search {
         wanted.into_iter().filter_map(|wanted| self.candidate(wanted)).collect()
     }
 
-    /// The larger of both deviations, as multiples of what is to be reached.
+    /// The larger of both deviations, as multiples of the goals.
     fn score(&self, information: &Free) -> f64 {
         self.covariance(information).map_or(f64::INFINITY, |covariance| {
             let projection = (self.weight * covariance).trace().max(0.0).sqrt();

@@ -117,7 +117,7 @@ pub fn run(
     marks
 }
 
-/// Brings the board to the asked pose until the view counts: its corners, and what they measure. `None` if the person
+/// Brings the board to the asked pose until the view counts: its corners, and the measured view. `None` if the person
 /// gives up.
 fn show(
     course: &Course,
@@ -193,7 +193,7 @@ fn span_fraction(corners: &[Corner]) -> f64 {
     size.max()
 }
 
-/// The views through the newest lens, as a session measures them again; as before where that lens doesn't reach.
+/// The views measured again through the newest lens, as a session does; as before where that lens doesn't reach.
 fn remeasure(views: &mut [View], course: &Course, lens_estimate: &LensEstimate) {
     for view in views {
         let frame = (view.frame_id, view.captured_at);

@@ -91,7 +91,7 @@ fn ends(line: &PrincipalLine, reach_px: f64) -> [Point2<f64>; 2] {
     [foot - line.direction() * reach_px, foot + line.direction() * reach_px]
 }
 
-/// The surroundings of the principal point: a few pixels are seen there.
+/// Surroundings of the principal point, a few pixels wide.
 fn enlarged(painter: &Painter, placed: &Placed, wish: &ExploreSetup, seen: &Seen) {
     let side = (0.38 * placed.rect.height()).min(260.0);
     let min = pos2(placed.rect.left() + 10.0, placed.rect.bottom() - side - 10.0);

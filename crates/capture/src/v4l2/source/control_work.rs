@@ -13,7 +13,7 @@ const PORTION_NANOS: u64 = 20_000_000;
 const REST: u64 = 3;
 
 impl<K: Kernel> LiveCamera<K> {
-    /// Begins `task` with all controls, in place of what was going on with them.
+    /// Begins `task` with all controls, in place of the present one.
     pub(super) fn work(&mut self, task: Task) {
         let now = self.now_nanos();
         if let State::Running(running) = &mut self.state {
@@ -21,7 +21,7 @@ impl<K: Kernel> LiveCamera<K> {
         }
     }
 
-    /// Goes on with the controls for a portion of time. Returns whether nothing is left to do.
+    /// Continues with the controls for a portion of time. Returns true if nothing is left to do.
     pub(super) fn work_on(&mut self) -> Result<bool, Errno> {
         let began = self.now_nanos();
         loop {

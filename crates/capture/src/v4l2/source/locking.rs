@@ -55,7 +55,7 @@ impl<K: Kernel> LiveCamera<K> {
         };
     }
 
-    /// Says what changed of what was read from `began_nanos` on, and puts it right.
+    /// Reports changes in readings taken from `began_nanos` on, and puts them right.
     pub(super) fn read_back(&mut self, readings: &Readings, began_nanos: u64, now: u64) {
         let State::Running(running) = &mut self.state else { return };
         let (Phase::Steady { next_read_nanos, good_until, changed }, Some(locks)) =

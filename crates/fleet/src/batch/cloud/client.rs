@@ -124,8 +124,8 @@ impl Client {
     }
 }
 
-/// `ask` until its answer is whole. Beyond the retries of single requests, for answers that break off, and for requests
-/// that may have been heard.
+/// Repeats `ask` until its answer is whole. Beyond the retries of single requests, this covers answers that break off,
+/// and requests that may have been heard.
 pub(super) async fn whole<T>(
     mut ask: impl AsyncFnMut() -> object_store::Result<T>,
 ) -> object_store::Result<T> {
@@ -175,7 +175,7 @@ fn first_line(err: &object_store::Error) -> String {
     err.to_string().lines().next().unwrap_or_default().to_owned()
 }
 
-/// A thread that drives requests; any number of others wait for their own.
+/// Thread that drives requests; any number of other threads wait for their own.
 #[derive(Debug)]
 struct Reactor {
     handle: Handle,

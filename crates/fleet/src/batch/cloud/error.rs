@@ -4,7 +4,7 @@ use std::error::Error;
 
 use object_store::client::{HttpError, HttpErrorKind};
 
-/// Why an object store can't be used. Never holds what the store answered, which may repeat a key.
+/// Why an object store can't be used. Never holds the store's answer, which may repeat a key.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {address}", .why.words())]
 pub struct CloudError {
@@ -25,7 +25,7 @@ pub enum Why {
     NoBucket,
     /// The store doesn't answer, or breaks off, in spite of several tries.
     NoAnswer,
-    /// The endpoint has no TLS, and nothing says that this is meant.
+    /// The endpoint has no TLS, and no setting allows that.
     NoTls,
     /// A variable of the environment doesn't fit.
     Settings(String),

@@ -48,7 +48,7 @@ pub(super) struct Listing {
 }
 
 impl Prefix {
-    /// The prefix that `path` names.
+    /// The prefix at the address `path`.
     ///
     /// # Errors
     ///
@@ -203,7 +203,7 @@ impl Prefix {
         Ok(is_there.then_some(scratch))
     }
 
-    /// The last parts of the keys of all objects below `below`, however deep.
+    /// Last parts of the keys of all objects below `below`, at every depth.
     ///
     /// # Errors
     ///
@@ -323,7 +323,7 @@ async fn create(client: &Client, path: &Path, payload: PutPayload) -> object_sto
     }
 }
 
-/// Hands what is below `prefix`, a thousand at a time, to `each`: with `flat` false, however deep.
+/// Hands the contents of `prefix`, a thousand at a time, to `each`: at every depth if `flat` is false.
 pub(super) async fn list(
     client: &Client,
     prefix: &str,

@@ -215,8 +215,8 @@ async fn fetch(
     Ok(Fetched::Whole)
 }
 
-/// A name that no file can have, or that another one has here, is a matter of the session: it comes out as a different
-/// one.
+/// Treats an error about a name as the session's own: the name can't be a file's, or is taken here. The session then
+/// comes out as a different one.
 fn unless_unnameable(err: anyhow::Error) -> anyhow::Result<()> {
     match err.downcast_ref::<FileError>() {
         Some(FileError::Exists { .. }) => Ok(()),

@@ -22,7 +22,7 @@ pub(super) const LIMITS: ([f64; 2], [f64; 2]) = ([0.02, 0.9], [0.4, 0.9]);
 /// Views before the first suggestion.
 pub(super) const FREE_VIEWS: usize = 3;
 
-/// After three free views, of the candidates the one that leaves the least trace.
+/// The candidate that leaves the least trace, after three free views.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     if situation.shown.len() < FREE_VIEWS {
         return hand_held::wish(situation, rng);

@@ -25,8 +25,8 @@ pub(in crate::guidance) struct Wanted {
 /// Steps of the bisection for the distance: it ends within half a per cent.
 const STEPS: usize = 9;
 
-/// The pose; the board comes no nearer than keeps all corners `margin_px` inside the picture. `None` if it can't be
-/// seen whole at three times the asked distance.
+/// The pose; the board comes no nearer than a distance that keeps all corners `margin_px` inside the picture. `None` if
+/// it can't be seen whole at three times the asked distance.
 pub(in crate::guidance) fn place(
     (camera, size): (&Camera, ImageSize),
     board: &Checkerboard,
