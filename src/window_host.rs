@@ -264,7 +264,7 @@ impl AppHost for WindowHost {
 
 /// Waits for the end of `child` in the background, so that the system forgets it.
 fn await_end(mut child: Child) {
-    // Without a thread, it's forgotten when the program ends.
+    // Without a thread, the child is forgotten when the program ends.
     Builder::new().name("viewer".into()).spawn(move || child.wait()).ok();
 }
 

@@ -103,7 +103,7 @@ impl App {
     pub fn new(ctx: &Context, host: Box<dyn AppHost>) -> Self {
         let wake: Wake = {
             let ctx = ctx.clone();
-            // Not at once: several wakes within a moment paint once.
+            // Delayed: several wakes within a moment paint once.
             Arc::new(move || ctx.request_repaint_after(Duration::from_millis(1)))
         };
         theme::apply(ctx);
@@ -250,7 +250,7 @@ impl App {
     /// Starts a new session with another board.
     fn use_board(&mut self, ctx: &Context, board: [u16; 2]) {
         let before = self.wish.board;
-        // What is in view is named by its corners alone.
+        // Only the number of corners names the board in view.
         let (go_on_with, first, markers) = (None, None, None);
         let wish = SessionRequest { board, markers, go_on_with, first, ..self.wish.clone() };
         (self.start.draft.board, self.start.draft.markers) = (board, markers);
@@ -371,7 +371,7 @@ impl App {
                     }
                     self.result.begin(&ended, self.host.older(&ended.folder));
                     self.stage = SessionState::Ended(ended);
-                    // On another page, the person sees a notice and stays there.
+                    // The person may be on another page, sees a notice and stays there.
                     if matches!(self.page, Page::Guide | Page::Start) {
                         self.page = Page::Result;
                     } else if self.page != Page::Result {

@@ -1,4 +1,4 @@
-//! The live picture: one texture, overwritten in place, and where it stands on the screen.
+//! The live picture: one texture, overwritten in place, and its rectangle on the screen.
 
 use std::sync::Arc;
 

@@ -81,7 +81,7 @@ pub fn options() -> eframe::NativeOptions {
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size(SMALLEST),
         renderer: eframe::Renderer::Glow,
-        // It only smooths gradients, of which there are none, at a cost for each painted pixel.
+        // Dithering only smooths gradients, of which there are none, at a cost for each painted pixel.
         dithering: false,
         ..eframe::NativeOptions::default()
     }

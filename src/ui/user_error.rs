@@ -1,4 +1,4 @@
-//! A session that could not be started: what is wrong, what to do, and another try.
+//! A session that could not be started: the error, the next action, and another try.
 
 use egui::{CentralPanel, RichText, Ui};
 

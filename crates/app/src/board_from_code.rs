@@ -1,4 +1,4 @@
-//! The board that a printed code names, so that nobody types it.
+//! Reads the board from its printed code, so that nobody types it.
 
 use std::{collections::VecDeque, path::PathBuf, time::Duration};
 

@@ -1,4 +1,4 @@
-//! Announces what the live camera does, once for each change.
+//! Announces each change of the live camera once.
 
 use super::Announcer;
 use boresight_geometry::device::{Control, Lock};

@@ -1,4 +1,4 @@
-//! Carries what the screen shows to the simulated person.
+//! Carries the screen's contents to the simulated person.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! A camera of Linux as `devices` lists it: for a file, and in lines.
+//! A camera of Linux as `devices` lists it: an entry of its file, and lines for a person.
 
 use super::devices_file::{ControlEntry, DeviceEntry, ModeEntry, V4l2Entry};
 use boresight_capture::{

@@ -107,7 +107,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     let lines = lines.len();
     let saved = reading.session().map_err(|err| problems.push(said(&err))).ok();
     let different = saved.as_ref().map_or(&[][..], |saved| &saved.replayed.different_lines);
-    // Without a checksum of the header: no rules of guidance ever changed every decision.
+    // Without a checksum of the header: no change of the guidance rules ever changed every decision.
     if is_whole && !is_proven && lines >= FOREIGN_LINES && different.len() == lines {
         problems.push(text::doctor::FOREIGN_HEADER.into());
     }

@@ -83,7 +83,7 @@ impl Opening {
     /// If the older calibration, the session or the source can't be opened, if the source doesn't state its
     /// picture size, or if it isn't the size of the session's pictures.
     pub fn open(&self, announcer: &Announcer) -> anyhow::Result<Run> {
-        // An older calibration that can't be read is better known before the views are taken than after.
+        // Fail on an unreadable older calibration before the views are taken rather than after.
         let old = self.against.as_deref().map(comparison::read).transpose()?;
         for doubt in old.iter().flat_map(text::doubts_of_old) {
             announcer.say(&format!("{doubt}."));

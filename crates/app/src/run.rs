@@ -264,7 +264,7 @@ impl FinishedRun {
         }
         #[cfg(feature = "report")]
         super::session_report::write_and_announce(&path, &session, announcer);
-        // Last: the result counts more than what only a simulation knows.
+        // Last: the result counts more than the simulation's truth.
         if let Some(truth) = truth {
             truth::write(&path, &truth, first_frame)?;
         }
@@ -293,14 +293,14 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         {
             announcer.say(&sentence);
         }
-        // Nothing that the person does with the board would change this.
+        // No action with the board would change this.
         if let Outcome::Refused { refusal: refusal @ Refusal::OtherSize { .. } } =
             &snapshot.decision.outcome
         {
             announcer.say(&format!("  Left out: {}", text::refusal(refusal)));
         }
         let prompt = snapshot.shown.prompt;
-        // That a view was taken, and how the session ended, is announced with more words.
+        // Views taken and the end of the session are announced with more words elsewhere.
         if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
             announcer.say(&format!("  {}", text::prompt(prompt)));
         }

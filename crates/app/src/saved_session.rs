@@ -216,7 +216,7 @@ impl JournalReading {
                 (Input::Command(_), RecordedOutcome::Removed { view }) => {
                     session.handle(&Input::Command(Command::Remove { view }));
                 }
-                // It forced a view that is recorded as accepted.
+                // The command forced a view that is recorded as accepted.
                 (Input::Command(Command::ForceNext), _) => {}
                 (input, _) => {
                     session.handle(&input);

@@ -68,7 +68,7 @@ fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
 pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Report> {
     let saved = SavedSession::open(path)?;
     let SavedSession { header, session, contents, .. } = &saved;
-    // A session may come from somebody else, who could mean any picture of this machine.
+    // A session from somebody else could name any picture of this machine as its logo.
     let mut recorded = header.config.certificate.clone();
     let foreign = Some(&recorded.logo)
         .filter(|logo| Path::new(logo).components().any(|c| !matches!(c, Component::Normal(_))))
@@ -310,7 +310,7 @@ fn refusal(input: &Input, decision: &str) -> Option<String> {
     let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);
     match (word("/outcome/outcome")?, word("/outcome/refusal/why")) {
         ("removed", _) => Some("removed".into()),
-        // A frame of a hold that was going on.
+        // The frame belongs to a hold under way.
         ("refused", Some("holding")) => None,
         ("refused", Some("not_found")) => match input {
             Input::Observed(observation) => {

@@ -1,4 +1,4 @@
-//! An earlier calibration of a lens that nobody has touched since: a new one is held to it.
+//! Earlier calibration of an untouched lens, to which a new calibration is held.
 //!
 //! A board that stays small can't fix the lens of an installed camera, but an earlier calibration may know it. The two are
 //! combined by their covariances, as two measurements of the same lens. If they contradict each other, the lens has
@@ -230,7 +230,7 @@ mod tests {
         let both = KnownLens::new(&one, &diagonal(SD)).combined_with(&two, &diagonal(SD));
         let both = both.expect("positive");
         assert!(!both.agrees());
-        // Five parameters have a variance: the quantile of the tables.
+        // Five parameters have a variance; the tables have the quantile for that.
         assert!((both.limit / 20.515 - 1.0).abs() < 1e-4, "{}", both.limit);
     }
 }

@@ -112,7 +112,7 @@ fn any_change(
     let least = UNTOLD * eigen.eigenvalues.max();
     let told: Vec<usize> =
         (0..eigen.eigenvalues.len()).filter(|i| eigen.eigenvalues[*i] > least).collect();
-    // One column for each direction, as long as the views see with a standard deviation of 1.
+    // A column for each direction, scaled so that the views measure it with a standard deviation of 1.
     let mut directions = &unit * eigen.eigenvectors.select_columns(&told);
     for (column, i) in told.iter().enumerate() {
         directions.column_mut(column).scale_mut(eigen.eigenvalues[*i].sqrt().recip());

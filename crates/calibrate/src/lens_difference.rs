@@ -1,4 +1,5 @@
-//! Two calibrations of one camera compared by what they state: the statistic of a check, without its views.
+//! Comparison of two calibrations of one camera by their stated covariances: the statistic of a check, without its
+//! views.
 
 use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 

@@ -148,7 +148,7 @@ impl Ffmpeg {
     /// Ends the program and says that the stream is lost, once for each reason.
     fn lose(&mut self, (fault, detail): Loss) {
         self.count_before += self.run.take().map_or(0, |run| run.pictures.count);
-        // A stream that returns may begin with the picture that it ended with; that's a new frame.
+        // A stream that returns may begin with the picture that it ended with; that counts as a new frame.
         self.last_checksum = None;
         self.away += std::mem::take(&mut self.waited);
         if self.lost != Some(fault) {
@@ -162,7 +162,7 @@ impl Ffmpeg {
     /// Waits at most `patience`, then asks for the lost stream again if it's time.
     fn ask_again(&mut self, patience: Duration) {
         let wait = patience.min(self.pause.saturating_sub(self.waited));
-        // A signal may end it early; then the next time comes a little sooner.
+        // A signal may end the wait early; the next look then comes a little sooner.
         poll(&mut [], Some(&timespec(wait))).ok();
         self.waited += wait;
         if self.waited < self.pause {

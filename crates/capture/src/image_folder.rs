@@ -63,7 +63,7 @@ impl FrameSource for ImageFolder {
         let id = FrameId(self.next);
         self.next += 1;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        // A second apart: photographs have no motion between them.
+        // Photographs are a second apart: there's no motion between them.
         let captured_at = CaptureTime { nanos: id.0 * 1_000_000_000 };
         let kind = FrameKind::Photograph;
         Ok(Arrival::Frame(Arc::new(Frame { id, captured_at, kind, name, image })))
@@ -109,7 +109,7 @@ fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> ImageResult<Dynam
     limits.max_image_width = Some(PICTURE_LIMIT_PX);
     limits.max_image_height = Some(PICTURE_LIMIT_PX);
     reader.limits(limits);
-    // EXIF orientation is ignored on purpose: a calibration is of the sensor's pixels.
+    // EXIF orientation is ignored on purpose: a calibration describes the sensor's pixels.
     reader.decode()
 }
 

@@ -182,7 +182,7 @@ pub(super) fn fit(
     if patch.has_bands() {
         let area_px2 = (u[0] * v[1] - u[1] * v[0]).abs();
         let gaps_px = [u, v].map(|axis| gap_squares * area_px2 / axis[0].hypot(axis[1]));
-        // What the frames bring depends on where the corner is, and the other way round.
+        // The light of the frames depends on the corner's place, and the place on that light.
         fine.remove_frames(&rough, gaps_px);
         start = minimise(&EdgeProblem { pixels: fine, held }, rough, ROUGH)?.state;
         fine.remove_frames(&start, gaps_px);
@@ -205,7 +205,7 @@ pub(super) fn fit(
     let floor = Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX);
     let corner = Corner {
         px: Point2::new(centre[0] + at[0], centre[1] + at[1]),
-        // A computed inverse is symmetric only up to rounding; a recording stores three numbers.
+        // A computed inverse is symmetric only up to rounding, and a recording stores three numbers.
         covariance_px2: Matrix2::new(
             covariance[(0, 0)],
             covariance[(1, 0)],

@@ -64,7 +64,7 @@ fn codes(
             cells.reverse();
             BoardCode::read(&cells)
         })?;
-        // A board that is turned by a quarter is numbered the other way round.
+        // A board turned by a quarter is numbered the other way round.
         let named = code.board()?;
         let seen = [(named.columns(), named.rows()), (named.rows(), named.columns())];
         seen.contains(&size).then_some((code, forwards.is_some()))
@@ -78,7 +78,7 @@ fn strip(
     edge: Edge,
 ) -> Option<[bool; CELLS]> {
     let level = |along: f64, outside: f64| grey(image, &px_of(edge.place(size, along, outside))?);
-    // Cheaper than to find the end outside of the picture last.
+    // Look here first: a strip whose end lies outside the picture is rejected cheaply.
     level(1.0, FAR)?;
     let squares = match edge {
         Edge::Top | Edge::Bottom => size.0 + 1,

@@ -55,7 +55,7 @@ mod tests {
     fn two_programs_that_start_at_once_have_the_same_secret() {
         let place = tempfile::tempdir().expect("a folder");
         let path = place.path().join("key");
-        // The other one is faster between the look and the writing.
+        // A second program stores its text between the look and the write.
         let slower = read_or_make_private(&path, 100, || {
             let faster = read_or_make_private(&path, 100, || "theirs".into());
             assert_eq!(faster.expect("made"), "theirs");

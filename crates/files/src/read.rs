@@ -30,7 +30,7 @@ pub enum Links {
 /// [`FileError::Read`] or [`FileError::NotAFile`].
 pub fn open(path: &Path, links: Links) -> Result<File, FileError> {
     let reading = FileError::reading(path);
-    // Opening a device can do something to it, so look first.
+    // Look at the entry first: opening a device can have effects.
     if links == Links::Refused {
         file_or_nothing(path)?;
     } else {
@@ -40,7 +40,7 @@ pub fn open(path: &Path, links: Links) -> Result<File, FileError> {
         }
     }
     let file = options(links == Links::Refused).read(true).open(path).map_err(&reading)?;
-    // What is open is what counts: the entry may have been replaced meanwhile.
+    // Check the open file, not the entry, which may have been replaced meanwhile.
     match other_than_file(file.metadata().map_err(&reading)?.file_type()) {
         None => Ok(file),
         Some(what) => Err(FileError::NotAFile { what, path: path.to_path_buf() }),

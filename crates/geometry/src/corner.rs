@@ -58,7 +58,7 @@ impl Corner {
     /// by more than 2 % stays as it is.
     pub fn in_few_digits(&self) -> Self {
         let covariance = self.covariance_px2;
-        // Of no number at all, the magnitude doesn't matter: nothing is rounded then.
+        // If the covariance is no number, the magnitude doesn't matter: nothing is rounded then.
         let magnitude = covariance.diagonal().max().log10().floor().clamp(-20.0, 20.0) as i32;
         let digits = COVARIANCE_DIGITS - 1 - magnitude;
         let rounded = covariance.map(|value| to_steps(value, 10_f64.powi(digits.clamp(0, 22))));

@@ -130,7 +130,7 @@ where
         .max_headers(MOST_HEADERS)
         .half_close(false);
     let mut connection = pin!(builder.serve_connection(TokioIo::new(watched), service));
-    // What a broken connection says is of no use to anybody.
+    // Errors of a broken connection are of no use to anybody.
     while tokio::time::timeout(LOOK, connection.as_mut()).await.is_err() {
         if peer.is_over() {
             return;

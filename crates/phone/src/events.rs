@@ -48,7 +48,7 @@ impl States {
         {
             return Arc::clone(last);
         }
-        // Parts that stayed the same keep their memory, by which pages know that they have them.
+        // Unchanged parts keep their memory, by which pages know that they have them.
         let kept = |new: Option<String>, old: Option<&Arc<str>>| {
             let new = new?;
             Some(old.filter(|old| ***old == *new).map_or_else(|| new.into(), Arc::clone))
@@ -122,7 +122,7 @@ async fn tell(
     let mut seen = seen.unwrap_or_else(|| hub.news_after(u64::MAX).1);
     let (mut plan, mut ended): (Option<Arc<str>>, Option<Arc<str>>) = (None, None);
     loop {
-        // Waits for room first, so that what is sent is as new as can be.
+        // Wait for room first, so that the state sent is as new as can be.
         let Ok(room) = sender.reserve().await else { return };
         let state = changes.borrow_and_update().clone();
         let composed = states.lock().unwrap_or_else(PoisonError::into_inner).compose(&state, hub);
@@ -134,7 +134,7 @@ async fn tell(
             push(&mut text, "news", &json(&event));
         }
         seen = newest;
-        // A page learns from its first event from which number on it has heard everything.
+        // The first event tells a page the number from which on it has heard everything.
         let parts = [(&mut plan, &composed.plan, "plan"), (&mut ended, &composed.ended, "ended")];
         for (sent, part, name) in parts {
             let same = match (&*sent, part) {

@@ -113,7 +113,7 @@ fn check(gate: &Gate, request: &mut Request<Body>) -> Result<(), Answer> {
         (Some(host), None) => host.to_str().unwrap_or_default().to_owned(),
         _ => String::new(),
     };
-    // With an absolute address in the request line, that one counts.
+    // An absolute address in the request line takes precedence.
     let authority = request.uri().authority().map(|a| a.as_str().to_owned()).unwrap_or_default();
     if !gate.is_ours(&host) || !(authority.is_empty() || gate.is_ours(&authority)) {
         return Err((StatusCode::MISDIRECTED_REQUEST, "This page has another address.\n"));

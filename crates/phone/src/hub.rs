@@ -243,7 +243,7 @@ impl Hub {
     /// Hands a picture to the pages.
     fn publish(&self, picture: Option<Picture>) {
         if picture.is_some() {
-            // The frame before is freed outside the slot's lock.
+            // Free the frame before outside the slot's lock.
             drop(self.picture.send_replace(picture));
         }
     }

@@ -109,7 +109,7 @@ impl Drop for Server {
     fn drop(&mut self) {
         self.stop.send_replace(true);
         if let Some(thread) = self.thread.take() {
-            // Its thread has printed a panic; there is nothing to add.
+            // The thread has printed a panic; there is nothing to add.
             thread.join().ok();
         }
     }

@@ -1,4 +1,4 @@
-//! A session as the page's JSON: what changes with every frame, and what changes with a view.
+//! A session as the page's JSON: a part that changes with every frame, and a part that changes with a view.
 
 use nalgebra::Point2;
 use serde::Serialize;

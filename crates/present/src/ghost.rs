@@ -1,4 +1,4 @@
-//! The board as it should be held, as a card in space: where its parts are seen, and how near a live board is to it.
+//! The board as it should be held, as a card in space: pixels of its parts, and the closeness of a live board.
 
 use nalgebra::{Isometry3, Point2, Point3};
 

@@ -125,7 +125,7 @@ impl Arguments {
             self.experiments.is_empty() || self.experiments.iter().any(is)
         };
         let mut outcomes = Vec::new();
-        // What an earlier call put into this folder stays on its page.
+        // Results of an earlier call in this folder stay on its page.
         let shown = |name: &str| wanted(name) || folder.is_done(name);
         let experiments: Vec<_> = EXPERIMENTS.into_iter().filter(|(name, _)| shown(name)).collect();
         let progress = Progress::of_long_steps("study", experiments.len());

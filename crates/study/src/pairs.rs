@@ -1,5 +1,4 @@
-//! Does the opposed pose cancel a principal line's deflection, and how many pairs does it take?
-//! (The paper's Figs 4 and 5.)
+//! Cancellation of a principal line's deflection by the opposed pose, and the number of pairs that it takes.
 
 use nalgebra::{Point2, Vector2};
 

@@ -114,7 +114,7 @@ impl Default for SetupParams {
     fn default() -> Self {
         Self {
             f_px: 1600.0,
-            // Corners rounded to whole pixels depend on where the principal point lies between them.
+            // Corners rounded to whole pixels depend on the fractional part of the principal point.
             pp_px: [640.0, 480.0],
             image_size_px: [1280, 960],
             distortion: [-0.1, -0.02],

@@ -15,7 +15,7 @@ use boresight_present::text::{self, Act, window as words};
 impl App {
     pub(super) fn bar(&mut self, ui: &mut Ui, asks: &mut Vec<UiAction>) {
         Panel::top("bar").show(ui, |ui| {
-            // What a small window has no room for goes into a second line.
+            // A small window puts the surplus into a second line.
             ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
                 ui.spacing_mut().button_padding.x = 6.0;

@@ -13,7 +13,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let lives = snapshot.camera.stream == Stream::Live;
     for adjustable in &screen.adjustables {
         let lock = screen.locks().of(adjustable.control);
-        // Before it is locked, the camera moves it by itself.
+        // An unlocked control is moved by the camera itself.
         let can = lives && !matches!(lock, Lock::Unknown | Lock::Absent);
         ui.add_enabled_ui(can, |ui| one(ui, screen, (adjustable, lock), asks));
     }
@@ -40,7 +40,7 @@ fn one(
         }
         name.id
     });
-    // While it is dragged, the value is the person's.
+    // A dragged value is the person's.
     let id = ui.scope_id().with(words::name(control));
     let drafted = ui.data(|data| data.get_temp::<i64>(id));
     let shown = asked.or(lock.value()).unwrap_or(min);

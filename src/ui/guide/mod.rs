@@ -1,4 +1,4 @@
-//! The guide page: the live picture, what to do next, and how far it is.
+//! The guide page: the live picture, the next action, and the progress.
 
 mod banner;
 mod controls;
@@ -54,7 +54,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
                 controls::show(ui, screen, asks);
             });
         });
-        // Its place is kept before the first view, so that the picture never jumps.
+        // Keep the space for views before the first one, so that the picture never jumps.
         Panel::bottom("views").resizable(false).exact_size(views::PANEL).show(ui, |ui| {
             views::show(ui, screen, asks);
         });
@@ -115,7 +115,7 @@ pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
 
 fn status(ui: &mut Ui, screen: &Screen) {
     ui.horizontal(|ui| {
-        // A picture that did not come from a running source is one of a recording.
+        // A picture without a running source comes from a recording.
         let is_recording = screen.picture.texture().is_some() && screen.picture.came_secs.is_none();
         if !is_recording {
             let rate = screen.picture.per_sec().filter(|_| screen.lost_secs().is_none());

@@ -1,4 +1,4 @@
-//! The calibration so far in numbers.
+//! Numbers of the calibration so far.
 
 use egui::{Grid, RichText, Ui};
 

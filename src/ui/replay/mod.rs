@@ -1,4 +1,4 @@
-//! A recording, decision by decision: what was seen, and why it was taken or not.
+//! A recording, decision by decision: the frame, and the reason why it was taken or not.
 
 mod picker;
 mod recording_browser;

@@ -1,4 +1,4 @@
-//! The recording that is open, or the choice of one.
+//! The open recording, or the choice of one.
 
 use std::path::Path;
 

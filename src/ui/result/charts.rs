@@ -1,4 +1,4 @@
-//! Charts of what the result rests on.
+//! Charts of the evidence behind the result.
 
 use egui::{
     Align2, Button, CollapsingHeader, Color32, FontId, Mesh, Painter, Rect, RichText, Sense, Shape,

@@ -1,4 +1,4 @@
-//! The result page: the verdict, what speaks for and against it, the numbers, and what can be done with it.
+//! The result page: the verdict, the evidence for and against it, the numbers, and the actions.
 
 mod charts;
 mod comparison;

@@ -99,7 +99,7 @@ pub(super) fn draw(
         |[across, down]: [usize; 2]| (0..down).flat_map(move |y| (0..across).map(move |x| [x, y]));
     for square in places(squares) {
         let Some(number) = Layout::Present.marker_at(square, squares) else { continue };
-        // A dictionary that is too small: the page says so.
+        // Without enough markers in the dictionary, draw none: the page says so.
         if markers.dictionary.code(number).is_none() {
             continue;
         }

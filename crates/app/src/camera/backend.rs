@@ -1,4 +1,4 @@
-//! A backend as a value: what it is, what it locks, and how its cameras are reached.
+//! A backend as a value: its description, the controls that it locks, and the functions that reach its cameras.
 
 use std::{fmt, sync::Arc};
 

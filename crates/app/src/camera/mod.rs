@@ -1,4 +1,4 @@
-//! Live cameras: the table of backends, and which camera a name means.
+//! Live cameras: the table of backends, and the search for a camera by name.
 //!
 //! A backend is a way to cameras: a frame source in [`boresight_capture`], a file here that lists and opens its cameras,
 //! and its line in [`BACKENDS`]. A build that leaves it out still knows its name, and which feature adds it.
@@ -123,7 +123,7 @@ impl ChosenCamera {
         cameras.retain(|camera| camera.is_ordinary);
         match cameras.as_slice() {
             [] => {
-                // A camera that is there and cannot be used must not be passed over in silence.
+                // Announce a connected camera that cannot be used instead of skipping it silently.
                 for other in unusable {
                     let (cause, action) = other.said();
                     announcer.say(&format!("{}: {cause}. {action}", other.fault.code()));

@@ -1,4 +1,5 @@
-//! Calibrates again with the likeliest cause of a misfit allowed for: pixels or squares that aren't square, a bent board.
+//! Calibrates again with a correction for the likeliest cause of a misfit: non-square pixels or squares, or a bent
+//! board.
 //!
 //! A fit that leaves out what is known to be there has the wrong lens, by far more than its corners' noise says. The
 //! corrected one is examined as any other is, and the finding stays.

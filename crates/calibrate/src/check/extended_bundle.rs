@@ -176,7 +176,7 @@ impl ExtendedProblem<'_> {
                 let row = px.y / f64::from(self.image_size.height_px) - 0.5;
                 px + Vector2::new(at.local[0], at.local[1]) * row
             }
-            // By where the corner was seen, so that the fit can't move it over the tear.
+            // Compare the corner's seen place, so that the fit can't move it over the tear.
             Cause::Torn(rows) if rows[view].is_some_and(|row_px| corner.px.y > row_px) => {
                 px + Vector2::new(at.local[0], at.local[1])
             }

@@ -65,7 +65,7 @@ impl TailWeights {
             .collect();
         let views: Vec<&[f64]> = off.iter().map(Vec::as_slice).collect();
         let tails = Tails::of(views.iter().copied().flatten())?;
-        // Corners off by the dozen aren't wrong one by one: the view is torn, or of something else.
+        // Dozens of corners far off aren't wrong one by one: the view is torn, or shows something else.
         let is_whole = |view: &&&[f64]| {
             let low = view.iter().filter(|d2| tails.weight(**d2) < LOW_WEIGHT).count();
             (low as f64) <= MOST_LOW * view.len() as f64

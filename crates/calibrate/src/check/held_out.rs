@@ -40,7 +40,7 @@ pub(crate) fn check(
             let seen = || views[view].iter().filter(|corner| corner.is_seen());
             let corners = seen().count() as f64;
             let sigma2 = seen().map(|c| c.sigma_px().powi(2)).sum::<f64>() / corners;
-            // Whitened squares: noise of 2n coordinates less 6 of the pose, and the error of the lens.
+            // Expected sum of whitened squares: noise of 2n coordinates less 6 for the pose, and the error of the lens.
             let squares = noise_factor * noise_factor * (2.0 * corners - 6.0)
                 + (information * covariance).trace();
             let expected_px = (squares * sigma2 / (2.0 * corners)).sqrt();

@@ -209,7 +209,7 @@ fn doubt(
         let is_one_of_focus =
             explanation.cause.family() == Family::Focus && explanation.parameters == 1;
         if is_one_of_focus && *gain < MIN_BIC_GAIN_OF_ONE {
-            // Allowed for by `unseen_drift`, which has the better prior.
+            // `unseen_drift` covers this, with the better prior.
             continue;
         }
         let lens = explanation.state.bundle.camera.lens_parameters();

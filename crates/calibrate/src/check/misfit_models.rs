@@ -1,4 +1,4 @@
-//! Fits the extended bundle under one cause, and weighs what it gains against what its parameters cost.
+//! Fits the extended bundle under one cause, and weighs its gain against the penalty for its parameters.
 //!
 //! Each [`Cause`] adds parameters to the lens and poses. How much better it explains the corners than the plain bundle
 //! tells how probable it is.
@@ -281,7 +281,7 @@ fn evidence_cost<const S: usize>(
     let cross = view.local.fixed_view::<LOCAL_EXTRAS, 6>(6, 0).into_owned();
     let own = view.local.fixed_view::<LOCAL_EXTRAS, LOCAL_EXTRAS>(6, 6).into_owned();
     let left = own - cross * settled * cross.transpose();
-    // The prior is among the information of the block.
+    // The block's information includes the prior.
     let scaled = DMatrix::from_fn(count, count, |i, j| left[(i, j)] / prior_information);
     scaled.cholesky().map_or(f64::INFINITY, |factors| factors.ln_determinant().max(0.0))
 }

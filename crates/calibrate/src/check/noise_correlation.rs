@@ -98,7 +98,7 @@ pub(crate) fn noise_correlation(
         views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
     let (independent_cost, variance) = fit(0.0, &white)?;
     models.push((0.0, 0, independent_cost - 2.0 * INDEPENDENT.ln(), variance));
-    // Thinned corners stand for `step` times as many, and their pairs for the square of that; each view for `every`.
+    // A thinned corner stands for `step` corners, a pair for the square of that, and a view for `every` views.
     let (step, every) = (step as f64, every as f64);
     let independent = between(&views, &white)? * (step * every);
     let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;

@@ -1,4 +1,4 @@
-//! Inflates the covariances of corners to what the residuals show.
+//! Inflates the covariances of corners to match the residuals.
 //!
 //! The detector's covariances cover the noise of the picture, but not errors of the print, of the flatness of the board or
 //! of the fine shape of the lens. On real boards the latter dominate, and weights from picture noise alone would let the

@@ -176,7 +176,7 @@ mod tests {
         let mut covariance = LensMatrix::zeros();
         covariance[(2, 2)] = step * step;
         let predicted = jacobian.sd(&covariance);
-        // The same by moving a camera and turning it, searching for the best turn.
+        // The same value by moving a camera and searching for the best turn.
         let mut moved = camera;
         moved.pp_px.x += step;
         let miss = |turn: f64| {

@@ -177,7 +177,7 @@ impl FreeView {
             slopes.fixed_view_mut::<2, N>(row, 0).copy_from(&by(pull));
             residuals.fixed_rows_mut::<2>(row).copy_from(&pull.residual);
         }
-        // Each as long as the others, so that what another does already shows.
+        // Normalize each column, so that columns with the same effect show in the singular values.
         for mut column in slopes.column_iter_mut() {
             let length = column.norm();
             column /= length.max(f64::MIN_POSITIVE);

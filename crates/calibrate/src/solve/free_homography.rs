@@ -306,7 +306,7 @@ impl FreeProblem<'_> {
                 let of_lens = (slope.transpose() * shared_unit_covariance * slope).x;
                 let line = lines[outlier.index].as_ref()?;
                 let own = line.variance_of_distance(&consistent.pp.px);
-                // A few lines hardly tell their own spread; the residuals of all corners do.
+                // A few lines hardly determine their own spread; the residuals of all corners do.
                 let noisier = (noise_variance / consistent.variance_scale).max(1.0);
                 outlier.with_variance(noisier * (1.0 + of_lens / own))
             })

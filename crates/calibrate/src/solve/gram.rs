@@ -1,4 +1,4 @@
-//! Sums of products of the columns of a tall matrix: what normal equations are made of.
+//! Sums of products of the columns of a tall matrix, which make up normal equations.
 
 use nalgebra::{SMatrix, SVector};
 

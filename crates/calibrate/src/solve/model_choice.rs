@@ -94,7 +94,7 @@ pub(crate) fn fit_models(
             Reversals::Late if place + 1 < search.models.len() => f64::INFINITY,
             Reversals::Early | Reversals::Late => SUSPICIOUS,
         };
-        // From no distortion to some the way is long, and a quotient has more than one minimum.
+        // The step from no distortion to some is long, and a quotient has more than one minimum.
         let is_near = place >= 2 && model.family() == LensFamily::Brown;
         let how = if is_near { Start::Near } else { Start::Guess };
         let start = (state, how);

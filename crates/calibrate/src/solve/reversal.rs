@@ -140,7 +140,7 @@ mod tests {
         let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
         let observations = Observations::new(&board_m, &slices).expect("corners");
         let centre = board_centre_m(&observations);
-        // Twice reversed is as before, and the centre stays where it is.
+        // Two reversals restore the pose, and the centre stays in place.
         let twice = reversed(&reversed(&truth[0], &centre), &centre);
         assert!((twice.to_homogeneous() - truth[0].to_homogeneous()).norm() < 1e-12);
         let off = reversed(&truth[0], &centre) * centre - truth[0] * centre;

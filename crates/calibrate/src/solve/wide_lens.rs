@@ -1,4 +1,4 @@
-//! Wide lenses: their initial guess, and whether Brown's polynomial is the wrong family.
+//! Wide lenses: their initial guess, and the test against Brown's polynomial.
 //!
 //! Brown's model is a power series of `tan θ`, which no longer converges where the angle θ to the optical axis is large. A
 //! fisheye model is a series of θ itself, a rational one a quotient. Both are tried where the picture is wide, and one is
@@ -202,7 +202,7 @@ fn as_rational(fisheye: &BundleState, image_size: ImageSize) -> Option<BundleSta
         .into_iter()
         .fold(0.0, f64::max)
         .min(WIDEST_RAD);
-    // Slightly regular: numerator and denominator may share a factor.
+    // Regularised slightly: numerator and denominator may share a factor.
     let mut normal = Matrix6::identity() * 1e-9;
     let mut right = Vector6::zeros();
     for step in 1..=STEPS {

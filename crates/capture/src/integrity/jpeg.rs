@@ -1,4 +1,4 @@
-//! The frame of a motion-JPEG camera: headers, and what its scan must hold.
+//! Frames of a motion-JPEG camera: their headers, and the contents that their scan must have.
 
 use std::borrow::Cow;
 

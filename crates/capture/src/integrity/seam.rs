@@ -1,4 +1,4 @@
-//! Does the picture's brightness jump in the middle of a row, and stay?
+//! Search for a jump of the picture's brightness in the middle of a row that stays.
 //!
 //! A block's mean is coded as the difference from the block before. If one of them is wrong, every block
 //! after it is brighter or darker by as much: from there to the end of its row, and in the next row up to
@@ -37,7 +37,7 @@ pub(super) fn seam(edges: &[Edges], columns: usize, per_level: f64) -> f64 {
         std::mem::swap(&mut upper, &mut lower);
         let upper_sum = lower_sum;
         lower_sum = steps(pair[0], pair[1], least, &mut lower);
-        // Only if most blocks of one row's length step to the same side.
+        // Continue only if most blocks of one row's length step to the same side.
         let sum = upper_sum + lower_sum;
         if 10 * sum.abs() >= 4 * columns as i32 * i32::from(least) {
             surest =

@@ -109,7 +109,7 @@ impl Shared {
                 break Ok(());
             }
         };
-        // Apart from the reading: a second panic while the first one unwinds would end the program.
+        // Closed outside the reading call: a second panic while the first one unwinds would end the program.
         let closed = caught(move || {
             drop(camera);
             Ok(())

@@ -178,7 +178,7 @@ impl NokhwaCamera {
 
     /// Says that the camera is lost, once for each reason.
     fn lose(&mut self, loss: Loss) {
-        // That it is not there is no other reason than that it went.
+        // "Not found" after a loss is the same loss, not a new one.
         let still_away = self.lost.is_some() && loss.0 == Fault::NotFound;
         if !still_away && self.lost.as_ref() != Some(&loss) {
             let (fault, detail) = loss.clone();
@@ -201,7 +201,7 @@ impl NokhwaCamera {
                 self.last_came = came_at;
                 self.came = true;
                 if self.lost.take().is_some() {
-                    // The session hears of the return before it sees the next frame.
+                    // Tell the session of the return before it sees the next frame.
                     self.returned(came_at);
                     return None;
                 }
@@ -267,7 +267,7 @@ impl NokhwaCamera {
             None => CameraEvent::Dispelled { fault },
         }));
         self.last_time = CaptureTime { nanos: now.max(self.last_time.nanos + 1) };
-        // A gap in the numbers is what is known to be lost.
+        // The gap in the numbers counts the frames known to be lost.
         let id = FrameId(self.dropped + self.next_id);
         self.next_id += 1;
         let (kind, name) = (FrameKind::Video, String::new());
@@ -442,7 +442,7 @@ mod tests {
         until(&mut source, is_return);
         script.send(grey(40)).expect("heard");
         until(&mut source, is_frame);
-        // Its thread still waits in a call: the end of the source does not.
+        // The reader's thread still waits in a call: the end of the source does not.
         drop(source);
     }
 

@@ -128,7 +128,7 @@ impl Survey {
     /// Readable and writable controls, as control, number and value. Values come first: a camera takes them only while
     /// its automatic is off.
     fn restorable(&self) -> impl Iterator<Item = (Control, u32, i64)> + '_ {
-        // Only what can be read can be put back.
+        // Only a readable control can be put back.
         let restorable = |found: &Found| {
             found
                 .value
@@ -274,7 +274,7 @@ impl ControlLock {
     pub(super) fn deviations(&self, readings: &Readings, locks: &Locks) -> Vec<Deviation> {
         let mut found = Vec::new();
         for control in Control::ALL {
-            // What never obeyed cannot break its word; what it reads is its word.
+            // A control that never obeyed is compared with its last reading, not with the value set.
             let (from, was_free) = match locks.of(control) {
                 Lock::Locked { value } => (value, false),
                 Lock::Ignored { read, .. } => (read, true),

@@ -123,7 +123,7 @@ impl Kernel for Linux {
 
     fn close(&mut self, device: Handle) {
         if self.open.remove(&device).is_some() {
-            // Whatever it says, the number is free afterwards.
+            // Even if closing fails, the number is free afterwards.
             v4l2::close(device.0).ok();
         }
     }

@@ -100,7 +100,7 @@ impl Queue {
                 Err(errno) => refused = Some(errno),
             }
         }
-        // A buffer that was refused once is offered again at the next look.
+        // A refused buffer is offered again at the next look.
         match refused {
             Some(errno) if self.buffers.iter().all(|buffer| buffer.ours) => Err(errno),
             Some(errno) if gone(errno) => Err(errno),
@@ -115,7 +115,7 @@ impl Queue {
         bytes: &mut Vec<u8>,
     ) -> Result<Round, Broken> {
         let mut round = Round::default();
-        // A driver that is never empty must not keep us here.
+        // The loop has a bound: a driver that is never empty must not keep us here.
         for _ in 0..2 * self.buffers.len() {
             let filled = match again(|| kernel.dequeue(self.device)) {
                 Ok(filled) => filled,

@@ -224,7 +224,7 @@ impl<K: Kernel> LiveCamera<K> {
             Some(detail) => CameraEvent::Doubtful { fault, detail },
             None => CameraEvent::Dispelled { fault },
         }));
-        // The picture on which a control counts as settled was taken before that was known.
+        // The picture that settles a control was taken before it was known to be settled, so it isn't delivered.
         let was_setting = matches!(running.phase, Phase::Setting { .. });
         let now = self.kernel.clock().monotonic_nanos;
         self.go_on(picture.as_ref(), now).map_err(|errno| (Fault::Unplugged, errno.words()))?;
@@ -354,7 +354,7 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
                         if self.counts().1 != self.told.1 {
                             self.tell_counts();
                         }
-                        // A gap in the numbers is what was lost.
+                        // The gap in the numbers counts the lost frames.
                         let id = FrameId(self.counts().0 + self.next_id);
                         self.next_id += 1;
                         let kind = FrameKind::Video;

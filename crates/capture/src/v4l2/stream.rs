@@ -158,7 +158,7 @@ impl Stream {
             return Err(self.overdue());
         }
         let Some(queue) = &mut self.queue else { return Ok(None) };
-        // With an error, too: taking a buffer says which.
+        // Also after an error: taking a buffer says which one.
         let round = match queue.newest(kernel, &mut self.bytes) {
             Ok(round) => round,
             Err(Broken::System(errno)) => return Err(self.said(errno)),
@@ -181,7 +181,7 @@ impl Stream {
         }
         self.empty_errors = 0;
         if let Some(before) = self.last_came_nanos.replace(now) {
-            // Forgotten slowly: one late picture is no new rate.
+            // Slow decay: one late picture is no new rate.
             let gap = now.saturating_sub(before) / u64::from(round.came.max(1));
             self.slowest_nanos = gap.max(self.slowest_nanos - self.slowest_nanos / 16);
         }

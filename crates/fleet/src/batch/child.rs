@@ -64,7 +64,7 @@ impl Worker {
             let mut output = BufReader::new(output);
             loop {
                 let mut line = Vec::new();
-                // What ends without a line's end is the rest of a row of a process that ended.
+                // Text without a line's end is the rest of a row of a process that ended.
                 let read = output.read_until(b'\n', &mut line).unwrap_or(0);
                 if read == 0 || line.last() != Some(&b'\n') || send.send(line).is_err() {
                     return;
@@ -72,7 +72,7 @@ impl Worker {
             }
         })?;
         let mut worker = Self { process, items, rows, reader: Some(reader) };
-        // If it has ended already, the first item finds out.
+        // If the process has ended already, the first item finds out.
         let _ = worker.write(job);
         Ok(worker)
     }

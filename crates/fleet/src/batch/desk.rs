@@ -145,7 +145,8 @@ impl<'a> Desk<'a> {
         let Some(scratch) = &self.scratch else { return Worker::start(program, job, out, None) };
         let out =
             if store.is_remote() { scratch.path().join(OUT) } else { std::path::absolute(out)? };
-        // Sessions that are fetched are named relative to it; otherwise, it's where the person is.
+        // Fetched sessions have paths relative to the scratch folder; without them, the worker runs in the person's
+        // folder.
         let at = self.fetches.then(|| scratch.path());
         Worker::start(program, job, &out, at)
     }

@@ -1,4 +1,4 @@
-//! Every calibration of every camera: which drift, which are due.
+//! Every calibration of every camera, to find the cameras that drift or are due.
 //!
 //! The index is derived: its lines are what [`crate::batch::recorded`] reads from session folders, and an index
 //! that was deleted is made again from the same folders. They are rows as `batch gather` prints them, whose table of

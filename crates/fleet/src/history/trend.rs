@@ -96,7 +96,7 @@ impl Trend {
         };
         let (slow, jump) = (compared(quarter)?, compared(1)?);
         let (newest, change) = if jump.1.statistic > slow.1.statistic { jump } else { slow };
-        // Two looks at one camera are alarmed by chance no more often than a check's one.
+        // The limit keeps the false alarms of two comparisons as rare as a check's single one.
         let is_clear = quarter == 1 || change.statistic > LIMIT_OF_TWO;
         let drifts = is_clear && change.verdict != DriftVerdict::Ok;
         Some(Self { change, oldest: quarter, newest, drifts })

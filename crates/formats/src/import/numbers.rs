@@ -1,4 +1,4 @@
-//! Numbers out of the tree of a file.
+//! Numbers from the tree of a file.
 
 use serde_json::Value;
 

@@ -35,11 +35,11 @@ fn yaml(text: &str) -> Result<Value, String> {
     };
     // `rostopic echo` closes each message with the mark that opens the next.
     let body = body.trim_end().strip_suffix("\n---").unwrap_or(body);
-    // What is not finite becomes null, which is refused where a number is wanted and nowhere else.
+    // A number that isn't finite becomes null, which is refused only where a number is wanted.
     let options =
         serde_saphyr::options! { non_finite_float_policy: NonFiniteFloatPolicy::PassThrough };
     serde_saphyr::from_str_with_options(body, options).map_err(|err| {
-        // The first line says it; the others quote the file.
+        // Keep the first line of the error; the others quote the file.
         let words = err.to_string();
         words.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned()
     })

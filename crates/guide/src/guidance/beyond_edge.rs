@@ -53,7 +53,8 @@ pub(super) fn pairs_beyond_edge(
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Vec<Pair> {
-    // Parts may lie nearer: measured from them, the next pair would come nearer still.
+    // Only whole views count here: measured from partial ones, which may lie nearer, the next pair would come nearer
+    // still.
     let whole = accepted.iter().filter(|view| view.corners.iter().all(Corner::is_seen));
     let poses = whole.filter_map(|view| pose_of(&view.corners, board, lens_estimate));
     let nearest_m = poses.map(|pose| pose.translation.z).fold(f64::INFINITY, f64::min);

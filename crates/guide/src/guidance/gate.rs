@@ -10,7 +10,7 @@ use boresight_geometry::Corner;
 ///
 /// The first [`Refusal`] that applies, in the order in which a person would put things right.
 pub fn gate(view: &View, params: &GuidanceParams) -> Result<(), Refusal> {
-    // A board that is cut off has corners at the edge of the picture; those that are seen are measured well.
+    // A cut-off board has corners at the edge of the picture; its seen corners are measured well.
     let is_whole = view.corners.iter().all(Corner::is_seen);
     if is_whole && view.margin_px < params.margin_px {
         return Err(Refusal::AtTheEdge { margin_px: view.margin_px, wanted_px: params.margin_px });

@@ -1,4 +1,4 @@
-//! Does a view's principal line add anything to those accepted?
+//! Independence: judges if a view's principal line adds anything to the accepted ones.
 
 use std::f64::consts::PI;
 
@@ -108,7 +108,7 @@ fn reflection_offset_px(view: &View, of: &View, lens_estimate: &LensEstimate) ->
 }
 
 fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f64 {
-    // A reflection about an uncertain point can't be asked for more exactly than that point is known.
+    // The tolerance is never below the uncertainty of the reflection, whose centre is uncertain.
     let known_px = match lens_estimate.covariance {
         Some(_) => lens_estimate.pp_covariance_px2().trace().max(0.0).sqrt(),
         None => 0.0,

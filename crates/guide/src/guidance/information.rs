@@ -49,7 +49,8 @@ pub(super) fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     let sigma = prior_sigma(lens_estimate.image_size);
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
     let known = lens_estimate.known_covariance.and_then(|known| {
-        // One focal length for fx and fy, and what the earlier model held fixed is unknown to a thousandth of the prior.
+        // fx and fy share one focal length, and parameters that the earlier model held fixed are known to a thousandth
+        // of the prior.
         let known = known.fixed_view::<BROWN_PARAMETERS, BROWN_PARAMETERS>(0, 0).into_owned();
         let mut covariance: LensMatrix = known.remove_row(1).remove_column(1);
         for (i, sigma) in sigma.iter().enumerate() {

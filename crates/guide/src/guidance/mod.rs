@@ -1,4 +1,4 @@
-//! What is this view worth, and which pose should come next?
+//! Guidance: the worth of a view, and the pose that should come next.
 //!
 //! Pure functions of numbers: equal views, lens estimate and parameters give equal answers, live or replayed.
 //! One file a stage; each uses only files above it:

@@ -1,4 +1,4 @@
-//! Are we done?
+//! Stop rule: judges if the session has enough views.
 
 use super::{
     independence::partner_of,

@@ -1,4 +1,4 @@
-//! Between what each frame asks for and what the person is shown: a prompt that can be read before it changes.
+//! Calm prompts: turns the requests of frames into a prompt that can be read before it changes.
 
 use std::collections::VecDeque;
 
@@ -94,7 +94,7 @@ impl Calm {
             (self.since, self.last_asked) = (None, None);
         }
         if prompt == Prompt::Taken {
-            // What was asked for up to here is about the view that is taken now.
+            // Earlier requests are about the view that is taken now.
             self.recent.clear();
             self.show(now, Shown { prompt, advice: None });
             return;

@@ -8,7 +8,7 @@ pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precisi
     let mut others = calibration.findings.clone();
     others.retain(|finding| !matches!(finding.code, FindingCode::CoverageLow { .. }));
     let width_px = image_size.width_px.max(image_size.height_px);
-    // What a small board can't fix, however good the views are.
+    // Findings that a small board causes, however good the views are.
     let is_of_size = |code: &FindingCode| {
         matches!(
             code,

@@ -334,7 +334,7 @@ impl Prompt {
             Refusal::TooFar { .. } => Self::Closer,
             Refusal::AtTheEdge { .. } => Self::Farther,
             Refusal::Blurred { .. } => Self::Blurred,
-            // The view that has this direction may be the one just taken: what counts is the next pose.
+            // The view in this direction may be the one just taken: ask for the next pose.
             Refusal::AlreadyCovered { .. } | Refusal::TellsLittle { .. } => Self::FollowTheOutline,
             Refusal::PartnerOff { .. } => Self::OntoTheOutline,
             Refusal::Inconsistent { .. } => Self::Contradicts,

@@ -84,7 +84,7 @@ impl Head {
     /// The next session that a page asks for; `None` once `stop` is set.
     fn wait(&self, stop: &AtomicBool) -> Option<Request> {
         let (mut looked, mut shown) = (None::<Instant>, None);
-        // A second tap on Start that came while the session was being opened.
+        // Drop a second tap on Start that came while the session was being opened.
         drop(self.phone.hub().take_request());
         while !stop.load(Ordering::Relaxed) {
             if looked.is_none_or(|looked| looked.elapsed() >= CAMERAS_EVERY) {

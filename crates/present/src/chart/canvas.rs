@@ -1,4 +1,4 @@
-//! A drawing in the coordinates of what it shows: a picture's pixels, or two axes.
+//! A drawing in the coordinates of its subject: a picture's pixels, or two axes.
 
 use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 

@@ -280,7 +280,7 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
         rows.push(ResultRow::at_most(name::NOISE, noise_px, limits.noise_px, "px"));
     }
     if let Some(share) = calibration.coverage {
-        // Rounded down: what is below the limit must not look as if it reached it.
+        // Rounded down: a value below the limit must not look as if it reached it.
         let percent = (1000.0 * share).floor() / 10.0;
         rows.push(ResultRow {
             name: name::COVERAGE,

@@ -1,4 +1,4 @@
-//! Estimates with views left out: how much the result hangs on single views.
+//! Estimates with views left out: the dependence of the result on single views.
 
 use nalgebra::{Isometry3, Point2};
 

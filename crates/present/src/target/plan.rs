@@ -66,7 +66,7 @@ pub enum DoesNotFit {
     },
 }
 
-/// Places a board of `columns` × `rows` inner corners on the one of `pages` which leaves most white around it.
+/// Places a board of `columns` × `rows` inner corners on the one of `pages` that leaves most white around it.
 ///
 /// # Errors
 ///

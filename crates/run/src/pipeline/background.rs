@@ -49,7 +49,7 @@ impl<T: Send + 'static> Background<T> {
 impl<T> Drop for Background<T> {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
-            // Its thread has printed a panic; there is nothing to add.
+            // The thread has printed a panic; there is nothing to add.
             thread.join().ok();
         }
     }

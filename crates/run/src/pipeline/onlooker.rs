@@ -1,4 +1,4 @@
-//! Somebody beside the window who sees a session and may give commands.
+//! Onlooker beside the window, who sees a session and may give commands.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The camera in `session.toml`: which it is, its mode, and its controls before the session locked them.
+//! The camera in `session.toml`: its identity, its mode, and its controls before the session locked them.
 
 use serde::{Deserialize, Serialize};
 

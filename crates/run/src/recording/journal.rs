@@ -191,7 +191,7 @@ impl Journal {
                             && after_hole(text).is_none_or(|later| later.synced <= Some(due));
                     }
                 },
-                // The hole is a cut only if no later line knows that this one was synced.
+                // The hole is a cut only if no later line states that this one was synced.
                 (Some(_), Some(text)) => {
                     contents.cut &= after_hole(text).is_none_or(|later| later.synced <= Some(due));
                 }

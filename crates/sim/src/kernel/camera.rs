@@ -1,4 +1,4 @@
-//! A camera of the model: what it says, what it sends, and where it errs.
+//! A camera of the model: its description, its frames and its faults.
 
 use std::{collections::BTreeMap, path::PathBuf};
 

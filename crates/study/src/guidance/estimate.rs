@@ -1,4 +1,4 @@
-//! The lens from the views of a run, and how far it is from the truth.
+//! The lens from the views of a run, and its error.
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! The person's hand: where it brings the board, and how long that takes.
+//! The person's hand: the pose to which it brings the board, and the time it takes.
 
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::RngExt;

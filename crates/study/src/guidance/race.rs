@@ -86,8 +86,8 @@ pub fn run(
         views.extend(view);
         shown.push(corners);
         let Some((bundle, errors)) = fitted(course, &shown, state.as_ref()) else { continue };
-        // Ours believes its guess as long as the program does. A hand that measures metres can't: with a wrong focal
-        // length it would make every board smaller than the one before.
+        // Our strategies believe their guess as long as the program does. A hand that measures metres can't: with a
+        // wrong focal length it would make every board smaller than the one before.
         let guesses = strategy.is_ours() && hand != Hand::Metric && shown.len() < VIEWS_OF_A_LENS;
         if !guesses {
             lens_estimate.camera = bundle.state.camera;

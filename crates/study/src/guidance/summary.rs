@@ -1,4 +1,4 @@
-//! Medians and intervals of what the runs of one strategy with one hand reached.
+//! Medians and intervals of the results of one strategy with one hand.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The explore page: what lens distortion does to principal lines, to play with.
+//! The explore page: play with the effect of lens distortion on principal lines.
 
 mod controls;
 mod explored;

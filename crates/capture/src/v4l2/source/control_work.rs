@@ -37,7 +37,7 @@ impl<K: Kernel> LiveCamera<K> {
             let used = now - began;
             if used > PORTION_NANOS {
                 *rest_until_nanos = now + REST * used;
-                // A camera that answers can't be blamed for the pictures that it didn't send meanwhile.
+                // The camera was busy answering, so pictures that it didn't send meanwhile are excused.
                 stream.excuse(used);
             }
             if done && let Some(work) = work.take() {
@@ -72,7 +72,7 @@ impl<K: Kernel> LiveCamera<K> {
                 self.locked(&readings, blurred, now);
             }
             (Phase::Setting { .. }, Task::Read) => self.set(&readings, now),
-            // A lens takes its time; then it is read again.
+            // A lens takes its time; the control is read again later.
             (Phase::Steady { next_read_nanos, .. }, Task::Lock) => {
                 *next_read_nanos = now + super::LOCKING_NANOS;
             }

@@ -1,4 +1,4 @@
-//! Controls as they were locked, and what moves them.
+//! Locked controls, and their changes.
 
 use super::{
     super::{controls::Readings, kernel::Kernel},
@@ -21,7 +21,7 @@ impl<K: Kernel> LiveCamera<K> {
             self.events.push_back(CameraEvent::Returned { mode: self.mode, good_from });
         }
         match self.locks {
-            // A camera that returns must stand as it stood.
+            // Report the controls of a returning camera that differ from before.
             Some(locks) if returning => {
                 for deviation in self.keeper.deviations(readings, &locks) {
                     changed.push((deviation.control, deviation.to));
@@ -66,7 +66,7 @@ impl<K: Kernel> LiveCamera<K> {
         *next_read_nanos = now + READ_BACK_NANOS;
         let deviations = self.keeper.deviations(readings, &locks);
         for (control, from, to) in self.keeper.moved_freely(readings, &locks) {
-            // It can't be locked, so it can't be put back either: the person must know, and goes on.
+            // A control that can't be locked can't be put back either: tell the person, and continue.
             let detail = format!("{control:?} can't be locked: {from}, now {to}");
             self.events.push_back(CameraEvent::Doubtful { fault: Fault::GeometryMoved, detail });
         }

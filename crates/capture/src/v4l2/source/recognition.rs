@@ -33,7 +33,7 @@ fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
                 (Some(other), _) => {
                     Err((Fault::OtherCamera, format!("{}, {}", other.name, other.stable_name())))
                 }
-                // The node is there again, but may not be opened yet, or is another program's.
+                // The node is there again, but may not be opened yet, or another program has it.
                 (None, Some(other)) if matches!(other.why, Fault::Busy | Fault::NotPermitted) => {
                     Err((other.why, other.detail.clone()))
                 }

@@ -205,7 +205,7 @@ impl Drop for Reactor {
     fn drop(&mut self) {
         self.end = None;
         if let Some(thread) = self.thread.take() {
-            // Its thread has printed a panic; there is nothing to add.
+            // The thread has printed a panic; there is nothing to add.
             thread.join().ok();
         }
     }

@@ -310,7 +310,7 @@ async fn create(client: &Client, path: &Path, payload: PutPayload) -> object_sto
             Err(err @ object_store::Error::AlreadyExists { .. }) => err,
             Err(err) => return Err(err),
         };
-        // It's refused, too, while another worker stores it, who may still fail.
+        // A refusal may also mean that another worker is storing it, and may still fail.
         match whole(async || client.store.head(path).await).await {
             Ok(_) => return Ok(false),
             Err(object_store::Error::NotFound { .. }) if looks > 0 => {

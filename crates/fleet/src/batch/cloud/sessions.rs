@@ -106,7 +106,7 @@ fn walk<'a>(
     Box::pin(async move {
         for chunk in folders.chunks(CHUNK) {
             let looks = stream::iter(chunk).map(|folder| look(client, folder.clone()));
-            // All of them before the next: a request that nobody waits for would run out of time.
+            // Complete all of these before the next: a request that nobody polls would run out of time.
             let places: Vec<Place> = looks.buffered(AT_ONCE).try_collect().await?;
             for place in places {
                 match place {

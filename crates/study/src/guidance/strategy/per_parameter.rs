@@ -49,7 +49,7 @@ pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isom
             fill: 0.5,
         }
     } else {
-        // cx is seen in boards that recede sideways, cy in those that recede up or down, f in both.
+        // Boards that recede sideways show cx, those that recede up or down cy, both f.
         let sideways = match most {
             1 => true,
             2 => false,

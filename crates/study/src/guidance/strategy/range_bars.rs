@@ -27,7 +27,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
     };
     let least = (0..4).min_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(0);
     let middle = if seen.is_empty() { 0.5 } else { 0.5 * (range(least).0 + range(least).1) };
-    // The end that is farther away; noise, because nobody stands still in the other bars.
+    // Choose the farther end, with noise, because nobody stands still in the other bars.
     let high = least >= 2 || middle < 0.5 || (seen.is_empty() && rng.random());
     let mut near = |centre: f64, spread: f64| centre + rng.random_range(-spread..spread);
     let end = |low: f64, top: f64| if high { top } else { low };
