@@ -54,7 +54,7 @@ pub struct WindowHost {
     exit: Arc<Mutex<Exit>>,
     /// True if the first session starts without asking.
     at_once: bool,
-    /// File of what is remembered.
+    /// File of the window's memory.
     memory: Option<PathBuf>,
     lookout: Option<Lookout>,
     /// ID of the boards printed from here: two prints are one board.

@@ -86,7 +86,7 @@ pub struct App {
     adjusted: BTreeMap<Control, i64>,
     shelf: RecordingBrowser,
     sound: Sound,
-    /// Big letters whether or not somebody is at the computer.
+    /// True for big letters even while somebody is at the computer.
     wants_distance: bool,
     /// Time of the last use of mouse or keys, by the window's clock.
     touched_secs: f64,
@@ -413,7 +413,7 @@ impl App {
         self.result.comparison.begin(&mut *self.host, (&ended.folder, old), wake);
     }
 
-    /// Paints the page and does what is asked for.
+    /// Paints the page and carries out its requests.
     pub fn paint(&mut self, ui: &mut Ui) {
         // A recording has its own keys.
         let replaying = self.page == Page::Replay;

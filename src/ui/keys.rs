@@ -13,7 +13,7 @@ pub enum UiAction {
     Act(Act),
     /// Take back one view.
     Remove(ViewNumber),
-    /// Start what was chosen on the start page.
+    /// Start the session chosen on the start page.
     Start(Box<boresight_app::host::SessionRequest>),
     /// Take two more views, where no board has been.
     TakeMore,

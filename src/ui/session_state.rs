@@ -33,7 +33,7 @@ pub(super) struct Running {
     /// Commands that the session's inbox had no room for yet.
     unsent: VecDeque<Command>,
     /// True if views were wanted at some time: a resumed session may be complete already, and is then ended by hand, or
-    /// by what is done to it.
+    /// by an action on it.
     has_collected: bool,
 }
 
@@ -59,7 +59,7 @@ impl Running {
         self.unsent.push_back(command);
     }
 
-    /// Takes what is new onto the screen. Never waits.
+    /// Takes the news onto the screen. Never waits.
     pub(super) fn look(&mut self, ctx: &Context, screen: &mut Screen) -> News {
         while let Some(command) = self.unsent.pop_front() {
             if let Err(command) = self.opened.pipeline.try_command(command) {

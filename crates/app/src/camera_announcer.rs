@@ -18,7 +18,7 @@ impl<'a> CameraAnnouncer<'a> {
         Self { announcer, announced: CameraState::default() }
     }
 
-    /// Announces what is new in `now`.
+    /// Announces the changes in `now`.
     pub(super) fn announce(&mut self, now: &CameraState) {
         if *now == self.announced {
             return;

@@ -131,7 +131,7 @@ pub fn words(found: &Checked) -> (String, &'static str) {
     }
 }
 
-/// Announces what was found, and `action`.
+/// Announces the finding, and `action`.
 pub fn announce(found: &Checked, action: &str, source: &str, announcer: &Announcer) {
     let say = |line: &str| announcer.say(line);
     let (what, _) = words(found);

@@ -105,8 +105,8 @@ pub struct Exported {
     pub untrustworthy: bool,
 }
 
-/// Converts the result in `input`, a session folder or a `calibration.json`, into `format`. `name` is what the
-/// file calls the camera; without it, the name of the folder or file.
+/// Converts the result in `input`, a session folder or a `calibration.json`, into `format`. The file calls the camera
+/// `name`, or without it by the name of the folder or file.
 ///
 /// # Errors
 ///

@@ -109,7 +109,7 @@ pub trait AppHost {
     /// Older calibrations that the session in `folder` may be compared with.
     fn older(&self, folder: &Path) -> Vec<PathBuf>;
 
-    /// Begins to compare the session in `folder` with the calibration in `old`, and to store what is found.
+    /// Begins to compare the session in `folder` with the calibration in `old`, and to store the result.
     ///
     /// # Errors
     ///

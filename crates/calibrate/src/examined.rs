@@ -58,7 +58,8 @@ impl Examined {
     /// Covariance of the chosen lens with model uncertainty, scaled by the evidence in the corners. `None` if it isn't
     /// finite.
     ///
-    /// Nearly alike views err alike: with fewer than [`VIEWS_ADVISED`] that differ, those that repeat them don't count.
+    /// Nearly alike views have alike errors: with fewer than [`VIEWS_ADVISED`] different views, the repeats don't
+    /// count.
     pub(super) fn plain_covariance(
         &self,
         inputs: &Inputs<'_>,

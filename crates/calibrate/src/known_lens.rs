@@ -20,7 +20,7 @@ const AGREEMENT: f64 = 0.999;
 /// parameter in units of its own standard deviation: below it, neither calibration estimates the direction.
 const UNESTIMATED: f64 = 1e-9;
 
-/// A lens and what is known about it.
+/// A lens with its covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "StoredLens", into = "StoredLens")]
 pub struct KnownLens {

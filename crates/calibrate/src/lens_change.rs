@@ -1,7 +1,7 @@
 //! Test for a change of distortion between an old calibration and new views, `docs/method.md`, section 4.
 //!
-//! Two tests share a tenth of the false alarms: of any change of the coefficients, and of a change in proportion, which is what
-//! refocusing or warming does and which a few views see far better.
+//! Two tests share a tenth of the false alarms: for any change of the coefficients, and for a change in proportion. The
+//! latter is the effect of refocusing or warming, and a few views detect it far better.
 
 use nalgebra::{DMatrix, DVector, Matrix2xX, Point2};
 use statrs::distribution::{ChiSquared, ContinuousCDF};

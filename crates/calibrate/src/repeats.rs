@@ -1,7 +1,7 @@
 //! Pictures of one held pose count once.
 //!
-//! Copies of a picture have its noise, and pictures of a board that nobody moved share what the noise model doesn't
-//! know: the board's shape, and what the lens does there. Counted as independent, they would make the lens look more
+//! Copies of a picture have its noise, and pictures of a board that nobody moved share errors outside the noise model:
+//! the board's shape, and the lens's deviation there. Counted as independent, they would make the lens look more
 //! certain than it is, and too well known for its model.
 
 use std::borrow::Cow;

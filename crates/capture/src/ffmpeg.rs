@@ -418,7 +418,7 @@ impl Messages {
             && poll(&mut [PollFd::new(&self.err, PollFlags::IN)], Some(&zero)).is_ok_and(|n| n > 0)
     }
 
-    /// Reads what is there, and returns the times in it.
+    /// Reads the waiting bytes, and returns the times in them.
     fn read(&mut self) -> Vec<Option<i64>> {
         let mut chunk = [0; 4096];
         let got = self.err.read(&mut chunk).unwrap_or(0);

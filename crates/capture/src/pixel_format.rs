@@ -1,7 +1,7 @@
 //! The bytes of a frame as brightness in 8 bits.
 //!
-//! Whatever is deeper is scaled by its whole range: `v` of `n` bits becomes 255 v / (2ⁿ - 1), rounded. Whatever has colours
-//! is weighed as picture files are: 0.2126 red, 0.7152 green, 0.0722 blue; a Bayer mosaic ¼, ½, ¼.
+//! Deeper samples are scaled by their whole range: `v` of `n` bits becomes 255 v / (2ⁿ - 1), rounded. Colours are
+//! weighed as in picture files: 0.2126 red, 0.7152 green, 0.0722 blue; a Bayer mosaic ¼, ½, ¼.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

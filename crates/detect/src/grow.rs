@@ -18,7 +18,7 @@ pub(super) struct Grower {
     /// Junctions sorted by cell, and the start of each cell.
     sorted: Vec<u32>,
     begins: Vec<u32>,
-    /// For each junction: whether it belongs to a grid, and the last attempt that used it.
+    /// For each junction: true if it belongs to a grid, and the last attempt that used it.
     taken: Vec<bool>,
     used_by: Vec<u32>,
     attempts: u32,

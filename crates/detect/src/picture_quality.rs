@@ -1,7 +1,7 @@
 //! Why no board could be found: the picture is too dark, or blurred.
 //!
-//! Where corners have no response, no grid says why. What can be said then is how the picture looks, or the part of it in
-//! which the board was expected: how light its lightest places are, and how wide its steepest edges.
+//! Where corners have no response, the grids can't give the reason. Two measures of the picture, or of the part in
+//! which the board was expected, then do: the brightness of its lightest places, and the width of its steepest edges.
 
 use image::GrayImage;
 

@@ -21,7 +21,7 @@ use boresight_geometry::{
     frame::ImageSize,
 };
 
-/// A picture and whether it was used.
+/// A picture, used or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ViewName {
     /// File name of the picture.
@@ -30,7 +30,7 @@ pub struct ViewName {
     pub reason: Option<String>,
 }
 
-/// The words for findings: what was found, and what to do.
+/// Words for findings, each with its action.
 #[derive(Clone, Copy, Debug)]
 pub struct FindingWords {
     /// Words for a finding.
@@ -132,7 +132,7 @@ impl CalibrationFile {
 }
 
 impl AcceptanceEntry {
-    /// The entry of a verdict, with its words: what was found, and what to do.
+    /// The entry of a verdict, with its words: the finding, and the action.
     pub fn of(judged: &Acceptance, (message, action): (String, &str)) -> Self {
         let (unit, per_unit) = match judged.goal {
             AcceptanceGoal::Projection { .. } => ("px", 1.0),

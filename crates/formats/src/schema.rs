@@ -17,7 +17,7 @@ pub enum NotRead {
     /// A field is missing or of another type.
     #[error("{reason}")]
     Field {
-        /// The field, and what is wrong with it.
+        /// The field, and its mistake.
         reason: String,
     },
 }

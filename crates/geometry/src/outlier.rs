@@ -13,7 +13,7 @@ const REJECTED: f64 = 2.0 * 10.828;
 /// Most pairs tried: all of 45 lines. As more than half of the lines meet, one pair in four consists of such lines.
 const MOST_PAIRS: usize = 1000;
 
-/// Principal lines split into those that meet and those that don't.
+/// Principal lines that meet, and those that miss their point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConsistentLines {
     /// Intersection of the consistent lines.

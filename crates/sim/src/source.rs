@@ -62,7 +62,7 @@ pub struct TruthLog {
 }
 
 impl TruthLog {
-    /// A copy of what is known now.
+    /// A copy of the truth so far.
     pub fn snapshot(&self) -> Truth {
         self.truth.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -74,8 +74,8 @@ impl TruthLog {
 
 /// Frames of a [`Scene`].
 ///
-/// Frame `n` is drawn while frame `n - 1` is judged, so a cue can move the board from frame
-/// `n + 1` on at the earliest: what is delivered does not depend on how quickly it is judged.
+/// Frame `n` is drawn while frame `n - 1` is judged, so a cue can move the board from frame `n + 1` on at the earliest:
+/// the frames don't depend on the speed of the judging.
 pub struct SyntheticSource {
     scene: Scene,
     renderer: Renderer,

@@ -7,7 +7,7 @@ use boresight_geometry::device::{Adjustable, Lock};
 use boresight_guide::session::Stream;
 use boresight_present::text::adjust as words;
 
-/// Shows those that can be set.
+/// Shows the controls that can be set.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };
     let lives = snapshot.camera.stream == Stream::Live;

@@ -55,7 +55,7 @@ impl RecordingBrowser {
         }
     }
 
-    /// Takes what was opened. Never waits.
+    /// Takes the opened recording. Never waits.
     pub(in super::super) fn look(&mut self) {
         let Some(loading) = &self.loading else { return };
         let nobody_knows = || UserError { what: words::NOT_OPENED.into(), action: None };

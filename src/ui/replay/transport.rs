@@ -22,7 +22,7 @@ pub(super) enum Sign {
     ToNextView,
 }
 
-/// Shows the button for `step`. Returns whether it was pressed.
+/// Shows the button for `step`. Returns true if it was pressed.
 pub(super) fn button(ui: &mut Ui, sign: Sign, (label, key, tip): Step) -> bool {
     let (rect, response) =
         ui.allocate_exact_size(Vec2::new(5.0, 4.0) * theme::UNIT, Sense::click());

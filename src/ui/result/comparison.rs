@@ -116,7 +116,7 @@ pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<UiAct
     });
 }
 
-/// Shows what was found.
+/// Shows the result of the comparison.
 pub(super) fn show(ui: &mut Ui, comparison: &Comparison) {
     let Outcome::Done(outcome) = &comparison.outcome else { return };
     let compared = match outcome {

@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     });
     choice(ui, page);
     ui.separator();
-    // What is counted are plain boards.
+    // Only plain boards are counted.
     if page.draft.markers.is_none() {
         detect(ui, page, choices);
     }

@@ -1,8 +1,8 @@
 //! Calibrates again with a correction for the likeliest cause of a misfit: non-square pixels or squares, or a bent
 //! board.
 //!
-//! A fit that leaves out what is known to be there has the wrong lens, by far more than its corners' noise says. The
-//! corrected one is examined as any other is, and the finding stays.
+//! A fit that leaves out a known cause has the wrong lens, by far more than the noise of its corners suggests. The
+//! corrected fit is examined as any other, and the finding stays.
 
 use std::borrow::Cow;
 

@@ -1,6 +1,6 @@
 //! Comparison of the bundle's principal point with that of the free homographies, which assume no common lens.
 //!
-//! Both come from the same corners, so if they differ by much more than their standard deviations allow, something errs
+//! Both come from the same corners. If they differ by much more than their standard deviations allow, there is an error
 //! that neither of them states: a bent board, rows read one after the other, errors that are smooth over a board. Then
 //! the covariance of the lens is widened until the difference is an ordinary one, as is usual for measurements that
 //! contradict each other (Birge 1932).

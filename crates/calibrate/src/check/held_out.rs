@@ -17,8 +17,8 @@ pub(crate) struct HeldOutView {
 /// Predicts each of the last views, a fifth of all, from the lens of the other views. Returns the one with the largest
 /// ratio of observed to expected residual.
 ///
-/// The lens without a view is computed to first order; only the pose of the view is fitted. The expected residual is
-/// that of the noise plus the uncertainty of the lens without the view.
+/// The lens without a view is computed to first order; only the pose of the view is fitted. The expected residual comes
+/// from the noise and the uncertainty of the lens without the view.
 pub(crate) fn check(
     observations: &Observations,
     bundle: &Bundle,

@@ -1,8 +1,8 @@
 //! Widens the covariance of the lens if the errors of neighbouring corners are alike.
 //!
 //! Blur, shadows on the print, a board that isn't flat and compression shift neighbouring corners together. The poses
-//! then absorb most of these errors, so the residuals stay small, while the lens follows what is left: the residual
-//! noise understates the error of the lens. The errors of a view are therefore modelled as
+//! then absorb most of these errors, so the residuals stay small, while the lens follows the rest: the residual noise
+//! understates the error of the lens. The errors of a view are therefore modelled as
 //!
 //! ```text
 //! cov(eᵢ, eⱼ) = s² ((1 − a) δᵢⱼ + a exp(−dᵢⱼ²/2ℓ²))        d: distance of two corners in the picture

@@ -247,7 +247,7 @@ fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Findi
 
 /// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model, and its shift in pixels.
 ///
-/// If the chosen model holds, its estimate is efficient, and the difference from that of the richer model has covariance
+/// If the chosen model holds, its estimate is efficient, and the difference from the richer model's has covariance
 /// `C_full − C`. `None` if the richest model is the chosen one.
 fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)> {
     let full = choice.bundles.len() - 1;

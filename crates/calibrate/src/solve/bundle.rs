@@ -91,7 +91,7 @@ impl Observations {
         Self { threads, ..self }
     }
 
-    /// `of` each view, in order.
+    /// Calls `of` for each view, in order.
     pub(crate) fn by_view<T: Send>(
         &self,
         of: impl Fn(usize) -> Option<T> + Sync,

@@ -1,8 +1,8 @@
 //! Levenberg–Marquardt for parameters shared by all views and parameters of single views.
 //!
 //! The normal matrix has the shape of an arrow, so the parameters of the views are eliminated by a Schur complement
-//! (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, section 6). The loop and its end test are those of
-//! `geometry::least_squares`, whose problems have no views.
+//! (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, section 6). The loop and its end test are the same
+//! as in `geometry::least_squares`, whose problems have no views.
 
 use nalgebra::{SMatrix, SVector};
 

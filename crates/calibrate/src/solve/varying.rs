@@ -1,6 +1,6 @@
 //! The lens when the focal length differs from view to view.
 //!
-//! The principal lines of the free homographies intersect in the principal point whatever the focal lengths of the views
+//! The principal lines of the free homographies intersect in the principal point at any focal lengths of the views
 //! (Chuang 2021, section 3.4); each line then gives the focal length of its view.
 
 use nalgebra::{Matrix2, Vector2};

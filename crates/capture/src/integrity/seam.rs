@@ -1,4 +1,4 @@
-//! Search for a jump of the picture's brightness in the middle of a row that stays.
+//! Search for a lasting jump of the picture's brightness in the middle of a row.
 //!
 //! A block's mean is coded as the difference from the block before. If one of them is wrong, every block
 //! after it is brighter or darker by as much: from there to the end of its row, and in the next row up to

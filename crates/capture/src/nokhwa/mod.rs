@@ -6,9 +6,9 @@
 //! | `reader` | the thread on which it is asked: it may wait for ever, or panic |
 //! | `source` | that as a frame source which outlives its camera's absence |
 //!
-//! What nokhwa cannot promise is said by `boresight devices`: it hands frames over without number, length and
-//! error mark, with a time of the wall clock, which may jump; and its names for focus and zoom mean other
-//! controls than those that lock them.
+//! `boresight devices` states the limits of nokhwa: it hands frames over without number, length and error mark, with a
+//! time of the wall clock, which may jump; and its names for focus and zoom mean other controls than those that lock
+//! them.
 
 mod device;
 mod reader;

@@ -1,7 +1,7 @@
 //! Focus, zoom, exposure, gain and white balance: locked after settling, read back, put back at the end.
 //!
-//! Controls are known by number: names change with kernels and makers. A camera may accept a value
-//! and not apply it, or switch an automatic on again by itself; so what counts is what is read.
+//! Controls are known by number: names change with kernels and makers. A camera may accept a value and not apply it, or
+//! switch an automatic on again by itself; only readings count.
 
 use std::collections::BTreeMap;
 
@@ -149,7 +149,7 @@ fn all_numbers(control: Control) -> impl Iterator<Item = u32> {
     std::iter::once(number).chain(automatics.iter().map(|(id, _)| *id))
 }
 
-/// Value of each control that can be read, and whether an automatic moves it.
+/// Value of each readable control, and true if an automatic moves it.
 pub(super) type Readings = BTreeMap<Control, (i64, bool)>;
 
 /// The controls of one open camera.
@@ -304,7 +304,7 @@ impl ControlLock {
         moved
     }
 
-    /// Value of a control and whether an automatic moves it; `None` if it cannot be read.
+    /// Value of a control, and true if an automatic moves it; `None` if it can't be read.
     ///
     /// # Errors
     ///

@@ -1,7 +1,7 @@
 //! Finds the cameras, and the one that is meant.
 //!
-//! A node number is the order of discovery and says nothing. A camera is known by what it says of
-//! itself: USB vendor, product and serial number; where two say the same, by the port they hang on.
+//! A node number is the order of discovery and identifies nothing. A camera is identified by its own description: USB
+//! vendor, product and serial number; two cameras with equal descriptions, by their ports.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Camera requests to the operating system, by meaning.
 //!
-//! Two implementations: [`super::linux`] makes the system calls; `simulation::kernel` is a model with
-//! strict rules of buffer ownership and faults on demand. Whatever a driver answers is untrusted.
+//! Two implementations: [`super::linux`] makes the system calls; `simulation::kernel` is a model with strict rules of
+//! buffer ownership and faults on demand. All answers of a driver are untrusted.
 
 use std::{
     fmt,

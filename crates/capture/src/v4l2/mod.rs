@@ -12,7 +12,7 @@
 //! | `controls` | focus, zoom, exposure, gain, white balance: locked, read back, put back |
 //! | [`source`] | all of that as a frame source that outlives its camera's absence |
 //!
-//! Whatever a device or driver says is untrusted: numbers are bounded, names are bytes, lists end.
+//! Everything from a device or driver is untrusted: numbers are bounded, names are bytes, lists end.
 
 mod controls;
 pub mod discovery;

@@ -53,7 +53,7 @@ impl Address {
         Ok(Self { bucket: bucket.to_owned(), key: parts.to_owned() })
     }
 
-    /// The key of what is called `below`.
+    /// Key of the object `below`.
     #[cfg(any(feature = "cloud", test))]
     pub(super) fn key_of(&self, below: &str) -> String {
         match (self.key.as_str(), below) {

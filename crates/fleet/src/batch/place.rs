@@ -86,7 +86,7 @@ impl Place {
         }
     }
 
-    /// Stores a file, in place of the one that may be there.
+    /// Stores a file, or replaces it.
     ///
     /// # Errors
     ///

@@ -1,8 +1,8 @@
 //! Every calibration of every camera, to find the cameras that drift or are due.
 //!
-//! The index is derived: its lines are what [`crate::batch::recorded`] reads from session folders, and an index
-//! that was deleted is made again from the same folders. They are rows as `batch gather` prints them, whose table of
-//! calibrated sessions is an index, too.
+//! The index is derived: its lines are rows that [`crate::batch::recorded`] reads from session folders, so a deleted
+//! index is made again from the same folders. `batch gather` prints the same rows, so its table of calibrated sessions
+//! is an index, too.
 //!
 //! | file | holds |
 //! |---|---|

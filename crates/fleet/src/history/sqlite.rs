@@ -1,6 +1,6 @@
 //! Reads a database of SQLite: records in b-trees, <https://www.sqlite.org/fileformat2.html>.
 //!
-//! Whatever the bytes are, each page is read at most once and no cell twice, so the work is bounded by their length.
+//! For any bytes, each page is read at most once and no cell twice, so the work is bounded by their length.
 
 use std::borrow::Cow;
 

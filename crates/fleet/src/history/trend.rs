@@ -12,7 +12,7 @@ const LIMIT_OF_TWO: f64 = 12.838;
 pub struct Step<'a> {
     /// The calibration of this step.
     pub entry: &'a Entry,
-    /// The change since the first usable calibration; `None` for that one and for those that can't be used.
+    /// The change since the first usable calibration; `None` for that one and for unusable ones.
     pub since_first: Option<LensDifference>,
     /// The change since the usable calibration before.
     pub since_last: Option<LensDifference>,

@@ -61,7 +61,7 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     Ok(old)
 }
 
-/// The kind of the lens model that is named. Refuses those that are not OpenCV's.
+/// Kind of the named lens model. Refuses models that are not OpenCV's.
 fn lens_kind(tree: &Value, is_ros: bool) -> Result<LensKind, NotImported> {
     if let Some(model) = first(tree, &["distortionmodel"]) {
         return match model.as_str().filter(|_| is_ros) {

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::old_calibration::NotImported;
 use boresight_geometry::LENS_PARAMETERS;
 
-/// Coefficients in OpenCV's order, those that we have first.
+/// Coefficients in OpenCV's order, starting with the ones that we have.
 const COEFFICIENTS: [&str; 14] =
     ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x", "tau_y"];
 

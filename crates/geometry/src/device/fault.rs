@@ -21,7 +21,7 @@ pub enum Fault {
     Twin,
     /// The camera offers no picture format or size that can be used.
     NoFormat,
-    /// The driver grants another mode than the one that was asked for.
+    /// The driver grants another mode than the requested one.
     OtherMode,
     /// The USB bus has no bandwidth left for it.
     NoBandwidth,
@@ -45,7 +45,7 @@ pub enum Fault {
     Dark,
     /// Far fewer pictures arrive than the mode promises.
     Slow,
-    /// A control was set and is not what was set.
+    /// A control was set, but reads another value.
     ControlIgnored,
     /// Focus or zoom moved by itself.
     GeometryMoved,

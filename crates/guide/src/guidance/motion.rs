@@ -1,9 +1,9 @@
 //! Motion of the board up to a frame.
 //!
-//! Motion is that of the board as a whole: a homography between two frames' corners, less what noise explains
-//! of it. It is judged over the last frame interval and over a tenth of a second; the faster counts, so
-//! that neither a tremor that returns within a tenth of a second nor a slow sway hides. So a board at rest is still
-//! at 2 and at 240 frames per second, whatever the noise of single corners.
+//! The board moves as a whole: its motion is a homography between two frames' corners, less the part that noise
+//! explains. It is judged over the last frame interval and over a tenth of a second; the faster counts, so that neither
+//! a tremor that returns within a tenth of a second nor a slow sway hides. So a board at rest is still at 2 and at 240
+//! frames per second, at any noise of single corners.
 //!
 //! A damaged frame that still shows a board has corners that moved although the others didn't. Such a frame is
 //! no candidate for the view to take; nor is the one after it.

@@ -142,7 +142,7 @@ impl Default for GuidanceParams {
 impl GuidanceParams {
     /// The limits for pictures of `image_size`: lengths in pixels grow with the width, as [`width_scale`] says.
     ///
-    /// The precision at which to stop is what the person asked for and stays.
+    /// The precision at which to stop is the person's choice and stays.
     #[must_use]
     pub fn for_image(self, image_size: ImageSize) -> Self {
         let scale = width_scale(image_size);

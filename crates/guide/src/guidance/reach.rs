@@ -1,8 +1,8 @@
 //! Precision that a calibration can reach if the board stays small in the picture.
 //!
-//! An installed camera is far from where a person can stand. Noise fixes the principal point with the second power
-//! of the board's size, so a small board can't, whatever its poses; but it can fix the projection, if pairs stand in
-//! several places of the picture. Source: `docs/method.md`, section 3.7.
+//! An installed camera is far from where a person can stand. The noise of the principal point falls with the second
+//! power of the board's size, so a small board can't fix it in any pose; but it can fix the projection, if pairs stand
+//! in several places of the picture. Source: `docs/method.md`, section 3.7.
 
 use nalgebra::{Isometry3, Vector2};
 

@@ -1,7 +1,7 @@
 //! Version of the rules by which views are taken.
 //!
-//! A recording keeps its decisions and its views whatever the rules are now. Where they changed since, replaying it
-//! finds other decisions, and says why.
+//! A recording keeps its decisions and its views under all later rules. Where the rules have changed since, replaying
+//! it finds other decisions, and says why.
 
 /// Version of the present rules.
 ///

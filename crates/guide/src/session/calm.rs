@@ -181,7 +181,7 @@ mod tests {
         CaptureTime { nanos: (1e9 * secs) as u64 }
     }
 
-    /// Shows frames that ask for `prompts`, and returns what was shown after each.
+    /// Shows frames that ask for `prompts`, and returns the prompts on show after each.
     fn shown(calm: &mut Calm, from_secs: f64, prompts: &[Prompt]) -> Vec<Prompt> {
         prompts
             .iter()
@@ -280,7 +280,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever frames ask for, what isn't shown at once stays for its time and seldom changes.
+        /// For any requests of frames, a prompt that isn't shown at once stays for its time and seldom changes.
         #[test]
         fn nothing_flickers(asked in proptest::collection::vec(0_usize..6, 1..900)) {
             const PROMPTS: [Prompt; 6] = [

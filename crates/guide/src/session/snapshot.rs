@@ -149,7 +149,7 @@ pub fn lateral_offset_px(
 }
 
 impl LiveView {
-    /// Describes an `observation`; `view` is what it measures, if anything.
+    /// Describes an `observation`; `view` is its measurement, if any.
     pub(super) fn of(
         observation: &Observation,
         view: Option<&View>,

@@ -38,7 +38,7 @@ impl Series {
     }
 }
 
-/// Axes, and what is drawn in them.
+/// Axes, and the curves and clouds in them.
 #[derive(Clone, Debug)]
 pub struct Plot {
     /// Heading above the axes.

@@ -1,4 +1,4 @@
-//! The first sheet, for the customer: what was calibrated, the result with its limits, and who signs.
+//! The first sheet, for the customer: the camera, the result with its limits, and the signature.
 
 use super::{
     Certificate, Report,

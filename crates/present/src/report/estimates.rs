@@ -18,7 +18,7 @@ pub(super) const SDS: f64 = 2.0;
 /// Most labels: more would hide the lines.
 const LABELS: usize = 24;
 
-/// Stable name, mark, and whether the method models the lens.
+/// Stable name and mark of each method, and true if it models the lens.
 const METHODS: [(&str, bool); 6] = [
     ("pl_unweighted", false),
     ("pl_weighted", false),

@@ -16,7 +16,7 @@ pub struct Step {
     pub word: Word,
     /// Time for which it has waited, in seconds.
     pub waited_secs: f64,
-    /// True if what is being said stops for it.
+    /// True if the word being said is cut short for it.
     pub cuts: bool,
 }
 
@@ -41,7 +41,7 @@ impl Queue {
     /// Hands over a word at `now_secs`. A request may be offered as often as it's shown.
     pub fn offer(&mut self, now_secs: f64, word: Word) {
         if word.rank.is_news() {
-            // What was asked for before is over.
+            // Earlier requests are over.
             self.request = None;
             self.said = None;
             if word.rank != Rank::Taken {

@@ -5,7 +5,7 @@ use super::Page;
 /// Lines of words beside the ruler; the first is in bold type.
 pub const LINES: usize = 5;
 
-/// White between the board's surroundings and what is below.
+/// White between the board's surroundings and the footer.
 pub(super) const FOOTER_GAP_MM: f64 = 2.0;
 
 /// Letters in a line that stays in its normal size.

@@ -9,8 +9,8 @@ const DIGIT_WIDTH: f64 = 0.556;
 
 /// The sheet as a PDF of one page. Equal sheets give equal bytes.
 ///
-/// The content is drawn in millimetres under one scale, so that a viewer's numbers are those of the sheet. The
-/// file asks to be printed without scaling, which some viewers then propose.
+/// The content is drawn in millimetres under one scale, so a viewer shows the sheet's numbers. The file asks to be
+/// printed without scaling, which some viewers then propose.
 pub fn pdf(sheet: &Sheet) -> Vec<u8> {
     let [catalog, pages, page, regular, bold, content, info] = [1, 2, 3, 4, 5, 6, 7].map(Ref::new);
     let mut pdf = Pdf::new();

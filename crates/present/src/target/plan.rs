@@ -53,7 +53,7 @@ pub enum DoesNotFit {
         rows: u16,
         /// The largest squares that fit, if any do.
         largest_mm: Option<f64>,
-        /// The smallest paper that holds what was asked for.
+        /// The smallest paper that holds the requested board.
         paper: Option<Paper>,
     },
     /// Squares that no camera makes out: less than a millimetre or, on a screen, eight pixels.

@@ -64,7 +64,7 @@ pub struct Words {
     pub centred: bool,
 }
 
-/// Draws a plan with `lines` of words beside its ruler. What is not ASCII in them becomes a question mark.
+/// Draws a plan with `lines` of words beside its ruler. Other than ASCII characters become question marks.
 pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
     let page = &plan.page;
     let edge_mm = edge_mm(page);
@@ -120,7 +120,7 @@ impl Sheet {
     }
 }
 
-/// The black cells of `markers` in the light squares, without those that the dictionary doesn't have.
+/// Black cells of `markers` in the light squares, without markers that the dictionary lacks.
 fn marker_cells(plan: &Plan, markers: Markers) -> Vec<Rectangle> {
     let size = [usize::from(plan.columns) + 1, usize::from(plan.rows) + 1];
     let side = markers.dictionary.side_cells() + 2;

@@ -1,6 +1,6 @@
 //! Findings of `doctor`.
 
-/// The header isn't the one that the journal was recorded with.
+/// The header differs from the one with which the journal was recorded.
 pub const FOREIGN_HEADER: &str =
     "every decision comes out differently: session.toml doesn't belong to this journal";
 
@@ -14,7 +14,7 @@ pub fn fewer_views(in_result: usize, in_journal: usize) -> String {
     format!("calibration.json has {in_result} views, the journal {in_journal}")
 }
 
-/// Report of what was copied into a new session.
+/// Report of the copies in a new session.
 pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
     let pictures = match lost_pictures {
         0 => String::new(),

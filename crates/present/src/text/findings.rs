@@ -1,4 +1,4 @@
-//! Warnings about a result: what was found, and what to do.
+//! Warnings about a result: findings and actions.
 
 use super::{acceptance, apart};
 use boresight_calibrate::{

@@ -1,6 +1,6 @@
 //! Every sentence a person reads: data in, words out. Nothing is decided here.
 //!
-//! Directions are as seen in the picture. Each refusal names what was measured and what is wanted.
+//! Directions are as seen in the picture. Each refusal names the measured and the wanted value.
 
 pub mod acceptance;
 pub mod adjust;

@@ -30,7 +30,7 @@ pub const DIFFERS: &str = "The recording has a different decision here";
 pub const NO_PICTURE: &str = "This frame was recorded without its picture";
 /// Label of the slider over all decisions.
 pub const SCRUBBER: &str = "Decision";
-/// The fold of what was measured.
+/// Label of the fold with the measured values.
 pub const NUMBERS: &str = "Numbers";
 /// See [`NUMBERS`].
 pub const NUMBERS_TIP: &str = "Show or hide what was measured, and the views taken so far.";

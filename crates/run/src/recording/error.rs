@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use boresight_files::FileError;
 
-/// A journal line that differs from what was written.
+/// A journal line that has changed since it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
     /// Number of the line, from 1.

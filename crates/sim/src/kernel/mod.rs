@@ -1,7 +1,7 @@
 //! A model of the kernel with its own clock, strict rules of buffer ownership, and faults on demand.
 //!
-//! Time passes only in calls, so that a test of five seconds takes none. Whoever breaks a rule is written
-//! down in [`World::violations`]; the program must never break one, whatever the cameras do.
+//! Time passes only in calls, so a test of five seconds takes none. Every broken rule is noted in
+//! [`World::violations`]; the program must never break one, whatever the cameras do.
 
 mod camera;
 
@@ -136,7 +136,7 @@ impl SimKernel {
 }
 
 impl World {
-    /// Counts a call; fails the one that is to fail.
+    /// Counts a call, and fails the call that should fail.
     fn count(&mut self) -> Result<(), Errno> {
         self.calls += 1;
         self.pass(CALL_NANOS);

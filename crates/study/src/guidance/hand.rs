@@ -148,7 +148,7 @@ pub(super) fn least_secs(poses: &[Isometry3<f64>], hold_secs: f64, f_px: f64) ->
     held_secs + rest(&held_up(), &mut poses.to_vec(), f_px)
 }
 
-/// Seconds from seeing what is asked to the board being there:
+/// Seconds from a request to the board in its pose:
 ///
 /// ```text
 /// 0.4 + max(L, A) + ½ min(L, A) + ¼ log₂(1 + d / 20 px) + ¼ log₂(1 + (τ + ρ) / 4°)

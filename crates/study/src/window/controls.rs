@@ -9,7 +9,7 @@ use crate::explore::{Boards, ExploreSetup};
 use boresight::ui::theme;
 use boresight_present::text::explore as words;
 
-/// Shows them. Returns whether anything was changed.
+/// Shows the controls. Returns true if anything was changed.
 pub(super) fn show(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
     let mut changed = false;
     let card = theme::card(ui.visuals());

@@ -32,7 +32,7 @@ impl Explored {
         &self.seen
     }
 
-    /// Changes what is played with.
+    /// Changes the exploration's settings.
     pub fn change(&mut self, change: impl FnOnce(&mut ExploreSetup)) {
         change(&mut self.wish);
         self.seen = look(&self.wish);

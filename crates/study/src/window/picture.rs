@@ -14,7 +14,7 @@ use boresight_present::text::explore as words;
 /// Magnification of the enlarged part against the picture.
 const ENLARGED: f32 = 8.0;
 
-/// Shows the picture. Returns whether the board was dragged.
+/// Shows the picture. Returns true if the board was dragged.
 pub(super) fn show(ui: &mut Ui, wish: &mut ExploreSetup, seen: &Seen) -> bool {
     let area = ui.available_rect_before_wrap();
     let placed = Placed::within(area.shrink(6.0), wish.setup.image_size, false);

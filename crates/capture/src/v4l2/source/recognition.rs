@@ -18,7 +18,7 @@ pub fn found_again(kernel: &mut dyn Kernel, identity: &Identity) -> Result<Camer
     same(&found, identity)
 }
 
-/// The camera of that identity among those that are there.
+/// The camera of that identity among the connected ones.
 fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
     let mut fitting: Vec<_> =
         found.cameras.iter().filter_map(|c| identity.fit(c).map(|fit| (fit, c))).collect();

@@ -43,7 +43,7 @@ pub(in super::super) struct Prefix {
 #[derive(Default)]
 pub(super) struct Listing {
     pub(super) objects: Vec<ObjectMeta>,
-    /// Keys of what is like folders, sorted.
+    /// Keys of the "folders", sorted.
     pub(super) folders: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ impl Prefix {
         Ok(Self { client: Client::open(&address.bucket)?, address })
     }
 
-    /// The address of what is called `below`.
+    /// Address of the object `below`.
     pub(in super::super) fn name(&self, below: &str) -> String {
         let key = self.address.key_of(below);
         Address { bucket: self.address.bucket.clone(), key }.to_string()
@@ -116,7 +116,7 @@ impl Prefix {
         Ok(created.map_err(|err| self.error(&err, below))?)
     }
 
-    /// Stores an object, in place of the one that may be there.
+    /// Stores an object, or replaces it.
     ///
     /// # Errors
     ///
@@ -146,7 +146,7 @@ impl Prefix {
         }
     }
 
-    /// Stores the file at `file` as an object, in place of the one that may be there.
+    /// Stores the file at `file` as an object, or replaces it.
     ///
     /// # Errors
     ///
