@@ -8,8 +8,8 @@ use super::{
     reduce::sample,
 };
 
-/// Sampling distances beyond the outermost corners, in squares (the board ends at 1): inside the outer squares, and in the
-/// white margin.
+/// Sampling distances beyond the outermost corners, in squares (the board ends at 1): inside the outer squares, and in
+/// the white margin.
 const IN_OUTER_SQUARES: f32 = 0.75;
 const IN_WHITE: f32 = 1.3;
 /// Share of the step from dark to light squares above which a place counts as white.
@@ -78,8 +78,8 @@ const IN_OUTER: [f32; 2] = [0.4, 0.75];
 const BEHIND: [f32; 2] = [1.18, 1.34];
 /// Sampling places between two corners of the rim.
 const ALONG: [f32; 3] = [0.3, 0.5, 0.7];
-/// Shares of the step from dark to light squares: a place is dark up to the first, and lighter than the board's white from
-/// the second. Between the two, [`LIGHT_FROM`] is where it counts as light.
+/// Shares of the step from dark to light squares: a place is dark up to the first, and lighter than the board's white
+/// from the second. Between the two, [`LIGHT_FROM`] is where it counts as light.
 const DARK_TO: f32 = 0.35;
 const GLARE_FROM: f32 = 1.6;
 

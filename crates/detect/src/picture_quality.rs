@@ -16,8 +16,8 @@ const NEEDED_CONTRAST: f64 = 20.0;
 /// Pixels along which an edge is searched, and its least step in grey levels.
 const SPAN_PX: usize = 40;
 const LEAST_STEP: u8 = 50;
-/// Number of edges that a measure of sharpness needs, and its rank, one in this many: the sharpest tenth counts, because some
-/// edges are soft in any picture.
+/// Number of edges that a measure of sharpness needs, and its rank, one in this many: the sharpest tenth counts,
+/// because some edges are soft in any picture.
 const LEAST_EDGES: usize = 30;
 const SHARPEST: usize = 10;
 /// Standard deviation of the blur, in pixels, beyond which corners have no response: the ring around them has a radius

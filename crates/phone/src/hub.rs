@@ -330,8 +330,8 @@ impl Onlooker for Hub {
     fn captured(&self, frame: &Arc<Frame>) {
         let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
         let picture = Picture { number, frame: Arc::clone(frame), came: Instant::now() };
-        // A frame is published once it's judged: encoding JPEGs while the detector works would slow it down. The previous
-        // frame, if nobody judged it, is published now.
+        // A frame is published once it's judged: encoding JPEGs while the detector works would slow it down. The
+        // previous frame, if nobody judged it, is published now.
         let before = lock(&self.unjudged).replace(picture);
         self.publish(before);
     }

@@ -81,9 +81,9 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// The correctable cause and its severity: the clear winner, else non-square pixels or squares if they gain as much as
-    /// a lens coefficient must. Correcting it makes other causes easier to see. `overcount` is the factor by which corners
-    /// with correlated errors inflate gains; `n` is the number of coordinates.
+    /// The correctable cause and its severity: the clear winner, else non-square pixels or squares if they gain as much
+    /// as a lens coefficient must. Correcting it makes other causes easier to see. `overcount` is the factor by which
+    /// corners with correlated errors inflate gains; `n` is the number of coordinates.
     pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<(&Hypothesis, Severity)> {
         let best = self.best_hypothesis();
         let clear = best.filter(|_| self.rivals().is_empty());

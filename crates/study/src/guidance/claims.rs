@@ -138,7 +138,8 @@ fn why(best: &Row, own: &Row) -> String {
     )
 }
 
-/// Standard deviation of the row's principal point over the limit after as many views. `None` without the limit or a value.
+/// Standard deviation of the row's principal point over the limit after as many views. `None` without the limit or a
+/// value.
 pub(super) fn times_the_limit(row: &Row, after: usize, limits: &[Limit]) -> Option<f64> {
     let limit = limits.iter().find(|limit| limit.views == COMPARED_AFTER[after])?;
     Some(row.after[after].pp_sd_px? / limit.pp_sd_px)

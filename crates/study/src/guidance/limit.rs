@@ -1,9 +1,9 @@
 //! Limit that no way of guiding can beat: the best poses of all, found by search.
 //!
-//! All poses with every corner inside the picture and detectable, tilt ≤ 60°, distance ≥ 10 cm. The search draws a pool of
-//! random poses and of opposed pairs about the principal point, picks the best by exchange (Fedorov, "Theory of Optimal
-//! Experiments", 1972), then refines each by itself. It may miss the optimum by some per cent, so the limit is a bound from
-//! above.
+//! All poses with every corner inside the picture and detectable, tilt ≤ 60°, distance ≥ 10 cm. The search draws a pool
+//! of random poses and of opposed pairs about the principal point, picks the best by exchange (Fedorov, "Theory of
+//! Optimal Experiments", 1972), then refines each by itself. It may miss the optimum by some per cent, so the limit is
+//! a bound from above.
 
 use nalgebra::{Isometry3, SMatrix, Vector2};
 use rand::RngExt;

@@ -129,8 +129,8 @@ impl Prefix {
         Ok(())
     }
 
-    /// Stores the file at `file` as an object that isn't there yet; false if it is. A large file goes in parts. Multipart
-    /// uploads can't be conditional; the last writer wins.
+    /// Stores the file at `file` as an object that isn't there yet; false if it is. A large file goes in parts.
+    /// Multipart uploads can't be conditional; the last writer wins.
     ///
     /// # Errors
     ///
