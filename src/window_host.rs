@@ -49,7 +49,6 @@ pub struct WindowHost {
     stop: Arc<AtomicBool>,
     announcer: Announcer,
     on_result: OnResult,
-    /// Folders that hold sessions.
     session_folders: BTreeSet<PathBuf>,
     exit: Arc<Mutex<Exit>>,
     /// True if the first session starts without asking.
@@ -66,7 +65,6 @@ pub struct WindowHost {
     watching: Onlookers,
     /// Speaks from the beginning if set; true swaps left and right for a person who faces the camera.
     speaks: Option<bool>,
-    /// The phone's page.
     #[cfg(feature = "serve")]
     phone: Option<Arc<boresight_phone::session_page::Phone>>,
 }

@@ -55,7 +55,6 @@ pub enum UiAction {
     Show(std::path::PathBuf),
 }
 
-/// The key of `act`.
 fn key(act: Act) -> Key {
     match act {
         Act::Force => Key::Space,

@@ -13,7 +13,6 @@ use boresight_guide::{
 };
 use boresight_run::pipeline::Background;
 
-/// State of a session.
 pub(super) enum SessionState {
     /// None has been started yet.
     Idle,

@@ -71,13 +71,9 @@ pub(super) fn outline(width: f32, color: Color32) -> [Stroke; 2] {
 /// Colours of words on a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Palette {
-    /// For good news.
     pub(super) good: Color32,
-    /// For cautions.
     pub(super) care: Color32,
-    /// For errors.
     pub(super) bad: Color32,
-    /// For notes.
     pub(super) info: Color32,
 }
 
@@ -97,7 +93,6 @@ const IN_SUNLIGHT: Palette = Palette {
     info: Color32::BLACK,
 };
 
-/// The palette for `visuals`.
 pub(super) fn palette(visuals: &Visuals) -> Palette {
     match (visuals.dark_mode, visuals.panel_fill == Color32::WHITE) {
         (true, _) => ON_DARK,

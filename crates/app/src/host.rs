@@ -289,7 +289,6 @@ pub struct Memory {
     pub zoom: Option<f32>,
 }
 
-/// Most streams remembered.
 const MOST_STREAMS: usize = 4;
 
 impl Memory {
@@ -313,7 +312,6 @@ impl Memory {
     }
 }
 
-/// A plan by its name.
 mod plan_name {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

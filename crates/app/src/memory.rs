@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::host::Memory;
 use boresight_files::{FileError, Links, Overwrite, make_folder, read_text, save};
 
-/// Name of the file.
 const FILE: &str = "window.toml";
 /// Largest size that is read, in bytes; a file of choices is far smaller.
 const LIMIT: u64 = 1 << 20;

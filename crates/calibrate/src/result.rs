@@ -62,8 +62,8 @@ pub struct ViewResult {
     pub pl_residual_px: Option<f64>,
     /// Focal length of this view alone, from its undistorted corners and the resulting principal point.
     pub focal: Option<FocalLength>,
-    /// Focal length of this view alone, from its distorted corners and [`PrincipalPoints::pl_unweighted`], as in Chuang
-    /// 2021.
+    /// Focal length of this view alone as in Chuang 2021, from its distorted corners and
+    /// [`PrincipalPoints::pl_unweighted`].
     pub focal_as_seen: Option<FocalLength>,
 }
 

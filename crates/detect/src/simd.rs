@@ -5,10 +5,8 @@
 /// `run` and everything it calls must be `#[inline(always)]`, or it's compiled for the baseline processor. That is why
 /// this is a trait: closures can't be marked.
 pub(super) trait Loop {
-    /// Result of the loop.
     type Output;
 
-    /// Runs the loop.
     fn run(self) -> Self::Output;
 }
 

@@ -53,7 +53,6 @@ fn line(setup: &Setup, shift_m: &Vector2<f64>) -> Option<PrincipalLine> {
     view(&setup.board, &corners, setup.camera.pp_px, 1e-6)?.line
 }
 
-/// The table `name` of `rows`.
 pub(super) fn table(name: &str, rows: &[Row]) -> Table {
     let mut table = Table::new(name, &["direction_deg", "shift_m", "offset_px", "angle_deg"]);
     for row in rows {

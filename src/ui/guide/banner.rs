@@ -15,7 +15,6 @@ pub(super) fn is_needed(screen: &Screen) -> bool {
     !troubles(screen).is_empty() || screen.snapshot.as_ref().is_some_and(set_by_hand)
 }
 
-/// Shows the trouble.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     // Read from afar, too.
     let larger = if screen.distance { 1.5 } else { 1.0 };

@@ -10,7 +10,6 @@ use boresight_guide::{
 };
 use boresight_present::text::window::Gauge;
 
-/// A gauge's reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reading {
     /// Measured value, if there is one.
@@ -76,7 +75,6 @@ fn middle(points: &[Point2<f64>]) -> Point2<f64> {
 /// Share of the size asked for from which the size needs no advice.
 const NEAR_ENOUGH: f64 = 0.8;
 
-/// Shows all gauges.
 pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     let Some(snapshot) = &screen.snapshot else { return };
     for gauge in Gauge::ALL {

@@ -17,7 +17,6 @@ const OUTLINE: [f32; 2] = [2.0, 8.0];
 /// Closeness from which the brackets are in place.
 const SNAP: f32 = 0.88;
 
-/// Draws the ghost.
 pub(super) fn paint(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     let Some(target) = &snapshot.target else { return };
     let board = &snapshot.setup.board;

@@ -5,7 +5,6 @@ use egui::{Grid, RichText, Ui};
 use super::super::{screen::Screen, theme};
 use boresight_present::text::window as words;
 
-/// Shows the numbers.
 pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     let Some(snapshot) = &screen.snapshot else { return };
     let values = [

@@ -54,7 +54,6 @@ fn size(screen: &Screen) -> Size {
     if screen.distance { FAR } else { NEAR }
 }
 
-/// Height of the band.
 pub(super) fn height(ui: &Ui, screen: &Screen) -> f32 {
     (size(screen).band * ui.ctx().content_rect().height()).max(64.0)
 }

@@ -14,7 +14,6 @@ use boresight_app::{
 };
 use boresight_present::text::replay as words;
 
-/// See the module.
 #[derive(Default)]
 pub(in super::super) struct RecordingBrowser {
     picker: Picker,
@@ -33,7 +32,6 @@ impl RecordingBrowser {
         self.picker.recordings = host.recordings();
     }
 
-    /// Closes the recording.
     pub(in super::super) fn close(&mut self) {
         self.recording = None;
     }

@@ -5,7 +5,6 @@ use egui::{Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, accesskit:
 use super::super::theme;
 use boresight_present::text::replay::Step;
 
-/// Sign on a button.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Sign {
     /// Triangles to the left, after a bar.

@@ -82,7 +82,6 @@ pub(crate) struct ViewEvidence {
 /// Everything that the checks examine.
 pub(crate) struct Evidence<'a> {
     pub(crate) image_size: ImageSize,
-    /// The resulting lens.
     pub(crate) camera: &'a Camera,
     pub(crate) choice: &'a ModelChoice,
     /// Scatter of the focal length in pixels, if it was allowed to vary.

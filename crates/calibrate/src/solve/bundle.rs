@@ -206,7 +206,6 @@ pub struct Bundle {
     pub converged: bool,
     /// Information of the corners about the free lens parameters, poses marginalised out.
     information: LensMatrix,
-    /// Information of the prior.
     prior_information: LensVector,
     /// Contribution of each view to `information` and to the gradient.
     view_information: Vec<(LensMatrix, LensVector)>,

@@ -79,7 +79,6 @@ impl JpegGate {
     }
 }
 
-/// Contents of the headers.
 #[derive(Debug)]
 struct Headers {
     size: ImageSize,

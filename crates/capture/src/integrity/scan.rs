@@ -21,7 +21,6 @@ pub(super) struct Part<'a> {
     /// Blocks in each row of a unit, and rows.
     pub(super) across: u32,
     pub(super) down: u32,
-    /// Step of the means.
     pub(super) mean_step: i32,
     /// Largest mean, in steps.
     pub(super) largest_mean: i32,
@@ -40,7 +39,6 @@ pub(super) struct Expected<'a> {
     pub(super) zeros_are_foreign: bool,
 }
 
-/// End of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct End {
     /// Index of the end-of-image marker, in bytes.
@@ -61,7 +59,6 @@ const SURE_OF_COLOUR: f64 = 0.85;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     clean: Vec<u8>,
-    /// Edges of each component.
     edges: [Vec<Edges>; 4],
 }
 

@@ -85,7 +85,6 @@ impl Survey {
         Self { found }
     }
 
-    /// State of each control.
     pub(super) fn states(&self) -> Vec<ControlState> {
         let of = |id: u32| self.found.iter().find(|found| found.id == id);
         let state = |control: Control| {
@@ -253,7 +252,6 @@ impl ControlLock {
         }
     }
 
-    /// State of each control.
     pub(super) fn locks(&self, readings: &Readings) -> Locks {
         let mut locks = Locks::default();
         for control in Control::ALL {

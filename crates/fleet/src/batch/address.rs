@@ -26,7 +26,6 @@ pub(super) struct NoAddress(String);
 /// A place in an object store: a bucket, and a key or the beginning of keys.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Address {
-    /// Name of the bucket.
     pub(super) bucket: String,
     /// Parts with one slash between, none at the ends; none of them is `.` or `..`. Empty for the whole bucket.
     pub(super) key: String,

@@ -44,7 +44,6 @@ pub(super) struct Desk<'a> {
     scratch: Option<Scratch>,
 }
 
-/// Outcome of an item.
 pub(super) enum Outcome {
     /// Row of the item, with the line's end.
     Row(Vec<u8>),

@@ -110,7 +110,6 @@ pub(super) struct Tracking {
     pub(super) just_removed: Vec<ViewNumber>,
     /// Take the next frame with a board, without any check.
     pub(super) force_next: bool,
-    /// The newest frame.
     pub(super) live: Option<Arc<LiveView>>,
 }
 

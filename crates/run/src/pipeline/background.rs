@@ -7,7 +7,6 @@ use super::{
     latest::{LatestReceiver, latest},
 };
 
-/// Name of the thread.
 const NAME: &str = "background";
 
 /// Work on a background thread. Joined when dropped, so that nothing stays half written.

@@ -12,7 +12,6 @@ use boresight_geometry::{
     Camera, Corner, Distortion, board::Checkerboard, fit_pose, frame::ImageSize,
 };
 
-/// Size of the pictures.
 pub(super) const IMAGE_SIZE: ImageSize = ImageSize { width_px: 1920, height_px: 1080 };
 /// Focal length of every camera, at the principal point.
 pub(super) const F_PX: f64 = 1400.0;

@@ -45,7 +45,6 @@ struct Errors {
 pub(super) struct Person {
     kind: Hand,
     hold_secs: f64,
-    /// Pose of the board.
     pub(super) at: Isometry3<f64>,
     /// Time since the start.
     pub(super) secs: f64,

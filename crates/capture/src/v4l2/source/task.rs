@@ -6,7 +6,6 @@ use super::super::{
 };
 use boresight_geometry::device::Control;
 
-/// Task for each control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
     /// Set it to what it's kept at.

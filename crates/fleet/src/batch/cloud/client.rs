@@ -94,7 +94,6 @@ impl Client {
         CloudError::of(err, address.trim_end_matches('/').to_owned())
     }
 
-    /// Waits for `answer`.
     pub(super) fn wait<T>(&self, answer: impl Future<Output = T>) -> T {
         self.reactor.wait(answer)
     }
