@@ -27,7 +27,7 @@ pub struct Trend {
     pub oldest: usize,
     /// Number of calibrations in the mean of the newest.
     pub newest: usize,
-    /// True if the change is more than chance.
+    /// True if the change is significant: beyond chance for both comparisons together.
     pub drifts: bool,
 }
 

@@ -39,14 +39,14 @@ pub(super) struct Sway {
     shakes: Vec<Shake>,
 }
 
-/// Band of the spectrum.
+/// One band of the spectrum.
 #[derive(Clone, Debug)]
 struct Shake {
     amplitude: Vector6<f64>,
     sines: Vec<Sine>,
 }
 
-/// Sine for each degree of freedom.
+/// A sine for each degree of freedom.
 #[derive(Clone, Copy, Debug)]
 struct Sine {
     weight: f64,
