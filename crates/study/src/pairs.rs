@@ -1,4 +1,5 @@
-//! Cancellation of a principal line's deflection by the opposed pose, and the number of pairs that it takes.
+//! Cancellation of a principal line's deflection by the opposed pose, and the number of pairs that it takes. (The
+//! paper's Figs 4 and 5.)
 
 use nalgebra::{Point2, Vector2};
 
