@@ -34,7 +34,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud run study test test-vm setup lint surface surface-check wasm features windows doc msrv bench dist dist-check
+.PHONY: wheel test-python test-cloud run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -115,6 +115,10 @@ msrv: setup
 		"rustc $$oldest."*) echo "This toolchain is the oldest that is promised: $$oldest";; \
 		*) cargo +$$oldest check $(CRATES) --all-targets --quiet;; \
 	esac
+
+# The core as others would get it: each crate is packed, unpacked and built, with the licences in it.
+package: setup
+	cargo package --locked --allow-dirty --quiet $(CORE)
 
 bench: setup
 	cargo bench
