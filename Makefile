@@ -27,12 +27,14 @@ TARGET = $(or $(CARGO_TARGET_DIR),target)
 
 # Every crate but the Python package, which maturin builds.
 CRATES = --workspace --exclude boresight-python
+# Those that are for others to build on.
+CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
 
 # A virtual environment in which the Python package is built and tested.
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud run study test test-vm setup lint wasm features windows doc msrv bench dist dist-check
+.PHONY: wheel test-python test-cloud run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -45,7 +47,7 @@ study: setup
 	cargo run --release -p boresight-study -- $(ARGS)
 
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(VM_PACKAGES)
-test: setup msrv lint features wasm doc
+test: setup msrv lint surface-check features wasm doc
 	cargo test $(CRATES)
 	tests/vm/run.sh
 
@@ -58,12 +60,19 @@ lint: setup
 	cargo fmt --check
 	cargo clippy $(CRATES) --all-targets --quiet -- -D warnings
 
+# The public items of the core, listed in docs/surface: the check fails if the sources have others.
+surface surface-check: PACKAGES += python3
+surface: setup
+	$(PYTHON) tests/surface.py --write
+
+surface-check: setup
+	$(PYTHON) tests/surface.py --check
+
 # The core runs in a browser: no files, no clocks, no threads of its own.
 WASM = wasm32-unknown-unknown
-WASM_CRATES = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
 wasm: setup
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
-	cargo check --quiet --target $(WASM) $(WASM_CRATES)
+	cargo check --quiet --target $(WASM) $(CORE)
 
 # Every combination of features compiles without a warning, and brings no more crates than it may.
 features: setup
@@ -106,6 +115,10 @@ msrv: setup
 		"rustc $$oldest."*) echo "This toolchain is the oldest that is promised: $$oldest";; \
 		*) cargo +$$oldest check $(CRATES) --all-targets --quiet;; \
 	esac
+
+# The core as others would get it: each crate is packed, unpacked and built, with the licences in it.
+package: setup
+	cargo package --locked --allow-dirty --quiet $(CORE)
 
 bench: setup
 	cargo bench

@@ -89,6 +89,8 @@
 //! | snapshot | what a window or terminal shows: plain data, replaced by the next one |
 //! | technician | the simulated person who follows the guidance |
 
+#![forbid(unsafe_code)]
+
 pub use boresight_app as app;
 /// Views to a lens with covariance; checks and verdict; calibration files.
 pub mod calibration {

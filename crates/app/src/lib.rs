@@ -30,6 +30,8 @@
 //!
 //! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain()`] turns one into the next action.
 
+#![forbid(unsafe_code)]
+
 mod announcer;
 pub mod board_from_code;
 pub mod calibration_views;

@@ -1,6 +1,40 @@
-//! Views → calibration with stated uncertainty.
+//! Estimates a lens from views of a board: with honest covariance, checks, and a verdict.
 //!
-//! | room | holds |
+//! ```
+//! use std::f64::consts::FRAC_PI_4;
+//!
+//! use boresight_calibrate::{CalibrationParams, Verdict, calibrate};
+//! use boresight_geometry::{Camera, Corner, board::Checkerboard, frame::ImageSize};
+//! use nalgebra::{Isometry3, Point2, Vector2, Vector3};
+//!
+//! let truth = Camera::pinhole(950.0, Point2::new(648.0, 353.0));
+//! let board = Checkerboard::new(9, 6, 0.025)?;
+//! // Eight views, tilted by 40° in eight directions; corners err by up to 0.1 px along x and y.
+//! let error_px = |n: usize| 0.1 * ((n as f64).sin() * 43_758.5).fract();
+//! let mut views = vec![Vec::new(); 8];
+//! for (view, corners) in views.iter_mut().enumerate() {
+//!     let (sin, cos) = (view as f64 * FRAC_PI_4).sin_cos();
+//!     let tilt = Vector3::new(sin, -cos, 0.0) * 40_f64.to_radians();
+//!     let cam_from_board = Isometry3::new(Vector3::new(0.08 * cos, 0.04 * sin, 0.3), tilt);
+//!     for (index, point_m) in board.corners_in_board_m().iter().enumerate() {
+//!         let px = truth.px_from_board(&cam_from_board, point_m).expect("in front of the camera");
+//!         let n = 1000 * view + 2 * index;
+//!         corners.push(Corner::isotropic(px + Vector2::new(error_px(n), error_px(n + 1)), 0.06));
+//!     }
+//! }
+//!
+//! let image_size = ImageSize { width_px: 1280, height_px: 720 };
+//! let found = calibrate(&views, &board, image_size, &CalibrationParams::default())?;
+//!
+//! assert_eq!(found.verdict, Verdict::Good);
+//! let sd_px = found.sd()[0];
+//! assert!(sd_px < 1.0 && (found.camera.f_px.x - 950.0).abs() < 3.0 * sd_px);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Modules
+//!
+//! | module | holds |
 //! |---|---|
 //! | [`solve`] | corners → lens and poses, with covariance, for the lens model that the corners support |
 //! | [`check`] | findings and the verdict: checks that don't rely on the residual of the fit |
@@ -14,6 +48,27 @@
 //!
 //! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top level uses both.
 //! Everything is deterministic. Findings and errors are values with numbers; `text` turns them into sentences.
+//!
+//! # Features
+//!
+//! | feature | brings |
+//! |---|---|
+//! | `threads` (off by default) | many views are fitted on [`CalibrationParams::threads`] threads, with the same result; without it, on one |
+//!
+//! # What it needs
+//!
+//! Corners in memory: no pictures, files, clocks, chance or unsafe code. It compiles for `wasm32-unknown-unknown`.
+//!
+//! # What isn't promised
+//!
+//! - One camera, one flat board. Stereo and rigs have no model here.
+//! - A wrong square size can't be seen: it scales distances and leaves the lens alone.
+//! - A verdict speaks of what the views show. Where no board was, the lens is extrapolated; the covariance says how far.
+//! - A rolling shutter, a shifted picture or a board that flexes is named, not corrected.
+//! - Another version may find another lens within the stated covariance, and other findings. `docs/versioning.md` says
+//!   what stays.
+
+#![forbid(unsafe_code)]
 
 pub mod acceptance;
 mod calibrate;
@@ -52,3 +107,8 @@ pub use solve::{
     model_choice::ModelFit,
     zhang,
 };
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

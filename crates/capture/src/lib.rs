@@ -1,4 +1,31 @@
-//! Frames in: every source of pictures behind one trait.
+//! Frames in: every source of pictures behind one trait, [`FrameSource`].
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use boresight_capture::{Arrival, FrameSource, ImageFolder};
+//! use image::GrayImage;
+//!
+//! let folder = tempfile::tempdir()?;
+//! GrayImage::new(64, 48).save(folder.path().join("first.png"))?;
+//!
+//! let mut source = ImageFolder::open(folder.path())?;
+//! let Arrival::Frame(frame) = source.next_frame(Duration::ZERO)? else { panic!("no picture") };
+//! assert_eq!((frame.name.as_str(), frame.image.dimensions()), ("first.png", (64, 48)));
+//! assert!(matches!(source.next_frame(Duration::ZERO)?, Arrival::End));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | `v4l2` | cameras of Linux, with the feature `live`; the program's only unsafe code |
+//! | `ffmpeg` | network streams and video files, with the feature `live`, on Unix |
+//! | `nokhwa` | cameras of other systems, with the feature `nokhwa` |
+//! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
+//! | [`integrity`] | whether a frame is whole |
+//! | `pixel_format`, `camera_mode` | brightness from what cameras deliver; which mode to ask for |
+//! | `address` | names of network streams, with and without secrets |
+//! | `health`, `reader_words` | whether pictures keep coming; what ffmpeg says |
 
 mod adapted;
 mod address;

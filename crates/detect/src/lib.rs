@@ -1,5 +1,38 @@
-//! Finds the board in a picture: image → [`Detection`] or [`Miss`]. The only state between frames is the
-//! [`Prediction`] that the caller passes in.
+//! Finds a checkerboard or a ChArUco board in a picture: every inner corner with covariance, or the reason why not.
+//!
+//! ```
+//! use boresight_detect::{DetectorParams, detect};
+//! use boresight_geometry::board::Checkerboard;
+//! use image::{GrayImage, Luma, imageops};
+//! use nalgebra::Point2;
+//!
+//! // 10 by 7 squares of 40 pixels on a light page, as sharp as a good lens shows them.
+//! let drawn = GrayImage::from_fn(640, 480, |x, y| {
+//!     let (column, row) = (x.wrapping_sub(120) / 40, y.wrapping_sub(100) / 40);
+//!     let is_dark = column < 10 && row < 7 && (column + row) % 2 == 0;
+//!     Luma([if is_dark { 40 } else { 210 }])
+//! });
+//! let page = imageops::blur(&drawn, 0.8);
+//!
+//! // A board is named by its inner corners; the side of a square in metres doesn't matter here.
+//! let board = Checkerboard::new(9, 6, 0.025)?;
+//! let found = detect(&page, &board, DetectorParams::default()).expect("the whole board is seen");
+//! assert_eq!(found.corners.len(), 54);
+//! for (index, corner) in found.corners.iter().enumerate() {
+//!     let (column, row) = ((index % 9 + 1) as f64, (index / 9 + 1) as f64);
+//!     // (0, 0) is the centre of the first pixel, so squares meet between pixels.
+//!     let truth_px = Point2::new(119.5 + 40.0 * column, 99.5 + 40.0 * row);
+//!     assert!((corner.px - truth_px).norm() < 0.02);
+//! }
+//! # Ok::<(), boresight_geometry::board::InvalidBoard>(())
+//! ```
+//!
+//! [`detect`] takes one picture. For a stream, a [`Detector`] keeps its buffers and searches near a [`Prediction`]. That
+//! is the only state between frames, and the caller keeps it.
+//!
+//! # Stages
+//!
+//! A picture becomes a [`Detection`] or a [`Miss`]:
 //!
 //! | stage | does | fails when | parameters |
 //! |---|---|---|---|
@@ -21,6 +54,25 @@
 //! interpolated corner (at most one in eighteen) must be confirmed by its own fit.
 //! Work is bounded by counts ([`DetectorParams`]), so that equal pictures give equal results; a caller short of time
 //! can stop the search ([`Search::keep_on`]). Results are identical for every vector width (`simd`).
+//!
+//! # Features
+//!
+//! None of its own.
+//!
+//! # What it needs
+//!
+//! A picture in memory: no files, clocks, chance, threads or unsafe code. It compiles for `wasm32-unknown-unknown`.
+//!
+//! # What isn't promised
+//!
+//! - One board in a picture of 8-bit brightness, with columns and rows that the caller knows; [`Detector::count`] reads
+//!   them from a picture. Other patterns, such as AprilGrid and circles, aren't found.
+//! - Some boards are missed: the column "fails when" says which.
+//! - A covariance is that of the fit to the picture. A print that isn't flat or true to size isn't part of it.
+//! - Another version may find other boards, and corners elsewhere within their covariance. `docs/versioning.md` says
+//!   what stays.
+
+#![forbid(unsafe_code)]
 
 mod bent_edges;
 mod board_match;
@@ -57,3 +109,8 @@ pub use outcome::{Detection, Miss, Quality, Side};
 pub use params::DetectorParams;
 pub use printed_code::read_code;
 pub use track::{Prediction, Track};
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -21,6 +21,13 @@
 //! assert!(read_text(&path, 1, Links::Refused).is_err());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! The feature `disk-log` logs every change of the disk, for tests of power cuts.
+//!
+//! What isn't promised: off Unix, a link or device that replaces a file between the look at it and the opening is
+//! followed; on Unix, flags of the opening refuse it.
+
+#![forbid(unsafe_code)]
 
 mod append;
 mod disk_log;

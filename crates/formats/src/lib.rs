@@ -1,6 +1,35 @@
-//! Calibrations as files.
+//! Calibrations as text: boresight's own, and those of OpenCV, ROS, Kalibr, mrcal, COLMAP and MATLAB.
 //!
-//! | file | holds |
+//! ```
+//! use boresight_formats::{
+//!     export::{self, ExportedCamera},
+//!     import::{self, OldFormat},
+//! };
+//!
+//! const ROS: &str = "
+//! image_width: 1280
+//! image_height: 720
+//! camera_name: front
+//! camera_matrix: {rows: 3, cols: 3, data: [950.0, 0.0, 648.25, 0.0, 951.0, 353.5, 0.0, 0.0, 1.0]}
+//! distortion_model: plumb_bob
+//! distortion_coefficients: {rows: 1, cols: 5, data: [-0.21, 0.06, 0.001, -0.0005, 0.0]}
+//! ";
+//! let read = import::read(ROS)?;
+//! assert_eq!(read.format, OldFormat::Ros);
+//! assert_eq!(read.camera.f_px.x, 950.0);
+//!
+//! let (camera, image_size) = (read.camera, read.image_size);
+//! let exported = ExportedCamera { name: "front", camera, image_size, rms_px: 0.1 };
+//! let kalibr = export::kalibr_camchain(&exported)?;
+//! assert!(kalibr.contains("distortion_model: radtan"));
+//! // Every number comes back bit for bit.
+//! assert_eq!(import::read(&kalibr)?.camera, camera);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Modules
+//!
+//! | module | holds |
 //! |---|---|
 //! | `calibration_file`, `from_calibration`, `named_covariance` | `boresight.calibration/1`: the type, and how a [`Calibration`](boresight_calibrate::Calibration) becomes one |
 //! | `field_of_view` | the angles that a file's camera sees |
@@ -10,7 +39,26 @@
 //! | [`import`] | calibrations of this and other programs → [`OldCalibration`](import::OldCalibration) |
 //! | [`export`] | a calibration → the formats of other programs |
 //!
-//! Text comes in, text goes out; nothing here opens a file.
+//! # Features
+//!
+//! | feature | brings |
+//! |---|---|
+//! | `schemas` (off by default) | JSON Schema of the files, for the tests of this repository |
+//!
+//! # What it needs
+//!
+//! Text comes in, text goes out: no files, clocks, chance, threads or unsafe code. It compiles for
+//! `wasm32-unknown-unknown`.
+//!
+//! # What isn't promised
+//!
+//! - Of a file with several cameras, the first is read.
+//! - COLMAP's and MATLAB's files are written, not read.
+//! - Only boresight's own file states the covariance. What a format can't hold is refused, never dropped.
+//! - A lens that needs more than k1, k2, p1, p2, k3, k4, k5 and k6 is refused.
+//! - Other programs may change their formats. boresight's own only grows: see `docs/versioning.md`.
+
+#![forbid(unsafe_code)]
 
 mod calibration_file;
 mod check_file;
@@ -32,3 +80,8 @@ pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow,
 pub use from_calibration::{FindingWords, ViewName};
 pub use named_covariance::{LensCovariance, NamedCovariance};
 pub use schema::NotRead;
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

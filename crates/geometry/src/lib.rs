@@ -1,4 +1,33 @@
-//! Geometry of one camera looking at one flat board. Pure functions of numbers.
+//! Geometry of one camera that looks at one flat board: homography, principal line and point, lens, pose.
+//!
+//! Two tilted views determine the principal point, because the principal line of each passes through it:
+//!
+//! ```
+//! use boresight_geometry::{
+//!     Camera, Corner, Homography, PrincipalLine, board::Checkerboard, intersect_weighted, mean_px,
+//! };
+//! use nalgebra::{Isometry3, Point2, Vector3};
+//!
+//! let camera = Camera::pinhole(900.0, Point2::new(650.0, 350.0));
+//! let board_m = Checkerboard::new(9, 6, 0.025)?.corners_in_board_m();
+//! let mut lines = Vec::new();
+//! for axis in [Vector3::x(), Vector3::y()] {
+//!     let tilt = axis * 40_f64.to_radians();
+//!     let cam_from_board = Isometry3::new(Vector3::new(0.02, 0.01, 0.4), tilt);
+//!     let corners: Vec<Corner> = board_m
+//!         .iter()
+//!         .filter_map(|point_m| camera.px_from_board(&cam_from_board, point_m))
+//!         .map(|px| Corner::isotropic(px, 0.1))
+//!         .collect();
+//!     let homography = Homography::fit(&board_m, &corners)?;
+//!     let image_centre_px = Point2::new(639.5, 359.5);
+//!     lines.push(PrincipalLine::of(&homography, image_centre_px, mean_px(&corners))?);
+//! }
+//!
+//! assert!(lines.iter().all(|line| line.distance_px(&camera.pp_px).abs() < 1e-6));
+//! assert!((intersect_weighted(&lines)?.px - camera.pp_px).norm() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! # Conventions
 //!
@@ -8,14 +37,40 @@
 //! - Angles are radians; a name carries `_deg` only where a person reads or writes it.
 //! - Directions of lines are modulo π, tilt azimuths (the direction in which a board recedes) modulo 2π.
 //!
-//! | file | holds |
+//! # Modules
+//!
+//! | module | holds |
 //! |---|---|
 //! | `camera`, `distortion`, `corner` | the lens model; a measured corner with covariance |
 //! | `lens_parameter` | the lens model's parameters by name, and their parts of a covariance |
-//! | `homography`, `pose` | board plane → picture, and the rigid motion behind it; both by `least_squares` |
+//! | `homography`, `pose` | board plane → picture, and the rigid motion behind it; both by [`least_squares`] |
 //! | `principal_line` | the line through the principal point that one view determines |
 //! | `principal_point`, `ring`, `outlier` | what several lines determine, and lines that don't fit |
 //! | `coverage` | which parts of the picture the boards have covered |
+//! | [`board`], [`markers`] | a checkerboard, and the markers in the light squares of a ChArUco board |
+//! | [`board_code`] | the code in a printed board's margin that names the board |
+//! | [`frame`], [`device`] | a picture with number, time and size; what is known about a live camera |
+//! | [`parallel`], [`panic_message`](mod@panic_message) | independent work on several threads; the message of a caught panic |
+//!
+//! # Features
+//!
+//! | feature | brings |
+//! |---|---|
+//! | `threads` (off by default) | [`parallel::map`] uses the threads that its caller asks for; without it, one |
+//!
+//! # What it needs
+//!
+//! Nothing of the system: pure functions of numbers, without files, clocks, chance or unsafe code. It compiles for
+//! `wasm32-unknown-unknown`.
+//!
+//! # What isn't promised
+//!
+//! - Pixels are at right angles: there is no skew. Principal lines assume square pixels and corners without distortion.
+//! - A fisheye reaches 110° from the optical axis, a perspective lens less than 90°. Beyond, there is no pixel and no ray.
+//! - Rolling shutters and cameras with several lenses have no model here.
+//! - Another version may round differently. `docs/versioning.md` says what stays.
+
+#![forbid(unsafe_code)]
 
 pub mod board;
 pub mod board_code;
@@ -55,3 +110,8 @@ pub use principal_point::{
     NoPrincipalPoint, PrincipalPoint, intersect_unweighted, intersect_weighted,
 };
 pub use ring::{NoRing, RingEstimate, principal_line_and_ring};
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

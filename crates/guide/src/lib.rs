@@ -1,6 +1,70 @@
-//! What a view is worth, which pose comes next, when to stop: a calibration session as a fold.
+//! A calibration session as a fold: what a view is worth, which pose comes next, when to stop.
+//!
+//! A board is held where the session asks for it. Photographs are still by definition, so the first one is taken:
+//!
+//! ```
+//! use boresight_calibrate::CalibrationParams;
+//! use boresight_detect::{Detection, Quality};
+//! use boresight_geometry::{Corner, board::Checkerboard, frame::{CaptureTime, FrameId, FrameKind, ImageSize}};
+//! use boresight_guide::guidance::{GuidanceParams, Purpose};
+//! use boresight_guide::session::{Input, Observation, Outcome, Session, SessionSetup};
+//!
+//! let image_size = ImageSize { width_px: 1280, height_px: 720 };
+//! let mut session = Session::new(SessionSetup {
+//!     board: Checkerboard::new(9, 6, 0.025)?,
+//!     image_size,
+//!     guidance: GuidanceParams::default().for_image(image_size),
+//!     calibration: CalibrationParams::default(),
+//! });
+//!
+//! let target = session.target().expect("a new session asks for a pose").clone();
+//! let corners = target.ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
+//! let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
+//! let decision = session.handle(&Input::Observed(Observation {
+//!     frame_id: FrameId(1),
+//!     captured_at: CaptureTime { nanos: 0 },
+//!     kind: FrameKind::Photograph,
+//!     name: "first.png".into(),
+//!     image_size,
+//!     seen: Ok(Detection { corners, quality }),
+//! }));
+//!
+//! assert!(matches!(decision.outcome, Outcome::Accepted { frame: 1, .. }));
+//! assert!(session.target().is_some_and(|next| next.purpose == Purpose::Partner { of: 0 }));
+//! # Ok::<(), boresight_geometry::board::InvalidBoard>(())
+//! ```
+//!
+//! # Modules
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`guidance`] | what a view measures and is worth, which pose comes next, when it's enough: pure functions |
+//! | [`session`] | the state of one session, and the only code that changes it |
+//!
+//! # Features
+//!
+//! None of its own. With `threads` of `boresight-calibrate`, calibrations of many views use the threads that
+//! `CalibrationParams::threads` asks for.
+//!
+//! # What it needs
+//!
+//! Time comes with each input: no files, clocks, chance, threads or unsafe code. It compiles for
+//! `wasm32-unknown-unknown`.
+//!
+//! # What isn't promised
+//!
+//! - One camera, one board, one person.
+//! - Corners may come from any detector, but their covariances must be true: noise and worth are judged by them.
+//! - Another version may ask for other poses and decide otherwise. One build on one processor decides the same inputs
+//!   alike, bit for bit; elsewhere, up to rounding.
+//! - `docs/versioning.md` says what stays.
 
 #![forbid(unsafe_code)]
 
 pub mod guidance;
 pub mod session;
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

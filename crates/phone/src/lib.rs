@@ -32,6 +32,8 @@
 //! site can make a browser act. `Host` must be an address, so that no foreign name can be bound to it (DNS rebinding).
 //! What is served is made in memory; no request names a file.
 
+#![forbid(unsafe_code)]
+
 mod address;
 mod connection;
 mod error;

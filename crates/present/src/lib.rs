@@ -1,4 +1,13 @@
 //! What a person sees, hears and reads of a calibration session.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`text`] | the sentences; decides nothing |
+//! | [`speech`] | what is said aloud, and when |
+//! | [`ghost`] | the board as it should be held |
+//! | [`chart`] | drawings as SVG text |
+//! | `report` | a calibration as one HTML page, with the feature `report` |
+//! | [`target`] | the printable board |
 
 #![forbid(unsafe_code)]
 

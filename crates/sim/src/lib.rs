@@ -20,6 +20,17 @@
 //! assert!(camera.truth().snapshot().camera.f_px.x > 0.0);
 //! # Ok::<(), boresight_capture::CaptureError>(())
 //! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | `scene`, `scene_file` | what is simulated, and its TOML |
+//! | `renderer`, `backdrop`, `print`, `printed_markers`, `blur` | a picture of it |
+//! | `source` | the camera, and what it knows of the truth |
+//! | [`technician`] | the person in front of it |
+//! | `rng_stream` | chance, by seed |
+//! | `kernel` | a simulated V4L2 kernel with faults on demand, with the feature `simulated-kernel`: for tests |
+
+#![forbid(unsafe_code)]
 
 mod backdrop;
 mod blur;

@@ -15,6 +15,8 @@
 //! | [`varying_focal`] | what if the focal length changes between views? |
 //! | [`guidance`] | what is each way of guiding a person worth, in views and seconds? |
 
+#![forbid(unsafe_code)]
+
 pub mod directionality;
 mod estimate;
 pub mod explore;

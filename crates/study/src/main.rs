@@ -1,5 +1,7 @@
 //! The experiments of the source paper, and strategies of guidance compared.
 
+#![forbid(unsafe_code)]
+
 use std::{path::PathBuf, process::ExitCode};
 
 use anyhow::{Context, bail};

@@ -27,46 +27,7 @@
 //! Camera events may overtake frames on their way through the detector. That is harmless because each carries
 //! the time until or from which frames are good, and frames are judged by their own time stamps.
 //!
-//! # Example
-//!
-//! A board is held where the session asks for it. Photographs are still by definition, so the first one is
-//! taken:
-//!
-//! ```
-//! use boresight_calibrate::CalibrationParams;
-//! use boresight_detect::{Detection, Quality};
-//! use boresight_geometry::{Corner, board::Checkerboard, frame::{CaptureTime, FrameId, FrameKind, ImageSize}};
-//! use boresight_guide::{guidance::{GuidanceParams, Purpose}, session::{Command, Input, Observation, Outcome, Session, SessionSetup}};
-//!
-//! let image_size = ImageSize { width_px: 1280, height_px: 720 };
-//! let mut session = Session::new(SessionSetup {
-//!     board: Checkerboard::new(9, 6, 0.025)?,
-//!     image_size,
-//!     guidance: GuidanceParams::default().for_image(image_size),
-//!     calibration: CalibrationParams::default(),
-//! });
-//!
-//! let target = session.target().expect("a new session asks for a pose").clone();
-//! let corners = target.ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
-//! let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
-//! let decision = session.handle(&Input::Observed(Observation {
-//!     frame_id: FrameId(1),
-//!     captured_at: CaptureTime { nanos: 0 },
-//!     kind: FrameKind::Photograph,
-//!     name: "first.png".into(),
-//!     image_size,
-//!     seen: Ok(Detection { corners, quality }),
-//! }));
-//!
-//! assert!(matches!(decision.outcome, Outcome::Accepted { frame: 1, .. }));
-//! assert_eq!(session.accepted()[0].number.to_string(), "1");
-//! let next = session.target().expect("the view has no partner yet");
-//! assert_eq!(next.purpose, Purpose::Partner { of: 0 });
-//!
-//! session.handle(&Input::Command(Command::UndoLast));
-//! assert!(session.accepted().is_empty());
-//! # Ok::<(), boresight_geometry::board::InvalidBoard>(())
-//! ```
+//! The front page of the [crate] has an example.
 
 mod accepted;
 mod calm;
