@@ -2,6 +2,7 @@
 
 use boresight::{
     calibration::CalibrationParams,
+    detection::{Miss, Side},
     geometry::Corner,
     guidance::{Progress, Purpose},
     session::{Command, Input, Outcome, Session},
@@ -201,6 +202,23 @@ fn a_rest_does_not_count_as_not_being_able_to_reach_beyond_the_edge() {
     }
     session.handle(&Input::Observed(world.observe(&whole)));
     assert_eq!(purpose(&session), Some(Purpose::BeyondEdge));
+}
+
+#[test]
+fn a_pause_does_not_count_as_not_being_able_to_reach_beyond_the_edge() {
+    let (mut world, mut session) = asked_beyond_edge(3);
+    let ghost_px = session.target().expect("asked for").ghost_px.clone();
+    session.handle(&Input::Observed(world.observe(&whole_pose(&world))));
+    session.handle(&Input::Command(Command::Pause));
+    for _ in 0..600 {
+        let mut frame = world.observe(&whole_pose(&world));
+        let cut_off_by = Some(Side::Left);
+        frame.seen = Err(Miss::PartialBoard { found: 20, wanted: 54, cut_off_by });
+        session.handle(&Input::Observed(frame));
+    }
+    session.handle(&Input::Command(Command::Resume));
+    assert_eq!(purpose(&session), Some(Purpose::BeyondEdge));
+    assert_eq!(session.target().map(|target| &target.ghost_px), Some(&ghost_px), "no smaller one");
 }
 
 #[test]

@@ -11,6 +11,8 @@ use boresight::{
     session::{Command, Input, Session, SessionSetup},
 };
 
+use nalgebra::Translation3;
+
 use crate::world::{SIZE, World, guided, setup};
 
 /// A person who can't bring the board nearer than to this share of the picture's width.
@@ -191,6 +193,28 @@ fn a_lens_that_was_touched_is_not_held() {
         let ratio = held.stated_px[1] / alone.stated_px[1];
         assert!(ratio > 0.3, "seed {seed}: it stands alone, {ratio}");
     }
+}
+
+#[test]
+fn small_views_that_are_taken_back_leave_a_near_board() {
+    let mut world = World::new(3);
+    let mut session = Session::new(setup(world.board));
+    for _ in 0..2 {
+        let ghost_px = session.target().expect("collecting").ghost_px.clone();
+        let near = world.pose_for(&ghost_px, 0.0).expect("a pose");
+        let far = Translation3::from(near.translation.vector * 3.0);
+        session.handle(&Input::Command(Command::ForceNext));
+        session.handle(&Input::Observed(world.observe(&(far * near.rotation))));
+    }
+    let is_far = |session: &mut Session| {
+        let decision = session.handle(&Input::Command(Command::Resume));
+        session.snapshot(decision).far.is_some()
+    };
+    assert!(is_far(&mut session), "two small views in a row");
+    for _ in 0..2 {
+        session.handle(&Input::Command(Command::UndoLast));
+    }
+    assert!(!is_far(&mut session));
 }
 
 #[test]

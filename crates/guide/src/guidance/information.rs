@@ -4,13 +4,26 @@ use nalgebra::{Isometry3, Point2, SMatrix, Vector2};
 
 use super::{params::width_scale, view::LensEstimate};
 use boresight_geometry::{
-    BROWN_PARAMETERS, Camera, LENS_PARAMETERS, RayProjection, board::Checkerboard, cell_centres_px,
-    frame::ImageSize,
+    BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensParameter, RayProjection, board::Checkerboard,
+    cell_centres_px, frame::ImageSize,
 };
 
-/// Lens parameters of a camera with square pixels: `f, cx, cy, k1, k2, p1, p2, k3`. The worth of a view hardly depends
-/// on the further coefficients of wide lenses.
+/// Number of [`USUAL`] parameters.
 pub const PARAMETERS: usize = BROWN_PARAMETERS - 1;
+
+/// Lens parameters of a camera with square pixels, the focal length as [`LensParameter::Fx`], each with the standard
+/// deviation of its weak prior: in pixels of a picture 1280 pixels wide, or of a distortion coefficient. The worth of a view
+/// hardly depends on the further coefficients of wide lenses.
+const USUAL: [(LensParameter, f64); PARAMETERS] = [
+    (LensParameter::Fx, 500.0),
+    (LensParameter::Cx, 100.0),
+    (LensParameter::Cy, 100.0),
+    (LensParameter::K1, 0.4),
+    (LensParameter::K2, 0.6),
+    (LensParameter::P1, 0.01),
+    (LensParameter::P2, 0.01),
+    (LensParameter::K3, 0.6),
+];
 
 /// Information or covariance of the lens parameters.
 pub type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -18,9 +31,6 @@ pub type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 /// Standard deviation of a corner, assumed for candidates. It comes from the width of a pixel, and is the same in
 /// pictures of every size.
 pub(super) const CORNER_SIGMA_PX: f64 = 0.1;
-/// Standard deviations of the weak priors, in the order of the parameters: `f, cx, cy` in pixels of a picture
-/// 1280 pixels wide, then the distortion coefficients.
-const PRIOR_SIGMA: [f64; PARAMETERS] = [500.0, 100.0, 100.0, 0.4, 0.6, 0.01, 0.01, 0.6];
 
 /// Distance from the middle, as a share of the picture across and down, beyond which pixels lie in its corners.
 const IN_CORNER: f64 = 0.3;
@@ -49,10 +59,9 @@ pub(super) fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     let sigma = prior_sigma(lens_estimate.image_size);
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
     let known = lens_estimate.known_covariance.and_then(|known| {
-        // fx and fy share one focal length, and parameters that the earlier model held fixed are known to a thousandth
-        // of the prior.
-        let known = known.fixed_view::<BROWN_PARAMETERS, BROWN_PARAMETERS>(0, 0).into_owned();
-        let mut covariance: LensMatrix = known.remove_row(1).remove_column(1);
+        // Parameters that the earlier model held fixed are known to a thousandth of the prior.
+        let usual = usual_from_full(lens_estimate)?;
+        let mut covariance = usual * known * usual.transpose();
         for (i, sigma) in sigma.iter().enumerate() {
             covariance[(i, i)] += (FIXED_SHARE * sigma).powi(2);
         }
@@ -61,12 +70,40 @@ pub(super) fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     known.map_or(weak, |known| weak + known)
 }
 
-fn prior_sigma(image_size: ImageSize) -> [f64; PARAMETERS] {
-    let mut sigma = PRIOR_SIGMA;
-    for sigma_px in &mut sigma[..3] {
-        *sigma_px *= width_scale(image_size);
+/// Information of a parameter that changes no pixel by a thousandth.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// Changes of the usual parameters that come nearest, over the picture, to changes of all of them. The coefficients of
+/// rational and fisheye lenses nearly cancel, so some rows of their covariance alone say nothing. `None` if the lens sees
+/// too little of the picture.
+fn usual_from_full(
+    lens_estimate: &LensEstimate,
+) -> Option<SMatrix<f64, PARAMETERS, LENS_PARAMETERS>> {
+    let camera = &lens_estimate.camera;
+    // Parameters that this lens doesn't have stay where they are.
+    let mut by_usual = LensMatrix::identity() * NEGLIGIBLE;
+    let mut by_full = SMatrix::<f64, PARAMETERS, LENS_PARAMETERS>::zeros();
+    for px in cell_centres_px(lens_estimate.image_size) {
+        let Some(seen) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
+            continue;
+        };
+        let usual = square_pixels(&seen.jac_lens);
+        by_usual += usual.transpose() * usual;
+        by_full += usual.transpose() * seen.jac_lens;
     }
-    sigma
+    Some(by_usual.cholesky()?.solve(&by_full))
+}
+
+fn prior_sigma(image_size: ImageSize) -> [f64; PARAMETERS] {
+    USUAL.map(|(parameter, sigma)| match parameter.is_distortion() {
+        true => sigma,
+        false => sigma * width_scale(image_size),
+    })
+}
+
+/// The principal point's part of a [`LensMatrix`].
+pub(super) fn pp_places() -> [usize; 2] {
+    LensParameter::PP.map(|pp| USUAL.iter().take_while(|(usual, _)| *usual != pp).count())
 }
 
 pub(super) fn pair_information(
@@ -144,10 +181,15 @@ pub(super) fn information_of(
 /// Jacobian by the lens parameters of a camera with square pixels: the columns of `fx` and `fy` added up to
 /// one of `f`.
 pub fn square_pixels(jac_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, PARAMETERS> {
-    let mut joined = SMatrix::<f64, 2, PARAMETERS>::zeros();
-    joined.set_column(0, &(jac_lens.column(0) + jac_lens.column(1)));
-    joined.fixed_columns_mut::<{ PARAMETERS - 1 }>(1).copy_from(&jac_lens.fixed_columns::<7>(2));
-    joined
+    SMatrix::from_fn(|row, column| {
+        let parameter = USUAL[column].0;
+        let along_y = if parameter == LensParameter::Fx {
+            jac_lens[(row, LensParameter::Fy.index())]
+        } else {
+            0.0
+        };
+        jac_lens[(row, parameter.index())] + along_y
+    })
 }
 
 /// `MᵀM`, where `M` is the Jacobian of the projection over a grid of pixels by the lens parameters, after the
@@ -206,5 +248,34 @@ impl ProjectionGrid {
         let turn_from_lens =
             by_turn.try_inverse().map(|inverse| -inverse * lens_by_turn.transpose());
         Self { pixels, lens_by_turn, turn_from_lens }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use boresight_geometry::{LensMatrix as FullMatrix, LensParts};
+
+    /// A rational lens whose k1 and k4 are hardly known one by one: what they do to the picture nearly cancels.
+    #[test]
+    fn coefficients_that_cancel_leave_an_earlier_lens_known() {
+        let image_size = ImageSize { width_px: 1280, height_px: 720 };
+        let mut lens_estimate = LensEstimate::guess(image_size);
+        lens_estimate.camera.distortion.k4 = 0.01;
+        let mut known = FullMatrix::zeros();
+        for parameter in
+            [LensParameter::Fx, LensParameter::Fy, LensParameter::Cx, LensParameter::Cy]
+        {
+            known[(parameter.index(), parameter.index())] = 0.01;
+        }
+        let (k1, k4) = (LensParameter::K1, LensParameter::K4);
+        let together = SMatrix::<f64, 2, 2>::new(9.0, 9.0, 9.0, 9.0) + SMatrix::identity() * 1e-6;
+        known.set_block([k1, k4], [k1, k4], &together);
+        lens_estimate.known_covariance = Some(known);
+        let information = prior_information(&lens_estimate);
+        let covariance = information.cholesky().expect("definite").inverse();
+        let (weight, pixels) = projection_weight(&lens_estimate);
+        let sd_px = ((weight * covariance).trace() / (2.0 * pixels as f64)).sqrt();
+        assert!(sd_px < 2.0, "{sd_px} px");
     }
 }

@@ -7,7 +7,7 @@
 use nalgebra::{Isometry3, Vector2};
 
 use super::{
-    information::{CORNER_SIGMA_PX, known_information, projection_weight, reflected},
+    information::{CORNER_SIGMA_PX, known_information, pp_places, projection_weight, reflected},
     params::GuidanceParams,
     slots::slots_deg,
     view::LensEstimate,
@@ -103,7 +103,8 @@ pub fn reach(
     let covariance = known_information(poses, board, lens_estimate, sigma_px).cholesky()?.inverse();
     let (weight, pixels) = projection_weight(lens_estimate);
     let projection_px2 = (weight * covariance).trace() / (2.0 * pixels.max(1) as f64);
-    let pp_px2 = covariance[(1, 1)].max(covariance[(2, 2)]);
+    let [x, y] = pp_places();
+    let pp_px2 = covariance[(x, x)].max(covariance[(y, y)]);
     Some(Reach {
         pp_sigma_px: pp_px2.max(0.0).sqrt(),
         projection_sigma_px: projection_px2.max(0.0).sqrt(),

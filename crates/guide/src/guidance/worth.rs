@@ -5,8 +5,8 @@ use nalgebra::Isometry3;
 
 use super::{
     information::{
-        CORNER_SIGMA_PX, LensMatrix, information_in_picture, information_of, prior_information,
-        projection_weight,
+        CORNER_SIGMA_PX, LensMatrix, information_in_picture, information_of, pp_places,
+        prior_information, projection_weight,
     },
     params::GuidanceParams,
     slots::direction_difference_rad,
@@ -48,7 +48,7 @@ impl Knowledge {
         let mut weight =
             projection / (2.0 * pixels.max(1) as f64 * params.stop_projection_sigma_px.powi(2));
         let pp_goal_px = params.pp_goal_px(lens_estimate.f_to_width());
-        for index in [1, 2] {
+        for index in pp_places() {
             weight[(index, index)] += 0.5 / (pp_goal_px * pp_goal_px);
         }
         let mut knowledge = Self { information, weight, variance: f64::INFINITY };

@@ -183,7 +183,8 @@ impl Session {
         refusal: &Refusal,
         step_secs: f64,
     ) {
-        if observation.kind == FrameKind::Photograph || *refusal == Refusal::NotCollecting {
+        let is_paused = self.ground.paused || *refusal == Refusal::NotCollecting;
+        if observation.kind == FrameKind::Photograph || is_paused {
             return;
         }
         let image_size = self.setup.image_size;

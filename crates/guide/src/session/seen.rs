@@ -86,10 +86,13 @@ impl Seen {
         }
     }
 
-    /// Notes that a view was removed: the person, who had given up, may want another one.
+    /// Notes that a view was removed: the person, who had given up, may want another one, and a small one may have been
+    /// the reason why the board seemed unable to come nearer.
     pub(super) fn note_removed(&mut self) {
         self.given_up = false;
         self.stays_inside = false;
+        self.span_cap = None;
+        self.small_in_a_row = None;
     }
 
     /// `limits` for a ghost one step smaller than `target`'s.
