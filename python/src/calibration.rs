@@ -17,7 +17,7 @@ use boresight::{
     },
     config::Config,
     frame::ImageSize,
-    geometry::{Corner, LensKind},
+    geometry::{Corner, LensParameter, LensValues},
     markers::MarkerChoice,
     text,
 };
@@ -156,8 +156,10 @@ pub(crate) fn read_calibration(py: Python<'_>, file: PathBuf) -> PyResult<String
 }
 
 fn imported(old: &OldCalibration) -> serde_json::Value {
-    let [fx, fy, cx, cy, coefficients @ ..] = old.camera.lens_parameters();
-    let fisheye = old.camera.distortion.kind == LensKind::Fisheye;
+    let lens = old.camera.lens_parameters();
+    let [fx, fy, cx, cy] = lens.of(LensParameter::F_THEN_PP);
+    let coefficients = lens.of(LensParameter::DISTORTION);
+    let fisheye = old.camera.distortion.kind.is_fisheye();
     let covariance = old.covariance.map(|matrix| {
         let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
         rows.collect::<Vec<_>>()

@@ -212,33 +212,68 @@ pub struct CalibrationConfig {
     pub known_lens: Option<KnownLens>,
 }
 
-/// The lens models to choose from.
+/// The lens models to choose from: those of one family by its code, or `auto` for all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[expect(missing_docs, reason = "see LensFamily")]
-pub enum LensName {
-    /// All families.
-    #[default]
-    Auto,
-    Brown,
-    Rational,
-    Fisheye,
-}
+#[serde(try_from = "String", into = "&'static str")]
+pub struct LensName(Option<LensFamily>);
 
 impl LensName {
+    /// The models of every family.
+    pub const AUTO: Self = Self(None);
+
+    /// The models of one family.
+    pub fn of(family: LensFamily) -> Self {
+        Self(Some(family))
+    }
+
+    /// All names.
+    pub fn all() -> impl Iterator<Item = Self> {
+        std::iter::once(Self::AUTO).chain(LensFamily::ALL.into_iter().map(Self::of))
+    }
+
+    /// As settings call it.
+    pub fn code(self) -> &'static str {
+        self.0.map_or("auto", LensFamily::code)
+    }
+
+    /// Its family; `None` for every one.
+    pub fn family(self) -> Option<LensFamily> {
+        self.0
+    }
+
     // By reference, as serde asks.
     fn is_auto(&self) -> bool {
-        *self == Self::Auto
+        *self == Self::AUTO
     }
 
     /// The models.
     pub fn models(self) -> Vec<LensModel> {
-        match self {
-            Self::Auto => LensModel::ALL.to_vec(),
-            Self::Brown => LensFamily::Brown.models(),
-            Self::Rational => LensFamily::Rational.models(),
-            Self::Fisheye => LensFamily::Fisheye.models(),
-        }
+        self.0.map_or_else(|| LensModel::ALL.to_vec(), LensFamily::models)
+    }
+}
+
+impl From<LensName> for &'static str {
+    fn from(name: LensName) -> Self {
+        name.code()
+    }
+}
+
+impl std::str::FromStr for LensName {
+    type Err = String;
+
+    fn from_str(code: &str) -> Result<Self, Self::Err> {
+        Self::all().find(|name| name.code() == code).ok_or_else(|| {
+            let codes: Vec<&str> = Self::all().map(Self::code).collect();
+            format!("no lens models are called `{code}`, expected one of {}", codes.join(", "))
+        })
+    }
+}
+
+impl TryFrom<String> for LensName {
+    type Error = String;
+
+    fn try_from(code: String) -> Result<Self, Self::Error> {
+        code.parse()
     }
 }
 
@@ -658,6 +693,20 @@ mod tests {
             assert!(notes.is_empty(), "{notes:?}");
             assert!(!instead.is_empty() && !instead.ends_with('.'), "{key}: {instead}");
         }
+    }
+
+    #[test]
+    fn the_lens_models_are_named_by_their_family() {
+        let set = |code: &str| {
+            let config = Config::load(None, &[format!("calibration.lens={code}")])?;
+            Ok::<_, ConfigError>(config.with(&[])?.calibration().models)
+        };
+        for family in LensFamily::ALL {
+            assert_eq!(set(family.code()).expect("a family"), family.models());
+        }
+        assert_eq!(set("auto").expect("all"), LensModel::ALL);
+        let err = set("pinhole").expect_err("none").to_string();
+        assert!(err.contains("pinhole") && err.contains("auto, brown, rational, fisheye"), "{err}");
     }
 
     #[test]
