@@ -110,6 +110,8 @@ mod tests {
     use nalgebra::{Point2, Vector2};
 
     use super::*;
+    use boresight_geometry::LensKind;
+
     pub(super) fn exported(k3: f64) -> ExportedCamera<'static> {
         ExportedCamera {
             name: "front camera",
