@@ -17,7 +17,7 @@ use boresight::{
     },
     config::Config,
     frame::ImageSize,
-    geometry::{Corner, LensKind},
+    geometry::{Corner, LensParameter, LensValues},
     markers::MarkerChoice,
     text,
 };
@@ -25,26 +25,28 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::{
-    error::{raised, wrong},
+    error::{raised, warn, wrong},
     picture::{Named, View, board, corners, markers},
 };
 
-/// Board and settings of a calibration.
-pub(crate) fn config(named: &Named, settings: &[String]) -> PyResult<Config> {
+/// Board and settings of a calibration. Warns of settings that aren't used any more.
+pub(crate) fn config(py: Python<'_>, named: &Named, settings: &[String]) -> PyResult<Config> {
     let markers = markers(named)?;
-    checked(named, markers, settings).map_err(|err| raised(&err))
+    let (config, notes) = checked(named, markers, settings).map_err(|err| raised(&err))?;
+    warn(py, &notes)?;
+    Ok(config)
 }
 
 fn checked(
     (columns, rows, square_mm, ..): &Named,
     markers: Option<MarkerChoice>,
     settings: &[String],
-) -> anyhow::Result<Config> {
-    let mut config = Config::load(None, settings)?;
+) -> anyhow::Result<(Config, Vec<String>)> {
+    let (mut config, notes) = Config::load_with_notes(None, settings)?;
     config.board = config.board.chosen([*columns, *rows], markers);
     config.board.square_mm = *square_mm;
     config.check()?;
-    Ok(config)
+    Ok((config, notes))
 }
 
 fn file_text(file: &CalibrationFile) -> anyhow::Result<String> {
@@ -59,7 +61,7 @@ pub(crate) fn calibrate_files(
     board: Named,
     settings: Vec<String>,
 ) -> PyResult<String> {
-    let config = config(&board, &settings)?;
+    let config = config(py, &board, &settings)?;
     let work = || {
         let board = config.board()?;
         let views = from_pictures(&files, &board, false, &Announcer::silent(), || ())?;
@@ -92,7 +94,7 @@ pub(crate) fn calibrate_corners(
     image_size: (u32, u32),
     settings: Vec<String>,
 ) -> PyResult<String> {
-    let config = config(&board, &settings)?;
+    let config = config(py, &board, &settings)?;
     let image_size = size(image_size)?;
     let corners = views_of(&views)?;
     let work = || {
@@ -154,8 +156,10 @@ pub(crate) fn read_calibration(py: Python<'_>, file: PathBuf) -> PyResult<String
 }
 
 fn imported(old: &OldCalibration) -> serde_json::Value {
-    let [fx, fy, cx, cy, coefficients @ ..] = old.camera.lens_parameters();
-    let fisheye = old.camera.distortion.kind == LensKind::Fisheye;
+    let lens = old.camera.lens_parameters();
+    let [fx, fy, cx, cy] = lens.of(LensParameter::F_THEN_PP);
+    let coefficients = lens.of(LensParameter::DISTORTION);
+    let fisheye = old.camera.distortion.kind.is_fisheye();
     let covariance = old.covariance.map(|matrix| {
         let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
         rows.collect::<Vec<_>>()

@@ -1,7 +1,14 @@
 //! Errors as exceptions.
 
+use std::ffi::CString;
+
 use boresight::app::{error_code, explain};
-use pyo3::{create_exception, exceptions::PyException, prelude::*};
+
+use pyo3::{
+    create_exception,
+    exceptions::{PyException, PyUserWarning},
+    prelude::*,
+};
 
 create_exception!(
     _boresight,
@@ -18,4 +25,16 @@ pub(crate) fn raised(err: &anyhow::Error) -> PyErr {
 /// An exception for an argument that doesn't fit.
 pub(crate) fn wrong(message: impl Into<String>) -> PyErr {
     pyo3::exceptions::PyValueError::new_err(message.into())
+}
+
+/// Passes each note on as a `UserWarning`.
+///
+/// # Errors
+///
+/// If Python is told to raise warnings as exceptions.
+pub(crate) fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
+    notes.iter().try_for_each(|note| {
+        let category = py.get_type::<PyUserWarning>();
+        PyErr::warn(py, &category, &CString::new(note.as_str())?, 1)
+    })
 }

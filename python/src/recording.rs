@@ -9,7 +9,7 @@ use boresight::{
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::error::raised;
+use crate::error::{raised, warn};
 
 /// What a session folder records: header, and the calibration of its views by this version.
 #[pyfunction]
@@ -48,7 +48,8 @@ pub(crate) fn replay(
 ) -> PyResult<String> {
     let work = || {
         let mut journal = JournalReading::of(&session)?;
-        let config = journal.header.config.with(&settings)?;
+        let (config, notes) = journal.header.config.with_notes(&settings)?;
+        Python::attach(|py| warn(py, &notes))?;
         if again {
             redetect(&mut journal, &config.board()?, threads.max(1), || ())?;
         }

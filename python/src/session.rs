@@ -39,10 +39,16 @@ pub(crate) struct Session {
 #[pymethods]
 impl Session {
     #[new]
-    fn new(board: Named, image_size: (u32, u32), settings: Vec<String>) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        board: Named,
+        image_size: (u32, u32),
+        settings: Vec<String>,
+    ) -> PyResult<Self> {
         let image_size = ImageSize { width_px: image_size.0, height_px: image_size.1 };
-        let setup =
-            config(&board, &settings)?.session(image_size).map_err(|err| raised(&err.into()))?;
+        let setup = config(py, &board, &settings)?
+            .session(image_size)
+            .map_err(|err| raised(&err.into()))?;
         let state = State {
             session: Fold::new(setup),
             detector: Detector::new(DetectorParams::default()),

@@ -1,11 +1,14 @@
 //! The arguments that say which board and which settings.
 
-use std::{path::PathBuf, str::FromStr};
+use std::{
+    path::{Path, PathBuf},
+    str::FromStr,
+};
 
 use anyhow::Context;
 use clap::{Args, Command};
 
-use super::terminal::announcer;
+use super::terminal::{announcer, say};
 use boresight_app::{BoardFromCode, board_from_code::board_from_pictures};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
@@ -41,6 +44,13 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
         Some(key) if is_key(key) => Ok(text.to_owned()),
         _ => Err("expected KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
     }
+}
+
+/// The settings of `file` and `settings` over the defaults. Those that aren't used any more are named on stderr.
+pub(super) fn loaded(file: Option<&Path>, settings: &[String]) -> anyhow::Result<Config> {
+    let (config, notes) = Config::load_with_notes(file, settings)?;
+    notes.iter().for_each(|note| say(note));
+    Ok(config)
 }
 
 /// Inner corners, and the markers of a ChArUco board.
@@ -102,9 +112,9 @@ pub(super) struct Length {
 }
 
 impl BoardArguments {
-    /// The configuration that they amount to.
+    /// The configuration that they amount to. Settings that aren't used any more are named on stderr.
     pub(super) fn config(&self) -> anyhow::Result<Config> {
-        let mut config = Config::load(self.config.as_deref(), &self.settings)?;
+        let mut config = loaded(self.config.as_deref(), &self.settings)?;
         if let Some(BoardSize { columns, rows, dictionary, marker }) = self.board {
             (config.board.columns, config.board.rows) = (columns, rows);
             config.board.dictionary = dictionary;

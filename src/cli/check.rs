@@ -80,7 +80,8 @@ impl Arguments {
             say(&format!("{doubt}."));
         }
         let announcer = announcer();
-        let mut config = self.board.config()?;
+        let asked = self.board.config()?;
+        let mut config = asked.clone();
         config.guidance.plan = PlanName::Quick;
         let opening = Opening {
             backend: self.backend.clone(),
@@ -122,7 +123,7 @@ impl Arguments {
         #[cfg(feature = "report")]
         boresight_app::session_report::write_and_announce(&ran.path, &ran.session, &announcer);
         if changed && self.goes_on(&config)? {
-            return self.full_calibration();
+            return self.full_calibration(asked);
         }
         Ok(exit)
     }
@@ -189,12 +190,12 @@ impl Arguments {
     }
 
     /// A full session with the same source and board; its result names the old file.
-    fn full_calibration(self) -> anyhow::Result<Exit> {
+    fn full_calibration(self, config: Config) -> anyhow::Result<Exit> {
         let opening = Opening {
             backend: self.backend.clone(),
             against: Some(self.against),
             max_frames: self.max_frames,
-            ..Opening::new(&self.source, self.board.config()?)
+            ..Opening::new(&self.source, config)
         };
         guide::run(&opening, self.json)
     }

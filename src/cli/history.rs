@@ -178,10 +178,7 @@ fn add(roots: &[PathBuf], common: &Common) -> anyhow::Result<Exit> {
     });
     let rows: Vec<Row> = rows.collect();
     progress.finish();
-    // Read again: another program may have added some meanwhile.
-    let mut index = Index::open(&path)?;
-    index.add(&rows)?;
-    index.save(&path, Overwrite::Allowed)?;
+    Index::add_to(&path, &rows)?;
     let added = rows.len();
     let none = if without > 0 { format!("; {without} have no result") } else { String::new() };
     say(&format!("{added} of {} sessions are in {}{none}", folders.len(), path.display()));

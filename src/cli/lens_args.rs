@@ -1,32 +1,38 @@
 //! The arguments that say what is known about the lens.
 
-use clap::{Args, ValueEnum};
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
 
+use boresight_calibrate::LensFamily;
 use boresight_run::config::{Config, LensName};
 
 /// What is known about the lens.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(super) struct LensArguments {
     /// Lens models to choose from. Wide lenses are recognised without it.
-    #[arg(long, value_name = "MODELS")]
-    lens: Option<LensChoice>,
+    #[arg(long, value_name = "MODELS", value_parser = lens_names())]
+    lens: Option<LensName>,
     /// The principal point is far from the middle of the picture by design, as with a shift lens or a cropped
     /// picture: don't warn about it.
     #[arg(long)]
     shifted_sensor: bool,
 }
 
-/// Families of lens models.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum LensChoice {
-    /// The one that the corners support.
-    Auto,
-    /// OpenCV's polynomial: k1, k2, p1, p2, k3.
-    Brown,
-    /// OpenCV's rational model, with k4, k5, k6: for wide lenses.
-    Rational,
-    /// OpenCV's fisheye model (Kannala-Brandt): up to 220 degrees.
-    Fisheye,
+/// The names of lens models, each with what it's for.
+fn lens_names() -> impl TypedValueParser<Value = LensName> {
+    let value = |name: LensName| PossibleValue::new(name.code()).help(help(name));
+    PossibleValuesParser::new(LensName::all().map(value)).try_map(|code| code.parse::<LensName>())
+}
+
+fn help(name: LensName) -> &'static str {
+    match name.family() {
+        None => "The one that the corners support",
+        Some(LensFamily::Brown) => "OpenCV's polynomial: k1, k2, p1, p2, k3",
+        Some(LensFamily::Rational) => "OpenCV's rational model, with k4, k5, k6: for wide lenses",
+        Some(LensFamily::Fisheye) => "OpenCV's fisheye model (Kannala-Brandt): up to 220 degrees",
+    }
 }
 
 impl LensArguments {
@@ -34,12 +40,7 @@ impl LensArguments {
     pub(super) fn apply(self, config: &mut Config) {
         config.calibration.shifted_sensor |= self.shifted_sensor;
         if let Some(lens) = self.lens {
-            config.calibration.lens = match lens {
-                LensChoice::Auto => LensName::Auto,
-                LensChoice::Brown => LensName::Brown,
-                LensChoice::Rational => LensName::Rational,
-                LensChoice::Fisheye => LensName::Fisheye,
-            };
+            config.calibration.lens = lens;
         }
     }
 

@@ -10,7 +10,7 @@ use std::{
 };
 
 use clap::{Args, ValueEnum};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::terminal::{announcer, log, log_as_json, say};
 use boresight_app::{RESULT_FILE, SessionMetrics, run::Concluded, verdict_name};
@@ -112,16 +112,22 @@ struct Events;
 
 impl Onlooker for Events {
     fn decided(&self, snapshot: &Snapshot) {
-        let (event, views) = match &snapshot.decision.outcome {
-            Outcome::Accepted { view, .. } => ("view-taken", slice::from_ref(view)),
-            Outcome::Removed { .. } => ("view-removed", snapshot.just_removed.as_slice()),
-            Outcome::Restored { view } => ("view-restored", slice::from_ref(view)),
-            Outcome::Refused { .. } | Outcome::Noted => return,
-        };
-        for view in views {
-            log(event, || json!({ "view": view.0, "views": snapshot.views.len() }));
+        for (event, fields) in events_of(snapshot) {
+            log(event, || fields);
         }
     }
+}
+
+/// What the newest decision did to the views: one event for each, with its fields.
+fn events_of(snapshot: &Snapshot) -> Vec<(&'static str, Value)> {
+    let (event, views) = match &snapshot.decision.outcome {
+        Outcome::Accepted { view, .. } => ("view-taken", slice::from_ref(view)),
+        Outcome::Removed { .. } => ("view-removed", snapshot.just_removed.as_slice()),
+        Outcome::Restored { view } => ("view-restored", slice::from_ref(view)),
+        Outcome::Refused { .. } | Outcome::Noted => return Vec::new(),
+    };
+    let left = snapshot.views.len();
+    views.iter().map(|view| (event, json!({ "view": view.0, "views": left }))).collect()
 }
 
 /// The person's own command for the end. When dropped, it's waited for.
@@ -172,5 +178,29 @@ impl Drop for OnFinish {
         for waiting in running.drain(..) {
             let _ = waiting.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use boresight_geometry::frame::ImageSize;
+    use boresight_guide::session::{Command, Input, Session, ViewNumber};
+    use boresight_run::config::Config;
+
+    #[test]
+    fn each_view_that_a_moved_lens_takes_along_has_its_line() {
+        let size = ImageSize { width_px: 1280, height_px: 720 };
+        let setup = Config::load(None, &[]).expect("settings").session(size).expect("a board");
+        let mut session = Session::new(setup);
+        let decision = session.handle(&Input::Command(Command::Pause));
+        let mut snapshot = session.snapshot(decision);
+        assert!(events_of(&snapshot).is_empty());
+        snapshot.just_removed = vec![ViewNumber(5), ViewNumber(6), ViewNumber(7)];
+        snapshot.decision.outcome = Outcome::Removed { view: ViewNumber(7) };
+        let line = |view: u64| ("view-removed", json!({ "view": view, "views": 0 }));
+        assert_eq!(events_of(&snapshot), [line(5), line(6), line(7)]);
+        snapshot.decision.outcome = Outcome::Restored { view: ViewNumber(7) };
+        assert_eq!(events_of(&snapshot), [("view-restored", json!({ "view": 7, "views": 0 }))]);
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{
     accept_args::AcceptArguments,
-    board_args::setting,
+    board_args::{loaded, setting},
     terminal::{print, say},
 };
 use boresight_app::{
@@ -23,7 +23,6 @@ use boresight_present::{
     report::page,
     text::{acceptance::acceptance, report as words},
 };
-use boresight_run::config::Config;
 
 /// Write a certificate and report of a calibration, to read and print.
 ///
@@ -65,7 +64,7 @@ Examples:
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let session = self.session();
-        let stated = Config::load(self.config.as_deref(), &self.settings)?.certificate;
+        let stated = loaded(self.config.as_deref(), &self.settings)?.certificate;
         let mut report = match &session {
             Some(path) => session_report::of_folder(path, &stated)?,
             None => of_file(&self.input, this_command(), &stated)?,

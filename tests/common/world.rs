@@ -28,8 +28,12 @@ pub(crate) struct World {
     pub(crate) noise_px: f64,
     /// How much higher the middle of the board is than its left and right end.
     pub(crate) bent_by_m: f64,
+    /// Relative standard deviation of the focal length, which is another for each pose that is shown.
+    pub(crate) focus_sd: f64,
     /// Time from picture to picture.
     pub(crate) step_nanos: u64,
+    /// Focal length about which it varies.
+    still_f_px: Vector2<f64>,
     rng: ChaCha8Rng,
     time_nanos: u64,
     frame: u64,
@@ -56,10 +60,12 @@ impl World {
         };
         let board = Checkerboard::new(9, 6, 0.025).expect("valid");
         Self {
+            still_f_px: camera.f_px,
             camera,
             board,
             noise_px: NOISE_PX,
             bent_by_m: 0.0,
+            focus_sd: 0.0,
             step_nanos: 33_000_000,
             rng,
             time_nanos: 0,
@@ -78,6 +84,9 @@ impl World {
         ghost_px: &[Point2<f64>],
         care: f64,
     ) -> Option<Isometry3<f64>> {
+        if self.focus_sd > 0.0 {
+            self.camera.f_px = self.still_f_px * (1.0 + self.normal(self.focus_sd));
+        }
         let corners: Vec<Corner> = ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
         let pose =
             fit_pose(&self.camera, &self.board.corners_in_board_m(), &corners).ok()?.cam_from_board;

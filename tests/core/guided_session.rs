@@ -66,3 +66,15 @@ fn a_bent_board_costs_no_views_that_cannot_unbend_it() {
     let is_part = |taken: &AcceptedView| !taken.view.corners.iter().all(Corner::is_seen);
     assert!(session.accepted().iter().any(is_part), "no board beyond the edge: {codes:?}");
 }
+
+#[test]
+fn a_focus_that_moves_costs_no_views_that_cannot_hold_it_still() {
+    let mut world = World::new(3);
+    world.focus_sd = 0.01;
+    let (_, session, _) = guided_in(world, CalibrationParams::default(), |_, _| ());
+    let calibration = session.calibration().expect("calibrated");
+    let codes: Vec<_> = calibration.findings.iter().map(|finding| finding.code.code()).collect();
+    assert_eq!(calibration.verdict, Verdict::Untrustworthy, "{codes:?}");
+    assert_eq!(session.progress(), Progress::Complete, "{codes:?}");
+    assert!(session.accepted().len() <= 12, "{} views, {codes:?}", session.accepted().len());
+}

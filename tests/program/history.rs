@@ -2,12 +2,12 @@
 //!
 //! `BORESIGHT_HISTORY_CAMERAS=1000` takes so many cameras, `BORESIGHT_HISTORY_EACH=100` so many calibrations of each.
 
-use std::{fs, path::Path, time::Instant};
+use std::{fs, path::Path, process::Stdio, time::Instant};
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use crate::person::{boresight, says};
+use crate::person::{boresight, program, says};
 
 const SD_PX: [f64; 3] = [0.5, 0.4, 0.3];
 
@@ -174,6 +174,37 @@ fn what_cannot_be_used_says_what_to_do() {
     says(&boresight(place, &["history", "usb"]), 1, &["2 cameras"]);
     says(&boresight(place, &["history", "other"]), 1, &["no camera"]);
     says(&boresight(place, &["history", "due", "--older", "soon"]), 2, &["180d"]);
+}
+
+#[test]
+fn what_several_programs_add_at_once_is_all_there() {
+    const PROGRAMS: usize = 8;
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    fleet(place, PROGRAMS, 2, 0);
+    // Long enough that reading and writing it takes a while.
+    says(&boresight(place, &["history", "add", "sessions/00000"]), 0, &["2 of 2"]);
+    let index = place.join("history.jsonl");
+    let line = fs::read_to_string(&index).expect("there");
+    let line = line.lines().next().expect("a line");
+    let others = (0..3000).map(|other| {
+        let mut row: Value = serde_json::from_str(line).expect("JSON");
+        row["session"] = format!("elsewhere/{other}").into();
+        format!("{row}\n")
+    });
+    fs::write(&index, others.collect::<String>()).expect("written");
+    let started: Vec<_> = (0..PROGRAMS)
+        .map(|camera| {
+            let root = format!("sessions/{camera:05}");
+            let mut adding = program(place, &["history", "add", &root]);
+            adding.stderr(Stdio::null()).spawn().expect("started")
+        })
+        .collect();
+    for mut adding in started {
+        assert!(adding.wait().expect("waited for").success());
+    }
+    let count = fs::read_to_string(&index).expect("there").lines().count();
+    assert_eq!(count, 3000 + 2 * PROGRAMS);
 }
 
 /// `add` and looking alike.

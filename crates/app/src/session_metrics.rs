@@ -11,6 +11,7 @@ use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
 use super::{Announcer, prometheus::Page};
 use boresight_formats::CalibrationFile;
+use boresight_geometry::{LensParameter, LensParts};
 use boresight_guide::{
     guidance::Progress,
     session::{Snapshot, Stream},
@@ -140,8 +141,8 @@ impl State {
         self.dropped = camera.dropped;
         self.damaged = camera.rejected;
         self.lens = snapshot.calibration.as_ref().map(|calibration| Lens {
-            f_px: calibration.camera.lens_parameters()[0],
-            f_sd_px: calibration.sd()[0],
+            f_px: calibration.camera.f_px.x,
+            f_sd_px: calibration.covariance.variance_of(LensParameter::Fx).max(0.0).sqrt(),
             projection_sd_px: calibration.projection_sd.mean_px,
             rms_px: calibration.rms_px,
         });

@@ -1,6 +1,7 @@
 //! The verdict on a result, in sentences and as an exit status.
 
 use boresight_calibrate::{Calibration, Focal, NotCalibrated, Verdict};
+use boresight_geometry::{LensParameter, LensValues};
 use boresight_present::text;
 
 use super::Announcer;
@@ -45,8 +46,8 @@ pub fn announce_result(
             return Exit::NotTrustworthy;
         }
     };
-    let [fx, fy, cx, cy, ..] = calibration.camera.lens_parameters();
-    let [sd_fx, sd_fy, sd_cx, sd_cy, ..] = calibration.sd();
+    let [fx, fy, cx, cy] = calibration.camera.lens_parameters().of(LensParameter::F_THEN_PP);
+    let [sd_fx, sd_fy, sd_cx, sd_cy] = calibration.sd().of(LensParameter::F_THEN_PP);
     say(&text::of_source(source, text::verdict_on(calibration)));
     let is_met = calibration.acceptance.is_none_or(|judged| judged.is_met());
     if let Some(judged) = &calibration.acceptance {

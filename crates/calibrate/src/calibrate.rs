@@ -25,7 +25,7 @@ use super::{
     },
     summary::assemble,
 };
-use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{Corner, LensParts, board::Checkerboard, frame::ImageSize};
 
 /// Relative standard deviation of the focal length above which it needs its own prior. Loose on
 /// purpose: it only separates views that leave the focal length open from those that don't.
@@ -297,16 +297,8 @@ impl Inputs<'_> {
 
     /// Lens models to fit: fewer views determine fewer coefficients.
     fn models(&self) -> Vec<LensModel> {
-        let richest = match (self.family, self.distinct) {
-            (LensFamily::Fisheye, 0 | 1) => LensModel::Fisheye,
-            (LensFamily::Fisheye, 2) => LensModel::FisheyeK1,
-            (_, 0 | 1) => LensModel::K1,
-            (_, 2) => LensModel::K1K2,
-            (LensFamily::Brown, _) => LensModel::K1K2P1P2K3,
-            (LensFamily::Rational, _) => LensModel::Rational,
-            (LensFamily::Fisheye, _) => LensModel::FisheyeK1K2K3K4,
-        };
-        // The simplest model requested is always fitted, with any number of views.
+        let richest = self.family.richest_of(self.distinct);
+        // The simplest model requested is always fitted, whatever the number of views.
         let wanted = self.allowed().into_iter().min();
         let models = self.family.models().into_iter();
         models.filter(|model| *model <= richest || Some(*model) <= wanted).collect()
@@ -415,9 +407,9 @@ impl Inputs<'_> {
         let noise_factor = choice.fit().noise_factor.max(self.noise_floor);
         choice.bundle().covariance(noise_factor).is_some_and(|covariance| {
             let f_px = choice.fit().camera.f_px.x;
-            covariance[(0, 0)].sqrt() < F_UNDETERMINED * f_px
-                && covariance[(2, 2)].max(covariance[(3, 3)]).sqrt()
-                    < f64::from(self.image_size.width_px)
+            let (f, pp) = (covariance.f(), covariance.pp());
+            f.m11.sqrt() < F_UNDETERMINED * f_px
+                && pp.m11.max(pp.m22).sqrt() < f64::from(self.image_size.width_px)
         })
     }
 }

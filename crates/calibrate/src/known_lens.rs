@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::solve::lens_model::LensModel;
-use boresight_geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensKind};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
@@ -42,15 +42,22 @@ struct StoredLens {
     covariance: Vec<Vec<f64>>,
 }
 
+/// The parameters in a file, in order.
+fn stored_parameters(is_brown: bool) -> impl Iterator<Item = LensParameter> {
+    LensParameter::ALL.into_iter().filter(move |parameter| !is_brown || parameter.is_browns())
+}
+
 impl From<KnownLens> for StoredLens {
     fn from(lens: KnownLens) -> Self {
-        let beyond = |i: usize| lens.parameters[i] != 0.0 || lens.covariance[i][i] != 0.0;
-        let is_brown = !(BROWN_PARAMETERS..LENS_PARAMETERS).any(beyond);
-        let count = if is_brown { BROWN_PARAMETERS } else { LENS_PARAMETERS };
+        let has = |i: usize| lens.parameters[i] != 0.0 || lens.covariance[i][i] != 0.0;
+        let is_brown = LensParameter::ALL.iter().all(|of| of.is_browns() || !has(of.index()));
+        let stored = || stored_parameters(is_brown).map(LensParameter::index);
         Self {
-            fisheye: lens.kind == LensKind::Fisheye,
-            parameters: lens.parameters[..count].to_vec(),
-            covariance: lens.covariance[..count].iter().map(|row| row[..count].to_vec()).collect(),
+            fisheye: lens.kind.is_fisheye(),
+            parameters: stored().map(|i| lens.parameters[i]).collect(),
+            covariance: stored()
+                .map(|i| stored().map(|j| lens.covariance[i][j]).collect())
+                .collect(),
         }
     }
 }
@@ -62,16 +69,20 @@ impl TryFrom<StoredLens> for KnownLens {
         let count = stored.parameters.len();
         let is_square = stored.covariance.len() == count
             && stored.covariance.iter().all(|row| row.len() == count);
-        if !matches!(count, BROWN_PARAMETERS | LENS_PARAMETERS) || !is_square {
+        let has = |is_brown| stored_parameters(is_brown).count() == count;
+        let is_brown = has(true);
+        if !(is_brown || has(false)) || !is_square {
             return Err("a known lens has 9 or 12 parameters, and a square covariance of them");
         }
-        let at = |row: &[f64], i: usize| row.get(i).copied().unwrap_or(0.0);
+        let place =
+            |of: usize| stored_parameters(is_brown).position(|parameter| parameter.index() == of);
+        let at = |row: &[f64], of: usize| place(of).map_or(0.0, |place| row[place]);
         Ok(Self {
-            kind: if stored.fisheye { LensKind::Fisheye } else { LensKind::Perspective },
+            kind: LensKind::of_fisheye(stored.fisheye),
             parameters: std::array::from_fn(|i| at(&stored.parameters, i)),
             covariance: std::array::from_fn(|i| {
-                let row = stored.covariance.get(i).map_or(&[][..], Vec::as_slice);
-                std::array::from_fn(|j| at(row, j))
+                let row = place(i).map(|place| &stored.covariance[place]);
+                std::array::from_fn(|j| row.map_or(0.0, |row| at(row, j)))
             }),
         })
     }

@@ -212,14 +212,14 @@ pub struct DistortionEntry {
 impl From<Distortion> for DistortionEntry {
     fn from(distortion: Distortion) -> Self {
         let Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 } = distortion;
-        Self { k1, k2, p1, p2, k3, k4, k5, k6, fisheye: kind == LensKind::Fisheye }
+        Self { k1, k2, p1, p2, k3, k4, k5, k6, fisheye: kind.is_fisheye() }
     }
 }
 
 impl From<DistortionEntry> for Distortion {
     fn from(entry: DistortionEntry) -> Self {
         let DistortionEntry { k1, k2, p1, p2, k3, k4, k5, k6, fisheye } = entry;
-        let kind = if fisheye { LensKind::Fisheye } else { LensKind::Perspective };
+        let kind = LensKind::of_fisheye(fisheye);
         Self { kind, k1, k2, p1, p2, k3, k4, k5, k6 }
     }
 }

@@ -78,14 +78,12 @@ impl Camera {
 
     /// Projects undistorted normalised coordinates `(X/Z, Y/Z)` to a distorted pixel.
     pub fn px_from_normalized(&self, normalized: &Point2<f64>) -> Point2<f64> {
-        match self.distortion.kind {
-            LensKind::Perspective => self.px_from_flat(normalized),
-            LensKind::Fisheye => {
-                let ray = Vector3::new(normalized.x, normalized.y, 1.0);
-                // Every ray in front of the camera is inside the field.
-                self.distortion.kind.flat(&ray).map_or(self.pp_px, |flat| self.px_from_flat(&flat))
-            }
+        if self.distortion.kind.keeps_lines() {
+            return self.px_from_flat(normalized);
         }
+        let ray = Vector3::new(normalized.x, normalized.y, 1.0);
+        // Every ray in front of the camera is inside the field.
+        self.distortion.kind.flat(&ray).map_or(self.pp_px, |flat| self.px_from_flat(&flat))
     }
 
     /// Derivative of [`Self::px_from_normalized`], 2×2. `None` outside the field of the lens model.
@@ -146,13 +144,11 @@ impl Camera {
         if !corner.is_seen() {
             return Some(*corner);
         }
-        match self.distortion.kind {
-            LensKind::Perspective => {
-                let px = self.undistort_px(&corner.px)?;
-                Some(Corner { px, covariance_px2: corner.covariance_px2 })
-            }
-            LensKind::Fisheye => self.straighten_corner(corner),
+        if !self.distortion.kind.keeps_lines() {
+            return self.straighten_corner(corner);
         }
+        let px = self.undistort_px(&corner.px)?;
+        Some(Corner { px, covariance_px2: corner.covariance_px2 })
     }
 
     /// [`Self::px_from_board`] with derivatives.

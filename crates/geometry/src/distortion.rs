@@ -74,6 +74,51 @@ pub(super) struct Bent {
 }
 
 impl LensKind {
+    /// The kind that a file means by whether its lens is a fisheye's.
+    pub const fn of_fisheye(is_fisheye: bool) -> Self {
+        if is_fisheye { Self::Fisheye } else { Self::Perspective }
+    }
+
+    /// Whether it's a fisheye's, as files state it: the kind is lost in them unless [`Self::of_fisheye`] gives it back.
+    pub const fn is_fisheye(self) -> bool {
+        match self {
+            Self::Perspective => false,
+            Self::Fisheye => true,
+        }
+    }
+
+    /// Stable name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Perspective => "perspective",
+            Self::Fisheye => "fisheye",
+        }
+    }
+
+    /// Power of r² of the first radial term that the richest polynomial leaves out.
+    pub const fn next_radial_power(self) -> i32 {
+        match self {
+            Self::Perspective => 4,
+            Self::Fisheye => 5,
+        }
+    }
+
+    /// Whether k4, k5 and k6 are coefficients of a denominator; else k4 is that of the fourth radial term.
+    const fn has_denominator(self) -> bool {
+        match self {
+            Self::Perspective => true,
+            Self::Fisheye => false,
+        }
+    }
+
+    /// Whether straight lines stay straight where the coefficients are zero.
+    pub const fn keeps_lines(self) -> bool {
+        match self {
+            Self::Perspective => true,
+            Self::Fisheye => false,
+        }
+    }
+
     /// Flat coordinates of a point in camera coordinates. `None` if it lies outside the field: behind a perspective camera,
     /// or beyond 110° of a fisheye lens.
     pub fn flat(self, in_cam: &Vector3<f64>) -> Option<Point2<f64>> {
@@ -166,14 +211,14 @@ impl Distortion {
 
     fn is_polynomial(&self) -> bool {
         let is_undivided = self.k4 == 0.0 && self.k5 == 0.0 && self.k6 == 0.0;
-        is_undivided || self.kind == LensKind::Fisheye
+        is_undivided || !self.kind.has_denominator()
     }
 
     /// True if distorted coordinates lie outside the picture that a fisheye lens throws on the sensor: farther from its
     /// centre than the rays at 110° from the axis. Never if the polynomial folds over before.
     pub(super) fn is_outside(&self, distorted: &Point2<f64>) -> bool {
         const STEPS: u32 = 110;
-        if self.kind == LensKind::Perspective {
+        if self.kind.keeps_lines() {
             return false;
         }
         let height = |step: u32| {
@@ -187,9 +232,9 @@ impl Distortion {
     #[inline]
     fn radial(&self, r2: f64) -> Radial {
         let Self { k1, k2, k3, k4, k5, k6, .. } = *self;
-        let of_fisheye = if self.kind == LensKind::Fisheye { k4 } else { 0.0 };
-        let numerator = 1.0 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * of_fisheye)));
-        let slope = k1 + r2 * (2.0 * k2 + r2 * (3.0 * k3 + 4.0 * r2 * of_fisheye));
+        let fourth = if self.kind.has_denominator() { 0.0 } else { k4 };
+        let numerator = 1.0 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * fourth)));
+        let slope = k1 + r2 * (2.0 * k2 + r2 * (3.0 * k3 + 4.0 * r2 * fourth));
         if self.is_polynomial() {
             return Radial { factor: numerator, slope, denominator: 1.0 };
         }

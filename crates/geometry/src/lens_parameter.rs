@@ -8,7 +8,10 @@ use super::distortion::{BROWN_PARAMETERS, LENS_PARAMETERS};
 /// through [`LensParts`].
 pub type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// A parameter of a lens, in the order of [`LENS_PARAMETERS`].
+/// Number of the lens parameters that are coefficients of the distortion.
+pub const DISTORTION_PARAMETERS: usize = LENS_PARAMETERS - 4;
+
+/// One number of a lens, in the order of [`LENS_PARAMETERS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensParameter {
     /// Focal length along x, in pixels. With square pixels, that along y follows it.
@@ -57,7 +60,12 @@ impl LensParameter {
     pub const F: [Self; 2] = [Self::Fx, Self::Fy];
     /// Principal point along both axes.
     pub const PP: [Self; 2] = [Self::Cx, Self::Cy];
-    /// Parameters of a pinhole with square pixels.
+    /// What a pinhole has, in order.
+    pub const F_THEN_PP: [Self; 4] = [Self::Fx, Self::Fy, Self::Cx, Self::Cy];
+    /// The coefficients of the distortion, in order, which is OpenCV's.
+    pub const DISTORTION: [Self; DISTORTION_PARAMETERS] =
+        [Self::K1, Self::K2, Self::P1, Self::P2, Self::K3, Self::K4, Self::K5, Self::K6];
+    /// What a pinhole with square pixels has.
     pub const F_AND_PP: [Self; 3] = [Self::Fx, Self::Cx, Self::Cy];
 
     /// Place in vectors and matrices of [`LENS_PARAMETERS`].
@@ -91,6 +99,23 @@ impl LensParameter {
     /// True if the parameter is a coefficient of the distortion.
     pub const fn is_distortion(self) -> bool {
         !matches!(self, Self::Fx | Self::Fy | Self::Cx | Self::Cy)
+    }
+
+    /// Whether the parameter is a coefficient of the distortion that moves points across the radius, too.
+    pub const fn is_tangential(self) -> bool {
+        matches!(self, Self::P1 | Self::P2)
+    }
+}
+
+/// Values of all lens parameters, in the order of [`LENS_PARAMETERS`], read by name.
+pub trait LensValues {
+    /// The values of these parameters.
+    fn of<const N: usize>(&self, parameters: [LensParameter; N]) -> [f64; N];
+}
+
+impl LensValues for [f64; LENS_PARAMETERS] {
+    fn of<const N: usize>(&self, parameters: [LensParameter; N]) -> [f64; N] {
+        parameters.map(|parameter| self[parameter.index()])
     }
 }
 
@@ -128,6 +153,11 @@ pub trait LensParts {
     fn pp(&self) -> Matrix2<f64> {
         self.block(LensParameter::PP, LensParameter::PP)
     }
+
+    /// Block of the coefficients of the distortion, which have no unit. Zero for those that a lens model holds fixed.
+    fn distortion(&self) -> SMatrix<f64, DISTORTION_PARAMETERS, DISTORTION_PARAMETERS> {
+        self.block(LensParameter::DISTORTION, LensParameter::DISTORTION)
+    }
 }
 
 impl LensParts for LensMatrix {
@@ -156,5 +186,29 @@ impl LensParts for LensMatrix {
         DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
             self[(rows[i].index(), columns[j].index())]
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_read_by_name() {
+        for (place, parameter) in LensParameter::ALL.into_iter().enumerate() {
+            assert_eq!(parameter.index(), place, "{parameter:?}");
+        }
+        let parts = LensParameter::F_THEN_PP.into_iter().chain(LensParameter::DISTORTION);
+        assert!(parts.eq(LensParameter::ALL));
+        assert!(LensParameter::DISTORTION.into_iter().all(LensParameter::is_distortion));
+        let matrix = LensMatrix::from_fn(|i, j| (100 * i + j) as f64);
+        let of = |a: LensParameter, b: LensParameter| matrix[(a.index(), b.index())];
+        assert_eq!(matrix.f()[(0, 1)], of(LensParameter::Fx, LensParameter::Fy));
+        assert_eq!(matrix.pp()[(1, 0)], of(LensParameter::Cy, LensParameter::Cx));
+        let distortion = matrix.distortion();
+        assert_eq!(distortion[(0, 7)], of(LensParameter::K1, LensParameter::K6));
+        assert_eq!(distortion[(4, 2)], of(LensParameter::K3, LensParameter::P1));
+        let values: [f64; LENS_PARAMETERS] = std::array::from_fn(|i| i as f64);
+        assert_eq!(values.of([LensParameter::Cy, LensParameter::K1]), [3.0, 4.0]);
     }
 }

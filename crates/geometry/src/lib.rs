@@ -100,7 +100,7 @@ pub use coverage::{
 };
 pub use distortion::{BROWN_PARAMETERS, Distortion, LENS_PARAMETERS, LensKind};
 pub use homography::{Homography, NoHomography, expect_unseen};
-pub use lens_parameter::{LensMatrix, LensParameter, LensParts};
+pub use lens_parameter::{DISTORTION_PARAMETERS, LensMatrix, LensParameter, LensParts, LensValues};
 pub use outlier::{
     ConsistentLines, LINES_TO_TELL_OUTLIERS, OutlierLine, OutliersUnknown, consistent_lines,
 };

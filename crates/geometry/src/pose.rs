@@ -3,7 +3,7 @@ use nalgebra::{
 };
 
 use super::{
-    Camera, Corner, Homography, LensKind,
+    Camera, Corner, Homography,
     corner::seen,
     least_squares::{Limits, Linearised, Problem, minimise},
 };
@@ -133,13 +133,12 @@ pub fn fit_pose(
 ) -> Result<PoseFit, NoPose> {
     let (points, seen_corners) = seen(board_points_m, corners);
     let (board_points_m, corners) = (points.as_ref(), seen_corners.as_ref());
-    let start = match camera.distortion.kind {
-        LensKind::Perspective => pose_through_pinhole(camera, board_points_m, corners),
-        LensKind::Fisheye => {
-            let rays: Option<Vec<_>> =
-                corners.iter().map(|corner| camera.ray_from_px(&corner.px)).collect();
-            rays.and_then(|rays| pose_from_rays(board_points_m, &rays))
-        }
+    let start = if camera.distortion.kind.keeps_lines() {
+        pose_through_pinhole(camera, board_points_m, corners)
+    } else {
+        let rays: Option<Vec<_>> =
+            corners.iter().map(|corner| camera.ray_from_px(&corner.px)).collect();
+        rays.and_then(|rays| pose_from_rays(board_points_m, &rays))
     }
     .ok_or(NoPose::NoStart)?;
     let problem = Reprojection { camera, board_points_m, corners };

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 
-use boresight_geometry::{Camera, Corner, LensKind, board::Checkerboard, fit_pose};
+use boresight_geometry::{Camera, Corner, board::Checkerboard, fit_pose};
 
 /// White around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
@@ -71,7 +71,7 @@ impl Card {
     /// Pixel of a point on the board; a pinhole's beyond the radius at which the lens model folds back.
     fn px(&self, in_board_m: &Point3<f64>) -> Option<Point2<f64>> {
         let in_cam = self.cam_from_board * in_board_m;
-        if self.lens.distortion.kind == LensKind::Fisheye {
+        if !self.lens.distortion.kind.keeps_lines() {
             return self.lens.project(&in_cam);
         }
         if in_cam.z <= 0.0 {
@@ -140,7 +140,7 @@ impl Card {
     /// The card, then its dark squares: pixels around each, with their nearness. Four points each; more through a
     /// fisheye lens, which bends the sides. Squares behind the camera are left out.
     pub fn squares(&self) -> impl Iterator<Item = (Shade, Vec<(Point2<f64>, f32)>)> {
-        let is_bent = self.lens.distortion.kind == LensKind::Fisheye;
+        let is_bent = !self.lens.distortion.kind.keeps_lines();
         let Card { square_m, columns, rows, half_m: [half_x, half_y], .. } = *self;
         let left = -0.5 * (columns + 1) as f64 * square_m;
         let top = -0.5 * (rows + 1) as f64 * square_m;

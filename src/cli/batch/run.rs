@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use crate::cli::{
-    board_args::setting,
+    board_args::{loaded, setting},
     export::FormatName,
     operation::{LogForm, OnFinish},
     progress::Progress,
@@ -218,7 +218,7 @@ impl Arguments {
             anyhow::bail!("--set changes nothing about --action export");
         }
         // Better known now than from every row.
-        boresight_run::config::Config::load(None, &self.settings)?;
+        loaded(None, &self.settings)?;
         let mut job = Job { settings: self.settings.clone(), ..Job::new(action, BUILD) };
         if action == Action::Export {
             let format = self.format.unwrap_or(FormatName::OpencvYaml);

@@ -65,16 +65,8 @@ pub(super) struct ExtendedProblem<'a> {
     pub(super) noise_variance: f64,
 }
 
-/// Power of r² of the first radial term that the richest polynomial leaves out.
-pub(super) fn next_power(kind: LensKind) -> i32 {
-    match kind {
-        LensKind::Perspective => 4,
-        LensKind::Fisheye => 5,
-    }
-}
-
-/// The terms of a [`Cause::SmoothField`] at `px`, scaled to 1 px at the sides of the picture: second order, without the
-/// ones that p1 and p2 give, and third order.
+/// The terms of a [`Cause::SmoothField`] at `px`: those of second order, without the ones that p1 and p2 give, and of third
+/// order, 1 px at the sides of the picture.
 pub(super) fn field_terms(
     image_size: ImageSize,
     px: &Point2<f64>,
@@ -148,7 +140,7 @@ impl ExtendedProblem<'_> {
         let px = camera.px_from_flat(&flat);
         let off = px - camera.pp_px;
         let r2 = flat.coords.norm_squared();
-        let power = next_power(self.kind);
+        let power = self.kind.next_radial_power();
         Some(match self.cause {
             Cause::LensShape => {
                 let more = flat.coords * (r2.powi(power) * (first + second * r2))

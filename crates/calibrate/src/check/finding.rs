@@ -405,12 +405,75 @@ pub enum FindingCode {
 }
 
 impl Finding {
-    /// True if the finding makes further views worth taking: it's bad, or they put it right.
+    /// Whether further views are worth taking because of it: they put it right, and it isn't only for information.
     pub fn calls_for_views(&self) -> bool {
         match self.severity {
             Severity::Info => false,
-            Severity::Care => OF_TOO_FEW_VIEWS.contains(&self.code.code()),
-            Severity::Bad => true,
+            Severity::Care => self.code.is_of_too_few_views(),
+            Severity::Bad => self.code.is_mended_by_views(),
+        }
+    }
+}
+
+impl FindingCode {
+    /// Whether it says that there are too few views, or too few that tell something: further ones put it right, however
+    /// serious it is.
+    fn is_of_too_few_views(&self) -> bool {
+        OF_TOO_FEW_VIEWS.contains(&self.code())
+    }
+
+    /// Whether further views can put it right where it's bad. They can't unless what is wrong is a lack of views: what
+    /// views show of the camera, the board or the picture, more views show again, and one odd view stays among them.
+    fn is_mended_by_views(&self) -> bool {
+        match self {
+            Self::FewViews { .. }
+            | Self::ViewsAlike { .. }
+            | Self::TiltLow { .. }
+            | Self::DirectionsFew { .. }
+            | Self::CoverageLow { .. }
+            | Self::PriorUsed { .. }
+            | Self::CheckMissing
+            | Self::PrincipalPointUncertain { .. }
+            | Self::FocalLengthUncertain { .. }
+            | Self::ProjectionUncertain { .. } => true,
+            // With more views, the richer lens model gains enough to be chosen.
+            Self::LensSimple { .. } => true,
+            // More views make the minimum clear.
+            Self::NotConverged => true,
+            // Where views are missing, coverage and projection call for them; elsewhere it's the wrong kind of lens.
+            Self::LensFolds { .. } | Self::LensOther { .. } => false,
+            // The lens, the camera or its settings.
+            Self::LensContradicts { .. }
+            | Self::LensNotHeld { .. }
+            | Self::FocusMoved { .. }
+            | Self::FocalVaries { .. }
+            | Self::ViewsMixed { .. }
+            | Self::PixelsNotSquare { .. }
+            | Self::PixelsSkewed { .. }
+            | Self::PictureShifted { .. }
+            | Self::PictureWarped { .. }
+            | Self::CornersOutside { .. }
+            | Self::PrincipalPointFar { .. }
+            | Self::Mirrored { .. } => false,
+            // The board, or how it's held.
+            Self::BoardStretched { .. }
+            | Self::BoardBent { .. }
+            | Self::BoardFlexes { .. }
+            | Self::RollingShutter { .. } => false,
+            // Something that isn't modelled, or views that must go.
+            Self::CheckDisagrees { .. }
+            | Self::ViewsDisagree { .. }
+            | Self::ViewOdd { .. }
+            | Self::PlOutlier { .. }
+            | Self::ViewTorn { .. }
+            | Self::CornerOdd { .. }
+            | Self::HeldOut { .. }
+            | Self::CauseUnclear { .. } => false,
+            // The pictures.
+            Self::NoiseHigh { .. }
+            | Self::NoiseCorrelated { .. }
+            | Self::NoiseUnderstated { .. }
+            | Self::NoiseExceeded { .. } => false,
         }
     }
 }
@@ -530,5 +593,84 @@ mod tests {
         let few = FindingCode::FewViews { distinct: 2, wanted: 4 };
         let one_axis = FindingCode::DirectionsFew { spread: 0.1, wanted: 0.7 };
         assert!(is_unfinished([few.code(), one_axis.code()]));
+    }
+
+    /// Every code once.
+    fn every_code() -> Vec<FindingCode> {
+        use FindingCode as Code;
+        let reason = NotHeld::NoCovariance;
+        let codes = vec![
+            Code::FewViews { distinct: 1, wanted: 1 },
+            Code::ViewsAlike { views: 1, distinct: 1 },
+            Code::TiltLow {
+                tilted_views: 1,
+                wanted_views: 1,
+                max_tilt_rad: 1.0,
+                wanted_tilt_rad: 1.0,
+            },
+            Code::DirectionsFew { spread: 1.0, wanted: 1.0 },
+            Code::CoverageLow { share: 1.0, wanted: 1.0 },
+            Code::PriorUsed { focal_length: true },
+            Code::LensSimple { model: LensModel::K1, statistic: 1.0, limit: 1.0 },
+            Code::LensFolds { unmapped: 1, of: 1 },
+            Code::CheckDisagrees { distance_px: 1.0, sigmas: 1.0, limit: 1.0 },
+            Code::LensContradicts { statistic: 1.0, limit: 1.0 },
+            Code::LensNotHeld { reason },
+            Code::CheckMissing,
+            Code::ViewsDisagree { ratio: 1.0, limit: 1.0 },
+            Code::ViewOdd { view: 1, rms_px: 1.0, typical_px: 1.0 },
+            Code::PlOutlier { view: 1, distance_px: 1.0, sigmas: 1.0 },
+            Code::FocusMoved { gain: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
+            Code::FocalVaries { f_px: 1.0, scatter_px: 1.0 },
+            Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, gain: 1.0 },
+            Code::PixelsNotSquare { aspect: 1.0, gain: 1.0 },
+            Code::BoardStretched { aspect: 1.0, gain: 1.0 },
+            Code::BoardBent { depth_m: 1.0, gain: 1.0 },
+            Code::RollingShutter { shear_px: 1.0, gain: 1.0 },
+            Code::ViewTorn { view: 1, row_px: 1.0, shift_px: 1.0, views: 1, gain: 1.0 },
+            Code::BoardFlexes { depth_m: 1.0, gain: 1.0 },
+            Code::PictureShifted { shift_px: 1.0, gain: 1.0 },
+            Code::PixelsSkewed { skew_rad: 1.0, gain: 1.0 },
+            Code::PictureWarped { shift_px: 1.0, gain: 1.0 },
+            Code::CauseUnclear { candidates: [None; CANDIDATES], gain: 1.0 },
+            Code::LensOther { gain: 1.0 },
+            Code::CornersOutside { view: 1, views: 1 },
+            Code::CornerOdd { view: 1, corner: 1, off_px: 1.0, times: 1.0, count: 1 },
+            Code::PrincipalPointFar { distance_px: 1.0, share: 1.0 },
+            Code::HeldOut { view: 1, rms_px: 1.0, expected_px: 1.0 },
+            Code::Mirrored { view: 1 },
+            Code::NoiseHigh { noise_px: 1.0, limit_px: 1.0 },
+            Code::NoiseCorrelated { share: 1.0, length_px: 1.0, noise_px: 1.0, residual_px: 1.0 },
+            Code::NoiseUnderstated { noise_px: 1.0, measured_px: 1.0 },
+            Code::NoiseExceeded { noise_px: 1.0, measured_px: 1.0 },
+            Code::PrincipalPointUncertain { sd_px: 1.0, wanted_px: 1.0 },
+            Code::FocalLengthUncertain { sd_px: 1.0, wanted_px: 1.0 },
+            Code::ProjectionUncertain {
+                mean_px: 1.0,
+                max_px: 1.0,
+                wanted_px: 1.0,
+                max_wanted_px: 1.0,
+            },
+            Code::NotConverged,
+        ];
+        // `code` names each variant, so a new one can't be left out here.
+        let source = include_str!("finding.rs");
+        let (_, named) = source.split_once("pub fn code(&self)").expect("a function");
+        let (named, _) = named.split_once("\n    }\n").expect("its end");
+        assert_eq!(codes.len(), named.matches("=> \"").count());
+        codes
+    }
+
+    #[test]
+    fn views_are_asked_for_only_where_they_mend_something() {
+        for code in every_code() {
+            let calls = |severity| Finding { code, severity }.calls_for_views();
+            let name = code.code();
+            let of_few = OF_TOO_FEW_VIEWS.contains(&name);
+            assert!(!calls(Severity::Info), "{name}");
+            assert_eq!(calls(Severity::Care), of_few, "{name}");
+            let mended = of_few || ["LENS-SIMPLE", "NOT-CONVERGED"].contains(&name);
+            assert_eq!(calls(Severity::Bad), mended, "{name}");
+        }
     }
 }

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2};
 
 use super::{
     cause::{Cause, LOCAL_EXTRAS, SHARED_EXTRAS},
-    extended_bundle::{field_terms, next_power},
+    extended_bundle::field_terms,
 };
 use crate::solve::{
     bundle::{BundleState, Observations},
@@ -217,7 +217,7 @@ impl Plain<'_> {
             set(BEND, rise * (1.0 - x * x));
             set(BEND + 1, rise * (1.0 - y * y));
             set(BEND + 2, rise * (x * y));
-            let radial = (flat * r2.powi(next_power(kind))).component_mul(&camera.f_px);
+            let radial = (flat * r2.powi(kind.next_radial_power())).component_mul(&camera.f_px);
             set(RADIAL, radial);
             set(RADIAL + 1, radial * r2);
             set(PRISM, Vector2::new(r2 * camera.f_px.x, 0.0));

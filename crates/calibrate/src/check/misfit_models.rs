@@ -16,7 +16,7 @@ use crate::solve::{
     lens_model::{LensFreedom, tie_covariance},
     schur_lm::{Minimum, ViewBlock, inverse, minimise_to},
 };
-use boresight_geometry::{LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize};
+use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
 /// Fits of a cause whose view parameters have a prior; each fit takes their standard deviation from the one before.
 const PRIOR_PASSES: usize = 4;
@@ -184,9 +184,8 @@ impl<'a> Unexplained<'a> {
     /// Lens parameters that are free beside a cause: all of the model, and all of Brown's model even if few views
     /// determine fewer. A cause is found only if the corners tell it from them.
     fn freed(&self) -> [bool; LENS_PARAMETERS] {
-        let is_perspective = self.start.camera.distortion.kind == LensKind::Perspective;
-        LensParameter::ALL
-            .map(|of| self.freedom.free[of.index()] || (is_perspective && of.is_browns()))
+        let all = self.start.camera.distortion.kind.keeps_lines();
+        LensParameter::ALL.map(|of| self.freedom.free[of.index()] || (all && of.is_browns()))
     }
 
     fn problem<'b>(&'b self, cause: &'b Cause) -> ExtendedProblem<'b> {

@@ -6,30 +6,20 @@
 use nalgebra::{Matrix4, SMatrix, SVector, Vector2, Vector4};
 
 use super::{
-    cause::Cause, extended_bundle::next_power, first_steps::FirstStep, misfit_models::Unexplained,
+    cause::Cause, first_steps::FirstStep, misfit_models::Unexplained,
     projection_sd::projection_jacobian,
 };
 use crate::solve::{
     bundle::{Bundle, Observations},
-    lens_model::{LensFamily, LensModel},
+    lens_model::LensModel,
     schur_lm::inverse,
 };
 use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
-/// Prior standard deviation of the coefficient of a lens without distortion.
-const LEAST_COEFFICIENT_SD: f64 = 0.1;
-/// Ratio of the coefficient of r⁸ to the fourth power of the coefficient of r². A lens whose image height is an angle
-/// has the series `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; other wide lenses have similar ones.
-const OVER_K1: f64 = 9.0;
-/// Multiples of both coefficients, with the prior probability of each: most lenses are good, some are not.
+/// Multiples of `LensFamily::next_radial_sd`, with the prior probability of each: most lenses are good, some are not.
 const SCALES: [(f64, f64); 3] = [(0.03, 0.6), (0.1, 0.3), (0.3, 0.1)];
-/// Prior standard deviation of the coefficient of a fisheye lens.
-const FISHEYE_COEFFICIENT_SD: f64 = 3e-3;
-/// Displacement of a ray at the edge of the picture by the term, as a share of the radius, under a rational lens, at
-/// one standard deviation.
-const RATIONAL_SHARE: f64 = 0.02;
-/// Largest displacement of a ray at the edge of the picture by the term, as a share of the radius, at that standard
-/// deviation: where the series hardly converges, `OVER_K1` overstates it.
+/// Largest share of the radius by which the term moves a ray at the edge of the picture, at that standard deviation: where
+/// the series hardly converges, the prior of Brown's family overstates it.
 const LARGEST_SHARE: f64 = 0.3;
 /// Parameters that a radial term changes, fy with fx: f, k1, k2, k3.
 const RADIAL: [LensParameter; 4] =
@@ -55,13 +45,9 @@ pub(crate) fn next_radial_doubt(
     let jacobian = projection_jacobian(camera, image_size)?;
     let rays = jacobian.px.iter().filter_map(|px| camera.flat_from_px(px));
     let edge = rays.map(|ray| ray.coords.norm()).fold(0.0, f64::max);
-    let power = next_power(camera.distortion.kind);
+    let power = camera.distortion.kind.next_radial_power();
     let at_edge = edge.powi(2 * power);
-    let sd = match model.family() {
-        LensFamily::Brown => LEAST_COEFFICIENT_SD + OVER_K1 * k1.powi(4),
-        LensFamily::Rational => RATIONAL_SHARE / at_edge,
-        LensFamily::Fisheye => FISHEYE_COEFFICIENT_SD,
-    };
+    let sd = model.family().next_radial_sd(k1, at_edge);
     let sd = sd.min(LARGEST_SHARE / at_edge);
     let (mut spread, mut total) = (0.0, 0.0);
     for (scale, probability) in SCALES {

@@ -250,7 +250,7 @@ pub(super) fn adjust_from(
         return None;
     }
     // Brown's model takes matrices of half the size.
-    if freedom.free[BROWN_PARAMETERS..].contains(&true) {
+    if freedom.parameters().into_iter().any(|parameter| !parameter.is_browns()) {
         adjust_sized::<LENS_PARAMETERS>(observations, freedom, prior, start, how)
     } else {
         adjust_sized::<BROWN_PARAMETERS>(observations, freedom, prior, start, how)

@@ -6,42 +6,120 @@ use boresight_geometry::{
     Camera, LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize,
 };
 
-/// Set of estimated distortion coefficients. Within a [`LensFamily`] the models are nested: each contains the ones
-/// before it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum LensModel {
-    /// No distortion: a pinhole.
-    Pinhole,
-    /// Radial distortion, r².
-    K1,
-    /// Radial, r² and r⁴.
-    K1K2,
-    /// Radial r², r⁴, and tangential.
-    K1K2P1P2,
-    /// Radial r², r⁴, r⁶, and tangential.
-    K1K2P1P2K3,
-    /// Numerator as above, over a denominator with r², r⁴, r⁶.
-    Rational,
-    /// Fisheye without coefficients: the height in the picture is proportional to the angle to the optical axis.
-    Fisheye,
-    /// Fisheye with θ³.
-    FisheyeK1,
-    /// Fisheye with θ³ and θ⁵.
-    FisheyeK1K2,
-    /// Fisheye with θ³, θ⁵, θ⁷ and θ⁹.
-    FisheyeK1K2K3K4,
+/// Declares an enum together with the list of its variants, so that none can be missing in it.
+macro_rules! listed {
+    (
+        $(#[$about:meta])*
+        pub enum $name:ident { $($(#[$about_variant:meta])* $variant:ident,)* }
+        $(#[$about_all:meta])*
+        ALL
+    ) => {
+        $(#[$about])*
+        pub enum $name { $($(#[$about_variant])* $variant,)* }
+
+        impl $name {
+            $(#[$about_all])*
+            pub const ALL: [Self; [$(Self::$variant),*].len()] = [$(Self::$variant),*];
+        }
+    };
 }
 
-/// Lens models of one kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum LensFamily {
-    /// A polynomial of the distance from the optical axis, with tangential terms (Brown 1971).
-    Brown,
-    /// A quotient of two, for wide lenses (Claus & Fitzgibbon 2005).
-    Rational,
-    /// A polynomial of the angle to the optical axis (Kannala & Brandt 2006).
-    Fisheye,
+listed! {
+    /// The distortion coefficients that are estimated, and what they act on. Within a [`LensFamily`] the models are nested: each
+    /// contains the ones before it.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum LensModel {
+        /// No distortion.
+        Pinhole,
+        /// Radial, r².
+        K1,
+        /// Radial, r² and r⁴.
+        K1K2,
+        /// Radial r², r⁴, and tangential.
+        K1K2P1P2,
+        /// Radial r², r⁴, r⁶, and tangential.
+        K1K2P1P2K3,
+        /// The same over a denominator with r², r⁴, r⁶.
+        Rational,
+        /// The height in the picture is proportional to the angle to the optical axis.
+        Fisheye,
+        /// The same with θ³.
+        FisheyeK1,
+        /// The same with θ³ and θ⁵.
+        FisheyeK1K2,
+        /// The same with θ³, θ⁵, θ⁷ and θ⁹.
+        FisheyeK1K2K3K4,
+    }
+    /// All models, family by family, simplest first.
+    ALL
 }
+
+listed! {
+    /// Lens models of one kind. [`Self::traits`] holds what tells one family from another.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum LensFamily {
+        /// A polynomial of the distance from the optical axis, with tangential terms (Brown 1971).
+        Brown,
+        /// A quotient of two, for wide lenses (Claus & Fitzgibbon 2005).
+        Rational,
+        /// A polynomial of the angle to the optical axis (Kannala & Brandt 2006).
+        Fisheye,
+    }
+    /// All families. Brown's is tried first; the others stand against it where the picture is wide.
+    ALL
+}
+
+/// What tells one [`LensFamily`] from another, but for the lenses from which its adjustment starts: those are in
+/// `wide_lens.rs`.
+struct FamilyTraits {
+    /// Stable name.
+    code: &'static str,
+    /// What the coefficients act on.
+    kind: LensKind,
+    /// The richest model that one, two, and three or more different views determine. A family without a model that is as simple
+    /// isn't fitted to so few.
+    by_views: [LensModel; 3],
+    /// See [`LensModel::truncated_sd`].
+    truncated_sd: &'static [(LensParameter, f64)],
+    /// See [`LensModel::own_prior`].
+    own_prior: Option<fn() -> LensPrior>,
+    /// Whether the minimum of a model with some coefficients is near that of the next simpler one.
+    is_near: bool,
+    /// Gain in BIC that it needs over another family.
+    handicap: f64,
+    /// Prior standard deviation of the coefficient of the radial term after the last one, from `k1` and the power of the
+    /// radius that the term has, at the edge of the picture.
+    next_radial_sd: fn(k1: f64, at_edge: f64) -> f64,
+}
+
+/// Gain that the rational model needs over a fisheye: most wide lenses are made to show angles.
+const RATIONAL_GAIN: f64 = 10.0;
+
+/// [`FamilyTraits::truncated_sd`] of a perspective lens.
+const PERSPECTIVE_TRUNCATED_SD: &[(LensParameter, f64)] = &[
+    (LensParameter::K2, 0.1),
+    (LensParameter::P1, 1.5e-4),
+    (LensParameter::P2, 1.5e-4),
+    (LensParameter::K3, 0.05),
+];
+/// [`FamilyTraits::truncated_sd`] of a fisheye lens: its series, in the angle, falls off quickly.
+const FISHEYE_TRUNCATED_SD: &[(LensParameter, f64)] = &[
+    (LensParameter::K1, 0.05),
+    (LensParameter::K2, 0.02),
+    (LensParameter::K3, 5e-3),
+    (LensParameter::K4, 1e-3),
+];
+
+/// [`FamilyTraits::next_radial_sd`] of a lens without distortion.
+const LEAST_COEFFICIENT_SD: f64 = 0.1;
+/// Coefficient of r⁸ over the fourth power of that of r². A lens whose image height is an angle has the series
+/// `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; those of other wide lenses are like it.
+const OVER_K1: f64 = 9.0;
+/// [`FamilyTraits::next_radial_sd`] of a fisheye lens.
+const FISHEYE_COEFFICIENT_SD: f64 = 3e-3;
+/// Share of the radius by which the term moves a ray at the edge of the picture, under a rational lens, at one standard
+/// deviation.
+const RATIONAL_SHARE: f64 = 0.02;
 
 /// The lens parameters that an adjustment estimates, in the order of [`LENS_PARAMETERS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,21 +140,7 @@ pub struct LensPrior {
 }
 
 impl LensModel {
-    /// All models, family by family, simplest first.
-    pub const ALL: [Self; 10] = [
-        Self::Pinhole,
-        Self::K1,
-        Self::K1K2,
-        Self::K1K2P1P2,
-        Self::K1K2P1P2K3,
-        Self::Rational,
-        Self::Fisheye,
-        Self::FisheyeK1,
-        Self::FisheyeK1K2,
-        Self::FisheyeK1K2K3K4,
-    ];
-
-    /// Family of the model.
+    /// Its family.
     pub fn family(self) -> LensFamily {
         match self {
             Self::Pinhole | Self::K1 | Self::K1K2 | Self::K1K2P1P2 | Self::K1K2P1P2K3 => {
@@ -146,19 +210,19 @@ impl LensModel {
     /// Prior standard deviations of the coefficients that the model may fix at zero when it's chosen.
     ///
     /// A coefficient too small for BIC to choose isn't zero. A tangential coefficient of 1e-4, about the centring error of
-    /// good lenses, shifts the principal point by as much as the standard error of eight good views. The series of a
-    /// fisheye lens, in the angle, falls off quickly.
-    pub(super) fn truncated_sd(self) -> [(LensParameter, f64); 4] {
-        use LensParameter::{K1, K2, K3, K4, P1, P2};
-        match self.kind() {
-            LensKind::Perspective => [(K2, 0.1), (P1, 1.5e-4), (P2, 1.5e-4), (K3, 0.05)],
-            LensKind::Fisheye => [(K1, 0.05), (K2, 0.02), (K3, 5e-3), (K4, 1e-3)],
-        }
+    /// good lenses, shifts the principal point by as much as the standard error of eight good views.
+    pub(super) fn truncated_sd(self) -> &'static [(LensParameter, f64)] {
+        self.family().traits().truncated_sd
     }
 
     /// Prior that the family's coefficients need to be determined, if there is one.
     pub fn own_prior(self) -> Option<LensPrior> {
-        (self == Self::Rational).then(LensPrior::of_quotient)
+        self.family().traits().own_prior.map(|prior| prior())
+    }
+
+    /// Whether its minimum is near that of the next simpler model of its family.
+    pub(super) fn is_near_simpler(self) -> bool {
+        self.family().traits().is_near
     }
 
     /// `camera` with zero for the coefficients that this model doesn't estimate.
@@ -184,24 +248,50 @@ impl LensModel {
 }
 
 impl LensFamily {
-    /// All families: Brown, rational, fisheye.
-    pub const ALL: [Self; 3] = [Self::Brown, Self::Rational, Self::Fisheye];
+    const fn traits(self) -> FamilyTraits {
+        match self {
+            Self::Brown => FamilyTraits {
+                code: "brown",
+                kind: LensKind::Perspective,
+                by_views: [LensModel::K1, LensModel::K1K2, LensModel::K1K2P1P2K3],
+                truncated_sd: PERSPECTIVE_TRUNCATED_SD,
+                own_prior: None,
+                is_near: true,
+                handicap: 0.0,
+                next_radial_sd: |k1, _| LEAST_COEFFICIENT_SD + OVER_K1 * k1.powi(4),
+            },
+            Self::Rational => FamilyTraits {
+                code: "rational",
+                kind: LensKind::Perspective,
+                by_views: [LensModel::K1, LensModel::K1K2, LensModel::Rational],
+                truncated_sd: PERSPECTIVE_TRUNCATED_SD,
+                own_prior: Some(LensPrior::of_quotient),
+                // A quotient has more than one minimum.
+                is_near: false,
+                handicap: RATIONAL_GAIN,
+                next_radial_sd: |_, at_edge| RATIONAL_SHARE / at_edge,
+            },
+            Self::Fisheye => FamilyTraits {
+                code: "fisheye",
+                kind: LensKind::Fisheye,
+                by_views: [LensModel::Fisheye, LensModel::FisheyeK1, LensModel::FisheyeK1K2K3K4],
+                truncated_sd: FISHEYE_TRUNCATED_SD,
+                own_prior: None,
+                is_near: false,
+                handicap: 0.0,
+                next_radial_sd: |_, _| FISHEYE_COEFFICIENT_SD,
+            },
+        }
+    }
 
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
-        match self {
-            Self::Brown => "brown",
-            Self::Rational => "rational",
-            Self::Fisheye => "fisheye",
-        }
+        self.traits().code
     }
 
     /// Kind of lens, which gives the coefficients of the family's models their meaning.
     pub fn kind(self) -> LensKind {
-        match self {
-            Self::Brown | Self::Rational => LensKind::Perspective,
-            Self::Fisheye => LensKind::Fisheye,
-        }
+        self.traits().kind
     }
 
     /// Models of the family, simplest first.
@@ -211,11 +301,30 @@ impl LensFamily {
 
     /// The model with all of its coefficients.
     pub fn richest(self) -> LensModel {
-        match self {
-            Self::Brown => LensModel::K1K2P1P2K3,
-            Self::Rational => LensModel::Rational,
-            Self::Fisheye => LensModel::FisheyeK1K2K3K4,
+        let [.., richest] = self.traits().by_views;
+        richest
+    }
+
+    /// The richest model that `distinct` different views determine. It may be one of Brown's that none of this family is as
+    /// simple as.
+    pub(crate) fn richest_of(self, distinct: usize) -> LensModel {
+        let [one, two, more] = self.traits().by_views;
+        match distinct {
+            0 | 1 => one,
+            2 => two,
+            _ => more,
         }
+    }
+
+    /// Gain in BIC that it needs over another family.
+    pub(super) fn handicap(self) -> f64 {
+        self.traits().handicap
+    }
+
+    /// Prior standard deviation of the coefficient of the radial term after the last one; `at_edge` is the power of the radius
+    /// that the term has, at the edge of the picture.
+    pub(crate) fn next_radial_sd(self, k1: f64, at_edge: f64) -> f64 {
+        (self.traits().next_radial_sd)(k1, at_edge)
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix2, OMatrix, SMatrix};
 
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust_from},
-    lens_model::{LensFamily, LensModel, LensPrior},
+    lens_model::{LensModel, LensPrior},
     reversal::with_better_tilts,
     schur_lm::Start,
 };
@@ -94,8 +94,8 @@ pub(crate) fn fit_models(
             Reversals::Late if place + 1 < search.models.len() => f64::INFINITY,
             Reversals::Early | Reversals::Late => SUSPICIOUS,
         };
-        // The step from no distortion to some is long, and a quotient has more than one minimum.
-        let is_near = place >= 2 && model.family() == LensFamily::Brown;
+        // From no distortion to some the way is long.
+        let is_near = place >= 2 && model.is_near_simpler();
         let how = if is_near { Start::Near } else { Start::Guess };
         let start = (state, how);
         let Some(bundle) = search.fit(*model, start, suspicious, &mut reversed) else { break };
@@ -222,8 +222,8 @@ impl ModelChoice {
         let truncated: Vec<(usize, f64)> = fit
             .model
             .truncated_sd()
-            .into_iter()
-            .map(|(parameter, sd)| (parameter.index(), sd))
+            .iter()
+            .map(|(parameter, sd)| (parameter.index(), *sd))
             .filter(|(i, _)| !bundle.freedom.free[*i] && full.freedom.free[*i] && allowed.free[*i])
             .collect();
         if truncated.is_empty() {

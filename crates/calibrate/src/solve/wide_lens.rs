@@ -21,10 +21,7 @@ const BEST_STARTS: usize = 2;
 /// Gain in BIC that another family than Brown's needs: twice decisive evidence (Kass & Raftery 1995). It needs none
 /// where Brown's model doesn't reach the corners of the picture.
 const CLEAR_GAIN: f64 = 20.0;
-/// Gain in BIC that the rational model needs over a fisheye: most wide lenses are made to show angles.
-const RATIONAL_GAIN: f64 = 10.0;
-/// Angle to the optical axis, in radians, from which rays make a picture wide: 40°. There, `tan θ` is longer than θ by
-/// a fifth.
+/// Rays this far from the optical axis make a picture wide, in radians: 40°. There, `tan θ` is longer than θ by a fifth.
 const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
 /// Lens and poses from which a family of wide lenses is adjusted, under its richest model.
@@ -84,7 +81,7 @@ pub(crate) fn better_family(
     search: &WideSearch<'_>,
     brown: Option<&BundleState>,
 ) -> Option<WideLens> {
-    let brown = brown.and_then(|state| search.adjusted(LensModel::K1K2P1P2K3, state.clone()));
+    let brown = brown.and_then(|state| search.adjusted(LensFamily::Brown.richest(), state.clone()));
     let may_be_brown = search.allowed.iter().any(|model| model.family() == LensFamily::Brown);
     let wanted_bic = brown.as_ref().filter(|_| may_be_brown).map_or(f64::INFINITY, |brown| {
         let camera = &brown.state.camera;
@@ -92,23 +89,15 @@ pub(crate) fn better_family(
         search.bic(brown) - if folds { 0.0 } else { CLEAR_GAIN }
     });
     let fisheye = search.fisheye();
-    let is_allowed = |family| search.allowed.iter().any(|model| model.family() == family);
-    let mut found: Vec<WideLens> = Vec::new();
-    if is_allowed(LensFamily::Rational) {
-        let starts = [
-            brown.as_ref().map(|bundle| bundle.state.clone()),
-            fisheye.as_ref().and_then(|bundle| as_rational(&bundle.state, search.image_size)),
-        ];
-        let fits = starts.into_iter().flatten();
-        found.extend(
-            fits.filter_map(|start| search.adjusted(LensModel::Rational, start))
-                .map(|bundle| search.wide(LensFamily::Rational, bundle))
-                .min_by(|a, b| a.bic.total_cmp(&b.bic)),
-        );
-    }
-    if is_allowed(LensFamily::Fisheye) {
-        found.extend(fisheye.map(|bundle| search.wide(LensFamily::Fisheye, bundle)));
-    }
+    let is_allowed =
+        |family: &LensFamily| search.allowed.iter().any(|model| model.family() == *family);
+    let known = Known { brown: brown.as_ref(), fisheye: fisheye.as_ref() };
+    let best_of = |family: LensFamily| {
+        let lenses = search.lenses(family, known).into_iter();
+        lenses.map(|bundle| search.wide(family, bundle)).min_by(|a, b| a.bic.total_cmp(&b.bic))
+    };
+    let mut found: Vec<WideLens> =
+        LensFamily::ALL.into_iter().filter(is_allowed).filter_map(best_of).collect();
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let mut found = found.into_iter();
     let best = found.next().filter(|best| best.bic < wanted_bic)?;
@@ -120,7 +109,33 @@ pub(crate) fn better_family(
     Some(WideLens { rivals: found.map(rival).collect(), gain, ..best })
 }
 
+/// Adjusted lenses from which those of other families start.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    /// Under the richest of Brown's models.
+    brown: Option<&'a Bundle>,
+    /// Under the richest fisheye model.
+    fisheye: Option<&'a Bundle>,
+}
+
 impl WideSearch<'_> {
+    /// Lenses of the richest model of `family`, adjusted from different starts.
+    fn lenses(&self, family: LensFamily, known: Known<'_>) -> Vec<Bundle> {
+        match family {
+            // What the others stand against.
+            LensFamily::Brown => Vec::new(),
+            LensFamily::Rational => {
+                let starts = [
+                    known.brown.map(|bundle| bundle.state.clone()),
+                    known.fisheye.and_then(|bundle| as_rational(&bundle.state, self.image_size)),
+                ];
+                let starts = starts.into_iter().flatten();
+                starts.filter_map(|start| self.adjusted(family.richest(), start)).collect()
+            }
+            LensFamily::Fisheye => known.fisheye.into_iter().cloned().collect(),
+        }
+    }
+
     fn adjusted(&self, model: LensModel, mut start: BundleState) -> Option<Bundle> {
         start.camera = model.without_others(&start.camera);
         let freedom = model.freedom(self.square_pixels);
@@ -141,8 +156,7 @@ impl WideSearch<'_> {
     }
 
     fn wide(&self, family: LensFamily, bundle: Bundle) -> WideLens {
-        let handicap = if family == LensFamily::Rational { RATIONAL_GAIN } else { 0.0 };
-        let (bic, state) = (self.bic(&bundle) + handicap, bundle.state);
+        let (bic, state) = (self.bic(&bundle) + family.handicap(), bundle.state);
         WideLens { family, state, bic, gain: 0.0, rivals: Vec::new() }
     }
 
@@ -169,7 +183,7 @@ impl WideSearch<'_> {
                 // The focal length settles before the coefficients are free.
                 let settled = self.adjusted(LensModel::Fisheye, start)?;
                 let bent = self.adjusted(LensModel::FisheyeK1K2, settled.state)?;
-                self.adjusted(LensModel::FisheyeK1K2K3K4, bent.state)
+                self.adjusted(LensFamily::Fisheye.richest(), bent.state)
             })
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }

@@ -12,7 +12,9 @@ use super::{
     sqlite_index::{NotTaken, rows_of},
 };
 use crate::batch::{ROW_SCHEMA, Row};
-use boresight_files::{FileError, Links, Overwrite, TEXT_LIMIT, read, read_text, save_streamed};
+use boresight_files::{
+    FileError, FileLock, Links, Overwrite, TEXT_LIMIT, read, read_text, save_streamed,
+};
 
 /// Why the index can't be used.
 #[derive(Debug, thiserror::Error)]
@@ -115,7 +117,19 @@ impl Index {
         Ok(index)
     }
 
-    /// Adds rows; a row of a session that is there already replaces the old one.
+    /// Adds `rows` to the index at `path`, beside what other programs add at the same time.
+    ///
+    /// # Errors
+    ///
+    /// [`IndexError`]; what was there then stays.
+    pub fn add_to(path: &Path, rows: &[Row]) -> Result<(), IndexError> {
+        let _lock = FileLock::wait_for(path)?;
+        let mut index = Self::open(path)?;
+        index.add(rows)?;
+        index.save(path, Overwrite::Allowed)
+    }
+
+    /// Adds rows; those of sessions that are there already are replaced.
     ///
     /// # Errors
     ///
@@ -192,11 +206,14 @@ impl Index {
     }
 }
 
-/// Writes `rows`, from the index at `from`, to a new index at `to`.
+/// Writes `rows`, from the index at `from`, to a new index at `to`; nothing if another program has just done so.
 fn take(rows: &[Row], from: &Path, to: PathBuf) -> Result<(PathBuf, Option<Taken>), IndexError> {
     let mut index = Index::default();
     index.add(rows)?;
-    index.save(&to, Overwrite::Never)?;
+    match index.save(&to, Overwrite::Never) {
+        Err(IndexError::File(FileError::Exists { .. })) => return Ok((to, None)),
+        saved => saved?,
+    }
     let taken = Taken { count: index.rows.len(), from: from.to_path_buf(), to: to.clone() };
     Ok((to, Some(taken)))
 }

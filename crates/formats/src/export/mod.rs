@@ -31,7 +31,8 @@ pub use mrcal::mrcal_cameramodel;
 pub use opencv::opencv_yaml;
 pub use ros::ros_camera_info;
 
-use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize};
+use boresight_calibrate::{LensFamily, LensModel};
+use boresight_geometry::{Camera, Distortion, LensParameter, LensValues, frame::ImageSize};
 
 /// Contents common to every format.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,19 +79,16 @@ pub(super) enum Coefficients {
 impl ExportedCamera<'_> {
     /// `fx fy cx cy`.
     fn intrinsics(&self) -> [f64; 4] {
-        let [fx, fy, cx, cy, ..] = self.camera.lens_parameters();
-        [fx, fy, cx, cy]
+        self.camera.lens_parameters().of(LensParameter::F_THEN_PP)
     }
 
     fn coefficients(&self) -> Coefficients {
-        let Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 } = self.camera.distortion;
-        match kind {
-            LensKind::Fisheye => Coefficients::Fisheye([k1, k2, k3, k4]),
-            LensKind::Perspective if self.camera.distortion.is_none() => Coefficients::None,
-            LensKind::Perspective if [k4, k5, k6] == [0.0; 3] => {
-                Coefficients::Brown([k1, k2, p1, p2, k3])
-            }
-            LensKind::Perspective => Coefficients::Rational([k1, k2, p1, p2, k3, k4, k5, k6]),
+        let Distortion { k1, k2, p1, p2, k3, k4, k5, k6, .. } = self.camera.distortion;
+        match LensModel::simplest_with(&self.camera).family() {
+            LensFamily::Brown if self.camera.distortion.is_none() => Coefficients::None,
+            LensFamily::Brown => Coefficients::Brown([k1, k2, p1, p2, k3]),
+            LensFamily::Rational => Coefficients::Rational([k1, k2, p1, p2, k3, k4, k5, k6]),
+            LensFamily::Fisheye => Coefficients::Fisheye([k1, k2, k3, k4]),
         }
     }
 
@@ -112,6 +110,8 @@ mod tests {
     use nalgebra::{Point2, Vector2};
 
     use super::*;
+    use boresight_geometry::LensKind;
+
     pub(super) fn exported(k3: f64) -> ExportedCamera<'static> {
         ExportedCamera {
             name: "front camera",

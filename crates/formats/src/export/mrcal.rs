@@ -11,19 +11,20 @@ use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 ///
 /// [`NotExpressible`] for a fisheye lens.
 pub fn mrcal_cameramodel(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
-    let lens = exported.camera.lens_parameters();
-    let (model, intrinsics) = match exported.coefficients() {
-        Coefficients::None => ("LENSMODEL_PINHOLE", &lens[..4]),
-        Coefficients::Brown(_) => ("LENSMODEL_OPENCV5", &lens[..9]),
-        Coefficients::Rational(_) => ("LENSMODEL_OPENCV8", &lens[..]),
+    let coefficients = exported.coefficients();
+    let (model, coefficients): (_, &[f64]) = match &coefficients {
+        Coefficients::None => ("LENSMODEL_PINHOLE", &[]),
+        Coefficients::Brown(brown) => ("LENSMODEL_OPENCV5", brown),
+        Coefficients::Rational(rational) => ("LENSMODEL_OPENCV8", rational),
         Coefficients::Fisheye(_) => return Err(NotExpressible::Lens { lens: "fisheye" }),
     };
+    let intrinsics = [&exported.intrinsics(), coefficients].concat();
     let size = exported.image_size;
     let mut text = String::from("{\n");
     // Writing to a string cannot fail.
     let _ = writeln!(text, "    'lensmodel':  '{model}',\n");
     let _ = writeln!(text, "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....");
-    let _ = writeln!(text, "    'intrinsics': [ {},],\n", numbers(intrinsics));
+    let _ = writeln!(text, "    'intrinsics': [ {},],\n", numbers(&intrinsics));
     let _ = writeln!(text, "    # extrinsics are rt_fromref");
     let _ = writeln!(text, "    'extrinsics': [ {},],\n", numbers(&[0.0; 6]));
     let _ = writeln!(text, "    'imagersize': [ {}, {},],", size.width_px, size.height_px);

@@ -23,10 +23,10 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     let intrinsics = list(&tree["intrinsics"])
         .filter(|intrinsics| intrinsics.len() == 4 + coefficients)
         .ok_or(missing("intrinsics", wanted))?;
-    let [fx, fy, cx, cy, ..] = *intrinsics else {
+    let [fx, fy, cx, cy, coefficients @ ..] = &intrinsics[..] else {
         return Err(missing("intrinsics", wanted));
     };
     let size = exactly(&tree["imagersize"]).ok_or(missing("imagersize", "2 finite numbers"))?;
-    let lens = lens([fx, fy, cx, cy], &intrinsics[4..])?;
+    let lens = lens([*fx, *fy, *cx, *cy], coefficients)?;
     OldCalibration::new(OldFormat::Mrcal, LensKind::Perspective, &lens, size)
 }

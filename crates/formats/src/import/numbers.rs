@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::old_calibration::NotImported;
-use boresight_geometry::LENS_PARAMETERS;
+use boresight_geometry::{Camera, Distortion, LENS_PARAMETERS, LensKind, LensParameter};
 
 /// Coefficients in OpenCV's order, starting with the ones that we have.
 const COEFFICIENTS: [&str; 14] =
@@ -47,23 +47,30 @@ pub(super) fn exactly<const N: usize>(value: &Value) -> Option<[f64; N]> {
     list(value)?.try_into().ok()
 }
 
+/// A pinhole with these `fx fy cx cy`.
+fn pinhole([fx, fy, cx, cy]: [f64; 4]) -> Camera {
+    Camera { f_px: [fx, fy].into(), ..Camera::pinhole(fx, [cx, cy].into()) }
+}
+
 /// Lens parameters of `fx fy cx cy` and the four coefficients of OpenCV's fisheye model.
 pub(super) fn fisheye_lens(
-    [fx, fy, cx, cy]: [f64; 4],
+    intrinsics: [f64; 4],
     [k1, k2, k3, k4]: [f64; 4],
 ) -> [f64; LENS_PARAMETERS] {
-    [fx, fy, cx, cy, k1, k2, 0.0, 0.0, k3, k4, 0.0, 0.0]
+    let distortion =
+        Distortion { kind: LensKind::Fisheye, k1, k2, k3, k4, ..Distortion::default() };
+    Camera { distortion, ..pinhole(intrinsics) }.lens_parameters()
 }
 
 /// Lens parameters of `fx fy cx cy` and OpenCV's coefficients, however many the format has.
 pub(super) fn lens(
-    [fx, fy, cx, cy]: [f64; 4],
+    intrinsics: [f64; 4],
     coefficients: &[f64],
 ) -> Result<[f64; LENS_PARAMETERS], NotImported> {
-    let mut lens = [fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let mut lens = pinhole(intrinsics).lens_parameters();
     for (i, (value, name)) in coefficients.iter().zip(COEFFICIENTS).enumerate() {
-        if let Some(place) = lens.get_mut(4 + i) {
-            *place = *value;
+        if let Some(parameter) = LensParameter::DISTORTION.get(i) {
+            lens[parameter.index()] = *value;
         } else if *value != 0.0 {
             return Err(NotImported::Coefficient { coefficient: name, value: value.to_string() });
         }

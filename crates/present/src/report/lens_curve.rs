@@ -11,7 +11,7 @@ use crate::{
     text::report::{self as words, Section},
 };
 use boresight_formats::{CalibrationFile, LensEntry};
-use boresight_geometry::Distortion;
+use boresight_geometry::{Distortion, LensParameter};
 
 const STEPS: usize = 80;
 
@@ -81,9 +81,11 @@ fn curve(lens: &LensEntry, reach_px: f64) -> Vec<Shift> {
         let flat = Point2::new(r, 0.0);
         let outwards_px = f_px * (radial.apply(&flat).x - r);
         let mut by = radial.by_parameters(&flat).row(0) * f_px;
-        by.fixed_columns_mut::<4>(0).fill(0.0);
-        by.fixed_columns_mut::<2>(6).fill(0.0);
-        by[0] = outwards_px / f_px;
+        let is_radial = |of: LensParameter| of.is_distortion() && !of.is_tangential();
+        for other in LensParameter::ALL.into_iter().filter(|of| !is_radial(*of)) {
+            by[other.index()] = 0.0;
+        }
+        by[LensParameter::Fx.index()] = outwards_px / f_px;
         let sd_px = covariance.map(|c| (by * c * by.transpose()).x.max(0.0).sqrt());
         Shift { radius_px: f_px * r + outwards_px, outwards_px, sd_px }
     };

@@ -6,7 +6,6 @@ use boresight_calibrate::{
     is_unfinished,
 };
 use boresight_formats::FindingWords;
-use boresight_geometry::LensKind;
 use boresight_guide::session::ViewSummary;
 
 /// The sentences of a calibration file.
@@ -334,13 +333,9 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
 
 /// Why `--hold` has no effect, and what to do.
 fn not_held(reason: NotHeld) -> (String, &'static str) {
-    let kind = |kind: LensKind| match kind {
-        LensKind::Perspective => "a perspective",
-        LensKind::Fisheye => "a fisheye",
-    };
     let (why, action) = match reason {
         NotHeld::OtherKind { earlier, now } => (
-            format!("that has {} lens, and these views {} one", kind(earlier), kind(now)),
+            format!("that has a {} lens, and these views a {} one", earlier.name(), now.name()),
             "Name the lens of the earlier calibration with --lens, or calibrate without --hold.",
         ),
         NotHeld::NoCovariance => {

@@ -1,6 +1,7 @@
 //! Sentences of the numbers beside the picture.
 
 use super::{acceptance, percent};
+use boresight_geometry::{LensParameter, LensValues};
 use boresight_guide::{
     guidance::Plan,
     session::{Snapshot, ViewSummary},
@@ -10,9 +11,9 @@ use boresight_guide::{
 pub fn principal_point(snapshot: &Snapshot) -> String {
     match &snapshot.calibration {
         Some(calibration) => {
-            let [_, _, x, y, ..] = calibration.camera.lens_parameters();
-            let [_, _, sd_x, sd_y, ..] = calibration.sd();
-            format!("{x:.1} ± {}, {y:.1} ± {} px", small(sd_x), small(sd_y))
+            let pp_px = calibration.camera.pp_px;
+            let [sd_x, sd_y] = calibration.sd().of(LensParameter::PP);
+            format!("{:.1} ± {}, {:.1} ± {} px", pp_px.x, small(sd_x), pp_px.y, small(sd_y))
         }
         None => "unknown yet".into(),
     }
@@ -31,7 +32,8 @@ pub(super) fn small(sd: f64) -> String {
 pub fn focal_length(snapshot: &Snapshot) -> String {
     match &snapshot.calibration {
         Some(calibration) => {
-            let (f_px, sd_px) = (calibration.camera.f_px.x, calibration.sd()[0]);
+            let f_px = calibration.camera.f_px.x;
+            let [sd_px] = calibration.sd().of([LensParameter::Fx]);
             format!("{f_px:.1} ± {} px", small(sd_px))
         }
         None => "unknown yet".into(),

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use nalgebra::Point2;
+
 use super::{acceptance, percent};
-use boresight_calibrate::{Calibration, PrincipalPoints};
-use boresight_geometry::{Distortion, LensKind};
+use boresight_calibrate::{Calibration, LensModel, PrincipalPoints};
+use boresight_geometry::{Camera, Distortion, LensParameter, LensValues};
 use boresight_guide::session::{Prompt, Snapshot};
 
 /// Before the buttons that export.
@@ -117,29 +119,24 @@ pub fn stored_in(folder: &Path) -> String {
     format!("Session: {}", folder.display())
 }
 
-/// Names of the distortion coefficients, in the order of the lens parameters.
-const COEFFICIENTS: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
-
-/// Names and values of the coefficients that the kind of lens has; a denominator's only if there is one.
+/// Names and values of the coefficients that the lens's family has.
 pub fn coefficients(distortion: &Distortion) -> String {
-    let Distortion { kind, k1, k2, p1, p2, k3, k4, k5, k6 } = *distortion;
-    match kind {
-        LensKind::Fisheye => format!("k1 {k1:.5}, k2 {k2:.5}, k3 {k3:.5}, k4 {k4:.5}"),
-        LensKind::Perspective => {
-            let top = format!("k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.6}, p2 {p2:.6}, k3 {k3:.5}");
-            if [k4, k5, k6] == [0.0; 3] {
-                top
-            } else {
-                format!("{top}, k4 {k4:.5}, k5 {k5:.5}, k6 {k6:.5}")
-            }
-        }
-    }
+    let camera = Camera { distortion: *distortion, ..Camera::pinhole(1.0, Point2::origin()) };
+    let lens = camera.lens_parameters();
+    let named = |coefficient: &LensParameter| {
+        let (name, [value]) = (coefficient.name(), lens.of([*coefficient]));
+        let decimals = if coefficient.is_tangential() { 6 } else { 5 };
+        format!("{name} {value:.decimals$}")
+    };
+    let family = LensModel::simplest_with(&camera).family();
+    family.richest().distortion().iter().map(named).collect::<Vec<_>>().join(", ")
 }
 
 /// The result: names and values.
 pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
-    let [fx, fy, cx, cy, distortion @ ..] = calibration.camera.lens_parameters();
-    let [sd_fx, sd_fy, sd_cx, sd_cy, distortion_sd @ ..] = calibration.sd();
+    let (lens, sd) = (calibration.camera.lens_parameters(), calibration.sd());
+    let [fx, fy, cx, cy] = lens.of(LensParameter::F_THEN_PP);
+    let [sd_fx, sd_fy, sd_cx, sd_cy] = sd.of(LensParameter::F_THEN_PP);
     let mut lines =
         vec![("Principal point", format!("({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"))];
     lines.push(if (fx - fy).abs() < 1e-9 {
@@ -148,9 +145,10 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
         ("Focal lengths", format!("{fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"))
     });
     lines.push(("Lens model", calibration.model.code().into()));
-    for ((name, value), sd) in COEFFICIENTS.into_iter().zip(distortion).zip(distortion_sd) {
+    for coefficient in LensParameter::DISTORTION {
+        let ([value], [sd]) = (lens.of([coefficient]), sd.of([coefficient]));
         if sd > 0.0 {
-            lines.push((name, format!("{value:.5} ± {sd:.5}")));
+            lines.push((coefficient.name(), format!("{value:.5} ± {sd:.5}")));
         }
     }
     if let Some(judged) = &calibration.acceptance {

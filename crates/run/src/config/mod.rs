@@ -2,6 +2,7 @@
 
 mod camera;
 mod certificate;
+pub(crate) mod retired;
 
 pub use camera::{Backend, CameraConfig};
 pub use certificate::CertificateConfig;
@@ -23,6 +24,7 @@ use boresight_guide::{
     guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
     session::SessionSetup,
 };
+use retired::{RETIRED, Retired};
 
 /// The defaults with their explanations.
 pub const DEFAULT_TOML: &str = include_str!("../../../../config/default.toml");
@@ -210,33 +212,68 @@ pub struct CalibrationConfig {
     pub known_lens: Option<KnownLens>,
 }
 
-/// The lens models to choose from.
+/// The lens models to choose from: those of one family by its code, or `auto` for all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[expect(missing_docs, reason = "see LensFamily")]
-pub enum LensName {
-    /// Every family is tried.
-    #[default]
-    Auto,
-    Brown,
-    Rational,
-    Fisheye,
-}
+#[serde(try_from = "String", into = "&'static str")]
+pub struct LensName(Option<LensFamily>);
 
 impl LensName {
+    /// The models of every family.
+    pub const AUTO: Self = Self(None);
+
+    /// The models of one family.
+    pub fn of(family: LensFamily) -> Self {
+        Self(Some(family))
+    }
+
+    /// All names.
+    pub fn all() -> impl Iterator<Item = Self> {
+        std::iter::once(Self::AUTO).chain(LensFamily::ALL.into_iter().map(Self::of))
+    }
+
+    /// As settings call it.
+    pub fn code(self) -> &'static str {
+        self.0.map_or("auto", LensFamily::code)
+    }
+
+    /// Its family; `None` for every one.
+    pub fn family(self) -> Option<LensFamily> {
+        self.0
+    }
+
     // By reference, as serde asks.
     fn is_auto(&self) -> bool {
-        *self == Self::Auto
+        *self == Self::AUTO
     }
 
     /// Lens models to try.
     pub fn models(self) -> Vec<LensModel> {
-        match self {
-            Self::Auto => LensModel::ALL.to_vec(),
-            Self::Brown => LensFamily::Brown.models(),
-            Self::Rational => LensFamily::Rational.models(),
-            Self::Fisheye => LensFamily::Fisheye.models(),
-        }
+        self.0.map_or_else(|| LensModel::ALL.to_vec(), LensFamily::models)
+    }
+}
+
+impl From<LensName> for &'static str {
+    fn from(name: LensName) -> Self {
+        name.code()
+    }
+}
+
+impl std::str::FromStr for LensName {
+    type Err = String;
+
+    fn from_str(code: &str) -> Result<Self, Self::Err> {
+        Self::all().find(|name| name.code() == code).ok_or_else(|| {
+            let codes: Vec<&str> = Self::all().map(Self::code).collect();
+            format!("no lens models are called `{code}`, expected one of {}", codes.join(", "))
+        })
+    }
+}
+
+impl TryFrom<String> for LensName {
+    type Error = String;
+
+    fn try_from(code: String) -> Result<Self, Self::Error> {
+        code.parse()
     }
 }
 
@@ -263,39 +300,84 @@ pub enum ConfigError {
 }
 
 impl Config {
-    /// The defaults, with the settings of `file` and then each `key=value` of `settings` over them.
+    /// The defaults, with the settings of `file` and then each `key=value` of `settings` over them. A setting that isn't used
+    /// any more is ignored; [`Self::load_with_notes`] says so.
     ///
     /// # Errors
     ///
     /// [`ConfigError`] if a file cannot be read, or names or values are not known.
     pub fn load(file: Option<&Path>, settings: &[String]) -> Result<Self, ConfigError> {
+        Self::load_with_notes(file, settings).map(|(config, _)| config)
+    }
+
+    /// As [`Self::load`], and one sentence for each setting that isn't used any more.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::load`].
+    pub fn load_with_notes(
+        file: Option<&Path>,
+        settings: &[String],
+    ) -> Result<(Self, Vec<String>), ConfigError> {
+        Self::load_without(file, settings, RETIRED)
+    }
+
+    fn load_without(
+        file: Option<&Path>,
+        settings: &[String],
+        retired: &[Retired],
+    ) -> Result<(Self, Vec<String>), ConfigError> {
+        let mut notes = Vec::new();
         let mut table = defaults();
         if let Some(path) = file {
             let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
             let origin = path.display().to_string();
-            let over = toml::from_str(&text).map_err(|err| invalid(err.message(), &origin))?;
+            let mut over = toml::from_str(&text).map_err(|err| invalid(err.message(), &origin))?;
+            retired::ignore(&mut over, retired, &mut notes);
             merge(&mut table, over);
         }
         let origin = file.map_or("the defaults".into(), |file| file.display().to_string());
-        Self::from_table(table, &origin)?.with(settings)
+        let config = Self::from_table(table, &origin)?.changed(settings, retired, &mut notes)?;
+        Ok((config, notes))
     }
 
-    /// This configuration with each `key=value` of `settings` over it.
+    /// This configuration with each `key=value` of `settings` over it. A setting that isn't used any more is ignored;
+    /// [`Self::with_notes`] says so.
     ///
     /// # Errors
     ///
     /// [`ConfigError::Invalid`] if a key is not known or its value does not fit.
     pub fn with(&self, settings: &[String]) -> Result<Self, ConfigError> {
+        self.with_notes(settings).map(|(config, _)| config)
+    }
+
+    /// As [`Self::with`], and one sentence for each setting that isn't used any more.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::with`].
+    pub fn with_notes(&self, settings: &[String]) -> Result<(Self, Vec<String>), ConfigError> {
+        let mut notes = Vec::new();
+        Ok((self.changed(settings, RETIRED, &mut notes)?, notes))
+    }
+
+    fn changed(
+        &self,
+        settings: &[String],
+        retired: &[Retired],
+        notes: &mut Vec<String>,
+    ) -> Result<Self, ConfigError> {
         let mut table =
             toml::Table::try_from(self).map_err(|err| invalid(&err.to_string(), "memory"))?;
         for setting in settings {
-            let over = toml::from_str(setting)
+            let mut over = toml::from_str(setting)
                 .or_else(|_| match setting.split_once('=') {
                     // A bare word is a string: --set guidance.plan=quick needs no quotes.
                     Some((key, value)) => toml::from_str(&format!("{key}={value:?}")),
                     None => toml::from_str(setting),
                 })
                 .map_err(|err| invalid(err.message(), setting))?;
+            retired::ignore(&mut over, retired, notes);
             merge(&mut table, over);
         }
         Self::from_table(table, &settings.join(" "))
@@ -569,6 +651,62 @@ mod tests {
         assert!(set("boards.K7Q2.square_mm=25").is_ok());
         assert!(set("boards.K7Q2.square_mm=-1").is_err());
         assert!(set("boards.K7Q2.size=25").is_err());
+    }
+
+    const TWO: [Retired; 2] = [
+        Retired { key: "guidance.swing_deg", instead: "since 0.2 the plan knows it" },
+        Retired { key: "speech", instead: "since 0.2 it's an option, --voice" },
+    ];
+
+    #[test]
+    fn a_setting_that_is_not_used_any_more_is_ignored_with_one_sentence() {
+        let place = tempfile::tempdir().expect("a folder");
+        let file = place.path().join("old.toml");
+        let text = "[guidance]\nswing_deg = { of = [\"any\", 1] }\nmin_tilt_deg = 25\n[speech]\nloud = true\n";
+        std::fs::write(&file, text).expect("written");
+        let again = ["guidance.swing_deg=never".to_owned(), "guidance.plan=quick".to_owned()];
+        let (config, notes) = Config::load_without(Some(&file), &again, &TWO).expect("read");
+        assert_eq!((config.guidance.min_tilt_deg, config.guidance.plan), (25.0, PlanName::Quick));
+        assert_eq!(
+            notes,
+            [
+                "The setting guidance.swing_deg isn't used any more: since 0.2 the plan knows it.",
+                "The setting speech isn't used any more: since 0.2 it's an option, --voice.",
+            ]
+        );
+        // Without them nothing is said, and a key that never was one is none.
+        let (plain, notes) = Config::load_without(None, &again[1..], &TWO).expect("read");
+        assert_eq!((plain.guidance.plan, notes.len()), (PlanName::Quick, 0));
+        assert!(Config::load_without(Some(&file), &[], &[]).is_err());
+        for wrong in ["guidance.swing_rad=1", "guidance=7", "speech.loud"] {
+            assert!(Config::load_without(None, &[wrong.to_owned()], &TWO).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn no_setting_is_both_used_and_retired() {
+        for Retired { key, instead } in RETIRED {
+            let mut config = toml::Table::try_from(Config::load(None, &[]).expect("valid"))
+                .expect("a configuration is a table");
+            let mut notes = Vec::new();
+            retired::ignore(&mut config, RETIRED, &mut notes);
+            assert!(notes.is_empty(), "{notes:?}");
+            assert!(!instead.is_empty() && !instead.ends_with('.'), "{key}: {instead}");
+        }
+    }
+
+    #[test]
+    fn the_lens_models_are_named_by_their_family() {
+        let set = |code: &str| {
+            let config = Config::load(None, &[format!("calibration.lens={code}")])?;
+            Ok::<_, ConfigError>(config.with(&[])?.calibration().models)
+        };
+        for family in LensFamily::ALL {
+            assert_eq!(set(family.code()).expect("a family"), family.models());
+        }
+        assert_eq!(set("auto").expect("all"), LensModel::ALL);
+        let err = set("pinhole").expect_err("none").to_string();
+        assert!(err.contains("pinhole") && err.contains("auto, brown, rational, fisheye"), "{err}");
     }
 
     #[test]

@@ -16,7 +16,10 @@ use super::{
     CameraTable, Journal, JournalContents, RecordedOutcome, RecordingError, Stored,
     envelope::checksum,
 };
-use crate::config::Config;
+use crate::config::{
+    Config,
+    retired::{self, Retired},
+};
 use boresight_files::{
     FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, make_folder, open, read,
     read_text, save,
@@ -97,6 +100,33 @@ impl Header {
     /// Size of the pictures.
     pub fn image_size(&self) -> ImageSize {
         ImageSize { width_px: self.image_size_px[0], height_px: self.image_size_px[1] }
+    }
+
+    /// The header that `text`, from `path`, states. What a session was taken with is history: its settings that aren't used any
+    /// more are ignored in silence.
+    fn parsed(text: &str, path: PathBuf, retired: &[Retired]) -> Result<Self, RecordingError> {
+        let bad =
+            |reason: String| RecordingError::Header { reason, newer: false, path: path.clone() };
+        let mut table: toml::Table =
+            toml::from_str(text).map_err(|err| bad(err.message().into()))?;
+        let schema = table.get("schema").and_then(toml::Value::as_str).unwrap_or("none");
+        if schema != SCHEMA {
+            let newer = schema.starts_with(SCHEMA_NAME);
+            let by_newer = if newer { "; a newer boresight made it" } else { "" };
+            let reason =
+                format!("its schema is {schema:?}, this version reads {SCHEMA:?}{by_newer}");
+            return Err(RecordingError::Header { reason, newer, path });
+        }
+        if let Some(config) = table.get_mut("config").and_then(toml::Value::as_table_mut) {
+            retired::ignore(config, retired, &mut Vec::new());
+        }
+        let header: Self =
+            table.try_into().map_err(|err: toml::de::Error| bad(err.message().into()))?;
+        if header.image_size_px.iter().any(|side| !(1..=SIDE_LIMIT_PX).contains(side)) {
+            return Err(bad(format!("image_size_px needs sides of 1 to {SIDE_LIMIT_PX}")));
+        }
+        header.config.check().map_err(|err| bad(err.to_string()))?;
+        Ok(header)
     }
 }
 
@@ -195,23 +225,7 @@ impl SessionFolder {
     pub(super) fn header_with_checksum(path: &Path) -> Result<(Header, String), RecordingError> {
         let path = path.join(HEADER);
         let text = read_text(&path, HEADER_LIMIT, Links::Refused)?;
-        let bad =
-            |reason: String| RecordingError::Header { reason, newer: false, path: path.clone() };
-        let table: toml::Table = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
-        let schema = table.get("schema").and_then(toml::Value::as_str).unwrap_or("none");
-        if schema != SCHEMA {
-            let newer = schema.starts_with(SCHEMA_NAME);
-            let by_newer = if newer { "; a newer boresight made it" } else { "" };
-            let reason =
-                format!("its schema is {schema:?}, this version reads {SCHEMA:?}{by_newer}");
-            return Err(RecordingError::Header { reason, newer, path });
-        }
-        let header: Header = toml::from_str(&text).map_err(|err| bad(err.message().into()))?;
-        if header.image_size_px.iter().any(|side| !(1..=SIDE_LIMIT_PX).contains(side)) {
-            return Err(bad(format!("image_size_px needs sides of 1 to {SIDE_LIMIT_PX}")));
-        }
-        header.config.check().map_err(|err| bad(err.to_string()))?;
-        Ok((header, checksum(text.as_bytes())))
+        Ok((Header::parsed(&text, path, retired::RETIRED)?, checksum(text.as_bytes())))
     }
 
     /// Reads the journal of the session at `path`.
@@ -332,4 +346,23 @@ pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, Record
         reason: err.to_string(),
         path: session.join(FrameId(stored.frame).stored_name()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_with_a_setting_that_is_not_used_any_more_opens() {
+        let size = ImageSize { width_px: 1280, height_px: 720 };
+        let header = Header::new("sim", size, Config::load(None, &[]).expect("defaults"));
+        let mut table = toml::Table::try_from(&header).expect("a table");
+        let guidance = table["config"]["guidance"].as_table_mut().expect("a table");
+        guidance.insert("swing_deg".into(), "any".into());
+        let text = table.to_string();
+        let parsed = |retired: &[Retired]| Header::parsed(&text, HEADER.into(), retired);
+        let retired = Retired { key: "guidance.swing_deg", instead: "the plan knows it" };
+        assert_eq!(parsed(&[retired]).expect("read"), header);
+        assert!(parsed(&[]).is_err());
+    }
 }

@@ -5,7 +5,7 @@
 //! Optimal Experiments", 1972), then refines each by itself. It may miss the optimum by some per cent, so the limit is
 //! a bound from above.
 
-use nalgebra::{Isometry3, SMatrix, Vector2};
+use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -20,11 +20,13 @@ use super::{
     strategy::sample::{Wanted, place},
 };
 use crate::setup::chance;
-use boresight_calibrate::{LensModel, ProjectionJacobian, projection_jacobian};
-use boresight_geometry::{Camera, LENS_PARAMETERS, board::Checkerboard};
+use boresight_calibrate::{ProjectionJacobian, projection_jacobian};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensParameter, board::Checkerboard};
 use boresight_guide::guidance::information::{LensMatrix, square_pixels, view_information};
 
-/// `f, cx, cy, k1, k2`: the parameters of the right model.
+/// The parameters of the right model, with which the matrices of the guidance begin: fy follows fx.
+const PARAMETERS: [LensParameter; FREE] =
+    [LensParameter::Fx, LensParameter::Cx, LensParameter::Cy, LensParameter::K1, LensParameter::K2];
 const FREE: usize = 5;
 type Free = SMatrix<f64, FREE, FREE>;
 
@@ -106,7 +108,7 @@ impl Search {
         }
         weight /= 2.0 * jacobian.jac_lens.len() as f64;
         let prior = prior().information;
-        let prior = Free::from_fn(|i, j| if i == j { prior[lens_index(i)] } else { 0.0 });
+        let prior = Free::from_fn(|i, j| if i == j { prior[PARAMETERS[i].index()] } else { 0.0 });
         let weight = weight.fixed_view::<FREE, FREE>(0, 0).into_owned();
         Some(Self { camera, board: board_held(), noise_px, jacobian, weight, prior })
     }
@@ -172,10 +174,10 @@ impl Search {
 
     fn projection_sd_px(&self, covariance: &Free) -> f64 {
         let mut full = SMatrix::<f64, LENS_PARAMETERS, LENS_PARAMETERS>::zeros();
-        for i in 0..LENS_PARAMETERS {
-            for j in 0..LENS_PARAMETERS {
-                if let (Some(a), Some(b)) = (free_index(i), free_index(j)) {
-                    full[(i, j)] = covariance[(a, b)];
+        for i in LensParameter::ALL {
+            for j in LensParameter::ALL {
+                if let (Some(a), Some(b)) = (place_of(i), place_of(j)) {
+                    full[(i.index(), j.index())] = covariance[(a, b)];
                 }
             }
         }
@@ -269,16 +271,14 @@ fn neighbour(wanted: &Wanted, step: f64, rng: &mut ChaCha8Rng) -> Wanted {
 }
 
 fn pp_sd_px(covariance: &Free) -> f64 {
-    let pp = covariance.fixed_view::<2, 2>(1, 1);
+    let is_pp = |i: usize| LensParameter::PP.contains(&PARAMETERS[i]);
+    let places: Vec<usize> = (0..FREE).filter(|i| is_pp(*i)).collect();
+    let pp = Matrix2::from_fn(|i, j| covariance[(places[i], places[j])]);
     pp.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
-/// Place of a free parameter among the lens parameters `fx, fy, cx, cy, k1, …`.
-fn lens_index(free: usize) -> usize {
-    if free == 0 { 0 } else { free + 1 }
-}
-
-/// Place of a lens parameter among the free ones: `fx` and `fy` are one. `None` if it's held.
-fn free_index(lens: usize) -> Option<usize> {
-    LensModel::K1K2.freedom(false).free[lens].then(|| lens.saturating_sub(1))
+/// Place of a lens parameter among the free ones: that of fx for fy. `None` if it's held.
+fn place_of(parameter: LensParameter) -> Option<usize> {
+    let own = if parameter == LensParameter::Fy { LensParameter::Fx } else { parameter };
+    PARAMETERS.iter().position(|free| *free == own)
 }

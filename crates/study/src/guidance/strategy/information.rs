@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{hand_held, sample};
 use crate::guidance::situation::Situation;
-use boresight_geometry::LENS_PARAMETERS;
+use boresight_geometry::LensParameter;
 use boresight_guide::guidance::information::{
     LensMatrix, PARAMETERS, known_information, view_information,
 };
@@ -60,17 +60,20 @@ pub(super) fn covariance(
     situation: &Situation<'_>,
     information: &LensMatrix,
 ) -> Option<LensMatrix> {
-    let free = situation.model.freedom(true).free;
-    // The first two lens parameters, fx and fy, are one here.
-    let is_free = |i: usize| free[if i == 0 { 0 } else { (i + 1).min(LENS_PARAMETERS - 1) }];
+    let free = situation.model.freedom(true).parameters();
+    // One focal length for fx and fy.
+    let ordered = LensParameter::ALL
+        .into_iter()
+        .filter(|parameter| parameter.is_browns() && *parameter != LensParameter::Fy);
+    let is_free: Vec<bool> = ordered.map(|parameter| free.contains(&parameter)).collect();
     let mut held = *information;
-    for i in (0..PARAMETERS).filter(|i| !is_free(*i)) {
+    for i in (0..PARAMETERS).filter(|i| !is_free[*i]) {
         held.row_mut(i).fill(0.0);
         held.column_mut(i).fill(0.0);
         held[(i, i)] = 1.0;
     }
     let mut covariance = held.cholesky()?.inverse();
-    for i in (0..PARAMETERS).filter(|i| !is_free(*i)) {
+    for i in (0..PARAMETERS).filter(|i| !is_free[*i]) {
         covariance[(i, i)] = 0.0;
     }
     Some(covariance)
