@@ -219,7 +219,7 @@ impl Inputs<'_> {
     fn outlines(&self) -> Vec<BoardOutline> {
         let outline = |corners: &Vec<Corner>| {
             let px: Vec<_> = corners.iter().map(|corner| corner.px).collect();
-            BoardOutline::of_seen(&px, self.board.columns(), |index| corners[index].is_seen())
+            self.board.target().outline(&px, &|index| corners[index].is_seen())
         };
         self.views.iter().filter_map(outline).collect()
     }

@@ -16,6 +16,7 @@
 //! | `principal_line` | the line through the principal point that one view determines |
 //! | `principal_point`, `ring`, `outlier` | what several lines determine, and lines that don't fit |
 //! | `coverage` | which parts of the picture the boards have covered |
+//! | `target` | what a board looks like, whatever its kind; the kinds |
 
 pub mod board;
 pub mod board_code;
@@ -36,6 +37,7 @@ mod pose;
 mod principal_line;
 mod principal_point;
 mod ring;
+pub mod target;
 
 pub use camera::{Camera, Projection, RayProjection};
 pub use corner::{Corner, mean_px, seen_count};
