@@ -64,6 +64,7 @@ impl Repeats {
             if corners == kept {
                 return result;
             }
+            result.is_seen = corners.iter().map(Corner::is_seen).collect();
             let corners = correction.map_or(Cow::Borrowed(corners), |correction| {
                 Cow::Owned(correction.repeated(place, kept, corners))
             });

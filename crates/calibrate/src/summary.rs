@@ -268,6 +268,7 @@ impl Inputs<'_> {
             .zip(self.as_seen.weighted.as_ref())
             .map(|(line, pp)| line.distance_px(&pp.px));
         ViewResult {
+            is_seen: self.views[view].iter().map(Corner::is_seen).collect(),
             cam_from_board,
             residual_rms_px,
             tilt_rad,

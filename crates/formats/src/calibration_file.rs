@@ -354,7 +354,7 @@ pub struct ViewEntry {
     /// Pose of the board.
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub cam_from_board: Option<PoseEntry>,
-    /// Image of the board's four outermost inner corners, in order around it.
+    /// Image of the outermost inner corners that were seen, in order around them.
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub outline_px: Option<[[f64; 2]; 4]>,
     /// Angle between image plane and board, in degrees.
@@ -601,7 +601,7 @@ impl ViewEntry {
         }
     }
 
-    /// Image of the board's four outermost inner corners.
+    /// Image of the outermost inner corners that were seen, in order around them.
     pub fn outline(&self) -> Option<[Point2<f64>; 4]> {
         self.outline_px.map(|corners| corners.map(Point2::from))
     }

@@ -327,7 +327,7 @@ fn outline_px(camera: &Camera, board: &Checkerboard, view: &ViewResult) -> Optio
         image.map_or(Point2::new(f64::NAN, f64::NAN), |image| image.px)
     };
     let px: Vec<_> = board.corners_in_board_m().iter().map(image).collect();
-    let is_seen = |_: usize| true;
+    let is_seen = |index: usize| view.is_seen.get(index) == Some(&true);
     let outline = board.target().outline(&px, &is_seen)?;
     Some(outline.corners_px().map(pair))
 }
