@@ -12,9 +12,9 @@ use super::terminal::{announcer, say};
 use boresight_app::{BoardFromCode, board_from_code::board_from_pictures};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
-    board::Checkerboard,
     frame::ImageSize,
-    markers::{Dictionary, Markers, NoDictionary},
+    markers::{Dictionary, MarkerChoice},
+    target::{BoardChoice, InvalidChoice, length_m},
 };
 use boresight_run::config::Config;
 
@@ -24,7 +24,7 @@ pub(super) struct BoardArguments {
     /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its margin, or 9x6]; or
     /// squares, dictionary and marker size of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm.
     #[arg(long, value_name = "BOARD")]
-    board: Option<BoardSize>,
+    board: Option<BoardChoice>,
     /// Square size with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
@@ -44,22 +44,6 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
         Some(key) if is_key(key) => Ok(text.to_owned()),
         _ => Err("expected KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
     }
-}
-
-/// The settings of `file` and `settings` over the defaults. Those that aren't used any more are named on stderr.
-pub(super) fn loaded(file: Option<&Path>, settings: &[String]) -> anyhow::Result<Config> {
-    let (config, notes) = Config::load_with_notes(file, settings)?;
-    notes.iter().for_each(|note| say(note));
-    Ok(config)
-}
-
-/// Inner corners, and the markers of a ChArUco board.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct BoardSize {
-    columns: u16,
-    rows: u16,
-    dictionary: Option<Dictionary>,
-    marker: Option<Length>,
 }
 
 /// Commands that read no code in a board's margin, with what they take for squares without --square.
@@ -114,11 +98,9 @@ pub(super) struct Length {
 impl BoardArguments {
     /// The configuration that they amount to. Settings that aren't used any more are named on stderr.
     pub(super) fn config(&self) -> anyhow::Result<Config> {
-        let mut config = loaded(self.config.as_deref(), &self.settings)?;
-        if let Some(BoardSize { columns, rows, dictionary, marker }) = self.board {
-            (config.board.columns, config.board.rows) = (columns, rows);
-            config.board.dictionary = dictionary;
-            config.board.marker_mm = marker.map(|length| length.millimetres);
+        let mut config = Config::load(self.config.as_deref(), &self.settings)?;
+        if let Some(BoardChoice { columns, rows, markers }) = self.board {
+            config.board = config.board.chosen([columns, rows], markers);
         }
         if let Some(Length { millimetres }) = self.square {
             config.board.square_mm = millimetres;
@@ -129,12 +111,8 @@ impl BoardArguments {
 
     /// As `--board charuco:8x11:DICT_4X4_50`, which fits upright paper.
     pub(super) fn name_charuco(&mut self) {
-        self.board = Some(BoardSize {
-            columns: 7,
-            rows: 10,
-            dictionary: Some(Dictionary::default()),
-            marker: None,
-        });
+        let markers = MarkerChoice { dictionary: Dictionary::default(), side_m: None };
+        self.board = Some(BoardChoice { columns: 7, rows: 10, markers: Some(markers) });
     }
 
     /// Whether any of them is given.
@@ -194,110 +172,11 @@ impl BoardArguments {
     }
 }
 
-impl FromStr for BoardSize {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let size = match text.split_once(':') {
-            None => {
-                let (columns, rows) = counts(text)
-                    .ok_or("expected inner corners, columns x rows, for example 9x6")?;
-                Self { columns, rows, dictionary: None, marker: None }
-            }
-            Some((kind, rest)) if kind.eq_ignore_ascii_case("charuco") => charuco(rest)?,
-            Some(_) => return Err(EXPECTED_CHARUCO.into()),
-        };
-        // Only their number is wrong usage; the square comes from elsewhere.
-        let board =
-            Checkerboard::new(size.columns, size.rows, 0.025).map_err(|err| err.to_string())?;
-        if let Some(dictionary) = size.dictionary {
-            let markers = Markers::sized(dictionary, None);
-            board.with_markers(markers).map_err(|err| err.to_string())?;
-        }
-        Ok(size)
-    }
-}
-
-const EXPECTED_CHARUCO: &str = "expected squares, dictionary and marker size, for example \
-                                charuco:8x11:DICT_4X4_50:15mm; the size can be left out if it's 0.75 of a square";
-
-/// `8x11` as two numbers.
-fn counts(text: &str) -> Option<(u16, u16)> {
-    let (columns, rows) = text.split_once(['x', 'X', '×'])?;
-    Some((columns.trim().parse().ok()?, rows.trim().parse().ok()?))
-}
-
-/// What follows `charuco:`.
-fn charuco(text: &str) -> Result<BoardSize, String> {
-    let parts: Vec<&str> = text.split(':').collect();
-    let (squares, name, marker) = match parts[..] {
-        [squares, name] => (squares, name, None),
-        [squares, name, marker] => (squares, name, Some(marker)),
-        _ => return Err(EXPECTED_CHARUCO.into()),
-    };
-    let (across, down) = counts(squares).ok_or(EXPECTED_CHARUCO)?;
-    let dictionary = name.parse().map_err(|err: NoDictionary| err.to_string())?;
-    let (columns, rows) = (across.saturating_sub(1), down.saturating_sub(1));
-    let marker = marker.map(str::parse).transpose()?;
-    Ok(BoardSize { columns, rows, dictionary: Some(dictionary), marker })
-}
-
 impl FromStr for Length {
-    type Err = String;
+    type Err = InvalidChoice;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let text = text.trim();
-        let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-        let (number, unit) = text.split_at(split);
-        let factor = match unit {
-            "mm" => 1.0,
-            "cm" => 10.0,
-            "m" => 1000.0,
-            "in" => 25.4,
-            _ => return Err("expected a length with its unit, for example 25mm".into()),
-        };
-        let value: f64 = number
-            .trim()
-            .parse()
-            .map_err(|_| "expected a length with its unit, for example 25mm")?;
-        Ok(Self { millimetres: value * factor })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn boards_and_lengths_are_read_as_people_write_them() {
-        let plain = BoardSize { columns: 9, rows: 6, dictionary: None, marker: None };
-        assert_eq!("9x6".parse(), Ok(plain));
-        let dictionary = "DICT_4X4_50".parse().ok();
-        let marker = Some(Length { millimetres: 15.0 });
-        let charuco = BoardSize { columns: 7, rows: 10, dictionary, marker };
-        assert_eq!("charuco:8x11:DICT_4X4_50:15mm".parse(), Ok(charuco));
-        assert_eq!("ChArUco:8x11:4x4_50:1.5cm".parse(), Ok(charuco));
-        assert_eq!("charuco:8x11:4x4_50".parse(), Ok(BoardSize { marker: None, ..charuco }));
-        for wrong in [
-            "9",
-            "9x",
-            "x6",
-            "9x6x2",
-            "ninexsix",
-            "-9x6",
-            "charuco:8x11",
-            "aruco:8x11:4x4_50",
-            "charuco:8x11:9x9_50",
-            "charuco:8x11:4x4_50:15",
-            "charuco:20x20:4x4_50",
-        ] {
-            assert!(wrong.parse::<BoardSize>().is_err(), "{wrong}");
-        }
-        assert_eq!("25mm".parse(), Ok(Length { millimetres: 25.0 }));
-        assert_eq!("2.5 cm".parse(), Ok(Length { millimetres: 25.0 }));
-        assert_eq!("1in".parse(), Ok(Length { millimetres: 25.4 }));
-        for wrong in ["25", "mm", "25ft", "", "nanmm x"] {
-            assert!(wrong.parse::<Length>().is_err(), "{wrong}");
-        }
+    fn from_str(text: &str) -> Result<Self, InvalidChoice> {
+        // To a nanometre: what was typed comes back.
+        Ok(Self { millimetres: (length_m(text)? * 1e9).round() / 1e6 })
     }
 }

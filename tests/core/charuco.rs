@@ -314,8 +314,9 @@ fn a_calibration_names_the_markers_of_its_board() {
     let markers = json!({ "dictionary": "DICT_4X4_50", "side_mm": 15.0 });
     assert_eq!(json["board"]["markers"], markers);
     let read = CalibrationFile::read(&json).expect("whole");
-    let words = text::report::board(&read.board.expect("a board"));
+    let words = text::report::board(read.board.as_ref().expect("a board"));
     assert_eq!(words, "ChArUco, 8 × 11 squares of 20 mm, DICT_4X4_50, markers of 15 mm");
+    assert_eq!(read.checkerboard(), Some(board));
 }
 
 #[test]

@@ -39,7 +39,7 @@ impl Installed {
             .iter()
             .filter_map(|view| {
                 let px: Vec<_> = view.iter().map(|corner| corner.px).collect();
-                BoardOutline::of(&px, board().columns())
+                board().target().outline(&px, &|_| true)
             })
             .collect();
         scene.noise_px = 0.3;

@@ -2,7 +2,10 @@
 
 use boresight::{
     board::Checkerboard,
-    calibration::{CalibrationParams, FindingCode, calibrate},
+    calibration::{
+        CalibrationParams, FindingCode, calibrate,
+        files::{CalibrationFile, ViewName},
+    },
     detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
     frame::{CaptureTime, FrameId, FrameKind},
     geometry::{Camera, Corner, Distortion, LensKind, expect_unseen, seen_count},
@@ -11,6 +14,7 @@ use boresight::{
         next_target, role_of,
     },
     simulation::{Scene as Rendered, render_view},
+    text,
 };
 use image::{GrayImage, Luma};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
@@ -253,6 +257,30 @@ fn residuals_of_a_part_are_those_of_the_corners_that_are_seen() {
             (sum + count * view.residual_rms_px.powi(2), all + count)
         });
     assert!((found.rms_px - (squares / all).sqrt()).abs() < 1e-12, "{}", found.rms_px);
+}
+
+#[test]
+fn the_file_outlines_what_was_seen_of_a_board() {
+    let mut scene = Scene::ordinary(900);
+    let plan = scene.plan(12);
+    let mut views = scene.views(&plan);
+    let whole = views[9].clone();
+    for (place, corner) in views[9].iter_mut().enumerate() {
+        if place % 9 >= 6 || place / 9 >= 4 {
+            *corner = Corner::unseen(corner.px);
+        }
+    }
+    let found = calibrate(&views, &board(), SIZE, &CalibrationParams::default());
+    let name = |at: usize| ViewName { name: format!("{at}.png"), reason: None };
+    let names: Vec<ViewName> = (0..views.len()).map(name).collect();
+    let file = CalibrationFile::of(found.as_ref(), SIZE, &board(), &names, text::FINDING_WORDS);
+    for (view, rim) in [(8, [0, 8, 53, 45]), (9, [0, 5, 32, 27])] {
+        let outline = file.views[view].outline().expect("an outline");
+        for (px, corner) in outline.iter().zip(rim) {
+            let seen_px = if view == 9 { whole[corner].px } else { views[view][corner].px };
+            assert!((px - seen_px).norm() < 3.0, "{view}, {corner}: {px} for {seen_px}");
+        }
+    }
 }
 
 #[test]

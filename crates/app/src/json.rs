@@ -20,7 +20,7 @@ pub fn detection(
             .enumerate()
             .filter(|(_, corner)| corner.is_seen())
             .map(|(i, corner)| {
-                let (column, row) = (i % board.columns(), i / board.columns());
+                let [column, row] = board.target().place(i);
                 json!([column, row, corner.px.x, corner.px.y, corner.sigma_px()])
             })
             .collect()

@@ -7,7 +7,6 @@ use anyhow::anyhow;
 use super::host::PrintedBoard;
 use boresight_files::{Links, Overwrite, read, save};
 use boresight_geometry::{
-    board::Checkerboard,
     board_code::{BoardCode, BoardId},
     markers::Markers,
 };
@@ -30,8 +29,7 @@ pub fn new_id() -> BoardId {
 
 /// The code for the margin of `plan`. `None` if there's no room for it.
 pub fn margin_code(plan: &Plan, id: BoardId) -> Option<BoardCode> {
-    let board = Checkerboard::new(plan.columns, plan.rows, plan.square_mm * 1e-3).ok()?;
-    BoardCode::new(&board, id).filter(|_| !plan.edges_with_room().is_empty())
+    BoardCode::new(&plan.board()?, id).filter(|_| !plan.edges_with_room().is_empty())
 }
 
 /// Names of the papers.

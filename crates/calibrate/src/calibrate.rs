@@ -114,7 +114,7 @@ pub fn calibrate(
         params,
         correction: None,
     };
-    let Some(repeats) = Repeats::among(views, image_size) else {
+    let Some(repeats) = Repeats::among(views, board, image_size) else {
         return Ok(given.calibrate(views, observations)?.0);
     };
     let kept = repeats.without(views);
@@ -202,7 +202,7 @@ impl Given<'_> {
         let Self { count: given, board, board_m, image_size, params, correction } = *self;
         let as_seen = as_seen(views, board_m, image_size)
             .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
-        let distinct = distinct_views(views, image_size);
+        let distinct = distinct_views(views, board, image_size);
         let free = |views: &[Vec<Corner>], observations: &Observations| match wide {
             Some(wide) => FreeFit::straightened(views, board_m, image_size, &wide.state.camera),
             None => {

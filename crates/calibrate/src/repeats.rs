@@ -11,7 +11,7 @@ use nalgebra::Point2;
 use super::{
     check::correction::Correction, result::Calibration, solve::initial_guess::first_alike,
 };
-use boresight_geometry::{Corner, fit_pose, frame::ImageSize, seen_count};
+use boresight_geometry::{Corner, board::Checkerboard, fit_pose, frame::ImageSize, seen_count};
 
 /// Two views whose corners differ by less than this fraction of the picture's width (root mean square) show one held
 /// pose: 1.3 px at 1280.
@@ -27,8 +27,12 @@ pub(super) struct Repeats {
 
 impl Repeats {
     /// `None` if no view repeats another.
-    pub(super) fn among(views: &[Vec<Corner>], image_size: ImageSize) -> Option<Self> {
-        let (kept, place) = first_alike(views, HELD * f64::from(image_size.width_px));
+    pub(super) fn among(
+        views: &[Vec<Corner>],
+        board: &Checkerboard,
+        image_size: ImageSize,
+    ) -> Option<Self> {
+        let (kept, place) = first_alike(views, board, HELD * f64::from(image_size.width_px));
         (kept.len() < views.len()).then_some(Self { kept, place })
     }
 
@@ -60,6 +64,7 @@ impl Repeats {
             if corners == kept {
                 return result;
             }
+            result.is_seen = corners.iter().map(Corner::is_seen).collect();
             let corners = correction.map_or(Cow::Borrowed(corners), |correction| {
                 Cow::Owned(correction.repeated(place, kept, corners))
             });

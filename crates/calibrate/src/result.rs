@@ -48,6 +48,8 @@ pub struct PrincipalPoints {
 /// The result for one view.
 #[derive(Clone, Debug)]
 pub struct ViewResult {
+    /// Which corners were seen, in the board's numbering order.
+    pub is_seen: Vec<bool>,
     /// Pose of the board, metres.
     pub cam_from_board: Isometry3<f64>,
     /// Root mean square residual per coordinate, in pixels.

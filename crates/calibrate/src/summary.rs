@@ -219,7 +219,7 @@ impl Inputs<'_> {
     fn outlines(&self) -> Vec<BoardOutline> {
         let outline = |corners: &Vec<Corner>| {
             let px: Vec<_> = corners.iter().map(|corner| corner.px).collect();
-            BoardOutline::of_seen(&px, self.board.columns(), |index| corners[index].is_seen())
+            self.board.target().outline(&px, &|index| corners[index].is_seen())
         };
         self.views.iter().filter_map(outline).collect()
     }
@@ -268,6 +268,7 @@ impl Inputs<'_> {
             .zip(self.as_seen.weighted.as_ref())
             .map(|(line, pp)| line.distance_px(&pp.px));
         ViewResult {
+            is_seen: self.views[view].iter().map(Corner::is_seen).collect(),
             cam_from_board,
             residual_rms_px,
             tilt_rad,

@@ -10,9 +10,9 @@ use super::{
     picture_quality,
     reduce::{Grow, Halved, double, grow, halve, negate},
     refine::Refiner,
-    track::{Prediction, Tracker},
+    track::{Prediction, Tracker, shortest_side_px},
 };
-use boresight_geometry::{board::Checkerboard, seen_count};
+use boresight_geometry::{board::Checkerboard, seen_count, target::PartTells};
 
 /// Wider pictures are halved before the search.
 const SEARCH_WIDTH_PX: u32 = 1000;
@@ -147,7 +147,8 @@ impl Detector {
         board: &Checkerboard,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
-        if let Some(near) = search.near.filter(|near| !near.everywhere && board.markers().is_none())
+        let names_points = board.target().part_tells() == PartTells::EachPoint;
+        if let Some(near) = search.near.filter(|near| !near.everywhere && !names_points)
             && self.tracker.follow(image, board, near, &mut self.rough)
         {
             let seen = self.refiner.refine(image, board, &self.rough, &self.params, search.keep_on);
@@ -198,10 +199,8 @@ impl Detector {
             let is_coarse = matches!(pass, Pass::Grown(..)) || pass.level() > primary;
             let found = found.and_then(|detection| {
                 if !is_marked && self.rough.iter().all(Option::is_some) {
-                    let is_small = || {
-                        let side_px = shortest_side_px(&self.rough, board.columns());
-                        side_px < SMALL_SQUARE_PX * halved.scale
-                    };
+                    let px = |index: usize| self.rough[index].unwrap_or([f64::NAN; 2]);
+                    let is_small = || shortest_side_px(board, px) < SMALL_SQUARE_PX * halved.scale;
                     let sharper = if is_coarse { primary } else { finer.filter(|_| is_small()) };
                     self.check_whole(image, sharper, board, &detection)?;
                 }
@@ -210,7 +209,7 @@ impl Detector {
             match found {
                 Ok(detection) => {
                     let seen = seen_count(&detection.corners);
-                    if seen == detection.corners.len() || is_marked {
+                    if seen == detection.corners.len() || names_points {
                         return Ok(detection);
                     }
                     if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {
@@ -325,18 +324,6 @@ impl Detector {
         let full_px = pass.halved().scale;
         grids.find((picture, full_px), board, params, expected, keep_on)
     }
-}
-
-/// Shortest distance of neighbours in the rows and columns of a whole board.
-fn shortest_side_px(corners: &[Option<[f64; 2]>], columns: usize) -> f64 {
-    let length = |one: usize, other: usize| {
-        let ([x, y], [to_x, to_y]) = (corners[one]?, (*corners.get(other)?)?);
-        Some((to_x - x).hypot(to_y - y))
-    };
-    let along =
-        |index: usize| (!(index + 1).is_multiple_of(columns)).then(|| length(index, index + 1))?;
-    let sides = (0..corners.len()).flat_map(|index| [along(index), length(index, index + columns)]);
-    sides.flatten().fold(f64::MAX, f64::min)
 }
 
 /// Whether squares that don't touch may be the reason.

@@ -121,7 +121,10 @@ impl Tracker {
         if corners.len() != columns * rows {
             return false;
         }
-        let Some(side_px) = shortest_side_px(corners, columns) else { return false };
+        let side_px = shortest_side_px(board, |index| corners[index]);
+        if !(4.0..1e4).contains(&side_px) {
+            return false;
+        }
         let mut level = 0;
         while side_px / f64::from(2_u32 << level) >= f64::from(FOLLOWED_SQUARE_PX) {
             level += 1;
@@ -165,11 +168,16 @@ impl Tracker {
     }
 }
 
-/// Shortest distance between neighbours in rows and columns; `None` if it is below 4 px or not finite.
-fn shortest_side_px(corners: &[[f64; 2]], columns: usize) -> Option<f64> {
-    let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let along = corners.chunks(columns).flat_map(|row| row.windows(2).map(|p| apart(p[0], p[1])));
-    let down = corners.iter().zip(corners.iter().skip(columns)).map(|(a, b)| apart(*a, *b));
-    let shortest = along.chain(down).fold(f64::MAX, f64::min);
-    (4.0..1e4).contains(&shortest).then_some(shortest)
+/// Shortest distance between neighbours in the rows and columns of a whole board whose corners lie at `px`. Distances that
+/// aren't finite are left out.
+pub(super) fn shortest_side_px(board: &Checkerboard, px: impl Fn(usize) -> [f64; 2]) -> f64 {
+    let apart = |one: usize, other: usize| {
+        let ([x, y], [to_x, to_y]) = (px(one), px(other));
+        (to_x - x).hypot(to_y - y)
+    };
+    let mut shortest_px = f64::MAX;
+    board.target().each_three_in_line(&mut |[a, b, c]| {
+        shortest_px = shortest_px.min(apart(a, b)).min(apart(b, c));
+    });
+    shortest_px
 }

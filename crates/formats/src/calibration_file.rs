@@ -13,7 +13,9 @@ use super::{
     schema::{self, NotRead},
 };
 use boresight_calibrate::{LensModel, Verdict, is_unfinished};
-use boresight_geometry::{Camera, Corner, Distortion, LensKind, board::Checkerboard};
+use boresight_geometry::{
+    Camera, Corner, Distortion, LensKind, board::Checkerboard, markers::Markers,
+};
 
 /// Name and version of the format.
 pub const CALIBRATION_SCHEMA: &str = "boresight.calibration/1";
@@ -354,7 +356,7 @@ pub struct ViewEntry {
     /// Pose of the board.
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub cam_from_board: Option<PoseEntry>,
-    /// Image of the board's four outermost inner corners, in order around it.
+    /// Image of the outermost inner corners that were seen, in order around them.
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub outline_px: Option<[[f64; 2]; 4]>,
     /// Angle between image plane and board, in degrees.
@@ -504,11 +506,16 @@ impl CalibrationFile {
             .find(|verdict| verdict.code() == self.verdict)
     }
 
-    /// The board's corners, without its markers; `None` if the file has no board, or one that cannot be.
+    /// The board; `None` if the file has none, or one that cannot be. Plain if its markers are unknown here or don't fit.
     pub fn checkerboard(&self) -> Option<Checkerboard> {
-        let BoardEntry { columns, rows, square_mm, .. } = self.board.as_ref()?;
+        let BoardEntry { columns, rows, square_mm, markers } = self.board.as_ref()?;
         let count = |count: &u32| u16::try_from(*count).ok();
-        Checkerboard::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()
+        let plain = Checkerboard::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
+        let marked = markers.as_ref().and_then(|MarkersEntry { dictionary, side_mm }| {
+            let markers = Markers::sized(dictionary.parse().ok()?, Some(side_mm / square_mm));
+            plain.with_markers(markers).ok()
+        });
+        Some(marked.unwrap_or(plain))
     }
 
     /// The used views, numbered from 1.
@@ -601,7 +608,7 @@ impl ViewEntry {
         }
     }
 
-    /// Image of the board's four outermost inner corners.
+    /// Image of the outermost inner corners that were seen, in order around them.
     pub fn outline(&self) -> Option<[Point2<f64>; 4]> {
         self.outline_px.map(|corners| corners.map(Point2::from))
     }

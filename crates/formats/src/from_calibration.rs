@@ -17,8 +17,7 @@ use boresight_calibrate::{
     acceptance::{Acceptance, AcceptanceGoal, acceptance},
 };
 use boresight_geometry::{
-    BoardOutline, Camera, LensParameter, LensParts, PrincipalLine, board::Checkerboard,
-    frame::ImageSize,
+    Camera, LensParameter, LensParts, PrincipalLine, board::Checkerboard, frame::ImageSize,
 };
 
 /// A picture, used or not.
@@ -321,12 +320,14 @@ impl LineEntry {
     }
 }
 
-/// Image of the board's outermost inner corners, in order around it; `None` if the lens model does not reach
-/// all corners.
+/// Image of the outline of what was seen of the board; `None` if the lens model doesn't reach it.
 fn outline_px(camera: &Camera, board: &Checkerboard, view: &ViewResult) -> Option<[[f64; 2]; 4]> {
-    let image =
-        |point_m| camera.project_board_point(&view.cam_from_board, point_m).map(|image| image.px);
-    let px: Vec<_> = board.corners_in_board_m().iter().map(image).collect::<Option<_>>()?;
-    let outline = BoardOutline::of(&px, board.columns())?;
+    let image = |point_m: &Point2<f64>| {
+        let image = camera.project_board_point(&view.cam_from_board, point_m);
+        image.map_or(Point2::new(f64::NAN, f64::NAN), |image| image.px)
+    };
+    let px: Vec<_> = board.corners_in_board_m().iter().map(image).collect();
+    let is_seen = |index: usize| view.is_seen.get(index) == Some(&true);
+    let outline = board.target().outline(&px, &is_seen)?;
     Some(outline.corners_px().map(pair))
 }

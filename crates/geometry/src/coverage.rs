@@ -9,32 +9,22 @@ pub const GRID_COLUMNS: u32 = 12;
 /// Rows of that grid.
 pub const GRID_ROWS: u32 = 8;
 
-/// The four outermost inner corners of a board in one view, in order around it.
+/// The four outermost points of a board that are seen in one view, in order around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardOutline {
     corners_px: [Point2<f64>; 4],
 }
 
 impl BoardOutline {
-    /// The outline of a board with `columns` corners in a row, from the pixels of all its corners row by row.
+    /// The outline of what is seen of points in rows of `columns`: between those nearest to the outermost ones. Of a flat
+    /// board in perspective it's convex, because these are extreme in four directions of the grid.
     ///
-    /// `None` unless the corners fill whole rows, at least one, and the outermost ones are finite.
-    pub fn of(corners_px: &[Point2<f64>], columns: usize) -> Option<Self> {
-        Self::of_seen(corners_px, columns, |_| true)
-    }
-
-    /// Outline of the seen part of a board, between the seen corners nearest to the outermost ones; of the whole board
-    /// if all are seen. `is_seen` takes the index of a corner.
-    ///
-    /// `None` if fewer than two are seen, and where [`Self::of`] gives none.
-    pub fn of_seen(
+    /// `None` if fewer than two are seen, or if one of the four isn't finite. The points fill whole rows.
+    pub(crate) fn of_seen(
         corners_px: &[Point2<f64>],
         columns: usize,
-        is_seen: impl Fn(usize) -> bool,
+        is_seen: &dyn Fn(usize) -> bool,
     ) -> Option<Self> {
-        if columns == 0 || !corners_px.len().is_multiple_of(columns) {
-            return None;
-        }
         let seen = || (0..corners_px.len()).filter(|&index| is_seen(index));
         let mut two = seen();
         let (Some(first), Some(_)) = (two.next(), two.next()) else { return None };
@@ -147,15 +137,13 @@ mod tests {
             .map(|i| Point2::new(300.0 * f64::from(i % 3), 400.0 * f64::from(i / 3)))
             .collect();
         let size = ImageSize { width_px: 1200, height_px: 800 };
-        let outline = BoardOutline::of(&view, 3).expect("three rows of three");
+        let outline = BoardOutline::of_seen(&view, 3, &|_| true).expect("three rows of three");
         assert!((coverage(&[outline], size) - 0.5).abs() < 1e-12);
         assert!(coverage(&[], size).abs() < 1e-12);
         assert_eq!(open_corners(&[outline], size), [false, true, true, false]);
         assert_eq!(corner_coverage(&[outline], size), [1.0, 0.0, 0.0, 1.0]);
-        let part = BoardOutline::of_seen(&view, 3, |index| [0, 1, 3, 4, 6].contains(&index));
+        let part = BoardOutline::of_seen(&view, 3, &|index| [0, 1, 3, 4, 6].contains(&index));
         assert_eq!(part, BoardOutline::around([view[0], view[1], view[4], view[6]]));
-        assert_eq!(BoardOutline::of_seen(&view, 3, |index| index == 4), None);
-        assert_eq!(BoardOutline::of(&view, 4), None);
-        assert_eq!(BoardOutline::of(&[], 3), None);
+        assert_eq!(BoardOutline::of_seen(&view, 3, &|index| index == 4), None);
     }
 }

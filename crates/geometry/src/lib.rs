@@ -47,30 +47,7 @@
 //! | `principal_line` | the line through the principal point that one view determines |
 //! | `principal_point`, `ring`, `outlier` | what several lines determine, and lines that don't fit |
 //! | `coverage` | which parts of the picture the boards have covered |
-//! | [`board`], [`markers`] | a checkerboard, and the markers in the light squares of a ChArUco board |
-//! | [`board_code`] | the code in a printed board's margin that names the board |
-//! | [`frame`], [`device`] | a picture with number, time and size; what is known about a live camera |
-//! | [`parallel`], [`panic_message`](mod@panic_message) | independent work on several threads; the message of a caught panic |
-//!
-//! # Features
-//!
-//! | feature | brings |
-//! |---|---|
-//! | `threads` (off by default) | [`parallel::map`] uses the threads that its caller asks for; without it, one |
-//!
-//! # What it needs
-//!
-//! Nothing of the system: pure functions of numbers, without files, clocks, chance or unsafe code. It compiles for
-//! `wasm32-unknown-unknown`.
-//!
-//! # What isn't promised
-//!
-//! - Pixels are at right angles: there is no skew. Principal lines assume square pixels and corners without distortion.
-//! - A fisheye reaches 110° from the optical axis, a perspective lens less than 90°. Beyond, there is no pixel and no ray.
-//! - Rolling shutters and cameras with several lenses have no model here.
-//! - Another version may round differently. `docs/versioning.md` says what stays.
-
-#![forbid(unsafe_code)]
+//! | `target` | what a board looks like, whatever its kind; the kinds |
 
 pub mod board;
 pub mod board_code;
@@ -91,6 +68,7 @@ mod pose;
 mod principal_line;
 mod principal_point;
 mod ring;
+pub mod target;
 
 pub use camera::{Camera, Projection, RayProjection};
 pub use corner::{Corner, mean_px, seen_count};

@@ -146,14 +146,8 @@ pub(super) fn live(state: &State) -> Live<'_> {
     let board = &snapshot.setup.board;
     let ghost = snapshot.target.as_ref().map(|target| target.ghost_px.as_slice());
     let outer = |corners: &Vec<Point2<f64>>| {
-        let (columns, rows) = (board.columns(), board.rows());
-        let at = [0, columns - 1, columns * rows - 1, columns * (rows - 1)];
-        Some([
-            *corners.get(at[0])?,
-            *corners.get(at[1])?,
-            *corners.get(at[2])?,
-            *corners.get(at[3])?,
-        ])
+        let is_whole = corners.len() == board.corner_count();
+        is_whole.then(|| board.target().rim().map(|index| corners[index]))
     };
     Live {
         frame: seen.map(|live| live.frame_id.0),

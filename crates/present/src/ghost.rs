@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 
-use boresight_geometry::{Camera, Corner, board::Checkerboard, fit_pose};
+use boresight_geometry::{Camera, Corner, LensKind, board::Checkerboard, fit_pose, target::Shape};
 
 /// White around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
@@ -16,14 +16,14 @@ const ARM: f64 = 1.0;
 const BENT_RIM_STEPS: usize = 12;
 const BENT_SQUARE_STEPS: usize = 3;
 
-/// Closeness of the live corners to the ghost's: 0 at half a board's width away or farther, 1 on it. `None` without a
-/// board in the picture.
+/// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
+/// `None` unless both are all corners of `board`.
 pub fn closeness(
     live_px: &[Point2<f64>],
     ghost_px: &[Point2<f64>],
     board: &Checkerboard,
 ) -> Option<f32> {
-    if live_px.len() != ghost_px.len() || ghost_px.is_empty() {
+    if [live_px.len(), ghost_px.len()] != [board.corner_count(); 2] {
         return None;
     }
     let mean = |points: &mut dyn Iterator<Item = (&Point2<f64>, &Point2<f64>)>| {
@@ -31,7 +31,8 @@ pub fn closeness(
     };
     let mut off_px = mean(&mut live_px.iter().zip(ghost_px));
     if board.looks_the_same_upside_down() {
-        off_px = off_px.min(mean(&mut live_px.iter().rev().zip(ghost_px)));
+        let turned = (0..live_px.len()).map(|index| &live_px[board.target().half_turn(index)]);
+        off_px = off_px.min(mean(&mut turned.zip(ghost_px)));
     }
     let span_px = (ghost_px[0] - ghost_px[ghost_px.len() - 1]).norm().max(1.0);
     Some((1.0 - 2.0 * off_px / span_px).clamp(0.0, 1.0) as f32)
@@ -42,30 +43,28 @@ pub fn closeness(
 pub struct Card {
     cam_from_board: Isometry3<f64>,
     lens: Camera,
-    square_m: f64,
-    columns: usize,
-    rows: usize,
+    board: Checkerboard,
     /// Half its width and height, with the white margin.
     half_m: [f64; 2],
+    /// Half the width and height of the inner corners.
+    inner_half_m: [f64; 2],
 }
 
 impl Card {
     /// The card whose inner corners are seen at `ghost_px`. `None` if their number isn't the board's, or no pose fits.
     pub fn new(ghost_px: &[Point2<f64>], board: &Checkerboard, lens: &Camera) -> Option<Self> {
-        let (columns, rows, square_m) = (board.columns(), board.rows(), board.square_m());
         if ghost_px.len() != board.corner_count() {
             return None;
         }
         // The ghost is exact: four corners are enough.
-        let outer = [0, columns - 1, columns * (rows - 1), columns * rows - 1];
+        let outer = board.target().rim();
         let in_board_m = board.corners_in_board_m();
-        let points: Vec<Point2<f64>> = outer.iter().map(|at| in_board_m[*at]).collect();
-        let corners: Vec<Corner> =
-            outer.iter().map(|at| Corner::isotropic(ghost_px[*at], 1.0)).collect();
+        let points = outer.map(|at| in_board_m[at]);
+        let corners = outer.map(|at| Corner::isotropic(ghost_px[at], 1.0));
         let cam_from_board = fit_pose(lens, &points, &corners).ok()?.cam_from_board;
-        let half = |corners: usize| (0.5 * (corners + 1) as f64 + MARGIN) * square_m;
-        let half_m = [half(columns), half(rows)];
-        Some(Self { cam_from_board, lens: *lens, square_m, columns, rows, half_m })
+        let half_m = board.target().size_m().map(|side_m| 0.5 * side_m + MARGIN * board.square_m());
+        let inner_half_m = points[2].coords.into();
+        Some(Self { cam_from_board, lens: *lens, board: *board, half_m, inner_half_m })
     }
 
     /// Pixel of a point on the board; a pinhole's beyond the radius at which the lens model folds back.
@@ -111,11 +110,6 @@ impl Card {
         rim
     }
 
-    /// Half the width and height of the inner corners.
-    fn inner_half_m(&self) -> [f64; 2] {
-        [self.columns, self.rows].map(|corners| 0.5 * (corners - 1) as f64 * self.square_m)
-    }
-
     /// Direction on the board towards its far edge. `None` if it faces the camera.
     fn away_m(&self) -> Option<[f64; 2]> {
         let rotation = self.cam_from_board.rotation.to_rotation_matrix();
@@ -140,17 +134,10 @@ impl Card {
     /// The card, then its dark squares: pixels around each, with their nearness. Four points each; more through a
     /// fisheye lens, which bends the sides. Squares behind the camera are left out.
     pub fn squares(&self) -> impl Iterator<Item = (Shade, Vec<(Point2<f64>, f32)>)> {
-        let is_bent = !self.lens.distortion.kind.keeps_lines();
-        let Card { square_m, columns, rows, half_m: [half_x, half_y], .. } = *self;
-        let left = -0.5 * (columns + 1) as f64 * square_m;
-        let top = -0.5 * (rows + 1) as f64 * square_m;
-        let dark = (0..=rows).flat_map(move |row| {
-            (row % 2..=columns).step_by(2).map(move |column| {
-                let at = [left + column as f64 * square_m, top + row as f64 * square_m];
-                (Shade::Dark, at, [at[0] + square_m, at[1] + square_m])
-            })
-        });
-        let card = (Shade::White, [-half_x, -half_y], [half_x, half_y]);
+        let is_bent = self.lens.distortion.kind == LensKind::Fisheye;
+        let dark = self.board.target().dark_shapes().large.into_iter();
+        let dark = dark.map(|Shape::Rectangle { low_m, high_m }| (Shade::Dark, low_m, high_m));
+        let card = (Shade::White, self.half_m.map(|half_m| -half_m), self.half_m);
         std::iter::once(card).chain(dark).filter_map(move |(shade, at, to)| {
             let steps = match shade {
                 _ if !is_bent => 1,
@@ -167,7 +154,7 @@ impl Card {
     /// are in the picture; its bend keeps it from reading as a shift. Empty if the card faces the camera.
     pub fn arrow(&self) -> Vec<Point2<f64>> {
         let Some([x, y]) = self.away_m() else { return Vec::new() };
-        let [half_x, half_y] = self.inner_half_m();
+        let [half_x, half_y] = self.inner_half_m;
         let reach_m = (half_x / x.abs().max(1e-9)).min(half_y / y.abs().max(1e-9));
         let (length_m, bend_m) = (ARROW[0] * reach_m, ARROW[1] * reach_m);
         (0..=16)
@@ -185,8 +172,8 @@ impl Card {
     /// the board is far from the card, and 0 once it fits.
     pub fn brackets(&self, waiting: f64) -> impl Iterator<Item = ([Point2<f64>; 3], f32)> {
         let scale = 1.0 + WAITING * waiting;
-        let [half_x, half_y] = self.inner_half_m();
-        let arm_m = ARM * self.square_m;
+        let [half_x, half_y] = self.inner_half_m;
+        let arm_m = ARM * self.board.square_m();
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         corners.into_iter().filter_map(move |(x, y)| {
             let (corner_x, corner_y) = (x * half_x * scale, y * half_y * scale);

@@ -96,20 +96,21 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
     words::uncertainty_scale(sd.mean_px, sd.max_px)
 }
 
-/// Lines from each corner's prediction to its measured place.
+/// From where each corner that was seen should be to where it was.
 fn residuals(
     painter: &Painter,
     placed: &Placed,
     snapshot: &Snapshot,
     calibration: &Calibration,
 ) -> String {
-    let corners = snapshot.setup.board.corners_in_board_m();
+    let corners_m = snapshot.setup.board.corners_in_board_m();
     let wide_px = f64::from(calibration.image_size.width_px);
     // A typical residual becomes an arrow of a hundredth of the picture's width.
     let times = (0.01 * wide_px / calibration.rms_px.max(1e-6)).clamp(1.0, 1e5);
     for (view, fitted) in snapshot.views.iter().zip(&calibration.views) {
         let color = theme::direction(view.tilt_azimuth_rad);
-        for (corner, seen) in corners.iter().zip(view.corners_px.iter()) {
+        let corners = corners_m.iter().zip(view.corners_px.iter()).zip(&fitted.is_seen);
+        for ((corner, seen), _) in corners.filter(|(_, is_seen)| **is_seen) {
             let in_cam = fitted.cam_from_board * Point3::new(corner.x, corner.y, 0.0);
             let Some(expected) = calibration.camera.project(&in_cam) else { continue };
             let from = placed.pos(&expected);

@@ -10,7 +10,10 @@ use super::{
     markers::{self, choice, kind},
     start_page::{Choices, StartPage},
 };
-use boresight_geometry::markers::Markers;
+use boresight_geometry::{
+    markers::Markers,
+    target::{Board, DarkShapes, Shape},
+};
 use boresight_present::text::{explore, start as words};
 
 /// Height of the drawing.
@@ -133,14 +136,17 @@ pub(super) fn draw(
     painter.rect_filled(sheet, 0.0, Color32::WHITE);
     painter.rect_stroke(sheet, 0.0, Stroke::new(1.0, Color32::GRAY), StrokeKind::Outside);
     let first = sheet.min + Vec2::splat(side);
-    for row in 0..=rows {
-        for column in (0..=columns).filter(|column| (column + row) % 2 == 0) {
-            let at = first + side * Vec2::new(f32::from(column), f32::from(row));
-            painter.rect_filled(Rect::from_min_size(at, Vec2::splat(side)), 0.0, Color32::BLACK);
-        }
-    }
-    if let Some(markers) = markers {
-        markers::draw(painter, (first, side), [columns, rows], markers);
+    // In squares. If it can't have these markers, the page says so.
+    let Ok(plain) = Board::new(columns, rows, 1.0) else { return };
+    let board = markers.map_or(plain, |markers| plain.drawn_with(markers));
+    let place = |[x, y]: [f64; 2]| {
+        let at = first + side * (Vec2::new(x as f32, y as f32) + 0.5 * Vec2::new(across, down));
+        // Whole pixels, so that cells are sharp.
+        ((at.to_vec2() * per_point).round() / per_point).to_pos2()
+    };
+    let DarkShapes { large, fine } = board.target().dark_shapes();
+    for Shape::Rectangle { low_m, high_m } in large.into_iter().chain(fine) {
+        painter.rect_filled(Rect::from_min_max(place(low_m), place(high_m)), 0.0, Color32::BLACK);
     }
     if !corners {
         return;

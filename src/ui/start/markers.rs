@@ -1,12 +1,12 @@
-//! Markers of a ChArUco board, chosen and drawn.
+//! What a ChArUco board has more than a checkerboard: its markers, chosen.
 
-use egui::{Color32, ComboBox, DragValue, Painter, Pos2, Rect, RichText, Ui};
+use egui::{ComboBox, DragValue, RichText, Ui};
 
 use super::{
     super::{keys::UiAction, theme},
     start_page::StartPage,
 };
-use boresight_geometry::markers::{Dictionary, Layout, MarkerChoice, Markers};
+use boresight_geometry::markers::{Dictionary, MarkerChoice};
 use boresight_present::text::{explore, start as words};
 
 /// Choice of the kind of board.
@@ -70,45 +70,4 @@ pub(super) fn print(page: &StartPage) -> UiAction {
     let draft = &page.draft;
     let markers = draft.markers.map(|chosen| chosen.in_squares_of(draft.square_m));
     UiAction::Print { board: draft.board, markers, paper: page.paper }
-}
-
-/// Draws the markers of a board of `columns` × `rows` inner corners whose top-left square begins at `first` and has sides
-/// of `side` points.
-pub(super) fn draw(
-    painter: &Painter,
-    (first, side): (Pos2, f32),
-    [columns, rows]: [u16; 2],
-    markers: Markers,
-) {
-    let squares = [usize::from(columns) + 1, usize::from(rows) + 1];
-    let cells = markers.dictionary.side_cells() + 2;
-    let gap = markers.gap_squares() as f32;
-    let cell_squares = markers.side_squares as f32 / cells as f32;
-    // Whole pixels, so that cells are sharp.
-    let per_point = painter.pixels_per_point();
-    let edge = |start: f32, square: usize, cell: usize| {
-        let at = start + side * (square as f32 + gap + cell_squares * cell as f32);
-        (at * per_point).round() / per_point
-    };
-    let area = |[column, row]: [usize; 2], from: [usize; 2], to: [usize; 2]| {
-        let corner =
-            |at: [usize; 2]| Pos2::new(edge(first.x, column, at[0]), edge(first.y, row, at[1]));
-        Rect::from_min_max(corner(from), corner(to))
-    };
-    let places =
-        |[across, down]: [usize; 2]| (0..down).flat_map(move |y| (0..across).map(move |x| [x, y]));
-    for square in places(squares) {
-        let Some(number) = Layout::Present.marker_at(square, squares) else { continue };
-        // Without enough markers in the dictionary, draw none: the page says so.
-        if markers.dictionary.code(number).is_none() {
-            continue;
-        }
-        painter.rect_filled(area(square, [0, 0], [cells, cells]), 0.0, Color32::BLACK);
-        for [x, y] in places([cells, cells]) {
-            if markers.dictionary.is_black(number, [x, y]) == Some(false) {
-                let cell = area(square, [x, y], [x + 1, y + 1]);
-                painter.rect_filled(cell, 0.0, Color32::WHITE);
-            }
-        }
-    }
 }

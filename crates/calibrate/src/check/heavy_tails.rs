@@ -141,19 +141,8 @@ impl Tails {
 
 /// Median residual of the seen corners next to `corner` on the board; zero without any.
 fn of_neighbours(px: &[Option<Vector2<f64>>], corner: usize, board: &Checkerboard) -> Vector2<f64> {
-    let (columns, rows) = (board.columns(), board.rows());
-    let (row, column) = (corner / columns, corner % columns);
-    let mut axes = [Vec::with_capacity(8), Vec::with_capacity(8)];
-    for r in row.saturating_sub(1)..(row + 2).min(rows) {
-        for c in column.saturating_sub(1)..(column + 2).min(columns) {
-            if (r, c) != (row, column)
-                && let Some(residual_px) = px[r * columns + c]
-            {
-                axes[0].push(residual_px.x);
-                axes[1].push(residual_px.y);
-            }
-        }
-    }
+    let neighbours = board.target().neighbours(corner);
+    let (x, y) = neighbours.into_iter().filter_map(|it| px[it]).map(|px| (px.x, px.y)).unzip();
     let median = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         let middle = values.len() / 2;
@@ -165,6 +154,5 @@ fn of_neighbours(px: &[Option<Vector2<f64>>], corner: usize, board: &Checkerboar
             values[middle]
         }
     };
-    let [x, y] = axes;
     Vector2::new(median(x), median(y))
 }

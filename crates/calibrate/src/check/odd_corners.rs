@@ -14,29 +14,17 @@ const ODD: f64 = 8.0;
 /// Distance in pixels below which a corner isn't wrong, even if the other corners' errors are much smaller.
 const HARMLESS_PX: f64 = 0.2;
 
-/// True if nearly all seen corners follow the row-major order of the board.
+/// True if nearly all corners that are seen follow each other as on the board.
 pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
-    let (columns, rows) = (board.columns(), board.rows());
     let (mut all, mut wrong) = (0, 0);
-    let mut look = |a: usize, b: usize, c: usize| {
-        let [a, b, c] = [a, b, c].map(|place| &corners[place]);
+    board.target().each_three_in_line(&mut |line| {
+        let [a, b, c] = line.map(|place| &corners[place]);
         if a.is_seen() && b.is_seen() && c.is_seen() {
             let (a, b, c) = (a.px.coords, b.px.coords, c.px.coords);
             all += 1;
             wrong += u32::from((a + c - b * 2.0).norm() > CROOKED * (c - a).norm());
         }
-    };
-    for row in 0..rows {
-        for column in 0..columns {
-            let at = row * columns + column;
-            if (1..columns - 1).contains(&column) {
-                look(at - 1, at, at + 1);
-            }
-            if (1..rows - 1).contains(&row) {
-                look(at - columns, at, at + columns);
-            }
-        }
-    }
+    });
     f64::from(wrong) <= TOO_MANY * f64::from(all)
 }
 

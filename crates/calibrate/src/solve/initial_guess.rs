@@ -7,8 +7,8 @@ use super::{
     zhang,
 };
 use boresight_geometry::{
-    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, frame::ImageSize,
-    intersect_unweighted, intersect_weighted, mean_px, pose_from_homography,
+    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, board::Checkerboard,
+    frame::ImageSize, intersect_unweighted, intersect_weighted, mean_px, pose_from_homography,
     principal_line_and_ring, seen_count,
 };
 
@@ -165,13 +165,21 @@ pub(crate) fn poses(
 }
 
 /// Number of views that differ from all earlier ones.
-pub(crate) fn distinct_views(views: &[Vec<Corner>], image_size: ImageSize) -> usize {
-    first_alike(views, ALIKE * f64::from(image_size.width_px)).0.len()
+pub(crate) fn distinct_views(
+    views: &[Vec<Corner>],
+    board: &Checkerboard,
+    image_size: ImageSize,
+) -> usize {
+    first_alike(views, board, ALIKE * f64::from(image_size.width_px)).0.len()
 }
 
-/// The views that differ from all earlier ones in the list by `limit_px` or more (root mean square), and for each view
-/// the place in that list of itself or of the one that it resembles.
-pub(crate) fn first_alike(views: &[Vec<Corner>], limit_px: f64) -> (Vec<usize>, Vec<usize>) {
+/// The views that differ from all earlier ones of these by `limit_px` or more (root mean square), and for each view the
+/// place in that list of the one that it is or resembles.
+pub(crate) fn first_alike(
+    views: &[Vec<Corner>],
+    board: &Checkerboard,
+    limit_px: f64,
+) -> (Vec<usize>, Vec<usize>) {
     let means_px: Vec<Option<Point2<f64>>> =
         views.iter().map(|view| view.iter().all(Corner::is_seen).then(|| mean_px(view))).collect();
     let (mut kept, mut place) = (Vec::new(), Vec::with_capacity(views.len()));
@@ -180,7 +188,7 @@ pub(crate) fn first_alike(views: &[Vec<Corner>], limit_px: f64) -> (Vec<usize>, 
             // Means are never farther apart than corners are.
             let means = means_px[index].zip(means_px[*other]);
             means.is_none_or(|(mean, other)| (mean - other).norm() < limit_px)
-                && rms_distance_px(view, &views[*other]) < limit_px
+                && rms_distance_px(view, &views[*other], board) < limit_px
         });
         place.push(alike.unwrap_or(kept.len()));
         if alike.is_none() {
@@ -192,8 +200,8 @@ pub(crate) fn first_alike(views: &[Vec<Corner>], limit_px: f64) -> (Vec<usize>, 
 
 /// Root mean square distance between corresponding corners that are seen in both, or between opposite ones if that is
 /// less: some boards look the same upside down. Infinite unless most of the corners in either are seen in both: another
-/// part of the board carries other information.
-fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
+/// part of the board tells something else.
+fn rms_distance_px(a: &[Corner], b: &[Corner], board: &Checkerboard) -> f64 {
     let most = seen_count(a).max(seen_count(b));
     let mean = |pairs: &mut dyn Iterator<Item = (&Corner, &Corner)>| {
         let in_both = pairs.filter(|(a, b)| a.is_seen() && b.is_seen());
@@ -203,6 +211,7 @@ fn rms_distance_px(a: &[Corner], b: &[Corner]) -> f64 {
         if 10 * count >= 9 * most { sum / count.max(1) as f64 } else { f64::INFINITY }
     };
     let same = mean(&mut a.iter().zip(b));
-    let turned = mean(&mut a.iter().zip(b.iter().rev()));
+    let opposite = |(index, corner)| (corner, &b[board.target().half_turn(index)]);
+    let turned = mean(&mut a.iter().enumerate().map(opposite));
     same.min(turned).sqrt()
 }

@@ -124,10 +124,10 @@ pub fn covering_share(
     view: &View,
     ghost_px: &[Point2<f64>],
     accepted: &[View],
-    columns: usize,
+    board: &Checkerboard,
     image_size: ImageSize,
 ) -> f64 {
-    let mut outlines = outlines(accepted, columns);
+    let mut outlines = outlines(accepted, board);
     let before = reached(&outlines, image_size);
     let mut gain = |more: Option<BoardOutline>| {
         let Some(more) = more else { return 0.0 };
@@ -136,21 +136,21 @@ pub fn covering_share(
         outlines.pop();
         after - before
     };
-    let wanted = gain(outline_in_picture(ghost_px, columns, image_size));
-    if wanted > 0.0 { gain(view.outline(columns)) / wanted } else { 1.0 }
+    let wanted = gain(outline_in_picture(ghost_px, board, image_size));
+    if wanted > 0.0 { gain(view.outline(board)) / wanted } else { 1.0 }
 }
 
-fn outlines(views: &[View], columns: usize) -> Vec<BoardOutline> {
-    views.iter().filter_map(|view| view.outline(columns)).collect()
+fn outlines(views: &[View], board: &Checkerboard) -> Vec<BoardOutline> {
+    views.iter().filter_map(|view| view.outline(board)).collect()
 }
 
 /// Outline of the visible part of a ghost, once a board stands there.
 fn outline_in_picture(
     ghost_px: &[Point2<f64>],
-    columns: usize,
+    board: &Checkerboard,
     image_size: ImageSize,
 ) -> Option<BoardOutline> {
-    BoardOutline::of_seen(ghost_px, columns, |index| image_size.contains(&ghost_px[index]))
+    board.target().outline(ghost_px, &|index| image_size.contains(&ghost_px[index]))
 }
 
 /// Cover of the accepted views, and of pairs added to them.
@@ -162,7 +162,7 @@ struct Covering<'a> {
 
 impl<'a> Covering<'a> {
     fn new(accepted: &[View], board: &'a Checkerboard, lens_estimate: &'a LensEstimate) -> Self {
-        Self { outlines: outlines(accepted, board.columns()), board, lens_estimate }
+        Self { outlines: outlines(accepted, board), board, lens_estimate }
     }
 
     /// The pair of poses that gives the highest `score` of all outlines; `None` if none raises the score.
@@ -179,7 +179,7 @@ impl<'a> Covering<'a> {
             self.outlines.truncate(taken);
             self.outlines.extend([pose, reflected(&pose)].iter().filter_map(|pose| {
                 let corners_px = seen_px(pose, self.board, self.lens_estimate);
-                outline_in_picture(&corners_px, self.board.columns(), image_size)
+                outline_in_picture(&corners_px, self.board, image_size)
             }));
             let now = score(&self.outlines, image_size);
             if now > most {

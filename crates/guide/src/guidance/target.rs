@@ -228,11 +228,13 @@ fn partner_target(
         let px = pp_px.coords * 2.0 - corner.px.coords;
         Point2::from(middle_px + (px - middle_px) * scale)
     };
+    let turned = (0..board.corner_count())
+        .filter_map(|index| view.corners.get(board.target().half_turn(index)));
     Target {
         purpose,
         tilt_azimuth_rad: wanted.tilt_azimuth_rad,
         tilt_rad: view.tilt_rad.unwrap_or(0.0),
-        ghost_px: view.corners.iter().rev().map(reflected).collect(),
+        ghost_px: turned.map(reflected).collect(),
         leaves_picture: false,
     }
 }

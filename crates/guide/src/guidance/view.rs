@@ -102,10 +102,10 @@ impl View {
         self.line.tilt_azimuth_rad
     }
 
-    /// Outline of the seen part of a board with `columns` corners in a row.
-    pub fn outline(&self, columns: usize) -> Option<BoardOutline> {
+    /// Outline of the part of `board` that is seen.
+    pub fn outline(&self, board: &Checkerboard) -> Option<BoardOutline> {
         let px: Vec<_> = self.corners.iter().map(|corner| corner.px).collect();
-        BoardOutline::of_seen(&px, columns, |index| self.corners[index].is_seen())
+        board.target().outline(&px, &|index| self.corners[index].is_seen())
     }
 
     /// Larger of the shares of the picture's width and height that the whole board spans, its unseen part as expected:

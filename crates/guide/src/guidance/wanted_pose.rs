@@ -47,9 +47,7 @@ pub(super) fn place_board(
     let rotation = rotation(wanted, params.board_roll);
     let centre_px = lens_estimate.camera.pp_px + wanted.offset_px;
     let corners = board.corners_in_board_m();
-    let mut depth_m = f64::from(board.columns().max(board.rows()) as u32)
-        * board.square_m()
-        * lens_estimate.camera.f_px.x
+    let mut depth_m = board.target().length_m() * lens_estimate.camera.f_px.x
         / (params.target_span_fraction * f64::from(lens_estimate.image_size.width_px));
     let mut best = None;
     // Bisection finds the distance between "too large" and "fits", a fixed-point iteration the place.

@@ -344,9 +344,8 @@ impl Session {
     fn covers(&self, view: &View) -> Option<f64> {
         let derived = &self.derived;
         let target = derived.target.as_ref().filter(|_| derived.covers_more())?;
-        let columns = self.setup.board.columns();
         let (ghost, size) = (&target.ghost_px, self.setup.image_size);
-        Some(covering_share(view, ghost, &derived.measured, columns, size))
+        Some(covering_share(view, ghost, &derived.measured, &self.setup.board, size))
     }
 
     /// What a view tells, as a share of what the pose asked for would.

@@ -5,7 +5,7 @@ use crate::guidance::{
     GuidanceParams, LensEstimate, Scatter, Target, View, params::FAR_SPAN_FRACTION,
 };
 use boresight_detect::Track;
-use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize, target::PartTells};
 
 /// Degrees of freedom from which the measured noise is known to 3 %.
 const NOISE_FREEDOM: f64 = 600.0;
@@ -65,7 +65,9 @@ impl Seen {
     ) -> GuidanceParams {
         let cap = self.span_cap.unwrap_or(1.0);
         let beyond_edge = accepted.iter().filter(|taken| taken.was_beyond_edge).count();
-        let tells_parts = board.markers().is_some() || self.tells_parts || self.followed >= 0;
+        let tells_parts = board.target().part_tells() == PartTells::EachPoint
+            || self.tells_parts
+            || self.followed >= 0;
         let may_leave = tells_parts && !self.stays_inside;
         GuidanceParams {
             target_span_fraction: guidance.target_span_fraction.min(cap),

@@ -12,6 +12,7 @@ use boresight_calibrate::Calibration;
 use boresight_detect::Miss;
 use boresight_geometry::{
     BoardOutline, Camera, FocalLength, PrincipalLine,
+    board::Checkerboard,
     frame::{CaptureTime, FrameId},
 };
 
@@ -188,7 +189,7 @@ impl LiveView {
 pub(super) fn summaries(
     accepted: &[AcceptedView],
     measured: &[View],
-    columns: usize,
+    board: &Checkerboard,
     lens_estimate: &LensEstimate,
     calibration: Option<&Calibration>,
 ) -> (Arc<[ViewSummary]>, Arc<[PairSummary]>) {
@@ -217,7 +218,7 @@ pub(super) fn summaries(
             focal: result.and_then(|result| result.focal),
             rms_px: result.map(|result| result.residual_rms_px),
             corners_px: view.corners.iter().map(|corner| corner.px).collect(),
-            outline: view.outline(columns),
+            outline: view.outline(board),
             partner: partners[index].map(|partner| numbers[partner]),
         }
     });

@@ -176,8 +176,7 @@ impl Derived {
             }
             Progress::Complete | Progress::Exhausted => None,
         };
-        let (views, pairs) =
-            summaries(accepted, &measured, board.columns(), &lens_estimate, solved);
+        let (views, pairs) = summaries(accepted, &measured, board, &lens_estimate, solved);
         Self {
             lens_estimate,
             measured,

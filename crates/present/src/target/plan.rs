@@ -5,7 +5,8 @@ use super::{
 
 use boresight_geometry::{
     board_code::{Edge, FAR},
-    markers::{InvalidMarkers, Markers},
+    markers::{InvalidMarkers, MarkerChoice, Markers},
+    target::{Board, BoardChoice},
 };
 
 /// Size of the squares.
@@ -127,14 +128,27 @@ impl Plan {
 
     /// Name of a file with the board, without its extension: the numbers by which a program finds it.
     pub fn file_stem(&self) -> String {
-        let Self { columns, rows, .. } = self;
-        let square_mm = (1000.0 * self.square_mm).round() / 1000.0;
-        match self.markers {
-            None => format!("checkerboard-{columns}x{rows}-{square_mm}mm"),
-            Some(Markers { dictionary, .. }) => {
-                format!("charuco-{}x{}-{square_mm}mm-{dictionary}", columns + 1, rows + 1)
-            }
-        }
+        let (choice, square_mm) = (self.choice(), (1000.0 * self.square_mm).round() / 1000.0);
+        let [across, down] = choice.counted();
+        let dictionary = self.markers.map(|markers| format!("-{}", markers.dictionary));
+        let dictionary = dictionary.unwrap_or_default();
+        format!("{}-{across}x{down}-{square_mm}mm{dictionary}", choice.kind().name)
+    }
+
+    /// The board as it's named on a command line, with the side of its markers to a micrometre.
+    pub fn choice(&self) -> BoardChoice {
+        let Self { columns, rows, markers, .. } = *self;
+        let markers = markers.map(|Markers { dictionary, side_squares }| {
+            let side_um = (self.square_mm * side_squares * 1e3).round();
+            MarkerChoice { dictionary, side_m: Some(side_um * 1e-6) }
+        });
+        BoardChoice { columns, rows, markers }
+    }
+
+    /// The board in metres; `None` if there is no such board.
+    pub fn board(&self) -> Option<Board> {
+        let plain = Board::new(self.columns, self.rows, self.square_mm * 1e-3).ok()?;
+        self.markers.map_or(Some(plain), |markers| plain.with_markers(markers).ok())
     }
 
     /// Width of the whole board.

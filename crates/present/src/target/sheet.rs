@@ -8,7 +8,7 @@ use super::{
 
 use boresight_geometry::{
     board_code::{BoardCode, bars},
-    markers::{Layout, Markers},
+    target::{DarkShapes, Shape},
 };
 
 const STROKE_MM: f64 = 0.2;
@@ -22,7 +22,7 @@ pub struct Sheet {
     pub width_mm: f64,
     /// Height of the page.
     pub height_mm: f64,
-    /// The dark squares, row by row.
+    /// The dark squares, row by row; none if there is no such board.
     pub squares: Vec<Rectangle>,
     /// The black cells of markers, in rows and in columns: each is covered twice, so that no seam shows between them.
     pub markers: Vec<Rectangle>,
@@ -69,6 +69,9 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
     let page = &plan.page;
     let edge_mm = edge_mm(page);
     let top_mm = page.height_mm - page.margin_mm - footer_height_mm(page);
+    let board = plan.board();
+    let DarkShapes { large, fine } =
+        board.map_or_else(DarkShapes::default, |board| board.target().dark_shapes());
     let mut words = ruler_words(plan, edge_mm, top_mm);
     let (x_mm, first_mm) = if beside(page) {
         (edge_mm + plan.ruler_mm + ruler_gap_mm(page), top_mm)
@@ -93,8 +96,8 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
         title: lines[0].clone(),
         width_mm: page.width_mm,
         height_mm: page.height_mm,
-        squares: squares(plan),
-        markers: plan.markers.map_or_else(Vec::new, |markers| marker_cells(plan, markers)),
+        squares: rectangles(plan, large),
+        markers: rectangles(plan, fine),
         code: Vec::new(),
         ruler: ruler(plan, edge_mm, top_mm),
         words,
@@ -120,66 +123,17 @@ impl Sheet {
     }
 }
 
-/// Black cells of `markers` in the light squares, without markers that the dictionary lacks.
-fn marker_cells(plan: &Plan, markers: Markers) -> Vec<Rectangle> {
-    let size = [usize::from(plan.columns) + 1, usize::from(plan.rows) + 1];
-    let side = markers.dictionary.side_cells() + 2;
-    let cell_mm = plan.square_mm * markers.side_squares / side as f64;
-    let gap = markers.gap_squares();
-    let squares = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
-    let mut cells = Vec::new();
-    for square in squares {
-        let Some(number) = Layout::Present.marker_at(square, size) else { continue };
-        let [left_mm, top_mm] = square.map(|place| (place as f64 + gap) * plan.square_mm);
-        let (left_mm, top_mm) = (plan.left_mm + left_mm, plan.top_mm + top_mm);
-        let is_black = |column: usize, row: usize| {
-            markers.dictionary.is_black(number, [column, row]) == Some(true)
-        };
-        let mut push = |[column, row]: [usize; 2], [across, down]: [usize; 2]| {
-            cells.push(Rectangle {
-                left_mm: left_mm + cell_mm * column as f64,
-                top_mm: top_mm + cell_mm * row as f64,
-                width_mm: cell_mm * across as f64,
-                height_mm: cell_mm * down as f64,
-            });
-        };
-        for line in 0..side {
-            for (from, count) in runs(side, |place| is_black(place, line)) {
-                push([from, line], [count, 1]);
-            }
-            for (from, count) in runs(side, |place| is_black(line, place)) {
-                push([line, from], [1, count]);
-            }
-        }
-    }
-    cells
-}
-
-/// The runs of places below `count` that are `black`: where each begins, and how long it is.
-fn runs(count: usize, black: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
-    let mut runs: Vec<(usize, usize)> = Vec::new();
-    for place in (0..count).filter(|place| black(*place)) {
-        match runs.last_mut() {
-            Some((from, length)) if *from + *length == place => *length += 1,
-            _ => runs.push((place, 1)),
-        }
-    }
-    runs
-}
-
-/// The dark squares: that in the top-left corner is one.
-fn squares(plan: &Plan) -> Vec<Rectangle> {
-    let places =
-        (0..=plan.rows).flat_map(|row| (0..=plan.columns).map(move |column| (column, row)));
-    places
-        .filter(|(column, row)| (column + row) % 2 == 0)
-        .map(|(column, row)| Rectangle {
-            left_mm: plan.left_mm + f64::from(column) * plan.square_mm,
-            top_mm: plan.top_mm + f64::from(row) * plan.square_mm,
-            width_mm: plan.square_mm,
-            height_mm: plan.square_mm,
-        })
-        .collect()
+/// Shapes of `plan`'s board on its page.
+fn rectangles(plan: &Plan, shapes: Vec<Shape>) -> Vec<Rectangle> {
+    let middle_mm =
+        [plan.left_mm + 0.5 * plan.board_width_mm(), plan.top_mm + 0.5 * plan.board_height_mm()];
+    let on_page = |Shape::Rectangle { low_m, high_m }| Rectangle {
+        left_mm: middle_mm[0] + 1e3 * low_m[0],
+        top_mm: middle_mm[1] + 1e3 * low_m[1],
+        width_mm: 1e3 * (high_m[0] - low_m[0]),
+        height_mm: 1e3 * (high_m[1] - low_m[1]),
+    };
+    shapes.into_iter().map(on_page).collect()
 }
 
 fn ruler(plan: &Plan, left_mm: f64, top_mm: f64) -> Vec<Rectangle> {

@@ -123,18 +123,8 @@ pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
 }
 
 fn arguments(plan: &Plan) -> String {
-    let length = |mm: f64| millimetres(mm).replace(' ', "");
-    let square = length(plan.square_mm);
-    match &plan.markers {
-        None => format!("--board {}x{} --square {square}", plan.columns, plan.rows),
-        Some(markers) => format!(
-            "--board charuco:{}x{}:{}:{} --square {square}",
-            plan.columns + 1,
-            plan.rows + 1,
-            markers.dictionary,
-            length(plan.square_mm * markers.side_squares)
-        ),
-    }
+    let square = millimetres(plan.square_mm).replace(' ', "");
+    format!("--board {} --square {square}", plan.choice())
 }
 
 /// A length to a micrometre, with its unit.

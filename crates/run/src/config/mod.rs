@@ -19,6 +19,7 @@ use boresight_geometry::{
     board::{Checkerboard, InvalidBoard},
     frame::ImageSize,
     markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers},
+    target::BoardChoice,
 };
 use boresight_guide::{
     guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
@@ -82,7 +83,9 @@ impl BoardConfig {
     #[must_use]
     pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
         let dictionary = markers.map(|markers| markers.dictionary);
-        let marker_mm = markers.and_then(|markers| markers.side_m).map(|side_m| side_m * 1e3);
+        // To a nanometre: what was typed comes back.
+        let millimetres = |side_m: f64| (side_m * 1e9).round() / 1e6;
+        let marker_mm = markers.and_then(|markers| markers.side_m).map(millimetres);
         Self { columns, rows, dictionary, marker_mm, ..self }
     }
 
@@ -94,14 +97,8 @@ impl BoardConfig {
 
     /// The board as `--board` reads it: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`.
     pub fn argument(&self) -> String {
-        let Self { columns, rows, dictionary, marker_mm, .. } = *self;
-        match dictionary {
-            None => format!("{columns}x{rows}"),
-            Some(dictionary) => {
-                let marker = marker_mm.map_or_else(String::new, |mm| format!(":{mm}mm"));
-                format!("charuco:{}x{}:{dictionary}{marker}", columns + 1, rows + 1)
-            }
-        }
+        let Self { columns, rows, .. } = *self;
+        BoardChoice { columns, rows, markers: self.markers() }.to_string()
     }
 }
 

@@ -77,7 +77,7 @@ impl Accept {
                 wishes.iter().any(|wish| overlap(wish, corners, situation) > wanted)
             }
             Self::WithinASquare => {
-                let within_px = widest_square_px(corners, board.columns());
+                let within_px = widest_square_px(corners, board);
                 wishes.iter().any(|wish| {
                     let ghost = corners.iter().zip(&wish.ghost_px);
                     let off_px: f64 = ghost.map(|(corner, px)| (corner.px - px).norm()).sum();
@@ -109,10 +109,8 @@ impl Bars {
     pub(super) fn of(situation: &Situation<'_>, corners: &[Corner]) -> Self {
         let size = situation.lens_estimate.image_size;
         let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
-        let columns = situation.board.columns();
-        let last = corners.len() - 1;
         let [first, right, far, left] =
-            [0, columns - 1, last, last + 1 - columns].map(|index| corners[index].px);
+            situation.board.target().rim().map(|index| corners[index].px);
         let area = 0.5 * (far - first).perp(&(left - right)).abs();
         let border = area.sqrt();
         let mean = boresight_geometry::mean_px(corners);
@@ -133,11 +131,13 @@ impl Bars {
 }
 
 /// Side of the widest square, between neighbours in a row or a column.
-fn widest_square_px(corners: &[Corner], columns: usize) -> f64 {
-    let at = |index: usize| corners[index].px;
-    let in_row = (1..corners.len()).filter(|i| !i.is_multiple_of(columns)).map(|i| (i, i - 1));
-    let in_column = (columns..corners.len()).map(|i| (i, i - columns));
-    in_row.chain(in_column).map(|(a, b)| (at(a) - at(b)).norm()).fold(0.0, f64::max)
+fn widest_square_px(corners: &[Corner], board: &Checkerboard) -> f64 {
+    let side_px = |one: usize, other: usize| (corners[one].px - corners[other].px).norm();
+    let mut widest_px = 0.0_f64;
+    board.target().each_three_in_line(&mut |[a, b, c]| {
+        widest_px = widest_px.max(side_px(a, b)).max(side_px(b, c));
+    });
+    widest_px
 }
 
 /// Intersection over union of the asked board and the seen one, both with their outer squares.
@@ -158,8 +158,7 @@ fn board_outline_px(corners: &[Corner], situation: &Situation<'_>) -> Option<Vec
     let Situation { board, lens_estimate, .. } = *situation;
     let camera = &lens_estimate.camera;
     let pose = fit_pose(camera, &board.corners_in_board_m(), corners).ok()?.cam_from_board;
-    let half = |count: usize| 0.5 * (count as f64 + 1.0) * board.square_m();
-    let (x, y) = (half(board.columns()), half(board.rows()));
+    let [x, y] = board.target().size_m().map(|side_m| 0.5 * side_m);
     [(-x, -y), (x, -y), (x, y), (-x, y)]
         .into_iter()
         .map(|(x, y)| camera.px_from_board(&pose, &Point2::new(x, y)))

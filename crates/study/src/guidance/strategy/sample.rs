@@ -53,8 +53,7 @@ pub(in crate::guidance) fn place(
             least >= margin_px && fill <= wanted.fill
         })
     };
-    let span_m = board.columns().max(board.rows()) as f64 * board.square_m();
-    let frontal_m = span_m * camera.f_px.x / (wanted.fill * width);
+    let frontal_m = board.target().length_m() * camera.f_px.x / (wanted.fill * width);
     let (mut near_m, mut far_m) = (0.5 * frontal_m, 3.0 * frontal_m);
     if !fits(&at(far_m)) {
         return None;

@@ -1,0 +1,149 @@
+//! The board that travels: one value for every kind.
+
+use nalgebra::Point2;
+
+use super::{Charuco, InvalidBoard, Squares, Target};
+use crate::markers::{InvalidMarkers, Markers};
+
+/// A board of any kind, in the frame that [`target`](super) describes. Also known as
+/// [`Checkerboard`](crate::board::Checkerboard).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Board {
+    /// A plain checkerboard.
+    Checkerboard(Squares),
+    /// A checkerboard with markers in its light squares.
+    Charuco(Charuco),
+}
+
+impl Board {
+    /// A plain board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidBoard`] if a count is outside 3..=99 or the length is not in (0, 10) m.
+    pub fn new(columns: u16, rows: u16, square_m: f64) -> Result<Self, InvalidBoard> {
+        if !(3..=99).contains(&columns) || !(3..=99).contains(&rows) {
+            return Err(InvalidBoard::Count { columns, rows });
+        }
+        if !(square_m > 0.0 && square_m < 10.0) {
+            return Err(InvalidBoard::Square { square_m });
+        }
+        Ok(Self::Checkerboard(Squares { columns, rows, square_m }))
+    }
+
+    /// The board's squares with `markers` in the light ones.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
+    pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
+        let (Self::Checkerboard(squares) | Self::Charuco(Charuco { squares, .. })) = self;
+        markers.check([squares.columns, squares.rows])?;
+        Ok(self.drawn_with(markers))
+    }
+
+    /// The board with markers that needn't fit it, only to draw what somebody is about to choose: those that its dictionary
+    /// lacks are left out.
+    #[must_use]
+    pub fn drawn_with(self, markers: Markers) -> Self {
+        let (Self::Checkerboard(squares) | Self::Charuco(Charuco { squares, .. })) = self;
+        Self::Charuco(Charuco { squares, markers })
+    }
+
+    /// What it looks like, whatever its kind.
+    pub fn target(&self) -> &dyn Target {
+        match self {
+            Self::Checkerboard(squares) => squares,
+            Self::Charuco(charuco) => charuco,
+        }
+    }
+
+    /// The markers in the light squares; `None` on a plain board.
+    pub fn markers(&self) -> Option<Markers> {
+        match self {
+            Self::Checkerboard(_) => None,
+            Self::Charuco(charuco) => Some(charuco.markers),
+        }
+    }
+
+    /// Squares in a row and in a column.
+    pub fn squares(&self) -> [usize; 2] {
+        self.target().grid().map(|corners| corners + 1)
+    }
+
+    /// Points in a row.
+    pub fn columns(&self) -> usize {
+        self.target().grid()[0]
+    }
+
+    /// Points in a column.
+    pub fn rows(&self) -> usize {
+        self.target().grid()[1]
+    }
+
+    /// Side of a square, in metres.
+    pub fn square_m(&self) -> f64 {
+        self.target().pitch_m()
+    }
+
+    /// Number of points.
+    pub fn corner_count(&self) -> usize {
+        self.target().point_count()
+    }
+
+    /// Whether a half turn maps the pattern to itself.
+    pub fn looks_the_same_upside_down(&self) -> bool {
+        self.target().looks_the_same_upside_down()
+    }
+
+    /// Positions of all points in the board frame, in metres and in numbering order.
+    pub fn corners_in_board_m(&self) -> Vec<Point2<f64>> {
+        self.target().points_m()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_are_centred_and_row_major() {
+        let board = Board::new(9, 6, 0.025).expect("valid");
+        let corners = board.corners_in_board_m();
+        assert_eq!(corners.len(), board.corner_count());
+        assert_eq!(corners[0], Point2::new(-4.0 * 0.025, -2.5 * 0.025));
+        assert!((corners[1] - corners[0]).norm() - 0.025 < 1e-15);
+        assert!((corners[9] - corners[0]).y - 0.025 < 1e-15);
+        let sum = corners.iter().fold(nalgebra::Vector2::zeros(), |sum, c| sum + c.coords);
+        assert!(sum.norm() < 1e-12);
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        assert!(matches!(Board::new(2, 6, 0.025), Err(InvalidBoard::Count { .. })));
+        for square_m in [0.0, -1.0, f64::NAN, f64::INFINITY, 10.0] {
+            assert!(matches!(Board::new(9, 6, square_m), Err(InvalidBoard::Square { .. })));
+        }
+    }
+
+    #[test]
+    fn markers_must_fit_and_suffice() {
+        let board = Board::new(7, 10, 0.02).expect("valid");
+        let with = |name: &str, side_squares| {
+            let dictionary = name.parse().expect("a dictionary");
+            board.with_markers(Markers { dictionary, side_squares })
+        };
+        assert!(with("DICT_4X4_50", 0.75).is_ok_and(|board| board.squares() == [8, 11]));
+        assert!(matches!(with("DICT_4X4_50", 1.0), Err(InvalidMarkers::Side { .. })));
+        let few = with("DICT_APRILTAG_16h5", 0.75);
+        assert!(matches!(few, Err(InvalidMarkers::Count { needed: 44, count: 30, .. })));
+    }
+
+    #[test]
+    fn mixed_parity_tells_up_from_down() {
+        let same = |columns, rows| {
+            Board::new(columns, rows, 0.02).expect("valid").looks_the_same_upside_down()
+        };
+        assert!(!same(9, 6) && !same(6, 7) && same(8, 6) && same(9, 7));
+    }
+}

@@ -1,0 +1,287 @@
+//! Calibration targets: what each room may know of a board without knowing its kind.
+//!
+//! [`Board`] is the value that travels; [`Board::target`] gives what it looks like as a [`Target`]. A kind of board is a
+//! file here that implements [`Target`], and a line in [`BOARD_KINDS`].
+//!
+//! The board frame has its origin at the centre of the points, `x` along a row (towards higher columns), `y` along a
+//! column (towards higher rows) and `z = 0` on the paper, in metres. Points are numbered row by row, all rows equally
+//! long: `index = row * columns + column`.
+
+mod board;
+mod charuco;
+mod checkerboard;
+mod choice;
+mod kinds;
+
+pub use board::Board;
+pub use charuco::Charuco;
+pub use checkerboard::Squares;
+pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice, length_m};
+pub use kinds::BOARD_KINDS;
+
+use nalgebra::Point2;
+
+use crate::coverage::BoardOutline;
+
+/// A flat board with points that are found in pictures.
+pub trait Target {
+    /// Points in a row, and rows; at least 3 each.
+    fn grid(&self) -> [usize; 2];
+
+    /// Distance between neighbouring points of a row, in metres.
+    fn pitch_m(&self) -> f64;
+
+    /// Positions of all points in the board frame, in metres and in numbering order.
+    fn points_m(&self) -> Vec<Point2<f64>>;
+
+    /// Width and height of the printed pattern, in metres, with what's printed outside of the outermost points. Its centre
+    /// is the origin.
+    fn size_m(&self) -> [f64; 2];
+
+    /// Whether a half turn maps the pattern to itself, so that the numbers of the points are known only up to
+    /// [`half_turn`](Self::half_turn). Harmless when calibrating a single camera.
+    fn looks_the_same_upside_down(&self) -> bool;
+
+    /// What a part of the board tells of the numbers of its points.
+    fn part_tells(&self) -> PartTells;
+
+    /// What is printed, on white.
+    fn dark_shapes(&self) -> DarkShapes;
+
+    /// Number of points.
+    fn point_count(&self) -> usize {
+        let [columns, rows] = self.grid();
+        columns * rows
+    }
+
+    /// The longer side, in metres, with a pitch for each point.
+    fn length_m(&self) -> f64 {
+        let [columns, rows] = self.grid();
+        columns.max(rows) as f64 * self.pitch_m()
+    }
+
+    /// Column and row of a point.
+    fn place(&self, index: usize) -> [usize; 2] {
+        let [columns, _] = self.grid();
+        [index % columns, index / columns]
+    }
+
+    /// The point where `index` lies after a half turn of the board about its centre. Two half turns lead back.
+    ///
+    /// # Panics
+    ///
+    /// If there's no such point.
+    fn half_turn(&self, index: usize) -> usize {
+        self.point_count() - 1 - index
+    }
+
+    /// The points next to `index` in its row, its column and the diagonals: eight, or fewer at the rim.
+    fn neighbours(&self, index: usize) -> Vec<usize> {
+        let [columns, rows] = self.grid();
+        let [column, row] = self.place(index);
+        let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        around(row, rows)
+            .flat_map(|row| around(column, columns).map(move |column| row * columns + column))
+            .filter(|other| *other != index)
+            .collect()
+    }
+
+    /// Shows three points at a time that follow each other in a row or in a column, evenly spaced. Each two neighbours of a
+    /// row or column are among at least one three.
+    fn each_three_in_line(&self, see: &mut dyn FnMut([usize; 3])) {
+        let [columns, rows] = self.grid();
+        for index in 0..self.point_count() {
+            let [column, row] = self.place(index);
+            if column + 2 < columns {
+                see([index, index + 1, index + 2]);
+            }
+            if row + 2 < rows {
+                see([index, index + columns, index + 2 * columns]);
+            }
+        }
+    }
+
+    /// The four outermost points, in order around the board from the first one.
+    fn rim(&self) -> [usize; 4] {
+        let [columns, rows] = self.grid();
+        let last = columns * rows - 1;
+        [0, columns - 1, last, last + 1 - columns]
+    }
+
+    /// The outline of what is seen of a board whose points lie at `points_px`, in numbering order; `is_seen` says which are
+    /// seen, by index.
+    ///
+    /// `None` with another number of points, if fewer than two are seen, or if the outermost seen ones aren't finite.
+    fn outline(
+        &self,
+        points_px: &[Point2<f64>],
+        is_seen: &dyn Fn(usize) -> bool,
+    ) -> Option<BoardOutline> {
+        let of_this = points_px.len() == self.point_count();
+        of_this.then(|| BoardOutline::of_seen(points_px, self.grid()[0], is_seen)).flatten()
+    }
+}
+
+/// What a part of a board tells of the numbers of its points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartTells {
+    /// Each point is named by what is printed beside it.
+    EachPoint,
+    /// Only where the rest of the board is: a part counts if it's followed from a whole board, or if a code in the margin
+    /// is seen beside it.
+    WhenFollowed,
+}
+
+/// What is printed of a board, on white. Shapes may overlap.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DarkShapes {
+    /// What is seen from afar and makes the board look like itself, row by row.
+    pub large: Vec<Shape>,
+    /// What is seen from near, such as cells of markers.
+    pub fine: Vec<Shape>,
+}
+
+/// A dark shape in the board frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Sides along `x` and `y`.
+    Rectangle {
+        /// The corner with the lowest `x` and `y`, in metres.
+        low_m: [f64; 2],
+        /// The opposite corner, in metres.
+        high_m: [f64; 2],
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::markers::{Dictionary, Markers};
+
+    /// A board of every kind with this many points.
+    fn boards(columns: u16, rows: u16, square_m: f64) -> Vec<Board> {
+        let plain = Board::new(columns, rows, square_m).expect("a board");
+        let dictionary: Dictionary = "DICT_5X5_1000".parse().expect("known");
+        let charuco = plain.with_markers(Markers::sized(dictionary, None)).expect("markers fit");
+        vec![plain, charuco]
+    }
+
+    #[test]
+    fn every_kind_is_among_the_boards_of_the_tests() {
+        assert_eq!(boards(9, 6, 0.025).len(), BOARD_KINDS.len());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn a_target_is_what_its_parts_say(
+            columns in 3_u16..20,
+            rows in 3_u16..20,
+            square_m in 0.001_f64..1.0,
+        ) {
+            for board in boards(columns, rows, square_m) {
+                let target = board.target();
+                let points_m = target.points_m();
+                prop_assert_eq!(points_m.len(), target.point_count());
+                let sum = points_m.iter().map(|point| point.coords).sum::<Vector2<f64>>();
+                prop_assert!(sum.norm() < 1e-9);
+
+                let [width_m, height_m] = target.size_m();
+                for (index, point) in points_m.iter().enumerate() {
+                    prop_assert!(2.0 * point.x.abs() < width_m && 2.0 * point.y.abs() < height_m);
+                    let turned = target.half_turn(index);
+                    prop_assert_eq!(target.half_turn(turned), index);
+                    prop_assert!((points_m[turned] + point.coords).coords.norm() < 1e-12);
+                    for other in target.neighbours(index) {
+                        prop_assert!(other != index && target.neighbours(other).contains(&index));
+                        let apart_m = (points_m[other] - point).norm();
+                        prop_assert!(apart_m < 1.5 * target.pitch_m());
+                    }
+                }
+                let mut in_lines = vec![false; points_m.len()];
+                let mut most_off_m = 0.0_f64;
+                target.each_three_in_line(&mut |line| {
+                    let [a, b, c] = line.map(|index| points_m[index].coords);
+                    most_off_m = most_off_m.max((a + c - 2.0 * b).norm());
+                    for index in line {
+                        in_lines[index] = true;
+                    }
+                });
+                prop_assert!(most_off_m < 1e-12);
+                prop_assert!(in_lines.into_iter().all(|is_in| is_in));
+                prop_assert!(target.length_m() < width_m.max(height_m));
+            }
+        }
+
+        #[test]
+        fn the_outline_of_a_whole_board_is_its_rim_and_holds_every_point(
+            columns in 3_u16..20,
+            rows in 3_u16..20,
+        ) {
+            for board in boards(columns, rows, 0.025) {
+                let target = board.target();
+                let px = target.points_m();
+                let outline = target.outline(&px, &|_| true).expect("seen");
+                prop_assert_eq!(*outline.corners_px(), target.rim().map(|index| px[index]));
+                prop_assert!(px.iter().all(|point| outline.reaches(point, 1e-9)));
+                prop_assert_eq!(target.outline(&px[1..], &|_| true), None);
+                prop_assert_eq!(target.outline(&px, &|index| index == 1), None);
+            }
+        }
+
+        /// The seen points nearest to the rim's are extreme in four directions of the grid.
+        #[test]
+        fn the_outline_of_a_part_is_convex(
+            columns in 3_u16..9,
+            rows in 3_u16..9,
+            seen in proptest::collection::vec(any::<bool>(), 64),
+        ) {
+            for board in boards(columns, rows, 0.025) {
+                let points_m = board.target().points_m();
+                let tipped =
+                    |m: &Point2<f64>| Point2::new(m.x, m.y) * (500.0 / (1.0 + 2.0 * m.x + m.y));
+                let px: Vec<Point2<f64>> = points_m.iter().map(tipped).collect();
+                let Some(outline) = board.target().outline(&px, &|index| seen[index]) else {
+                    continue;
+                };
+                let at = outline.corners_px();
+                for i in 0..4 {
+                    let (here, next) = (at[(i + 1) % 4] - at[i], at[(i + 2) % 4] - at[(i + 1) % 4]);
+                    prop_assert!(here.perp(&next) >= -1e-9);
+                }
+            }
+        }
+
+        #[test]
+        fn what_is_printed_lies_in_the_pattern_and_turns_with_it(
+            columns in 3_u16..9,
+            rows in 3_u16..9,
+        ) {
+            for board in boards(columns, rows, 0.025) {
+                let target = board.target();
+                let half_m = target.size_m().map(|side_m| 0.5 * side_m + 1e-12);
+                let DarkShapes { large, fine } = target.dark_shapes();
+                let all: Vec<Shape> = large.into_iter().chain(fine).collect();
+                for Shape::Rectangle { low_m, high_m } in &all {
+                    prop_assert!((0..2).all(|axis| -half_m[axis] <= low_m[axis]
+                        && low_m[axis] < high_m[axis]
+                        && high_m[axis] <= half_m[axis]));
+                }
+                let is_dark = |at: Vector2<f64>| all.iter().any(|Shape::Rectangle { low_m, high_m }| {
+                    (0..2).all(|axis| (low_m[axis]..high_m[axis]).contains(&at[axis]))
+                });
+                let steps = || (0..200).map(|step| (f64::from(step) + 0.5) / 100.0 - 1.0);
+                // Two numbers without a common period reach all over the pattern.
+                let same = steps().zip(steps().map(|s| (s * 61.8034).fract())).all(|(x, y)| {
+                    let at = Vector2::new(x * half_m[0], y * half_m[1]);
+                    is_dark(at) == is_dark(-at)
+                });
+                prop_assert_eq!(same, target.looks_the_same_upside_down());
+            }
+        }
+    }
+}
