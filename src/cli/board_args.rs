@@ -46,6 +46,13 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
     }
 }
 
+/// The settings of `file` and `settings` over the defaults. Those that aren't used any more are named on stderr.
+pub(super) fn loaded(file: Option<&Path>, settings: &[String]) -> anyhow::Result<Config> {
+    let (config, notes) = Config::load_with_notes(file, settings)?;
+    notes.iter().for_each(|note| say(note));
+    Ok(config)
+}
+
 /// Commands that read no code in a board's margin, with what they take for squares without --square.
 const WITHOUT_CODE: [(&str, &str); 4] = [
     ("serve", "25mm"),
@@ -98,7 +105,7 @@ pub(super) struct Length {
 impl BoardArguments {
     /// The configuration that they amount to. Settings that aren't used any more are named on stderr.
     pub(super) fn config(&self) -> anyhow::Result<Config> {
-        let mut config = Config::load(self.config.as_deref(), &self.settings)?;
+        let mut config = loaded(self.config.as_deref(), &self.settings)?;
         if let Some(BoardChoice { columns, rows, markers }) = self.board {
             config.board = config.board.chosen([columns, rows], markers);
         }
