@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 
-use boresight_geometry::{Camera, Corner, LensKind, board::Checkerboard, fit_pose, target::Shape};
+use boresight_geometry::{Camera, Corner, board::Checkerboard, fit_pose, target::Shape};
 
 /// White around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
@@ -134,7 +134,7 @@ impl Card {
     /// The card, then its dark squares: pixels around each, with their nearness. Four points each; more through a
     /// fisheye lens, which bends the sides. Squares behind the camera are left out.
     pub fn squares(&self) -> impl Iterator<Item = (Shade, Vec<(Point2<f64>, f32)>)> {
-        let is_bent = self.lens.distortion.kind == LensKind::Fisheye;
+        let is_bent = !self.lens.distortion.kind.keeps_lines();
         let dark = self.board.target().dark_shapes().large.into_iter();
         let dark = dark.map(|Shape::Rectangle { low_m, high_m }| (Shade::Dark, low_m, high_m));
         let card = (Shade::White, self.half_m.map(|half_m| -half_m), self.half_m);

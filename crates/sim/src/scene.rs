@@ -6,7 +6,7 @@ use nalgebra::{Point2, Vector2};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::{rng_stream::RngStream, technician::TechnicianParams};
+use super::{rng_stream::RngStream, technician::params::TechnicianParams};
 use boresight_geometry::{Camera, Distortion, board::Checkerboard, frame::ImageSize};
 
 /// A simulated room, person and camera. The same scene gives the same pictures.

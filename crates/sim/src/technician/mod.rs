@@ -15,7 +15,7 @@
 mod attention;
 mod cue;
 mod ghost;
-mod params;
+pub(crate) mod params;
 mod people;
 mod reach;
 mod sway;
