@@ -55,7 +55,7 @@ listed! {
 }
 
 listed! {
-    /// Lens models of one kind. [`Self::traits`] holds what tells one family from another.
+    /// Lens models of one kind. `traits` holds what tells one family from another.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum LensFamily {
         /// A polynomial of the distance from the optical axis, with tangential terms (Brown 1971).

@@ -30,7 +30,7 @@ impl fmt::Display for BoardChoice {
 impl FromStr for BoardChoice {
     type Err = InvalidChoice;
 
-    /// Reads what [`Display`](fmt::Display) writes, in either case, the marker's side in any unit of [`length_m`].
+    /// Reads what [`Display`](fmt::Display) writes, in either case, the marker's side in any unit of [`length_m`](super::length_m).
     /// Its share of a square isn't checked.
     fn from_str(text: &str) -> Result<Self, InvalidChoice> {
         let (kind, rest) = match text.split_once(':') {

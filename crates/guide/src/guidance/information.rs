@@ -8,7 +8,7 @@ use boresight_geometry::{
     cell_centres_px, frame::ImageSize,
 };
 
-/// Number of [`USUAL`] parameters.
+/// Number of usual parameters.
 pub const PARAMETERS: usize = BROWN_PARAMETERS - 1;
 
 /// Lens parameters of a camera with square pixels, the focal length as [`LensParameter::Fx`], each with the standard
