@@ -14,7 +14,7 @@ use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
     frame::ImageSize,
     markers::{Dictionary, MarkerChoice},
-    target::{BoardChoice, InvalidChoice, length_m},
+    target::{BoardChoice, InvalidChoice, length_m, millimetres},
 };
 use boresight_run::config::Config;
 
@@ -184,6 +184,6 @@ impl FromStr for Length {
 
     fn from_str(text: &str) -> Result<Self, InvalidChoice> {
         // To a nanometre: what was typed comes back.
-        Ok(Self { millimetres: (length_m(text)? * 1e9).round() / 1e6 })
+        Ok(Self { millimetres: millimetres(length_m(text)?) })
     }
 }

@@ -1,5 +1,6 @@
 use std::{fmt, str::FromStr};
 
+use boresight_geometry::target::millimetres;
 use serde::{Deserialize, Serialize};
 
 /// The 0.975 quantile of the normal distribution: 95 % lie within this many standard deviations on either side.
@@ -208,7 +209,6 @@ impl fmt::Display for AcceptanceGoal {
         match *self {
             Self::Projection { px } => write!(f, "{px}px"),
             Self::Length { length_m, at_m, within_m } => {
-                let millimetres = |metres: f64| (metres * 1e9).round() / 1e6;
                 let (length, within) = (millimetres(length_m), millimetres(within_m));
                 write!(f, "length {length}mm at {at_m}m <= {within}mm")
             }

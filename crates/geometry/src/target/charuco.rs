@@ -28,8 +28,7 @@ pub(super) const KIND: BoardKind = BoardKind {
     write: |named| {
         let squares = format!("charuco:{}x{}", named.columns + 1, named.rows + 1);
         let Some(markers) = named.markers else { return squares };
-        // To a nanometre, so that rounding doesn't show.
-        let side = markers.side_m.map(|side_m| format!(":{}mm", (side_m * 1e9).round() / 1e6));
+        let side = markers.side_m.map(|side_m| format!(":{}mm", choice::millimetres(side_m)));
         let side = side.unwrap_or_default();
         format!("{squares}:{}{side}", markers.dictionary)
     },

@@ -78,6 +78,11 @@ pub(super) fn counts(text: &str) -> Option<[u16; 2]> {
     Some([columns.trim().parse().ok()?, rows.trim().parse().ok()?])
 }
 
+/// A length in millimetres, to a nanometre, so that the rounding of metres doesn't show.
+pub fn millimetres(length_m: f64) -> f64 {
+    (length_m * 1e9).round() / 1e6
+}
+
 /// A length with its unit (mm, cm, m or in), in metres.
 ///
 /// # Errors

@@ -16,7 +16,7 @@ mod kinds;
 pub use board::Board;
 pub use charuco::Charuco;
 pub use checkerboard::Squares;
-pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice, length_m};
+pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice, length_m, millimetres};
 pub use kinds::BOARD_KINDS;
 
 use nalgebra::Point2;

@@ -79,14 +79,10 @@ const NEGLIGIBLE: f64 = 1e-6;
 fn usual_from_full(
     lens_estimate: &LensEstimate,
 ) -> Option<SMatrix<f64, PARAMETERS, LENS_PARAMETERS>> {
-    let camera = &lens_estimate.camera;
     // Parameters that this lens doesn't have stay where they are.
     let mut by_usual = LensMatrix::identity() * NEGLIGIBLE;
     let mut by_full = SMatrix::<f64, PARAMETERS, LENS_PARAMETERS>::zeros();
-    for px in cell_centres_px(lens_estimate.image_size) {
-        let Some(seen) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
-            continue;
-        };
+    for (_, seen) in projections(lens_estimate) {
         let usual = square_pixels(&seen.jac_lens);
         by_usual += usual.transpose() * usual;
         by_full += usual.transpose() * seen.jac_lens;
@@ -224,6 +220,13 @@ pub(super) fn corner_weight(lens_estimate: &LensEstimate) -> Option<LensMatrix> 
     (count > 0.0).then(|| weight / count)
 }
 
+/// A grid of pixels over the picture, with the projection of their rays; without those that have none.
+fn projections(lens_estimate: &LensEstimate) -> impl Iterator<Item = (Point2<f64>, RayProjection)> {
+    let camera = &lens_estimate.camera;
+    cell_centres_px(lens_estimate.image_size)
+        .filter_map(|px| Some((px, camera.project_ray(&camera.ray_from_px(&px)?)?)))
+}
+
 /// Projection at a grid of pixels.
 struct ProjectionGrid {
     pixels: Vec<(Point2<f64>, RayProjection)>,
@@ -235,10 +238,7 @@ struct ProjectionGrid {
 
 impl ProjectionGrid {
     fn new(lens_estimate: &LensEstimate) -> Self {
-        let camera = &lens_estimate.camera;
-        let pixels: Vec<_> = cell_centres_px(lens_estimate.image_size)
-            .filter_map(|px| Some((px, camera.project_ray(&camera.ray_from_px(&px)?)?)))
-            .collect();
+        let pixels: Vec<_> = projections(lens_estimate).collect();
         let mut lens_by_turn = SMatrix::<f64, PARAMETERS, 3>::zeros();
         let mut by_turn = SMatrix::<f64, 3, 3>::zeros();
         for (_, seen) in &pixels {

@@ -19,7 +19,7 @@ use boresight_geometry::{
     board::{Checkerboard, InvalidBoard},
     frame::ImageSize,
     markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers},
-    target::BoardChoice,
+    target::{BoardChoice, millimetres},
 };
 use boresight_guide::{
     guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
@@ -83,8 +83,6 @@ impl BoardConfig {
     #[must_use]
     pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
         let dictionary = markers.map(|markers| markers.dictionary);
-        // To a nanometre: what was typed comes back.
-        let millimetres = |side_m: f64| (side_m * 1e9).round() / 1e6;
         let marker_mm = markers.and_then(|markers| markers.side_m).map(millimetres);
         Self { columns, rows, dictionary, marker_mm, ..self }
     }
