@@ -455,6 +455,33 @@ fn what_is_found_is_allowed_for() {
     assert!(inside * 100 >= 90 * all, "{inside} of {all}");
 }
 
+/// Very sharp corners tell pixels from squares long before anybody could see it: 0.01 px in the picture is no finding,
+/// and the bound covers it; 0.3 px is one.
+#[test]
+fn pixels_that_are_square_to_a_tenth_of_a_pixel_are_square() {
+    for (aspect, is_told) in [(1.0 + 3e-5, false), (1.0 - 3e-5, false), (1.001, true)] {
+        for seed in 0..6 {
+            let mut scene = Scene::ordinary(2000 + seed);
+            scene.noise_px = 0.005;
+            scene.camera.f_px.y *= aspect;
+            let plan = scene.plan(10);
+            let found = run(&scene.views(&plan).into());
+            let told = codes(&found);
+            assert_eq!(told.contains(&"PIXELS-NOT-SQUARE"), is_told, "{aspect} #{seed}: {told:?}");
+            assert!(!told.contains(&"BOARD-STRETCHED"), "{aspect} #{seed}: {told:?}");
+            let found = found.expect("calibrates");
+            assert_eq!(found.verdict == Verdict::Good, !is_told, "{aspect} #{seed}: {told:?}");
+            for (axis, sd_px) in [0, 1].map(|axis| (axis, found.sd()[axis])) {
+                let off_px = found.camera.f_px[axis] - scene.camera.f_px[axis];
+                assert!(
+                    off_px.abs() < 3.0 * sd_px,
+                    "{aspect} #{seed}: {off_px:.4} ± {sd_px:.4} px"
+                );
+            }
+        }
+    }
+}
+
 /// The last view shows the first one's pose again: what is allowed for counts in both.
 #[test]
 fn a_view_that_repeats_another_on_a_corrected_board_fits_as_well() {

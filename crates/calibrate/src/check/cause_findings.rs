@@ -74,7 +74,7 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
             FindingCode::ViewTorn { view, row_px, shift_px, views, gain }
         }
         Cause::SmoothField => {
-            FindingCode::PictureWarped { shift_px: explanation.largest_shift_px, gain }
+            FindingCode::PictureWarped { shift_px: explanation.largest_shift_px?, gain }
         }
         Cause::LensShape | Cause::NextRadial => FindingCode::LensOther { gain },
     })
@@ -99,10 +99,11 @@ impl Causes {
         if matches!(family, Some(Family::Focus | Family::Mixed | Family::Torn)) {
             return None;
         }
-        let likeliest = self
-            .hypotheses
-            .iter()
-            .find(|hypothesis| hypothesis.explanation.cause.family() == Family::Aspect)?;
+        let is_aspect = |hypothesis: &&Hypothesis| {
+            let explanation = &hypothesis.explanation;
+            explanation.cause.family() == Family::Aspect && explanation.is_visible()
+        };
+        let likeliest = self.hypotheses.iter().find(is_aspect)?;
         // Without a clear cause, correlated noise inflates the gain.
         let overcounted = if best.is_none() { overcount } else { 1.0 };
         let aspect = self.aspect_rather_than(likeliest, overcounted);
@@ -124,6 +125,7 @@ impl Causes {
     ) -> &'a Hypothesis {
         let is_as_good = |hypothesis: &&Hypothesis| {
             hypothesis.explanation.cause == Cause::PixelAspect
+                && hypothesis.explanation.is_visible()
                 && hypothesis.gain > stretched.gain - CLEAR_GAIN * overcount
         };
         self.hypotheses.iter().find(is_as_good).unwrap_or(stretched)

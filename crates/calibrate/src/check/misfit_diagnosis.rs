@@ -65,12 +65,14 @@ impl Causes {
         }
     }
 
-    /// The most probable hypothesis, if its gain is large enough to report and correlated noise doesn't explain as much.
+    /// The most probable hypothesis, if its gain and its effect are large enough to report and correlated noise doesn't
+    /// explain as much.
     pub(super) fn best_hypothesis(&self) -> Option<&Hypothesis> {
         let best = self.hypotheses.first()?;
         let is_one = best.explanation.parameters == 1;
         let least = if is_one { MIN_BIC_GAIN_OF_ONE } else { MIN_BIC_GAIN };
-        (best.gain > least.max(self.noise_gain)).then_some(best)
+        let is_sure = best.gain > least.max(self.noise_gain);
+        (is_sure && best.explanation.is_visible()).then_some(best)
     }
 
     /// Gain in BIC of [`Self::best_hypothesis`].

@@ -31,6 +31,9 @@ const PROMISING_SIGMAS: f64 = 4.0;
 /// believed: 0.02 px. Edges that a very wide lens bends move corners by less than that.
 const LEAST_FIELD: f64 = 20.0;
 
+/// Least shift in pixels, somewhere in the picture, that is worth a finding: the error of a good detector's corner.
+const LEAST_SHIFT_PX: f64 = 0.1;
+
 /// The best fit under one cause.
 #[derive(Clone, Debug)]
 pub(super) struct Explanation {
@@ -48,8 +51,9 @@ pub(super) struct Explanation {
     pub(super) known_unit_covariance: LensMatrix,
     /// Shift of each corner in pixels by the cause, view by view; empty unless the board is bent.
     pub(crate) shift_px: Vec<Vec<Vector2<f64>>>,
-    /// Largest shift of a corner in pixels by the cause; zero unless it's a smooth field.
-    pub(super) largest_shift_px: f64,
+    /// Largest shift in pixels that the cause adds to what the lens can explain: of a corner by a smooth field, of a place
+    /// in the picture by pixels or squares that aren't square. `None` for other causes.
+    pub(super) largest_shift_px: Option<f64>,
     /// Distance in metres between the lowest and the highest corner of the board; zero unless it's bent. If it bends
     /// differently in each view, root mean square.
     pub(super) depth_m: f64,
@@ -60,6 +64,11 @@ impl Explanation {
     /// parameters from `n` coordinates.
     pub(super) fn noise_variance(&self, n: f64, freedom: usize) -> f64 {
         self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
+    }
+
+    /// False if all that the cause shifts in the picture is less than anybody needs to know, however sure it is.
+    pub(super) fn is_visible(&self) -> bool {
+        self.largest_shift_px.is_none_or(|shift_px| shift_px >= LEAST_SHIFT_PX)
     }
 
     /// Relative sample standard deviation of the focal length over the views; zero unless the cause is a moving focus.
@@ -249,9 +258,14 @@ impl<'a> Unexplained<'a> {
         let shift_px = if cause == Cause::BoardBent { shifts_px()? } else { Vec::new() };
         let largest_shift_px = match cause {
             Cause::SmoothField => {
-                shifts_px()?.iter().flatten().map(Vector2::norm).fold(0.0, f64::max)
+                Some(shifts_px()?.iter().flatten().map(Vector2::norm).fold(0.0, f64::max))
             }
-            _ => 0.0,
+            Cause::PixelAspect => {
+                let f_px = state.bundle.camera.f_px;
+                Some(stretch_px(f_px.y / f_px.x, self.image_size))
+            }
+            Cause::BoardStretched => Some(stretch_px(1.0 + state.shared[0], self.image_size)),
+            _ => None,
         };
         Some(Explanation {
             shift_px,
@@ -299,6 +313,14 @@ fn lens_covariance<const S: usize>(
         tie_covariance(&mut lens);
     }
     lens
+}
+
+/// Largest shift in pixels in a picture that is stretched in height by `aspect`, beside the best scale that keeps its
+/// aspect: the corners' by `a` of half the width and `b` of half the height, with `b − a = ln aspect` and the least length.
+fn stretch_px(aspect: f64, image_size: ImageSize) -> f64 {
+    let half_px =
+        [image_size.width_px, image_size.height_px].map(|side_px| 0.5 * f64::from(side_px));
+    aspect.ln().abs() * half_px[0] * half_px[1] / half_px[0].hypot(half_px[1])
 }
 
 fn depth_m(problem: &ExtendedProblem<'_>, state: &ExtendedState) -> f64 {
