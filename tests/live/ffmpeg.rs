@@ -57,6 +57,21 @@ fn pictures_arrive_whole_and_the_end_is_an_end() {
 }
 
 #[test]
+fn a_file_whose_times_run_back_ends_after_all_its_pictures() {
+    let place = TempDir::new().expect("folder");
+    // As ffmpeg 5.1 says it of a remuxed AVI; then as it says that the file is cut off.
+    let times = "[image2pipe @ 0x55f6] Application provided invalid, non monotonically increasing dts to muxer in stream 0: 9 >= 6";
+    let cut = "[matroska,webm @ 0x55f6] File ended prematurely";
+    for (said, is_whole) in [(times, true), (cut, false)] {
+        let stands_in = stand_in(place.path(), &format!("{PICTURE}; echo '{said}' >&2"));
+        let mut source = Ffmpeg::open_with(&stands_in, "clip.mp4").expect("opens");
+        assert!(matches!(source.next_frame(PATIENCE), Ok(Arrival::Frame(_))));
+        let end = source.next_frame(PATIENCE);
+        assert_eq!(matches!(end, Ok(Arrival::End)), is_whole, "{said}: {end:?}");
+    }
+}
+
+#[test]
 fn the_program_is_ended_with_its_source() {
     let place = TempDir::new().expect("folder");
     let stands_in = stand_in(place.path(), &format!("{PICTURE}; exec sleep 1000"));

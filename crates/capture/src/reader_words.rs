@@ -28,8 +28,10 @@ const MEANINGS: [(&[&str], Fault, &str); 10] = [
     ),
 ];
 
-/// Libraries whose words are about single packets.
-const DECODERS: [&str; 8] = ["h264", "hevc", "mjpeg", "mpeg", "vp8", "vp9", "av1", "swscaler"];
+/// Libraries whose words are about single packets: those that decode, and the one that hands the pictures to us, which
+/// complains if a picture's time is before the one before's.
+const ABOUT_PACKETS: [&str; 9] =
+    ["h264", "hevc", "mjpeg", "mpeg", "vp8", "vp9", "av1", "swscaler", "image2pipe"];
 
 /// Cause behind ffmpeg's messages, with details for a person; `None` if it isn't a known one.
 pub(super) fn known(words: &str) -> Option<(Fault, &'static str)> {
@@ -64,9 +66,9 @@ fn plain(text: &str) -> String {
             Some((library, words)) if library.contains(" @ 0x") => (Some(library), words),
             _ => (None, line),
         };
-        let is_decoder = library
-            .is_some_and(|library| DECODERS.iter().any(|decoder| library.starts_with(decoder)));
-        if !is_decoder && !words.contains("0x") && !kept.contains(&words) {
+        let is_about_packets = library
+            .is_some_and(|library| ABOUT_PACKETS.iter().any(|about| library.starts_with(about)));
+        if !is_about_packets && !words.contains("0x") && !kept.contains(&words) {
             kept.push(words);
         }
     }
@@ -118,6 +120,11 @@ mod tests {
                  [tcp @ 0x55ff02] tcp://admin:s3cret@cam:554?timeout=0 is odd\nodd\nodd\n",
                 Fault::ReaderFailed,
                 "tcp://cam:554 is odd; odd",
+            ),
+            (
+                "[image2pipe @ 0x55f615] Application provided invalid, non monotonically increasing dts to muxer in stream 0: 1389 >= 1386",
+                Fault::ReaderFailed,
+                "",
             ),
             ("", Fault::ReaderFailed, ""),
         ] {
