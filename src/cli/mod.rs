@@ -85,11 +85,11 @@ Without a command, boresight starts a guided session, like `boresight guide`, wi
 A board is given by its inner corners, columns x rows: 10 by 7 squares is --board 9x6.
 
 Exit codes:
-  0  good
+  0  done, and the result is usable
   1  failed
   2  wrong usage
-  3  finished, but not trustworthy (the output says why)
-  4  the checked camera needs a new calibration";
+  3  ended, but the result isn't trustworthy or falls short: the output says why
+  4  check: the camera needs a new calibration";
 
 #[derive(Debug, Subcommand)]
 enum Command {

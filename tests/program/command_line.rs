@@ -268,6 +268,14 @@ fn wrong_words_are_usage_errors_that_teach() {
             assert!(!words.contains(&format!(" {never} ")), "{command}: {never}");
         }
     }
+    // The exit codes are those of the documentation, word for word.
+    let help = boresight(folder.path(), &["--help"]).stdout;
+    let page = include_str!("../../docs/commands.md").replace('`', "");
+    for code in 0..=4 {
+        let row = |line: &str| Some(line.strip_prefix(&format!("| {code} | "))?.replace(" |", ""));
+        let meaning = page.lines().find_map(row).expect("a row");
+        assert!(help.contains(&format!("\n  {code}  {meaning}\n")), "{meaning}: {help}");
+    }
     // Without a command, the options are those of `guide`.
     says(&boresight(folder.path(), &["--headless", "--source", "nowhere"]), 1, &["nowhere"]);
 }

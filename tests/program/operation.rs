@@ -48,6 +48,19 @@ fn a_session_is_watched_from_its_first_picture_to_its_verdict() {
     assert!(page.contains(&format!("{{file=\"cell\",verdict=\"{verdict}\"}} 1\n")), "{page}");
 }
 
+/// Usable, but not all that was asked for: a script that takes it reads the verdict.
+#[test]
+fn pictures_that_end_before_the_plan_is_complete_are_told_by_the_exit_code() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    fs::write(place.join("scene.toml"), SCENE).expect("written");
+    let guide = ["guide", "--headless", "--source", "sim:scene.toml", "--out", "s"];
+    let ending = ["--max-frames", "60", "--set", "guidance.plan=full"];
+    let ended = boresight(place, &[&guide[..], &ending[..]].concat());
+    says(&ended, 3, &["ended before the plan was complete", "GOOD"]);
+    says(&boresight(place, &["report", "s"]), 0, &[]);
+}
+
 #[test]
 fn a_command_that_fails_changes_no_verdict() {
     let place = TempDir::new().expect("folder");

@@ -11,7 +11,7 @@ use super::Announcer;
 pub enum Exit {
     /// 0: done, and usable.
     Good,
-    /// 3: finished, but the result should not be used.
+    /// 3: ended, but the result isn't trustworthy, or falls short of what was asked for.
     NotTrustworthy,
     /// 4: an installed camera has changed.
     Recalibrate,
