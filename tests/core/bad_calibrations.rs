@@ -5,6 +5,7 @@ use boresight::{
     calibration::{Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate},
     frame::ImageSize,
     geometry::{Camera, Corner, Distortion},
+    text,
 };
 use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
@@ -664,4 +665,21 @@ fn a_finding_names_the_view_by_its_number_among_all() {
         "{:?}",
         found.findings
     );
+}
+
+/// The priors on the lens make the standard deviations of so few views too small to be believed.
+#[test]
+fn the_window_and_the_phone_show_no_standard_deviation_below_four_views() {
+    for (views, is_known) in [(2, false), (3, false), (4, true)] {
+        let mut scene = Scene::ordinary(4300);
+        let plan = scene.plan(views);
+        let found = run(&scene.views(&plan).into()).expect("calibrates");
+        assert_eq!(text::knows_sd(&found), is_known);
+        let mut lines: Vec<String> =
+            text::result::result_lines(&found).into_iter().map(|(_, value)| value).collect();
+        lines.extend(text::result::method_lines(&found).into_iter().map(|(_, value, _)| value));
+        let stated = lines.iter().flat_map(|line| line.split('±').skip(1));
+        let numbers = stated.filter(|rest| rest.trim_start().starts_with(char::is_numeric));
+        assert_eq!(numbers.count() > 0, is_known, "{views}: {lines:?}");
+    }
 }

@@ -289,6 +289,28 @@ fn one_view_and_none_have_a_page_too() {
     assert!(text(part(&document, "numbers")).contains("No calibration"));
 }
 
+/// The priors on the lens make the standard deviations of so few views too small to be believed.
+#[test]
+fn no_standard_deviation_is_shown_below_four_views() {
+    let shows_sd = |words: &str| {
+        let after = words.split('±').skip(1);
+        after.into_iter().any(|rest| rest.trim_start().starts_with(|c: char| c.is_ascii_digit()))
+    };
+    for (views, is_known) in [(3, false), (4, true)] {
+        let (folder, files) = place(views);
+        let goal = "projection 1px";
+        let ended = calibrate(folder.path(), &files, &["--report", "r.html", "--accept", goal]);
+        assert!(ended.stderr.contains("principal point"), "{}", ended.stderr);
+        assert_eq!(shows_sd(&ended.stderr), is_known, "{views} views: {}", ended.stderr);
+        assert_eq!(ended.stderr.contains("can't be judged"), !is_known, "{}", ended.stderr);
+        let html = read(&folder.path().join("r.html"));
+        let document = checked(&html, &PARTS);
+        let page = text(document.root_element());
+        assert_eq!(shows_sd(&page), is_known, "{views} views");
+        assert_eq!(page.contains("not known yet"), !is_known, "{views} views");
+    }
+}
+
 #[test]
 fn names_are_text_whatever_is_in_them() {
     let (folder, files) = place(2);

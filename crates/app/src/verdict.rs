@@ -50,40 +50,36 @@ pub fn announce_result(
     let [sd_fx, sd_fy, sd_cx, sd_cy] = calibration.sd().of(LensParameter::F_THEN_PP);
     say(&text::of_source(source, text::verdict_on(calibration)));
     let is_met = calibration.acceptance.is_none_or(|judged| judged.is_met());
-    if let Some(judged) = &calibration.acceptance {
-        let (what, action) = text::acceptance::acceptance(judged);
+    if let Some((what, action)) = text::acceptance::on_goal(calibration) {
         say(text::of_source(source, &format!("{what}. {action}")).trim_end());
     }
     for finding in &calibration.findings {
         let (what, action) = text::finding(finding);
         say(&format!("  {}: {what}. {action}", finding.code.code()));
     }
-    say(&format!("  principal point  ({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"));
+    let measured = |value, sd| text::measured(calibration, value, sd, 2);
+    say(&format!("  principal point  ({}, {}) px", measured(cx, sd_cx), measured(cy, sd_cy)));
     if let Focal::Varying { scatter_px } = calibration.focal {
         say(&format!(
             "  focal lengths    {fx:.2} px on average, {scatter_px:.2} px sd between views:"
         ));
         for (number, view) in calibration.views.iter().enumerate() {
             let own = view.focal.map_or("none of its own".into(), |f| {
-                format!("{:.2} ± {:.2} px", f.f_px, f.sigma_px)
+                format!("{} px", measured(f.f_px, f.sigma_px))
             });
             say(&format!("    view {:<3}       {own}", number + 1));
         }
     } else if (fx - fy).abs() < 1e-9 {
-        say(&format!("  focal length     {fx:.2} ± {sd_fx:.2} px"));
+        say(&format!("  focal length     {} px", measured(fx, sd_fx)));
     } else {
-        say(&format!("  focal lengths    {fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"));
+        say(&format!("  focal lengths    {}, {} px", measured(fx, sd_fx), measured(fy, sd_fy)));
     }
     say(&format!(
         "  lens {:12} {}",
         calibration.model.code(),
         text::result::coefficients(&calibration.camera.distortion)
     ));
-    let sd = &calibration.projection_sd;
-    say(&format!(
-        "  projection       ± {:.3} px on average, {:.3} px at worst",
-        sd.mean_px, sd.max_px
-    ));
+    say(&format!("  projection       {}", text::projection(calibration)));
     say(&format!(
         "  {} views, reprojection RMS {:.3} px",
         calibration.views.len(),

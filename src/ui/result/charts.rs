@@ -15,7 +15,10 @@ use boresight_geometry::{
     GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, frame::ImageSize, intersect_unweighted,
 };
 use boresight_guide::session::Snapshot;
-use boresight_present::text::charts::{self as words, Chart};
+use boresight_present::text::{
+    charts::{self as words, Chart},
+    knows_sd,
+};
 
 /// Room for the words below a chart.
 const NOTE: f32 = 34.0;
@@ -75,6 +78,9 @@ fn choose(ui: &mut Ui, chart: &mut Chart, charts: &[Chart]) {
 
 /// Cells of the picture by the standard deviation of projection there.
 fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) -> String {
+    if !knows_sd(calibration) {
+        return words::TOO_FEW.into();
+    }
     let sd = &calibration.projection_sd;
     let cell =
         vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
@@ -174,8 +180,10 @@ fn lines(
         let color = theme::direction(view.tilt_azimuth_rad);
         painter.line_segment(ends.map(|px| near.pos(&px)), Stroke::new(2.0, color));
     }
-    let outline = ellipse_px(&pp, &covariance, 2.0).iter().map(|px| near.pos(px)).collect();
-    painter.add(Shape::closed_line(outline, Stroke::new(2.0, theme::AMBER)));
+    if knows_sd(calibration) {
+        let outline = ellipse_px(&pp, &covariance, 2.0).iter().map(|px| near.pos(px)).collect();
+        painter.add(Shape::closed_line(outline, Stroke::new(2.0, theme::AMBER)));
+    }
     painter.circle_filled(near.pos(&pp), 4.0, theme::AMBER);
     words::width(width_px)
 }

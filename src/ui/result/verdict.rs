@@ -66,7 +66,7 @@ pub(super) fn details(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
         });
         let fold = CollapsingHeader::new(heading(words::METHODS)).show(ui, |ui| {
             ui.label(RichText::new(words::METHODS_TIP).small().weak());
-            table(ui, "methods", words::method_lines(&calibration.principal_point).into_iter());
+            table(ui, "methods", words::method_lines(calibration).into_iter());
         });
         fold.header_response.on_hover_text(words::METHODS_TIP);
     });

@@ -59,8 +59,8 @@ pub fn ended_page(
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value))
         .collect();
-    page.map =
-        concluded.result.projection_sd_px.as_ref().map_or_else(Vec::new, |map| map.grid.clone());
+    let map = concluded.result.projection_sd_px.as_ref().filter(|_| text::knows_sd(calibration));
+    page.map = map.map_or_else(Vec::new, |map| map.grid.clone());
     page
 }
 

@@ -300,15 +300,19 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
         met: Some(used >= limits.views && !few),
     });
     if let Some(judged) = &calibration.acceptance {
-        let (bound, limit) = match judged.bound {
-            Some(bound) => beside(bound, judged.limit),
+        let unit = escaped(&judged.unit);
+        let (uncertainty, limit) = match judged.bound {
+            Some(bound) => {
+                let (bound, limit) = beside(bound, judged.limit);
+                (format!("± {bound} {unit}"), limit)
+            }
             None => (String::new(), brief(judged.limit, 2)),
         };
         rows.push(ResultRow {
             name: name::GOAL,
             result: escaped(&judged.goal),
-            uncertainty: format!("± {bound} {}", escaped(&judged.unit)),
-            limit: words::at_most(&format!("{limit} {}", escaped(&judged.unit))),
+            uncertainty,
+            limit: words::at_most(&format!("{limit} {unit}")),
             met: Some(judged.met),
         });
     }

@@ -32,6 +32,7 @@ mod skip;
 mod stated;
 mod summary;
 mod thumbnail;
+mod unknown_sd;
 mod views;
 
 pub use history::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page};

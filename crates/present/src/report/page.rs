@@ -2,7 +2,7 @@
 
 use super::{
     Report, certificate, drift, estimates, lens_curve, picture_maps, projection_map, skip, summary,
-    views,
+    unknown_sd, views,
 };
 use crate::{
     chart::escaped,
@@ -83,6 +83,7 @@ section,figure,.two>table{margin-bottom:4mm}.masthead{display:block}.title{text-
 
 /// The page: one self-contained HTML file, and well-formed XML.
 pub fn page(report: &Report) -> String {
+    let report = &*unknown_sd::shown(report);
     let calibration = &report.calibration;
     let first_sheet = certificate::sheet(report);
     let title = words::title(&report.name);

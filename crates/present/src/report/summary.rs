@@ -4,10 +4,12 @@ use super::{
     Report,
     number::{brief_data, measured, plain, row},
     section::{section, section_with},
+    unknown_sd::knows_sd,
 };
 use crate::{
     chart::{escaped, push},
     text::{
+        SD_UNKNOWN,
         report::{self as words, Section, name},
         result,
     },
@@ -120,6 +122,9 @@ pub(super) fn numbers(calibration: &CalibrationFile) -> String {
     let mut rows = row(name::PRINCIPAL_POINT, &[format!("{x}, {y} px")]);
     rows += &focal_length(lens);
     rows += &distortion(lens);
+    if !knows_sd(calibration) {
+        rows += &row(name::SD, &[SD_UNKNOWN.into()]);
+    }
     if let Some(projection) = &calibration.projection_sd_px {
         let both =
             format!("{}, {} px", brief_data(projection.mean, 2), brief_data(projection.max, 2));

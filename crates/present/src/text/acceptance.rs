@@ -1,6 +1,20 @@
 //! Sentences about the goal of a calibration, in the goal's unit.
 
-use boresight_calibrate::{Acceptance, AcceptanceGoal, ErrorBound};
+use super::uncertainty::knows_sd;
+use boresight_calibrate::{Acceptance, AcceptanceGoal, Calibration, ErrorBound};
+
+/// Verdict on a goal where standard deviations aren't known, and what to do.
+pub const TOO_EARLY: (&str, &str) = (
+    "Your goal can't be judged: fewer than four different views",
+    "Take more views, tipped in different directions.",
+);
+
+/// The verdict on the goal of `calibration`, and what to do, empty if it's met. `None` without a goal.
+pub fn on_goal(calibration: &Calibration) -> Option<(String, &'static str)> {
+    let judged = calibration.acceptance.as_ref()?;
+    let (what, action) = TOO_EARLY;
+    Some(if knows_sd(calibration) { acceptance(judged) } else { (what.into(), action) })
+}
 
 /// The verdict on a goal and what to do, empty if it's met.
 pub fn acceptance(judged: &Acceptance) -> (String, &'static str) {
@@ -55,14 +69,15 @@ pub fn out_of_reach(goal: AcceptanceGoal, scale_sd: f64) -> Option<String> {
     })
 }
 
-/// The error bound and the goal, in short: "±0.61 mm (goal 0.5 mm)".
-pub fn progress(judged: &Acceptance) -> String {
+/// The error bound and the goal, in short: "±0.61 mm (goal 0.5 mm)"; "±?" where standard deviations aren't known.
+pub fn progress(judged: &Acceptance, is_sd_known: bool) -> String {
     let goal = judged.goal;
-    let (value, wanted) = match judged.bound {
-        Some(bound) => (bound.total, limit(goal)),
-        None => return "goal can't be judged".into(),
-    };
-    format!("±{} (goal {wanted})", error(goal, value))
+    let wanted = limit(goal);
+    match judged.bound {
+        Some(_) if !is_sd_known => format!("±? (goal {wanted})"),
+        Some(bound) => format!("±{} (goal {wanted})", error(goal, bound.total)),
+        None => "goal can't be judged".into(),
+    }
 }
 
 fn parts(goal: AcceptanceGoal, bound: &ErrorBound) -> Option<String> {
@@ -150,7 +165,7 @@ mod tests {
             met,
             "Meets your goal: projection to 0.18 px in 95 % of the picture (goal 0.2 px)"
         );
-        assert_eq!(progress(&judged(goal, 0.0006, 0.0001)), "±0.61 mm (goal 0.5 mm)");
+        assert_eq!(progress(&judged(goal, 0.0006, 0.0001), true), "±0.61 mm (goal 0.5 mm)");
         let goal = goal.parse().expect("a goal");
         assert!(out_of_reach(goal, 1e-3).is_some_and(|said| said.contains("±1.6 mm")));
         assert_eq!(out_of_reach(goal, 1e-4), None);

@@ -26,6 +26,7 @@ mod speech;
 pub mod start;
 mod target;
 mod trouble;
+mod uncertainty;
 pub mod window;
 
 pub use controls::{Act, Control};
@@ -45,6 +46,7 @@ pub use target::{
     target_steps,
 };
 pub use trouble::{Trouble, troubles};
+pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
 use boresight_detect::{Miss, Side};
 use boresight_guide::{

@@ -1,6 +1,6 @@
 //! Sentences of the numbers beside the picture.
 
-use super::{acceptance, percent};
+use super::{acceptance, knows_sd, percent, uncertainty::sd_of};
 use boresight_geometry::{LensParameter, LensValues};
 use boresight_guide::{
     guidance::Plan,
@@ -13,7 +13,8 @@ pub fn principal_point(snapshot: &Snapshot) -> String {
         Some(calibration) => {
             let pp_px = calibration.camera.pp_px;
             let [sd_x, sd_y] = calibration.sd().of(LensParameter::PP);
-            format!("{:.1} ± {}, {:.1} ± {} px", pp_px.x, small(sd_x), pp_px.y, small(sd_y))
+            let [sd_x, sd_y] = [sd_x, sd_y].map(|sd| sd_of(calibration, small(sd)));
+            format!("{:.1} ± {sd_x}, {:.1} ± {sd_y} px", pp_px.x, pp_px.y)
         }
         None => "unknown yet".into(),
     }
@@ -34,7 +35,7 @@ pub fn focal_length(snapshot: &Snapshot) -> String {
         Some(calibration) => {
             let f_px = calibration.camera.f_px.x;
             let [sd_px] = calibration.sd().of([LensParameter::Fx]);
-            format!("{f_px:.1} ± {} px", small(sd_px))
+            format!("{f_px:.1} ± {} px", sd_of(calibration, small(sd_px)))
         }
         None => "unknown yet".into(),
     }
@@ -54,13 +55,13 @@ pub fn views(snapshot: &Snapshot) -> String {
 pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
     if let Some(judged) = &calibration.acceptance {
-        return Some(acceptance::progress(judged));
+        return Some(acceptance::progress(judged, knows_sd(calibration)));
     }
     let sd = calibration.sd();
     let guidance = &snapshot.setup.guidance;
     let size = snapshot.setup.image_size;
     let f_to_width = calibration.camera.f_px.x / f64::from(size.width_px.max(size.height_px));
-    let reached = small(sd[2].max(sd[3]));
+    let reached = sd_of(calibration, small(sd[2].max(sd[3])));
     Some(match guidance.plan {
         Plan::Adaptive => format!("{reached} px (goal {:.1} px)", guidance.pp_goal_px(f_to_width)),
         Plan::Quick | Plan::Full => format!("{reached} px"),
@@ -77,10 +78,10 @@ pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     let guidance = &snapshot.setup.guidance;
     let is_beyond_edge = snapshot.target.as_ref().is_some_and(|target| target.leaves_picture);
     if let Some(goal_px) = guidance.stop_corner_sigma_px.filter(|_| is_beyond_edge) {
-        let reached = small(calibration.projection_sd.max_px);
+        let reached = sd_of(calibration, small(calibration.projection_sd.max_px));
         return Some(format!("corners {reached} px (goal {goal_px})"));
     }
-    let reached = small(calibration.projection_sd.mean_px);
+    let reached = sd_of(calibration, small(calibration.projection_sd.mean_px));
     Some(match guidance.plan {
         Plan::Adaptive => {
             format!("{reached} px (goal {:.1} px)", guidance.stop_projection_sigma_px)
@@ -125,9 +126,12 @@ pub fn coverage(snapshot: &Snapshot) -> String {
 pub const NUMBERS: [(&str, &str); 10] = [
     (
         "Centre",
-        "Principal point: where the optical axis meets the picture, with one standard deviation.",
+        "Principal point: where the optical axis meets the picture, with one standard deviation, from four views on.",
     ),
-    ("Focal length", "Focal length from all views, with one standard deviation."),
+    (
+        "Focal length",
+        "Focal length from all views, with one standard deviation, from four views on.",
+    ),
     (
         "Accuracy",
         "Standard deviation of the principal point on its worse axis. With --accept: the 95 % error bound.",

@@ -136,7 +136,7 @@ pub const NEEDS_CORNERS: &str =
     "Not shown: this file has no corners. The session report and `calibrate --report` have them.";
 
 /// Note in place of a drawing that needs the covariance.
-pub const NEEDS_COVARIANCE: &str = "This file has no uncertainty.";
+pub const NEEDS_COVARIANCE: &str = "Its uncertainty isn't known.";
 
 /// Note in place of a drawing that needs more lines or views.
 pub const TOO_FEW: &str = "Not shown: too few views.";
@@ -290,6 +290,7 @@ pub mod name {
     pub const FOCAL_MEAN: &str = "Focal length, mean of all views";
     pub const FOCAL_SCATTER: &str = "Focal length, sd between views";
     pub const LENS_MODEL: &str = "Lens model";
+    pub const SD: &str = "Standard deviations";
     pub const PROJECTION: &str = "Projection sd, mean and max";
     pub const BOUND: &str = "Error bound (95 %)";
     pub const FOCUS: &str = "Focus";

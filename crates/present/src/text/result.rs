@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::Point2;
 
-use super::{acceptance, percent};
+use super::{acceptance, knows_sd, measured, percent, projection};
 use boresight_calibrate::{Calibration, LensModel, PrincipalPoints};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues};
 use boresight_guide::session::{Prompt, Snapshot};
@@ -137,30 +137,26 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let (lens, sd) = (calibration.camera.lens_parameters(), calibration.sd());
     let [fx, fy, cx, cy] = lens.of(LensParameter::F_THEN_PP);
     let [sd_fx, sd_fy, sd_cx, sd_cy] = sd.of(LensParameter::F_THEN_PP);
-    let mut lines =
-        vec![("Principal point", format!("({cx:.2} ± {sd_cx:.2}, {cy:.2} ± {sd_cy:.2}) px"))];
+    let measured = |value, sd, decimals| measured(calibration, value, sd, decimals);
+    let (x, y) = (measured(cx, sd_cx, 2), measured(cy, sd_cy, 2));
+    let mut lines = vec![("Principal point", format!("({x}, {y}) px"))];
     lines.push(if (fx - fy).abs() < 1e-9 {
-        ("Focal length", format!("{fx:.2} ± {sd_fx:.2} px"))
+        ("Focal length", format!("{} px", measured(fx, sd_fx, 2)))
     } else {
-        ("Focal lengths", format!("{fx:.2} ± {sd_fx:.2}, {fy:.2} ± {sd_fy:.2} px"))
+        ("Focal lengths", format!("{}, {} px", measured(fx, sd_fx, 2), measured(fy, sd_fy, 2)))
     });
     lines.push(("Lens model", calibration.model.code().into()));
     for coefficient in LensParameter::DISTORTION {
         let ([value], [sd]) = (lens.of([coefficient]), sd.of([coefficient]));
         if sd > 0.0 {
-            lines.push((coefficient.name(), format!("{value:.5} ± {sd:.5}")));
+            lines.push((coefficient.name(), measured(value, sd, 5)));
         }
     }
-    if let Some(judged) = &calibration.acceptance {
-        lines.push(("Goal", acceptance::acceptance(judged).0));
-    }
-    let sd = &calibration.projection_sd;
-    lines.push((
-        "Projection",
-        format!("± {:.3} px on average, {:.3} px at worst", sd.mean_px, sd.max_px),
-    ));
+    lines.extend(acceptance::on_goal(calibration).map(|(what, _)| ("Goal", what)));
+    lines.push(("Projection", projection(calibration)));
     let bound = error_bound(calibration.picture_bound_px(), calibration.covered_bound_px);
-    lines.extend(bound.map(|bound| ("Error bound (95 %)", bound)));
+    lines
+        .extend(bound.filter(|_| knows_sd(calibration)).map(|bound| ("Error bound (95 %)", bound)));
     if let Some(change) = calibration.visible_drift {
         lines.push(("Focus", unseen_drift(change)));
     }
@@ -197,7 +193,8 @@ pub fn noise(fit_px: f64, measured_px: f64) -> String {
 }
 
 /// The principal point by every method: name, value, what it is.
-pub fn method_lines(points: &PrincipalPoints) -> Vec<(&'static str, String, &'static str)> {
+pub fn method_lines(calibration: &Calibration) -> Vec<(&'static str, String, &'static str)> {
+    let points = &calibration.principal_point;
     let all = [
         (
             "Bundle adjustment",
@@ -230,13 +227,12 @@ pub fn method_lines(points: &PrincipalPoints) -> Vec<(&'static str, String, &'st
         .filter_map(|(name, point, tip)| {
             let point = point?;
             let value = match point.covariance_px2 {
-                Some(c) => format!(
-                    "({:.2} ± {:.2}, {:.2} ± {:.2}) px",
-                    point.px.x,
-                    c[(0, 0)].max(0.0).sqrt(),
-                    point.px.y,
-                    c[(1, 1)].max(0.0).sqrt()
-                ),
+                Some(c) => {
+                    let [x, y] = [0, 1].map(|axis| {
+                        measured(calibration, point.px[axis], c[(axis, axis)].max(0.0).sqrt(), 2)
+                    });
+                    format!("({x}, {y}) px")
+                }
                 None => format!("({:.2}, {:.2}) px", point.px.x, point.px.y),
             };
             Some((name, value, tip))
