@@ -35,6 +35,7 @@ mod partial_boards;
 mod printed_code;
 mod recording;
 mod recordings;
+mod rolling_shutter;
 mod session;
 mod session_properties;
 mod simulation;

@@ -24,8 +24,8 @@
 //! | module | holds |
 //! |---|---|
 //! | `scene`, `scene_file` | what is simulated, and its TOML |
-//! | `renderer`, `backdrop`, `print`, `printed_markers`, `blur` | a picture of it |
-//! | `source` | the camera, and what it knows of the truth |
+//! | `renderer`, `shutter`, `backdrop`, `print`, `printed_markers`, `blur` | a picture of it |
+//! | `source`, `track` | the camera with its shutter, and what it knows of the truth |
 //! | [`technician`] | the person in front of it |
 //! | `rng_stream` | chance, by seed |
 //! | `kernel` | a simulated V4L2 kernel with faults on demand, with the feature `simulated-kernel`: for tests |
@@ -42,8 +42,10 @@ mod renderer;
 mod rng_stream;
 mod scene;
 mod scene_file;
+mod shutter;
 mod source;
 pub mod technician;
+mod track;
 
 use image::GrayImage;
 use nalgebra::Isometry3;

@@ -32,6 +32,9 @@ pub struct Scene {
     pub psf_sigma_px: f64,
     /// Exposure time; motion meanwhile is smeared.
     pub exposure_secs: f64,
+    /// Time from the reading of the first row to that of the last; 0 for a global shutter. It counts up to the time from
+    /// frame to frame.
+    pub readout_secs: f64,
     /// Clutter of the background, 0 (plain wall) to 1.
     pub clutter: f64,
     /// The person with the board.
@@ -93,6 +96,7 @@ impl Scene {
             noise_sigma: 2.0,
             psf_sigma_px: 0.7,
             exposure_secs: 0.008,
+            readout_secs: 0.0,
             clutter: 0.5,
             technician: TechnicianParams::default(),
         }

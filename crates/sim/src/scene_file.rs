@@ -48,6 +48,7 @@ pub struct SceneFile {
     noise_levels: Option<f64>,
     blur_px: Option<f64>,
     exposure_ms: Option<f64>,
+    readout_ms: Option<f64>,
     clutter: Option<f64>,
     technician: Option<TechnicianFile>,
 }
@@ -174,6 +175,7 @@ impl SceneFile {
             && (0.0..=1.0).contains(&scene.clutter)
             && (0.0..20.0).contains(&scene.psf_sigma_px)
             && (0.0..1.0).contains(&scene.exposure_secs)
+            && (0.0..1.0).contains(&scene.readout_secs)
             && (1_000_000..=100_000_000_000).contains(&scene.frame_interval_nanos);
         let corners = [(0, 0), (width_px, 0), (0, height_px), (width_px, height_px)];
         let unfolded = corners.iter().all(|&(x, y)| {
@@ -184,7 +186,7 @@ impl SceneFile {
             (finite, "f_px, pp_px and distortion must be numbers, f_px above 1"),
             (
                 rest,
-                "noise_levels needs 0 to 255, clutter 0 to 1, blur_px below 20, exposure_ms below 1000, fps 0.01 to 1000",
+                "noise_levels needs 0 to 255, clutter 0 to 1, blur_px below 20, exposure_ms and readout_ms below 1000, fps 0.01 to 1000",
             ),
             (
                 is_sensible(&scene.technician),
@@ -243,6 +245,7 @@ impl SceneFile {
         scene.noise_sigma = self.noise_levels.unwrap_or(scene.noise_sigma);
         scene.psf_sigma_px = self.blur_px.unwrap_or(scene.psf_sigma_px);
         scene.exposure_secs = self.exposure_ms.map_or(scene.exposure_secs, |ms| ms * 1e-3);
+        scene.readout_secs = self.readout_ms.map_or(scene.readout_secs, |ms| ms * 1e-3);
         scene.clutter = self.clutter.unwrap_or(scene.clutter);
         scene.technician = self.technician.unwrap_or_default().params(scale);
         scene
