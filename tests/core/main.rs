@@ -9,6 +9,7 @@ mod world;
 
 mod acceptance;
 mod bad_calibrations;
+mod bent_board;
 mod beyond_edge;
 mod build_id;
 mod calibration_anywhere;

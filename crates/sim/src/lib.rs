@@ -24,7 +24,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `scene`, `scene_file` | what is simulated, and its TOML |
-//! | `renderer`, `shutter`, `backdrop`, `print`, `printed_markers`, `blur` | a picture of it |
+//! | `renderer`, `shutter`, `backdrop`, `print`, `bend`, `printed_markers`, `blur` | a picture of it |
 //! | `source`, `track` | the camera with its shutter, and what it knows of the truth |
 //! | [`technician`] | the person in front of it |
 //! | `rng_stream` | chance, by seed |
@@ -33,6 +33,7 @@
 #![forbid(unsafe_code)]
 
 mod backdrop;
+mod bend;
 mod blur;
 #[cfg(all(target_os = "linux", feature = "simulated-kernel"))]
 pub mod kernel;

@@ -100,7 +100,7 @@ impl Renderer {
         let sharp_room = backdrop::draw(scene, stride, lines).levels;
         let mut renderer = Self {
             camera: scene.camera,
-            print: Print::new(&scene.board),
+            print: Print::new(&scene.board, scene.bend_m),
             dark_level: scene.light.dark_level as f32,
             light_level: scene.light.light_level as f32,
             seed: scene.seed,
@@ -301,14 +301,14 @@ impl Renderer {
     fn surroundings(
         &self,
         middle: &Isometry3<f64>,
-        outline_in_board_m: &[Point2<f64>],
+        outline_in_board_m: &[Point3<f64>],
         movement_px: f64,
     ) -> Option<Region> {
         let everything = Region { x0: 0, x1: self.width, y0: 0, y1: self.height };
         let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
         let mut high = Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
         for point in outline_in_board_m {
-            let in_cam = middle * Point3::new(point.x, point.y, 0.0);
+            let in_cam = middle * point;
             let ideal = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
             // Behind the camera, or where the lens model may have folded back into the picture.
             if in_cam.z <= 1e-6 || ideal.coords.norm() > self.widest_ray {

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::{rng_stream::RngStream, technician::params::TechnicianParams};
+use super::{bend::Bend, rng_stream::RngStream, technician::params::TechnicianParams};
 use boresight_geometry::{Camera, Distortion, board::Checkerboard, frame::ImageSize};
 
 /// A simulated room, person and camera. The same scene gives the same pictures.
@@ -22,6 +22,9 @@ pub struct Scene {
     pub camera: Camera,
     /// The board held up.
     pub board: Checkerboard,
+    /// How far the board isn't flat: its middle is this far along its z-axis, which points away from the camera, from
+    /// the ends of the longer side's corners, as a parabola. Metres; 0 for a flat board.
+    pub bend_m: f64,
     /// Time from one frame to the next.
     pub frame_interval_nanos: u64,
     /// Brightness of the board and of the room.
@@ -80,7 +83,19 @@ impl Default for Light {
 }
 
 impl Scene {
-    /// An everyday HD webcam with a mild barrel lens, and a 9×6 board of 25 mm squares.
+    /// The board's inner corners as they are in space, in its frame and in numbering order.
+    pub fn corners_as_bent_m(&self) -> Vec<Point3<f64>> {
+        let bend = Bend::new(&self.board, self.bend_m);
+        let square_m = self.board.square_m();
+        let height_m = |at: &Point2<f64>| {
+            bend.map_or(0.0, |bend| square_m * f64::from(bend.height((at / square_m).cast())))
+        };
+        let corners = self.board.corners_in_board_m();
+        corners.iter().map(|at| Point3::new(at.x, at.y, height_m(at))).collect()
+    }
+
+    /// A quiet HD camera with a short exposure, a global shutter and a mild barrel lens, and a flat 9×6 board of 25 mm
+    /// squares.
     pub fn default_720p(seed: u64) -> Self {
         Self {
             name: "webcam".to_owned(),
@@ -91,6 +106,7 @@ impl Scene {
                 ..Camera::pinhole(980.0, Point2::new(653.4, 348.2))
             },
             board: default_board(),
+            bend_m: 0.0,
             frame_interval_nanos: 1_000_000_000 / 30,
             light: Light::default(),
             noise_sigma: 2.0,

@@ -12,6 +12,9 @@ use crate::{
 use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{Distortion, LensKind, board::Checkerboard, frame::ImageSize};
 
+/// Largest height of a bent board's middle, in squares.
+const LARGEST_BEND: f64 = 0.5;
+
 /// Why a file is no scene.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -36,6 +39,8 @@ pub struct SceneFile {
     seed: Option<u64>,
     /// Inner corners of the board in front of the camera, if it's another than the session's.
     board: Option<[u16; 2]>,
+    /// Height of the board's middle over its ends.
+    bend_mm: Option<f64>,
     image_size_px: Option<[u32; 2]>,
     f_px: Option<f64>,
     pp_px: Option<[f64; 2]>,
@@ -176,6 +181,7 @@ impl SceneFile {
             && (0.0..20.0).contains(&scene.psf_sigma_px)
             && (0.0..1.0).contains(&scene.exposure_secs)
             && (0.0..1.0).contains(&scene.readout_secs)
+            && scene.bend_m.abs() <= LARGEST_BEND * scene.board.square_m()
             && (1_000_000..=100_000_000_000).contains(&scene.frame_interval_nanos);
         let corners = [(0, 0), (width_px, 0), (0, height_px), (width_px, height_px)];
         let unfolded = corners.iter().all(|&(x, y)| {
@@ -186,7 +192,7 @@ impl SceneFile {
             (finite, "f_px, pp_px and distortion must be numbers, f_px above 1"),
             (
                 rest,
-                "noise_levels needs 0 to 255, clutter 0 to 1, blur_px below 20, exposure_ms and readout_ms below 1000, fps 0.01 to 1000",
+                "noise_levels needs 0 to 255, clutter 0 to 1, blur_px below 20, exposure_ms and readout_ms below 1000, fps 0.01 to 1000, bend_mm at most half a square",
             ),
             (
                 is_sensible(&scene.technician),
@@ -246,6 +252,7 @@ impl SceneFile {
         scene.psf_sigma_px = self.blur_px.unwrap_or(scene.psf_sigma_px);
         scene.exposure_secs = self.exposure_ms.map_or(scene.exposure_secs, |ms| ms * 1e-3);
         scene.readout_secs = self.readout_ms.map_or(scene.readout_secs, |ms| ms * 1e-3);
+        scene.bend_m = self.bend_mm.map_or(scene.bend_m, |mm| mm * 1e-3);
         scene.clutter = self.clutter.unwrap_or(scene.clutter);
         scene.technician = self.technician.unwrap_or_default().params(scale);
         scene

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, UnitQuaternion};
 
 /// Movement that is too small to see.
 const UNSEEN_MOVEMENT_PX: f64 = 0.05;
@@ -35,7 +35,7 @@ impl<'a> Shutter<'a> {
         &self,
         last_row: u32,
         f_px: f64,
-        outline_in_board_m: &[Point2<f64>],
+        outline_in_board_m: &[Point3<f64>],
     ) -> Option<Motion<'a>> {
         let mut exposures: Vec<Cow<'a, [Isometry3<f64>]>> = match *self {
             Self::Global(poses) => vec![Cow::Borrowed(poses)],
@@ -75,11 +75,10 @@ fn movement_px(
     f_px: f64,
     from: &Isometry3<f64>,
     poses: &[Isometry3<f64>],
-    outline_in_board_m: &[Point2<f64>],
+    outline_in_board_m: &[Point3<f64>],
 ) -> f64 {
     let mut farthest_px = 0.0_f64;
     for point in outline_in_board_m {
-        let point = Point3::new(point.x, point.y, 0.0);
         let at = from * point;
         for pose in poses {
             // Without the lens: a bound is enough.
