@@ -28,6 +28,7 @@ mod geometry_properties;
 mod geometry_reference;
 mod guided_session;
 mod guided_wide;
+mod habits;
 mod imports;
 mod larger_patterns;
 mod layering;

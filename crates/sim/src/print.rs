@@ -118,6 +118,13 @@ impl Print {
             .collect()
     }
 
+    /// A point of the sheet, and a distance on it, in board metres.
+    pub(super) fn in_board_m(&self, u: f32, v: f32, distance: f32) -> (Point2<f64>, f64) {
+        let from_middle =
+            Point2::new(f64::from(u - 0.5 * self.across), f64::from(v - 0.5 * self.down));
+        (from_middle * self.square_m, f64::from(distance) * self.square_m)
+    }
+
     /// The sheet as seen at `cam_from_board`. `None` from behind or edge-on.
     pub(super) fn seen_at(&self, cam_from_board: &Isometry3<f64>) -> Option<SheetView> {
         let turn = cam_from_board.rotation.to_rotation_matrix();

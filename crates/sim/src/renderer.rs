@@ -19,6 +19,7 @@ use super::{
     rng_stream::RngStream,
     scene::Scene,
     shutter::{Shutter, middle_pose},
+    technician::Hand,
 };
 use boresight_geometry::Camera;
 
@@ -50,6 +51,7 @@ pub struct Renderer {
     canvas: Vec<f32>,
     half_blurred: Vec<f32>,
     traced: Traced,
+    hand: Option<Hand>,
 }
 
 /// Sheet coordinates of three neighbouring rows.
@@ -119,6 +121,7 @@ impl Renderer {
             noise,
             half_blurred: vec![0.0; stride * lines],
             traced: Traced::default(),
+            hand: None,
         };
         let everything = Region { x0: 0, x1: width, y0: 0, y1: height };
         renderer.blur_along_rows(&everything);
@@ -128,6 +131,11 @@ impl Renderer {
         }
         renderer.room = room;
         renderer
+    }
+
+    /// The hand that covers a part of the board, from the next picture on.
+    pub fn cover(&mut self, hand: Option<Hand>) {
+        self.hand = hand;
     }
 
     /// Draws the board at `cam_from_board`, poses spread evenly over the exposure, into `out`.
@@ -266,13 +274,18 @@ impl Renderer {
             let dv = half_reach
                 * ((v_here[x + 1] - v_here[x - 1]).abs() + (v_below[x] - v_above[x]).abs());
             match self.print.around(u_here[x], v_here[x], du, dv) {
-                Patch::Backdrop => {}
+                Patch::Backdrop => continue,
                 Patch::Dark => self.canvas[start + x] = self.dark_level,
                 Patch::Light => self.canvas[start + x] = self.light_level,
                 Patch::Crossing(_) | Patch::Mixed => {
                     let share = self.print.share(views, &self.pixel_ray(start + x));
                     self.canvas[start + x] = self.mixed(share, self.sharp_room[start + x]);
                 }
+            }
+            if let Some(hand) = &self.hand {
+                let (at, reach_m) = self.print.in_board_m(u_here[x], v_here[x], 0.5 * (du + dv));
+                let level = &mut self.canvas[start + x];
+                *level = covered(hand, &at, reach_m, [self.dark_level, self.light_level], *level);
             }
         }
     }
@@ -354,6 +367,22 @@ impl Renderer {
             *level *= gain;
         }
     }
+}
+
+/// Level where a hand may cover the board's `level`: skin, darker towards its outline, which is mixed with the board over
+/// `reach_m` to both sides.
+fn covered(
+    hand: &Hand,
+    at_m: &Point2<f64>,
+    reach_m: f64,
+    [dark, light]: [f32; 2],
+    level: f32,
+) -> f32 {
+    let distance_m = hand.distance_m(at_m);
+    let share = (0.5 - 0.5 * distance_m / reach_m.max(1e-9)).clamp(0.0, 1.0) as f32;
+    let depth = (-distance_m / hand.radius_m).clamp(0.0, 1.0) as f32;
+    let skin = dark + (light - dark) * (0.4 + 0.25 * depth);
+    level + share * (skin - level)
 }
 
 /// Mixes three numbers into one that shows no pattern (SplitMix64's finaliser).

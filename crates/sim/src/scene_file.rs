@@ -80,6 +80,10 @@ struct TechnicianFile {
     sink_mm: Option<f64>,
     tiring_per_sec: Option<f64>,
     rest_after_secs: Option<f64>,
+    wanders: Option<bool>,
+    hears_only: Option<bool>,
+    leaves_for_secs: Option<f64>,
+    covers_every_secs: Option<f64>,
 }
 
 impl TechnicianFile {
@@ -109,11 +113,15 @@ impl TechnicianFile {
             (self.sink_mm, 1e-3, &mut params.sink_m),
             (self.tiring_per_sec, 1.0, &mut params.tiring_per_sec),
             (self.rest_after_secs, 1.0, &mut params.rest_after_secs),
+            (self.leaves_for_secs, 1.0, &mut params.leaves_for_secs),
+            (self.covers_every_secs, 1.0, &mut params.covers_every_secs),
         ] {
             if let Some(value) = value {
                 *into = value * unit;
             }
         }
+        params.wanders = self.wanders.unwrap_or(params.wanders);
+        params.hears_only = self.hears_only.unwrap_or(params.hears_only);
         params
     }
 }
@@ -126,6 +134,8 @@ fn is_sensible(person: &TechnicianParams) -> bool {
         && time(person.reading_secs_per_word)
         && time(person.look_away_every_secs)
         && time(person.rest_after_secs)
+        && time(person.leaves_for_secs)
+        && time(person.covers_every_secs)
         && within(person.rotation_error_rad, 1.6)
         && within(person.lateral_error_px, 1e4)
         && within(person.distance_error, 0.9)

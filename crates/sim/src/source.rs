@@ -134,6 +134,7 @@ impl SyntheticSource {
         // Nobody else holds a free frame, so this never copies.
         let frame = Arc::make_mut(&mut shared);
         (frame.id, frame.captured_at) = (id, captured_at);
+        self.renderer.cover(self.technician.hand_at(captured_at));
         let middle = self.expose(id, captured_at, &mut frame.image);
         if self.pool.len() < self.pool_size {
             self.pool.push(Arc::clone(&shared));
