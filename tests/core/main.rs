@@ -33,6 +33,7 @@ mod imports;
 mod larger_patterns;
 mod layering;
 mod natural_views;
+mod ordinary_webcam;
 mod partial_boards;
 mod printed_code;
 mod recording;

@@ -9,8 +9,8 @@
 //! use boresight_capture::{Arrival, FrameSource};
 //! use boresight_sim::{NoCues, Scene, SyntheticSource};
 //!
-//! // Three frames of the everyday webcam; no technician follows any guidance.
-//! let mut camera = SyntheticSource::new(Scene::default_720p(1), Box::new(NoCues), Some(3), 2);
+//! // Three frames of an ordinary webcam; no technician follows any guidance.
+//! let mut camera = SyntheticSource::new(Scene::ordinary_webcam(1), Box::new(NoCues), Some(3), 2);
 //! let mut sizes_px = Vec::new();
 //! while let Arrival::Frame(frame) = camera.next_frame(Duration::from_secs(1))? {
 //!     sizes_px.push(frame.image.dimensions());
