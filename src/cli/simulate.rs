@@ -14,7 +14,8 @@ use boresight_app::{Announcer, Exit, Opening};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Scene file (TOML), or random:SEED for a random camera [default: an everyday webcam].
+    /// Scene file (TOML), or random:SEED for a random camera [default: an ordinary webcam:
+    /// 1280x720, 30 pictures/s, 16 ms exposure, 15 ms readout, corner noise about 0.1 px, board bent by 0.2 mm].
     #[arg(value_name = "SCENARIO")]
     scenario: Option<String>,
     /// Folder for the new session.

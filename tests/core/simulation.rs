@@ -177,7 +177,7 @@ fn square_outside_corner_zero_is_dark() {
 
 /// How far right of pixel `px` an upright edge lies, from the light on its row: exact for any
 /// symmetric blur.
-fn edge_px(scene: &Scene, picture: &GrayImage, px: &Point2<f64>) -> f64 {
+pub(crate) fn edge_px(scene: &Scene, picture: &GrayImage, px: &Point2<f64>) -> f64 {
     let share = |dx: i32| {
         let level = picture.get_pixel((px.x as i32 + dx) as u32, px.y as u32)[0];
         (f64::from(level) - scene.light.dark_level)

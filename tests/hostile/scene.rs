@@ -20,6 +20,8 @@ fps = 30.0
 noise_levels = 2.0
 blur_px = 0.7
 exposure_ms = 8.0
+readout_ms = 12.0
+bend_mm = 0.5
 clutter = 0.5
 [technician]
 person = "tripod"
@@ -28,6 +30,10 @@ max_speed_mm_per_s = 3000.0
 max_turn_deg_per_s = 900.0
 tremor_mm = 0.5
 overshoot = 0.1
+wanders = false
+hears_only = true
+leaves_for_secs = 30.0
+covers_every_secs = 8.0
 "#;
 /// Larger pictures are accepted; drawing them all would take the time for others.
 const MOST_PIXELS: u32 = 40_000;

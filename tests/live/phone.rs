@@ -412,7 +412,11 @@ fn a_session_is_shown_and_obeys_the_page() {
     let folder = place.path().join("session");
     let settings = ["guidance.plan=\"quick\"".to_owned()];
     let config = Config::load(None, &settings).expect("settings");
-    let opening = Opening { out: Some(folder.clone()), ..Opening::new("sim", config) };
+    // A quiet camera, which takes little time.
+    let scene = place.path().join("scene.toml");
+    std::fs::write(&scene, "").expect("written");
+    let source = format!("sim:{}", scene.display());
+    let opening = Opening { out: Some(folder.clone()), ..Opening::new(&source, config) };
     let key = site.key(&site.owner);
     let hub = Arc::clone(&site.hub);
     let session = Builder::new()

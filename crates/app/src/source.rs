@@ -86,7 +86,7 @@ impl SourceName {
             let board = config.board()?;
             let usual = |scene: Scene| Scene { board, ..scene };
             let scene = match simulated.strip_prefix(':') {
-                None if simulated.is_empty() => usual(Scene::default_720p(1)),
+                None if simulated.is_empty() => usual(Scene::ordinary_webcam(1)),
                 Some(rest) => match rest.strip_prefix("random:") {
                     Some(seed) => usual(Scene::random(
                         seed.parse()
@@ -111,7 +111,7 @@ impl SourceName {
                 return Ok(Self::Camera(Box::new(camera)));
             }
             announcer.say(text::window::NO_CAMERA);
-            let mut scene = Scene::default_720p(1);
+            let mut scene = Scene::ordinary_webcam(1);
             scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
         }

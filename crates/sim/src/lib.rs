@@ -9,8 +9,8 @@
 //! use boresight_capture::{Arrival, FrameSource};
 //! use boresight_sim::{NoCues, Scene, SyntheticSource};
 //!
-//! // Three frames of the everyday webcam; no technician follows any guidance.
-//! let mut camera = SyntheticSource::new(Scene::default_720p(1), Box::new(NoCues), Some(3), 2);
+//! // Three frames of an ordinary webcam; no technician follows any guidance.
+//! let mut camera = SyntheticSource::new(Scene::ordinary_webcam(1), Box::new(NoCues), Some(3), 2);
 //! let mut sizes_px = Vec::new();
 //! while let Arrival::Frame(frame) = camera.next_frame(Duration::from_secs(1))? {
 //!     sizes_px.push(frame.image.dimensions());
@@ -24,8 +24,8 @@
 //! | module | holds |
 //! |---|---|
 //! | `scene`, `scene_file` | what is simulated, and its TOML |
-//! | `renderer`, `backdrop`, `print`, `printed_markers`, `blur` | a picture of it |
-//! | `source` | the camera, and what it knows of the truth |
+//! | `renderer`, `shutter`, `backdrop`, `print`, `bend`, `printed_markers`, `blur` | a picture of it |
+//! | `source`, `track` | the camera with its shutter, and what it knows of the truth |
 //! | [`technician`] | the person in front of it |
 //! | `rng_stream` | chance, by seed |
 //! | `kernel` | a simulated V4L2 kernel with faults on demand, with the feature `simulated-kernel`: for tests |
@@ -33,6 +33,7 @@
 #![forbid(unsafe_code)]
 
 mod backdrop;
+mod bend;
 mod blur;
 #[cfg(all(target_os = "linux", feature = "simulated-kernel"))]
 pub mod kernel;
@@ -42,8 +43,10 @@ mod renderer;
 mod rng_stream;
 mod scene;
 mod scene_file;
+mod shutter;
 mod source;
 pub mod technician;
+mod track;
 
 use image::GrayImage;
 use nalgebra::Isometry3;

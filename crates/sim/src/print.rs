@@ -1,8 +1,11 @@
 //! The printed board: what a ray meets on it, and how much of a pixel is ink.
 
-use nalgebra::{Isometry3, Matrix3, Point2};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3};
 
-use super::printed_markers::{Cells, Crossing, PrintedMarkers};
+use super::{
+    bend::{Bend, BentView},
+    printed_markers::{Cells, Crossing, PrintedMarkers},
+};
 use boresight_geometry::board::Checkerboard;
 
 /// White paper around the squares, in squares.
@@ -19,6 +22,7 @@ pub(super) struct Print {
     across: f32,
     down: f32,
     square_m: f64,
+    bend: Option<Bend>,
     markers: Option<PrintedMarkers>,
     offsets_x: Vec<f32>,
     offsets_y: Vec<f32>,
@@ -28,6 +32,8 @@ pub(super) struct Print {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SheetView {
     rows: [[f32; 3]; 3],
+    /// The sheet's middle, and the bend, if it isn't flat.
+    bent: Option<([f32; 2], BentView)>,
 }
 
 /// Where a pixel lies on the sheet, and its change per pixel.
@@ -70,7 +76,8 @@ pub(super) struct PixelRay {
 }
 
 impl Print {
-    pub(super) fn new(board: &Checkerboard) -> Self {
+    /// The sheet of a board whose middle is `bend_m` along its z-axis from its ends.
+    pub(super) fn new(board: &Checkerboard, bend_m: f64) -> Self {
         // A digital net, so that every aligned run of samples is spread evenly in x and in y, folded
         // into a tent two pixels wide: the pixel's own square and one pixel of the blur.
         let (offsets_x, offsets_y) = (0..SAMPLES as u32)
@@ -80,6 +87,7 @@ impl Print {
             across: (board.columns() + 1) as f32,
             down: (board.rows() + 1) as f32,
             square_m: board.square_m(),
+            bend: Bend::new(board, bend_m),
             markers: board.markers().map(|markers| PrintedMarkers::new(board, &markers)),
             offsets_x,
             offsets_y,
@@ -87,7 +95,7 @@ impl Print {
     }
 
     /// Points along the sheet's outline, in board metres.
-    pub(super) fn outline_in_board_m(&self) -> Vec<Point2<f64>> {
+    pub(super) fn outline_in_board_m(&self) -> Vec<Point3<f64>> {
         let (half_x, half_y) = (
             (f64::from(self.across) / 2.0 + f64::from(MARGIN)) * self.square_m,
             (f64::from(self.down) / 2.0 + f64::from(MARGIN)) * self.square_m,
@@ -102,7 +110,19 @@ impl Print {
                     Point2::new(half_x, s * half_y),
                 ]
             })
+            .map(|at| {
+                let in_squares = (at / self.square_m).cast();
+                let height = self.bend.map_or(0.0, |bend| bend.height(in_squares));
+                Point3::new(at.x, at.y, f64::from(height) * self.square_m)
+            })
             .collect()
+    }
+
+    /// A point of the sheet, and a distance on it, in board metres.
+    pub(super) fn in_board_m(&self, u: f32, v: f32, distance: f32) -> (Point2<f64>, f64) {
+        let from_middle =
+            Point2::new(f64::from(u - 0.5 * self.across), f64::from(v - 0.5 * self.down));
+        (from_middle * self.square_m, f64::from(distance) * self.square_m)
     }
 
     /// The sheet as seen at `cam_from_board`. `None` from behind or edge-on.
@@ -126,7 +146,9 @@ impl Print {
                 sheet_from_ray[(i, 2)] as f32,
             ]
         };
-        Some(SheetView { rows: [row(0), row(1), row(2)] })
+        let middle = [0.5 * self.across, 0.5 * self.down];
+        let bent = self.bend.map(|bend| (middle, bend.seen_at(cam_from_board)));
+        Some(SheetView { rows: [row(0), row(1), row(2)], bent })
     }
 
     /// What is seen within `du`, `dv` squares around `(u, v)`.
@@ -259,6 +281,9 @@ impl SheetView {
             let (x, y) = if x.is_finite() { (*x, *y) } else { (0.0, 0.0) };
             *u = (a[0] * x + a[1] * y + a[2]) * inverse + missed;
             *v = (b[0] * x + b[1] * y + b[2]) * inverse + missed;
+            if let Some(bent) = &self.bent {
+                [*u, *v] = met(bent, [x, y], [*u, *v]);
+            }
         }
     }
 
@@ -279,8 +304,21 @@ impl SheetView {
                 (b[0] * ray[0] + b[1] * ray[1] - v * dw) * inverse,
             ]
         };
-        Some(Spot { u, v, by_x: change(pixel.by_x), by_y: change(pixel.by_y) })
+        let (by_x, by_y) = (change(pixel.by_x), change(pixel.by_y));
+        let Some(bent @ (middle, view)) = &self.bent else {
+            return Some(Spot { u, v, by_x, by_y });
+        };
+        let [u, v] = met(bent, pixel.ray, [u, v]);
+        let from_middle = [u - middle[0], v - middle[1]];
+        let change = |by_ray, by_flat| view.change(pixel.ray, from_middle, by_ray, by_flat);
+        Some(Spot { u, v, by_x: change(pixel.by_x, by_x), by_y: change(pixel.by_y, by_y) })
     }
+}
+
+/// Where a ray meets the bent sheet that would meet a flat one at `flat`.
+fn met((middle, view): &([f32; 2], BentView), ray: [f32; 2], flat: [f32; 2]) -> [f32; 2] {
+    let [u, v] = view.met(ray, [flat[0] - middle[0], flat[1] - middle[1]]);
+    [u + middle[0], v + middle[1]]
 }
 
 /// Whether a point inside the pattern is in a light square.

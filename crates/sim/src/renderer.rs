@@ -2,10 +2,13 @@
 //!
 //! Each pixel's ray is known once and for all. A frame traces the rays of the board's surroundings
 //! onto the sheet; pixels away from any edge are flat, the others are sampled 64 times over the
-//! pixel and the exposure. Then come the lens blur, the light and the noise, in this order.
+//! pixel and the exposure. Then come the lens blur, the light and the noise, in this order. With a rolling shutter,
+//! each row has an exposure of its own.
+
+use std::rc::Rc;
 
 use image::GrayImage;
-use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion};
+use nalgebra::{Isometry3, Point2, Point3};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
@@ -15,14 +18,13 @@ use super::{
     print::{Patch, PixelRay, Print, Share, SheetView},
     rng_stream::RngStream,
     scene::Scene,
+    shutter::{Shutter, middle_pose},
+    technician::Hand,
 };
 use boresight_geometry::Camera;
 
 /// Normal deviates drawn once; each row of each frame starts at its own place.
 const NOISE_TABLE: usize = 1 << 18;
-
-/// Movement during the exposure that is too small to see.
-const UNSEEN_MOVEMENT_PX: f64 = 0.05;
 
 /// Draws frames of one scene. Keeps the parts that don't change, and its working memory.
 pub struct Renderer {
@@ -49,6 +51,7 @@ pub struct Renderer {
     canvas: Vec<f32>,
     half_blurred: Vec<f32>,
     traced: Traced,
+    hand: Option<Hand>,
 }
 
 /// Sheet coordinates of three neighbouring rows.
@@ -56,6 +59,12 @@ pub struct Renderer {
 struct Traced {
     us: [Vec<f32>; 3],
     vs: [Vec<f32>; 3],
+}
+
+/// The sheet during the exposure of a row.
+struct RowViews {
+    centre: SheetView,
+    views: Vec<SheetView>,
 }
 
 impl Renderer {
@@ -93,7 +102,7 @@ impl Renderer {
         let sharp_room = backdrop::draw(scene, stride, lines).levels;
         let mut renderer = Self {
             camera: scene.camera,
-            print: Print::new(&scene.board),
+            print: Print::new(&scene.board, scene.bend_m),
             dark_level: scene.light.dark_level as f32,
             light_level: scene.light.light_level as f32,
             seed: scene.seed,
@@ -112,6 +121,7 @@ impl Renderer {
             noise,
             half_blurred: vec![0.0; stride * lines],
             traced: Traced::default(),
+            hand: None,
         };
         let everything = Region { x0: 0, x1: width, y0: 0, y1: height };
         renderer.blur_along_rows(&everything);
@@ -121,6 +131,11 @@ impl Renderer {
         }
         renderer.room = room;
         renderer
+    }
+
+    /// The hand that covers a part of the board, from the next picture on.
+    pub fn cover(&mut self, hand: Option<Hand>) {
+        self.hand = hand;
     }
 
     /// Draws the board at `cam_from_board`, poses spread evenly over the exposure, into `out`.
@@ -133,10 +148,25 @@ impl Renderer {
         noise_index: u64,
         out: &mut GrayImage,
     ) {
+        self.draw(&Shutter::Global(cam_from_board), noise_index, out);
+    }
+
+    /// As [`render`](Self::render), but each row of the picture has its own poses: those that `cam_from_board_of_row`
+    /// gives for row 0 at the top to the last one, spread evenly over the row's exposure.
+    pub fn render_rolling(
+        &mut self,
+        cam_from_board_of_row: &dyn Fn(u32) -> Vec<Isometry3<f64>>,
+        noise_index: u64,
+        out: &mut GrayImage,
+    ) {
+        self.draw(&Shutter::Rolling(cam_from_board_of_row), noise_index, out);
+    }
+
+    fn draw(&mut self, shutter: &Shutter<'_>, noise_index: u64, out: &mut GrayImage) {
         if (out.width() as usize, out.height() as usize) != (self.width, self.height) {
             *out = GrayImage::new(self.width as u32, self.height as u32);
         }
-        let region = self.paint_board(cam_from_board);
+        let region = self.paint_board(shutter);
         if let Some(region) = &region {
             self.blur_along_rows(region);
         }
@@ -157,20 +187,20 @@ impl Renderer {
 
     /// Paints room and board onto the canvas. Returns the part of the picture that may differ from
     /// the room alone.
-    fn paint_board(&mut self, cam_from_board: &[Isometry3<f64>]) -> Option<Region> {
-        let middle = middle_pose(cam_from_board)?;
+    fn paint_board(&mut self, shutter: &Shutter<'_>) -> Option<Region> {
         let outline = self.print.outline_in_board_m();
-        let movement_px = self.movement_px(&middle, cam_from_board, &outline);
-        let centre_view = self.print.seen_at(&middle)?;
-        let (views, movement_px) = if movement_px > UNSEEN_MOVEMENT_PX {
-            (
-                cam_from_board.iter().filter_map(|pose| self.print.seen_at(pose)).collect(),
-                movement_px,
-            )
-        } else {
-            (vec![centre_view], 0.0)
+        let last_row = self.height.saturating_sub(1) as u32;
+        let motion = shutter.motion(last_row, self.camera.f_px.max(), &outline)?;
+        let smear_px = motion.over_row_px;
+        let of_frame = Rc::new(self.row_views(&motion.middle_row, smear_px)?);
+        let views_at = |renderer: &Self, y: usize| match shutter {
+            Shutter::Rolling(of_row) if motion.over_picture_px > 0.0 => {
+                let row = (y.saturating_sub(renderer.pad) as u32).min(last_row);
+                renderer.row_views(&of_row(row), smear_px).map_or(Rc::clone(&of_frame), Rc::new)
+            }
+            _ => Rc::clone(&of_frame),
         };
-        let region = self.surroundings(&middle, &outline, movement_px)?;
+        let region = self.surroundings(&motion.middle, &outline, motion.over_picture_px)?;
         let radius = self.kernel.radius();
         // In padded coordinates; one more pixel all around remains for the neighbours' rays.
         let area = Region {
@@ -180,21 +210,35 @@ impl Renderer {
             y1: region.y1 + self.pad + radius,
         };
         // The samples reach one pixel to every side.
-        let reach_px = (1.1 + 1.05 * movement_px) as f32;
+        let reach_px = (1.1 + 1.05 * smear_px) as f32;
         let mut traced = std::mem::take(&mut self.traced);
         for row in 0..3 {
             traced.us[row].resize(self.stride, 0.0);
             traced.vs[row].resize(self.stride, 0.0);
         }
-        for y in [area.y0 - 1, area.y0] {
-            self.trace(&centre_view, &area, y, &mut traced);
-        }
+        let above = views_at(self, area.y0 - 1);
+        self.trace(&above.centre, &area, area.y0 - 1, &mut traced);
+        let mut here = views_at(self, area.y0);
+        self.trace(&here.centre, &area, area.y0, &mut traced);
         for y in area.y0..area.y1 {
-            self.trace(&centre_view, &area, y + 1, &mut traced);
-            self.paint_row(&views, &area, y, (&traced, reach_px));
+            let below = views_at(self, y + 1);
+            self.trace(&below.centre, &area, y + 1, &mut traced);
+            self.paint_row(&here.views, &area, y, (&traced, reach_px));
+            here = below;
         }
         self.traced = traced;
         Some(region)
+    }
+
+    /// The sheet at `poses`; one view is enough if it isn't smeared. `None` from behind or edge-on.
+    fn row_views(&self, poses: &[Isometry3<f64>], smear_px: f64) -> Option<RowViews> {
+        let centre = self.print.seen_at(&middle_pose(poses)?)?;
+        let views = if smear_px > 0.0 {
+            poses.iter().filter_map(|pose| self.print.seen_at(pose)).collect()
+        } else {
+            vec![centre]
+        };
+        Some(RowViews { centre, views })
     }
 
     fn trace(&self, view: &SheetView, area: &Region, y: usize, traced: &mut Traced) {
@@ -230,13 +274,18 @@ impl Renderer {
             let dv = half_reach
                 * ((v_here[x + 1] - v_here[x - 1]).abs() + (v_below[x] - v_above[x]).abs());
             match self.print.around(u_here[x], v_here[x], du, dv) {
-                Patch::Backdrop => {}
+                Patch::Backdrop => continue,
                 Patch::Dark => self.canvas[start + x] = self.dark_level,
                 Patch::Light => self.canvas[start + x] = self.light_level,
                 Patch::Crossing(_) | Patch::Mixed => {
                     let share = self.print.share(views, &self.pixel_ray(start + x));
                     self.canvas[start + x] = self.mixed(share, self.sharp_room[start + x]);
                 }
+            }
+            if let Some(hand) = &self.hand {
+                let (at, reach_m) = self.print.in_board_m(u_here[x], v_here[x], 0.5 * (du + dv));
+                let level = &mut self.canvas[start + x];
+                *level = covered(hand, &at, reach_m, [self.dark_level, self.light_level], *level);
             }
         }
     }
@@ -261,42 +310,18 @@ impl Renderer {
         }
     }
 
-    /// Farthest any point of the outline moves from its middle place during the exposure.
-    fn movement_px(
-        &self,
-        middle: &Isometry3<f64>,
-        cam_from_board: &[Isometry3<f64>],
-        outline_in_board_m: &[Point2<f64>],
-    ) -> f64 {
-        let [Some(first), Some(last)] = [cam_from_board.first(), cam_from_board.last()] else {
-            return 0.0;
-        };
-        let f_px = self.camera.f_px.max();
-        let mut farthest_px = 0.0_f64;
-        for point in outline_in_board_m {
-            let point = Point3::new(point.x, point.y, 0.0);
-            let at = middle * point;
-            for pose in [first, last] {
-                // Without the lens: a bound is enough.
-                let moved = (pose * point - at).norm();
-                farthest_px = farthest_px.max(f_px * moved / at.z.max(1e-3));
-            }
-        }
-        farthest_px
-    }
-
     /// The part of the picture that the board can touch, blur included. `None` if it is out of view.
     fn surroundings(
         &self,
         middle: &Isometry3<f64>,
-        outline_in_board_m: &[Point2<f64>],
+        outline_in_board_m: &[Point3<f64>],
         movement_px: f64,
     ) -> Option<Region> {
         let everything = Region { x0: 0, x1: self.width, y0: 0, y1: self.height };
         let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
         let mut high = Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
         for point in outline_in_board_m {
-            let in_cam = middle * Point3::new(point.x, point.y, 0.0);
+            let in_cam = middle * point;
             let ideal = Point2::new(in_cam.x / in_cam.z, in_cam.y / in_cam.z);
             // Behind the camera, or where the lens model may have folded back into the picture.
             if in_cam.z <= 1e-6 || ideal.coords.norm() > self.widest_ray {
@@ -344,13 +369,20 @@ impl Renderer {
     }
 }
 
-fn middle_pose(poses: &[Isometry3<f64>]) -> Option<Isometry3<f64>> {
-    let (a, b) = (poses.get(poses.len().checked_sub(1)? / 2)?, poses.get(poses.len() / 2)?);
-    let turn = (b.rotation * a.rotation.inverse()).scaled_axis();
-    Some(Isometry3::from_parts(
-        (0.5 * (a.translation.vector + b.translation.vector)).into(),
-        UnitQuaternion::from_scaled_axis(0.5 * turn) * a.rotation,
-    ))
+/// Level where a hand may cover the board's `level`: skin, darker towards its outline, which is mixed with the board over
+/// `reach_m` to both sides.
+fn covered(
+    hand: &Hand,
+    at_m: &Point2<f64>,
+    reach_m: f64,
+    [dark, light]: [f32; 2],
+    level: f32,
+) -> f32 {
+    let distance_m = hand.distance_m(at_m);
+    let share = (0.5 - 0.5 * distance_m / reach_m.max(1e-9)).clamp(0.0, 1.0) as f32;
+    let depth = (-distance_m / hand.radius_m).clamp(0.0, 1.0) as f32;
+    let skin = dark + (light - dark) * (0.4 + 0.25 * depth);
+    level + share * (skin - level)
 }
 
 /// Mixes three numbers into one that shows no pattern (SplitMix64's finaliser).

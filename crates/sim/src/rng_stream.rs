@@ -12,6 +12,8 @@ pub(super) enum RngStream {
     Technician,
     Attention,
     Manner,
+    Habits,
+    Covers,
 }
 
 impl RngStream {
@@ -25,6 +27,8 @@ impl RngStream {
             Self::Technician => 4,
             Self::Attention => 5,
             Self::Manner => 6,
+            Self::Habits => 7,
+            Self::Covers => 8,
         });
         rng
     }

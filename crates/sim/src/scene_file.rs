@@ -12,6 +12,9 @@ use crate::{
 use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{Distortion, LensKind, board::Checkerboard, frame::ImageSize};
 
+/// Largest height of a bent board's middle, in squares.
+const LARGEST_BEND: f64 = 0.5;
+
 /// Why a file is no scene.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -36,6 +39,8 @@ pub struct SceneFile {
     seed: Option<u64>,
     /// Inner corners of the board in front of the camera, if it's another than the session's.
     board: Option<[u16; 2]>,
+    /// Height of the board's middle over its ends.
+    bend_mm: Option<f64>,
     image_size_px: Option<[u32; 2]>,
     f_px: Option<f64>,
     pp_px: Option<[f64; 2]>,
@@ -48,6 +53,7 @@ pub struct SceneFile {
     noise_levels: Option<f64>,
     blur_px: Option<f64>,
     exposure_ms: Option<f64>,
+    readout_ms: Option<f64>,
     clutter: Option<f64>,
     technician: Option<TechnicianFile>,
 }
@@ -74,6 +80,10 @@ struct TechnicianFile {
     sink_mm: Option<f64>,
     tiring_per_sec: Option<f64>,
     rest_after_secs: Option<f64>,
+    wanders: Option<bool>,
+    hears_only: Option<bool>,
+    leaves_for_secs: Option<f64>,
+    covers_every_secs: Option<f64>,
 }
 
 impl TechnicianFile {
@@ -103,11 +113,15 @@ impl TechnicianFile {
             (self.sink_mm, 1e-3, &mut params.sink_m),
             (self.tiring_per_sec, 1.0, &mut params.tiring_per_sec),
             (self.rest_after_secs, 1.0, &mut params.rest_after_secs),
+            (self.leaves_for_secs, 1.0, &mut params.leaves_for_secs),
+            (self.covers_every_secs, 1.0, &mut params.covers_every_secs),
         ] {
             if let Some(value) = value {
                 *into = value * unit;
             }
         }
+        params.wanders = self.wanders.unwrap_or(params.wanders);
+        params.hears_only = self.hears_only.unwrap_or(params.hears_only);
         params
     }
 }
@@ -120,6 +134,8 @@ fn is_sensible(person: &TechnicianParams) -> bool {
         && time(person.reading_secs_per_word)
         && time(person.look_away_every_secs)
         && time(person.rest_after_secs)
+        && time(person.leaves_for_secs)
+        && time(person.covers_every_secs)
         && within(person.rotation_error_rad, 1.6)
         && within(person.lateral_error_px, 1e4)
         && within(person.distance_error, 0.9)
@@ -174,6 +190,8 @@ impl SceneFile {
             && (0.0..=1.0).contains(&scene.clutter)
             && (0.0..20.0).contains(&scene.psf_sigma_px)
             && (0.0..1.0).contains(&scene.exposure_secs)
+            && (0.0..1.0).contains(&scene.readout_secs)
+            && scene.bend_m.abs() <= LARGEST_BEND * scene.board.square_m()
             && (1_000_000..=100_000_000_000).contains(&scene.frame_interval_nanos);
         let corners = [(0, 0), (width_px, 0), (0, height_px), (width_px, height_px)];
         let unfolded = corners.iter().all(|&(x, y)| {
@@ -184,7 +202,7 @@ impl SceneFile {
             (finite, "f_px, pp_px and distortion must be numbers, f_px above 1"),
             (
                 rest,
-                "noise_levels needs 0 to 255, clutter 0 to 1, blur_px below 20, exposure_ms below 1000, fps 0.01 to 1000",
+                "noise_levels needs 0 to 255, clutter 0 to 1, blur_px below 20, exposure_ms and readout_ms below 1000, fps 0.01 to 1000, bend_mm at most half a square",
             ),
             (
                 is_sensible(&scene.technician),
@@ -243,6 +261,8 @@ impl SceneFile {
         scene.noise_sigma = self.noise_levels.unwrap_or(scene.noise_sigma);
         scene.psf_sigma_px = self.blur_px.unwrap_or(scene.psf_sigma_px);
         scene.exposure_secs = self.exposure_ms.map_or(scene.exposure_secs, |ms| ms * 1e-3);
+        scene.readout_secs = self.readout_ms.map_or(scene.readout_secs, |ms| ms * 1e-3);
+        scene.bend_m = self.bend_mm.map_or(scene.bend_m, |mm| mm * 1e-3);
         scene.clutter = self.clutter.unwrap_or(scene.clutter);
         scene.technician = self.technician.unwrap_or_default().params(scale);
         scene

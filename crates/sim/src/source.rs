@@ -12,6 +12,7 @@ use super::{
     renderer::Renderer,
     scene::Scene,
     technician::{Cue, Technician},
+    track::Track,
 };
 use boresight_capture::{Arrival, CaptureError, FrameSource, SourceIdentity};
 use boresight_geometry::{
@@ -51,7 +52,8 @@ impl Cues for NoCues {
 pub struct Truth {
     /// The true lens.
     pub camera: Camera,
-    /// Pose of the board (`cam_from_board`) in the middle of each delivered frame's exposure.
+    /// Pose of the board (`cam_from_board`) in the middle of each delivered frame's exposure; with a rolling shutter, of
+    /// its middle row's.
     pub poses: Vec<(FrameId, Isometry3<f64>)>,
 }
 
@@ -80,6 +82,8 @@ pub struct SyntheticSource {
     scene: Scene,
     renderer: Renderer,
     technician: Technician,
+    /// The board's way, if the rows are read one after another.
+    track: Track,
     cues: Box<dyn Cues>,
     frames_left: Option<u64>,
     next_id: u64,
@@ -103,6 +107,7 @@ impl SyntheticSource {
         Self {
             renderer: Renderer::new(&scene),
             technician: Technician::new(&scene),
+            track: Track::default(),
             cues,
             frames_left: limit_frames,
             next_id: 0,
@@ -125,16 +130,66 @@ impl SyntheticSource {
         self.next_id += 1;
         let captured_at =
             CaptureTime { nanos: (id.0 + 1).saturating_mul(self.scene.frame_interval_nanos) };
-        let (poses, middle) = self.poses_during_exposure(captured_at);
         let mut shared = self.free_frame();
         // Nobody else holds a free frame, so this never copies.
         let frame = Arc::make_mut(&mut shared);
         (frame.id, frame.captured_at) = (id, captured_at);
-        self.renderer.render(&poses, id.0, &mut frame.image);
+        self.renderer.cover(self.technician.hand_at(captured_at));
+        let middle = self.expose(id, captured_at, &mut frame.image);
         if self.pool.len() < self.pool_size {
             self.pool.push(Arc::clone(&shared));
         }
         (shared, middle)
+    }
+
+    /// Draws the picture whose exposure has its middle at `captured_at`, and returns the pose then.
+    fn expose(
+        &mut self,
+        id: FrameId,
+        captured_at: CaptureTime,
+        image: &mut GrayImage,
+    ) -> Isometry3<f64> {
+        let readout_secs = self.scene.readout_secs.clamp(0.0, self.frame_interval_secs());
+        if readout_secs > 0.0 {
+            return self.expose_rolling(id, captured_at, readout_secs, image);
+        }
+        let (poses, middle) = self.poses_during_exposure(captured_at);
+        self.renderer.render(&poses, id.0, image);
+        middle
+    }
+
+    /// Row `r` of `h` has the middle of its exposure `(r / (h − 1) − ½) · readout_secs` after `captured_at`.
+    fn expose_rolling(
+        &mut self,
+        id: FrameId,
+        captured_at: CaptureTime,
+        readout_secs: f64,
+        image: &mut GrayImage,
+    ) -> Isometry3<f64> {
+        let middle_secs = captured_at.nanos as f64 * 1e-9;
+        let exposure_secs = self.exposure_secs();
+        let half_secs = 0.5 * (exposure_secs + readout_secs);
+        self.track.follow(&mut self.technician, middle_secs - half_secs, middle_secs + half_secs);
+        let (track, last_row) = (&self.track, self.scene.image_size.height_px.saturating_sub(1));
+        let poses_of_row = |row: u32| {
+            let share = f64::from(row) / f64::from(last_row.max(1)) - 0.5;
+            let row_secs = middle_secs + share * readout_secs;
+            (0..POSES_PER_EXPOSURE)
+                .map(|i| (f64::from(i) + 0.5) / f64::from(POSES_PER_EXPOSURE) - 0.5)
+                .map(|share| track.pose_at(row_secs + share * exposure_secs))
+                .collect()
+        };
+        self.renderer.render_rolling(&poses_of_row, id.0, image);
+        self.track.pose_at(middle_secs)
+    }
+
+    /// An exposure reaches at most to the neighbouring frames' middles.
+    fn exposure_secs(&self) -> f64 {
+        self.scene.exposure_secs.clamp(0.0, self.frame_interval_secs())
+    }
+
+    fn frame_interval_secs(&self) -> f64 {
+        self.scene.frame_interval_nanos as f64 * 1e-9
     }
 
     /// Poses evenly over the exposure around `captured_at`, and the one in its middle.
@@ -142,9 +197,7 @@ impl SyntheticSource {
         &mut self,
         captured_at: CaptureTime,
     ) -> (Vec<Isometry3<f64>>, Isometry3<f64>) {
-        // An exposure reaches at most to the neighbouring frames' middles.
-        let exposure_nanos = (self.scene.exposure_secs.max(0.0) * 1e9)
-            .min(self.scene.frame_interval_nanos as f64) as u64;
+        let exposure_nanos = (self.exposure_secs() * 1e9) as u64;
         let start_nanos = captured_at.nanos - (exposure_nanos / 2).min(captured_at.nanos);
         let technician = &mut self.technician;
         let mut poses = Vec::with_capacity(POSES_PER_EXPOSURE as usize);

@@ -9,12 +9,15 @@
 //! | `ghost` | wants to see on the screen |
 //! | `reach` | does to get there |
 //! | `sway` | can't help doing |
+//! | `habits`, `hand` | does instead of what is asked |
 //!
 //! `time` adds seconds to a capture time.
 
 mod attention;
 mod cue;
 mod ghost;
+mod habits;
+mod hand;
 pub(crate) mod params;
 mod people;
 mod reach;
@@ -30,11 +33,14 @@ use rand_distr::UnitSphere;
 
 use attention::{Attention, Stamina};
 use ghost::matching_pose;
+use habits::{Act, Habits};
+use hand::Covers;
 use reach::{Reach, tipped};
 use sway::Sway;
 use time::after;
 
 pub use cue::{Cue, CueKind, Instruction};
+pub use hand::Hand;
 pub use params::{Support, TechnicianParams};
 pub use people::Person;
 
@@ -72,6 +78,8 @@ pub struct Technician {
     attention: Attention,
     stamina: Stamina,
     sway: Sway,
+    habits: Habits,
+    covers: Covers,
     now: CaptureTime,
     /// Cues seen, with the time at which they are acted on.
     pending: VecDeque<(CaptureTime, CueKind)>,
@@ -138,6 +146,8 @@ impl Technician {
             manner: RngStream::Manner.rng(scene.seed),
             attention: Attention::new(RngStream::Attention.rng(scene.seed), &params),
             stamina: Stamina::new(&params),
+            habits: Habits::new(RngStream::Habits.rng(scene.seed), scene),
+            covers: Covers::new(RngStream::Covers.rng(scene.seed), board, params.covers_every_secs),
             now: CaptureTime { nanos: 0 },
             pending: VecDeque::new(),
             sentence: None,
@@ -151,6 +161,9 @@ impl Technician {
 
     /// Shows or tells the person something. Repetition changes nothing.
     pub fn read(&mut self, cue: Cue) {
+        if self.habits.ignore(&cue.kind) {
+            return;
+        }
         let noticed = match &cue.kind {
             CueKind::Show { target, .. } => {
                 if self.target == Some(*target) {
@@ -186,7 +199,8 @@ impl Technician {
             } else {
                 (self.params.reading_secs_per_word * words as f64).min(LONGEST_READING_SECS)
             };
-            let noticed = self.attention.looks_at(shown);
+            let noticed =
+                if self.params.hears_only { shown } else { self.attention.looks_at(shown) };
             after(noticed, self.reaction_secs() + reading_secs)
         });
         self.sentence = Some(Sentence { instruction, due: Some(due) });
@@ -204,10 +218,16 @@ impl Technician {
             let cue = self.pending.front().map(|(due, _)| (*due).max(self.now));
             let sentence = self.sentence.and_then(|sentence| sentence.due);
             let next = self.next.map(|(due, _)| due);
-            let earliest = [cue, sentence, next].into_iter().flatten().min();
+            let habit = self.habits.due();
+            // Away from the camera, nothing is seen or heard until the person comes back.
+            let [cue, sentence, next] =
+                [cue, sentence, next].map(|due| due.filter(|_| !self.habits.is_away()));
+            let earliest = [habit, cue, sentence, next].into_iter().flatten().min();
             let Some(due) = earliest.filter(|due| *due <= time) else { break };
             self.now = due.max(self.now);
-            if cue == Some(due) {
+            if habit == Some(due) {
+                self.act_by_habit();
+            } else if cue == Some(due) {
                 if let Some((_, cue)) = self.pending.pop_front() {
                     self.act_on(&cue);
                 }
@@ -223,6 +243,27 @@ impl Technician {
         }
         self.now = time;
         self.sway.applied(&self.reach.pose_at(time), time, self.stamina.gain_at(time))
+    }
+
+    /// The hand that covers a part of the board at `time`, which must not go back.
+    pub fn hand_at(&mut self, time: CaptureTime) -> Option<Hand> {
+        self.covers.at(time)
+    }
+
+    fn act_by_habit(&mut self) {
+        match self.habits.act(self.now) {
+            Act::Leave(until) => {
+                self.next = None;
+                self.move_to(self.lowered());
+                self.stamina.rest(self.now, until);
+            }
+            Act::Return if self.wanted.is_some() => {
+                self.error_scale = 1.0;
+                self.attempt();
+            }
+            Act::Return => self.move_to(self.start),
+            Act::Show(pose) => self.move_to(pose),
+        }
     }
 
     fn act_on(&mut self, cue: &CueKind) {
@@ -251,6 +292,7 @@ impl Technician {
                 }
             }
             CueKind::Finished => {
+                self.habits.end();
                 self.move_to(self.lowered());
                 (self.wanted, self.next, self.sentence) = (None, None, None);
             }

@@ -46,6 +46,15 @@ pub struct TechnicianParams {
     pub correction: f64,
     /// Width of the squares' grid in the picture at the start, relative to the picture's.
     pub start_width: f64,
+    /// The person doesn't look at the screen, and shows the board in another way every 1.5 to 3 s: tilted by 0 to 40°, the
+    /// grid 0.3 to 0.7 of the picture wide, near its middle.
+    pub wanders: bool,
+    /// The person hears the sentences, but doesn't see the ghost.
+    pub hears_only: bool,
+    /// Time for which the person walks away with the board, once, after 3 to 12 s; 0 for a person who stays.
+    pub leaves_for_secs: f64,
+    /// Mean time until a hand covers a part of the board for 1 to 2 s; 0 for a person who never does that.
+    pub covers_every_secs: f64,
 }
 
 /// Support of the board.

@@ -67,6 +67,10 @@ impl Person {
             patience_secs: 2.0,
             correction: 0.6,
             start_width: 0.4,
+            wanders: false,
+            hears_only: false,
+            leaves_for_secs: 0.0,
+            covers_every_secs: 0.0,
         };
         match self {
             Self::Usual => usual,

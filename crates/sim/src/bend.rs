@@ -1,0 +1,112 @@
+//! A board that isn't flat: a parabola along its longer side.
+
+use nalgebra::{Isometry3, Point2};
+
+use boresight_geometry::board::Checkerboard;
+
+/// A bent board. Lengths are in squares; the board's z-axis points away from a camera that sees its front.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bend {
+    /// How far along z the middle is from the first and the last row of corners.
+    sag: f32,
+    /// Half of the way between these rows.
+    half: f32,
+    /// True if the board is bent along its columns, as it has more rows.
+    is_upright: bool,
+}
+
+/// A bent board at a pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BentView {
+    bend: Bend,
+    /// The board's axes in the camera's frame.
+    axes: [[f32; 3]; 3],
+}
+
+/// How far a ray goes along the bend and across it for each square along the board's normal.
+#[derive(Clone, Copy, Debug)]
+struct Slant {
+    along: f32,
+    across: f32,
+}
+
+impl Bend {
+    /// `None` for a flat board.
+    pub(super) fn new(board: &Checkerboard, bend_m: f64) -> Option<Self> {
+        let is_upright = board.rows() > board.columns();
+        let corners = board.rows().max(board.columns());
+        let half = (corners as f32 - 1.0) / 2.0;
+        let sag = (bend_m / board.square_m()) as f32;
+        (sag != 0.0 && half > 0.0).then_some(Self { sag, half, is_upright })
+    }
+
+    /// Height along z at a point of the board, given from its middle.
+    pub(super) fn height(&self, from_middle: Point2<f32>) -> f32 {
+        self.height_at(if self.is_upright { from_middle.y } else { from_middle.x })
+    }
+
+    pub(super) fn seen_at(self, cam_from_board: &Isometry3<f64>) -> BentView {
+        let turn = cam_from_board.rotation.to_rotation_matrix();
+        let axis = |i: usize| {
+            let axis = turn.matrix().column(i);
+            [axis[0] as f32, axis[1] as f32, axis[2] as f32]
+        };
+        let axes =
+            if self.is_upright { [axis(1), axis(0), axis(2)] } else { [axis(0), axis(1), axis(2)] };
+        BentView { bend: self, axes }
+    }
+
+    fn height_at(&self, along: f32) -> f32 {
+        self.sag * (1.0 - (along / self.half).powi(2))
+    }
+}
+
+impl BentView {
+    /// Where the ray `(x, y, 1)` meets the bent board, if it would meet a flat one at `flat`. Both from the middle.
+    pub(super) fn met(&self, ray: [f32; 2], flat: [f32; 2]) -> [f32; 2] {
+        let (slant, _) = self.slant(ray);
+        let [along, across] = self.turned(flat);
+        // along' = along + slant · height(along'), a quadratic equation.
+        let bend = &self.bend;
+        let square = slant.along * bend.sag / (bend.half * bend.half);
+        let sum = along + slant.along * bend.sag;
+        let met = 2.0 * sum / (1.0 + (1.0 + 4.0 * square * sum).max(0.0).sqrt());
+        self.turned([met, across + slant.across * bend.height_at(met)])
+    }
+
+    /// Change of [`met`](Self::met) with `by_ray`, at the place `met` itself, where that of a flat board is `by_flat`.
+    pub(super) fn change(
+        &self,
+        ray: [f32; 2],
+        met: [f32; 2],
+        by_ray: [f32; 2],
+        by_flat: [f32; 2],
+    ) -> [f32; 2] {
+        let (slant, depth) = self.slant(ray);
+        let ([along, _], [by_along, by_across]) = (self.turned(met), self.turned(by_flat));
+        let bend = &self.bend;
+        let (height, slope) =
+            (bend.height_at(along), -2.0 * bend.sag * along / (bend.half * bend.half));
+        let dot = |axis: &[f32; 3]| axis[0] * by_ray[0] + axis[1] * by_ray[1];
+        let by_depth = dot(&self.axes[2]);
+        let by_slant = |axis: &[f32; 3], slant: f32| (dot(axis) - slant * by_depth) / depth;
+        let first = (by_along + height * by_slant(&self.axes[0], slant.along))
+            / (1.0 - slant.along * slope);
+        let second = by_across
+            + slant.across * slope * first
+            + height * by_slant(&self.axes[1], slant.across);
+        self.turned([first, second])
+    }
+
+    /// Slant of a ray, and how far it goes along the board's normal.
+    fn slant(&self, [x, y]: [f32; 2]) -> (Slant, f32) {
+        let dot = |axis: &[f32; 3]| axis[0] * x + axis[1] * y + axis[2];
+        let depth = dot(&self.axes[2]).max(1e-3);
+        (Slant { along: dot(&self.axes[0]) / depth, across: dot(&self.axes[1]) / depth }, depth)
+    }
+
+    /// Along and across the bend from right and down, or the other way.
+    fn turned(&self, [a, b]: [f32; 2]) -> [f32; 2] {
+        if self.bend.is_upright { [b, a] } else { [a, b] }
+    }
+}
