@@ -452,7 +452,7 @@ def replay(
 ) -> dict[str, Any]:
     """Makes every decision of a recorded session again, as ``boresight replay --json``.
 
-    With ``settings``, such as ``{"guidance.min_tilt_deg": 35}``, other limits are tried; with ``redetect``, the board
+    With ``settings``, such as ``{"guidance.hold_secs": 0.5}``, other limits are tried; with ``redetect``, the board
     is found again in the stored pictures. The session isn't changed. ``["decisions"]`` says what differs.
     """
     return json.loads(_boresight.replay(os.fspath(session), _settings(settings), redetect, threads))

@@ -58,7 +58,7 @@ pub(crate) fn corners(view: &View<'_>) -> PyResult<Vec<Corner>> {
             let covariance_px2 = Matrix2::new(c[[0, 0]], c[[0, 1]], c[[1, 0]], c[[1, 1]]);
             let is_right = covariance_px2.iter().chain(px.iter()).all(|value| value.is_finite())
                 && covariance_px2.cholesky().is_some();
-            let corner = Corner { px: Point2::new(px[0], px[1]), covariance_px2 };
+            let corner = Corner::new(Point2::new(px[0], px[1]), covariance_px2);
             is_right
                 .then_some(corner)
                 .ok_or_else(|| wrong("positions must be finite, and covariances positive definite"))

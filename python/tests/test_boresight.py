@@ -58,8 +58,8 @@ def test_a_calibration_is_that_of_the_command_line(program, pictures):
 def test_a_replay_is_that_of_the_command_line(program):
     for name in ("good", "focus-moved", "focus-moved-unseen", "installed-camera-changed"):
         session = RECORDINGS / name
-        setting = ["--set", "guidance.min_tilt_deg=35"]
-        assert boresight.replay(session, settings={"guidance.min_tilt_deg": 35}) == program(
+        setting = ["--set", "guidance.hold_secs=0.5"]
+        assert boresight.replay(session, settings={"guidance.hold_secs": 0.5}) == program(
             "replay", session, "--json", *setting
         )
         again = boresight.replay(session, redetect=True)

@@ -31,7 +31,7 @@ pub(super) struct BoardArguments {
     /// Settings file. config/default.toml explains every setting.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Change one setting, for example guidance.min_tilt_deg=25. Can be repeated.
+    /// Change one setting, for example guidance.hold_secs=0.5. Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
 }
@@ -42,7 +42,7 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
     let is_key = |key: &str| key.split('.').all(|part| !part.trim().is_empty());
     match key {
         Some(key) if is_key(key) => Ok(text.to_owned()),
-        _ => Err("expected KEY=VALUE, for example guidance.min_tilt_deg=25".into()),
+        _ => Err("expected KEY=VALUE, for example guidance.hold_secs=0.5".into()),
     }
 }
 

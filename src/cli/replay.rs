@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     /// Threads for detection [default: one per core]. Doesn't affect decisions.
     #[arg(long, value_name = "N", requires = "redetect")]
     threads: Option<usize>,
-    /// Ask "what if": change one setting, for example guidance.min_tilt_deg=25. Can be repeated.
+    /// Ask "what if": change one setting, for example guidance.hold_secs=0.5. Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
     /// Step through the decisions in a window and see why each frame was taken or not.
@@ -52,7 +52,7 @@ pub(super) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   boresight replay sessions/2026-11-21T08-00-00Z
-  boresight replay sessions/2026-11-21T08-00-00Z --set guidance.min_tilt_deg=35
+  boresight replay sessions/2026-11-21T08-00-00Z --set guidance.hold_secs=0.5
   boresight replay sessions/2026-11-21T08-00-00Z --redetect --json";
 
 /// Differences shown in full; the rest are counted.

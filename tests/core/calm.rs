@@ -64,8 +64,7 @@ impl Course {
 fn is_contrary(a: Prompt, b: Prompt) -> bool {
     let one_way = |a: Prompt, b: Prompt| match (a, b) {
         (Prompt::Closer, Prompt::Farther)
-        | (Prompt::TipFurther(_) | Prompt::TipMore, Prompt::TipLess)
-        | (Prompt::TurnTilt { clockwise: true }, Prompt::TurnTilt { clockwise: false }) => true,
+        | (Prompt::TipFurther(_) | Prompt::TipMore, Prompt::TipLess) => true,
         (Prompt::Shift(a_x, a_y), Prompt::Shift(b_x, b_y)) => {
             (a_x, b_x) == (Some(Across::Left), Some(Across::Right))
                 || (a_y, b_y) == (Some(Upright::Up), Some(Upright::Down))

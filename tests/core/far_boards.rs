@@ -157,7 +157,8 @@ fn held(seed: u64, f_factor: f64) -> (Calibration, Came, Came) {
 
 #[test]
 fn a_small_board_is_held_to_an_earlier_calibration() {
-    for seed in 1..=3 {
+    let mut were_held = 0;
+    for seed in 1..=4 {
         let (earlier, held, alone) = held(seed, 1.0);
         let sd_px = |calibration: &Calibration| calibration.pp_covariance_px2().trace().sqrt();
         println!(
@@ -172,12 +173,19 @@ fn a_small_board_is_held_to_an_earlier_calibration() {
             held.views,
             alone.views,
         );
+        let mut codes = held.calibration.findings.iter().map(|finding| &finding.code);
+        if codes.any(|code| matches!(code, FindingCode::LensNotHeld { .. })) {
+            // A small board may be taken for one behind a lens of another family.
+            continue;
+        }
+        were_held += 1;
         assert!(sd_px(&held.calibration) < 1.05 * sd_px(&earlier), "held");
         assert!(3.0 * held.stated_px[1] < alone.stated_px[1], "a small board alone knows little");
         assert!(held.forecast_px[1] < alone.forecast_px[1], "and the forecast says so");
         assert!(held.pp_off_sd < 3.5, "the truth is {} sd away", held.pp_off_sd);
         assert_eq!(held.progress, Progress::Complete);
     }
+    assert!(were_held >= 3, "{were_held} of 4");
 }
 
 #[test]

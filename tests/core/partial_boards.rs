@@ -10,8 +10,7 @@ use boresight::{
     frame::{CaptureTime, FrameId, FrameKind},
     geometry::{Camera, Corner, Distortion, LensKind, expect_unseen, seen_count},
     guidance::{
-        GuidanceParams, Knowledge, LensEstimate, Role, View, information::LensMatrix, measure,
-        next_target, role_of,
+        GuidanceParams, Knowledge, LensEstimate, Role, View, measure, next_target, role_of,
     },
     simulation::{Scene as Rendered, render_view},
     text,
@@ -356,10 +355,11 @@ fn the_partner_of_a_part_stands_where_its_pose_is_reflected() {
     let (lens_estimate, [pose, reflected]) = at_the_edge();
     let camera = &lens_estimate.camera;
     let one = measured(1, &seen_of(&pose, camera, 10.0), &lens_estimate);
-    let params = GuidanceParams::default().for_image(SIZE);
+    let params = GuidanceParams::default();
     let accepted = [one];
-    let target =
-        next_target(&accepted, &board(), &lens_estimate, None, &params).expect("a partner");
+    let knowledge = Knowledge::new(&accepted, &board(), &lens_estimate, &params);
+    let target = next_target(&accepted, &[], &board(), &knowledge, &lens_estimate, &params);
+    let target = target.expect("a partner");
     for (ghost, point) in target.ghost_px.iter().zip(board().corners_in_board_m()) {
         let truth = camera.px_from_board(&reflected, &point).expect("in front");
         assert!((ghost - truth).norm() < 0.1, "{ghost} instead of {truth}");
@@ -391,7 +391,7 @@ fn a_part_tells_and_covers_what_is_seen_of_it() {
             (0..4).map(|i| measured(i, &views[i as usize], &lens_estimate)).collect();
         let knowledge =
             Knowledge::new(&views, &board(), &lens_estimate, &GuidanceParams::default());
-        knowledge.variance_with(&LensMatrix::zeros()).expect("definite")
+        knowledge.variance()
     });
     assert!(part_variance > 3.0 * whole_variance, "{part_variance} {whole_variance}");
     let [whole, part] = [whole, parts].map(|views| {

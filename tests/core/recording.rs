@@ -57,7 +57,7 @@ fn another_setting_gives_other_decisions_and_says_where() {
     let path = place.path().join("session");
     let live = recorded(&path);
     let mut setup = setup(live.setup().board);
-    setup.guidance.min_span_fraction = 0.98;
+    setup.guidance.hold_secs = 0.9;
     let lines = SessionFolder::journal(&path).expect("whole").lines;
     let replayed = replay(&mut Session::new(setup), &lines, |_, _| ()).expect("readable");
     assert!(!replayed.differences.is_empty());
@@ -200,9 +200,9 @@ fn a_session_belongs_to_its_header() {
     }
     // Numbers that are none, whoever wrote them.
     for nonsense in [
-        text.replace("min_tilt_deg = 10.0", "min_tilt_deg = nan"),
+        text.replace("hold_secs = 0.3", "hold_secs = nan"),
         text.replace("image_size_px = [1280, 720]", "image_size_px = [0, 720]"),
-        text.replace("margin_px = ", "margin_px = inf # "),
+        text.replace("target_margin = ", "target_margin = inf # "),
     ] {
         assert_ne!(nonsense, text);
         fs::write(&file, nonsense).expect("written");
@@ -307,9 +307,8 @@ fn number() -> impl Strategy<Value = f64> {
 }
 
 fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
-    let corner = (number(), number(), number(), number(), number()).prop_map(|(x, y, a, b, c)| {
-        Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(a, b, b, c) }
-    });
+    let corner = (number(), number(), number(), number(), number())
+        .prop_map(|(x, y, a, b, c)| Corner::new(Point2::new(x, y), Matrix2::new(a, b, b, c)));
     let unseen = (number(), number()).prop_map(|(x, y)| Corner::unseen(Point2::new(x, y)));
     let corner = prop_oneof![4 => corner, 1 => unseen];
     let detection = (prop::collection::vec(corner, 0..6), [(); 4].map(|()| number())).prop_map(

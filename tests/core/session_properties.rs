@@ -329,7 +329,8 @@ fn of_views(session: &Session) -> String {
     let snapshot = session.snapshot(decision);
     let views = without_roles(&snapshot.views);
     let calibration = snapshot.calibration.map(|c| (c.camera, c.covariance));
-    format!("{:?}", (views, snapshot.pairs, calibration))
+    // Rounding apart.
+    format!("{:.6?}", (views, snapshot.pairs, calibration))
 }
 
 /// Everything that follows from the views and from other frames, as text; roles hold indices at the time of acceptance.
@@ -398,8 +399,10 @@ proptest! {
             lines.push(Line { input: (&input).into(), decision, stored: None });
         }
 
-        // What follows from the views alone; the plan also follows from what other frames have shown.
-        if let Some(restored) = restored(&session, &seen) {
+        // What follows from the views alone; the plan also follows from what other frames have shown, as does the place of
+        // corners that moved.
+        let have_stood = session.accepted().iter().all(|taken| taken.velocity.is_none());
+        if let Some(restored) = restored(&session, &seen).filter(|_| have_stood) {
             prop_assert_eq!(of_views(&restored), of_views(&session));
         }
 

@@ -62,7 +62,7 @@ fn corners(input: &[u8]) -> Vec<Vec<Corner>> {
     let number = |bytes: &[u8]| bytes.try_into().map_or(0.0, f64::from_le_bytes);
     let corner = |bytes: &[u8]| {
         let n: Vec<f64> = bytes.chunks_exact(8).map(number).collect();
-        Corner { px: Point2::new(n[0], n[1]), covariance_px2: Matrix2::new(n[2], n[3], n[3], n[4]) }
+        Corner::new(Point2::new(n[0], n[1]), Matrix2::new(n[2], n[3], n[3], n[4]))
     };
     let all: Vec<Corner> = input.chunks_exact(40).map(corner).collect();
     all.chunks(12).map(<[Corner]>::to_vec).collect()

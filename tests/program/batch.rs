@@ -385,7 +385,7 @@ fn a_session_that_takes_too_long_is_a_row_and_the_others_go_on() {
 fn a_changed_limit_gives_a_table_of_what_differs() {
     let place = sessions(8);
     let place = place.path();
-    says(&run(place, "out", &["--set", "guidance.min_tilt_deg=40"]), 0, &["8 of 8"]);
+    says(&run(place, "out", &["--set", "guidance.hold_secs=0.5"]), 0, &["8 of 8"]);
     let ended = boresight(place, &["batch", "gather", "out", "--changes"]);
     says(&ended, 0, &[]);
     assert!(ended.stdout.contains("Decisions that differ: "), "{}", ended.stdout);
@@ -398,8 +398,8 @@ fn a_changed_limit_gives_a_table_of_what_differs() {
     let counted: u64 = rows.iter().filter_map(|row| row["decisions"]["different"].as_u64()).sum();
     assert_eq!(different, counted);
     // Another question needs another folder.
-    let other = run(place, "out", &["--set", "guidance.min_tilt_deg=39"]);
-    says(&other, 1, &["a different batch", "min_tilt_deg=40", "--out"]);
+    let other = run(place, "out", &["--set", "guidance.hold_secs=0.4"]);
+    says(&other, 1, &["a different batch", "hold_secs=0.5", "--out"]);
 }
 
 #[test]

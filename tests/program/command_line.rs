@@ -241,8 +241,8 @@ fn wrong_words_are_usage_errors_that_teach() {
         assert_eq!(ended.code, 2, "{arguments:?}: {}", ended.stderr);
         assert!(ended.stderr.contains("--help"), "{}", ended.stderr);
     }
-    let unknown = ["calibrate", "0.png", "--set", "guidance.min_tilt=3"];
-    says(&boresight(folder.path(), &unknown), 1, &["min_tilt", "config/default.toml"]);
+    let unknown = ["calibrate", "0.png", "--set", "guidance.hold=3"];
+    says(&boresight(folder.path(), &unknown), 1, &["hold", "config/default.toml"]);
     let nowhere = ["guide", "--headless", "--source", "nowhere"];
     says(&boresight(folder.path(), &nowhere), 1, &["nowhere", "sim"]);
     for command in [
@@ -303,8 +303,7 @@ fn photographs_are_guided_replayed_and_verified() {
     says(&replayed, ended.code, &["0 of"]);
     let replayed: Value = serde_json::from_str(&replayed.stdout).expect("JSON");
     assert_eq!(replayed["result"], report["result"]);
-    let what_if =
-        boresight(folder.path(), &["replay", "session", "--set", "guidance.min_fill=0.65"]);
+    let what_if = boresight(folder.path(), &["replay", "session", "--set", "guidance.plan=quick"]);
     assert!(!what_if.stderr.contains("\n0 of"), "{}", what_if.stderr);
     says(&boresight(folder.path(), &["doctor", "session"]), 0, &["Whole"]);
     assert_eq!(contents(&folder.path().join("session")), before, "nothing is touched");

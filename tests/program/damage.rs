@@ -153,7 +153,7 @@ fn a_session_open_elsewhere_or_of_a_newer_version_is_refused() {
     }
     assert_eq!(contents(&path), before, "nothing is touched");
     fs::write(path.join("session.toml"), header).expect("written");
-    let settings = [&go_on[..], &["--set", "guidance.min_fill=0.7"]].concat();
+    let settings = [&go_on[..], &["--set", "guidance.hold_secs=0.7"]].concat();
     says(&boresight(place.path(), &settings), 2, &["--set", "--session"]);
 }
 
@@ -294,9 +294,9 @@ fn words_that_cannot_be_parsed_are_usage_errors() {
     for (arguments, word) in [
         (["--board", "0x"], "columns x rows"),
         (["--square", "wide"], "25mm"),
-        (["--set", "guidance.min_fill"], "KEY=VALUE"),
+        (["--set", "guidance.hold_secs"], "KEY=VALUE"),
         (["--set", "=3"], "KEY=VALUE"),
-        (["--set", "guidance..min_fill=3"], "KEY=VALUE"),
+        (["--set", "guidance..hold_secs=3"], "KEY=VALUE"),
     ] {
         let ended = boresight(place.path(), &[&guide("sim", "out")[..], &arguments].concat());
         says(&ended, 2, &[word, "--help"]);

@@ -26,8 +26,7 @@ use crate::{
 pub(crate) fn drift_from(snapshot: &Snapshot, moved_px: Vector2<f64>) -> Drift {
     let calibration = snapshot.calibration.as_ref().expect("calibrated");
     let noise = Matrix2::identity() * calibration.noise_px.powi(2);
-    let corners =
-        |px: &[_]| px.iter().map(|px| Corner { px: *px, covariance_px2: noise }).collect();
+    let corners = |px: &[_]| px.iter().map(|px| Corner::new(*px, noise)).collect();
     let views: Vec<Vec<Corner>> =
         snapshot.views.iter().map(|view| corners(&view.corners_px)).collect();
     let mut camera = calibration.camera;

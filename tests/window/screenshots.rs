@@ -33,11 +33,8 @@ const PICTURES: [Picked; 7] = [
 ];
 
 fn is_about_the_pose(step: &Snapshot) -> bool {
-    use Prompt::{Shift, Tip, TipFurther, TipInstead, TurnTilt};
-    matches!(
-        step.shown.prompt,
-        Tip(_) | TipInstead(_) | TipFurther(_) | TurnTilt { .. } | Shift(..)
-    )
+    use Prompt::{Shift, Tip, TipFurther, TipInstead};
+    matches!(step.shown.prompt, Tip(_) | TipInstead(_) | TipFurther(_) | Shift(..))
 }
 
 fn sees_a_board(step: &Snapshot) -> bool {

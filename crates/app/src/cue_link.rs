@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-use boresight_geometry::frame::FrameId;
+use boresight_geometry::frame::{CaptureTime, FrameId};
 use boresight_guide::{
     guidance::{Advice, Progress, Refusal, Target, direction_difference_rad},
-    session::Outcome,
+    session::{Outcome, Snapshot},
 };
 use boresight_present::text;
 use boresight_run::pipeline::FrameReport;
@@ -20,15 +20,19 @@ use boresight_sim::{
 const NOTICED_CHANGE: f64 = 0.25;
 /// Smallest change of a direction or a tilt that is worth another look at the sentence.
 const NOTICED_TURN_RAD: f64 = 0.25;
-/// Factor by which a person steps back when the board comes too close to the picture's edge.
-const STEP_BACK: f64 = 1.08;
 
-/// Sends the cues that a person would see and hear after each judged frame.
-pub(super) struct CueSender {
-    link: Sender<(FrameId, Vec<Cue>)>,
+/// What a person at the screen sees and hears of a session, as cues for a simulated one.
+#[derive(Clone, Debug, Default)]
+pub struct PersonCues {
     last_target: Option<u32>,
     last_instruction: Option<Instruction>,
-    /// Session number of the source's frame 0; a resumed session begins with another one.
+}
+
+/// Sends what a person would see and hear after each judged frame.
+pub(super) struct CueSender {
+    link: Sender<(FrameId, Vec<Cue>)>,
+    cues: PersonCues,
+    /// The session's number of the source's frame 0, which a resumed session doesn't begin with.
     first_frame: Option<u64>,
 }
 
@@ -43,16 +47,15 @@ pub(super) fn cue_link() -> (CueSender, CueReceiver) {
     let (sender, receiver) = bounded(8);
     let unread = std::collections::VecDeque::new();
     (
-        CueSender { link: sender, last_target: None, last_instruction: None, first_frame: None },
+        CueSender { link: sender, cues: PersonCues::default(), first_frame: None },
         CueReceiver { link: receiver, unread },
     )
 }
 
-impl CueSender {
-    /// Sends what a person would see and hear after this frame.
-    pub(super) fn send(&mut self, report: FrameReport<'_>) {
-        let decision = &report.snapshot.decision;
-        let seen_at = report.observation.captured_at;
+impl PersonCues {
+    /// What is new on the screen and in the ear after the frame captured at `seen_at` was judged.
+    pub fn after(&mut self, seen_at: CaptureTime, snapshot: &Snapshot) -> Vec<Cue> {
+        let decision = &snapshot.decision;
         let mut cues = Vec::new();
         if matches!(decision.outcome, Outcome::Accepted { .. }) {
             cues.push(Cue { seen_at, kind: CueKind::Taken });
@@ -60,14 +63,14 @@ impl CueSender {
         if decision.progress != Progress::Collecting {
             cues.push(Cue { seen_at, kind: CueKind::Finished });
         } else if self.last_target != Some(decision.target_serial)
-            && let Some(target) = &report.snapshot.target
+            && let Some(target) = &snapshot.target
         {
             self.last_target = Some(decision.target_serial);
             let (ghost_px, target) = (target.ghost_px.clone(), u64::from(decision.target_serial));
             cues.push(Cue { seen_at, kind: CueKind::Show { ghost_px, target } });
         }
-        let shown = &report.snapshot.shown;
-        let target = report.snapshot.target.as_ref();
+        let shown = &snapshot.shown;
+        let target = snapshot.target.as_ref();
         let instruction = shown.advice.and_then(|advice| instruction(&advice, target));
         let news = match (self.last_instruction, instruction) {
             (Some(last), Some(new)) => !is_same_gist(&last, &new),
@@ -78,6 +81,14 @@ impl CueSender {
             cues.push(Cue { seen_at, kind: CueKind::Sentence { instruction, words } });
             self.last_instruction = Some(instruction);
         }
+        cues
+    }
+}
+
+impl CueSender {
+    /// Sends what a person would see and hear after this frame.
+    pub(super) fn send(&mut self, report: FrameReport<'_>) {
+        let cues = self.cues.after(report.observation.captured_at, report.snapshot);
         // Without a reader the camera has stopped, and nobody holds the board.
         let id = report.observation.frame_id.0;
         let first = *self.first_frame.get_or_insert(id);
@@ -100,12 +111,8 @@ fn instruction(advice: &Advice, target: Option<&Target>) -> Option<Instruction> 
             Instruction::Distance { ratio: span_fraction / wanted.max(1e-3) }
         }
         Advice::Shift { right_px, down_px } => Instruction::Shift { right_px, down_px },
-        Advice::HoldStill { .. }
-        | Advice::SteadyTheBoard
-        | Advice::Holding { .. }
-        | Advice::Mend { refusal: Refusal::Blurred { .. } } => Instruction::HoldStill,
-        Advice::Mend { refusal: Refusal::AtTheEdge { .. } } => {
-            Instruction::Distance { ratio: STEP_BACK }
+        Advice::HoldStill { .. } | Advice::SteadyTheBoard | Advice::Holding { .. } => {
+            Instruction::HoldStill
         }
         Advice::Mend { refusal: Refusal::CameraNotReady } | Advice::Finished => return None,
         Advice::Mend { .. } => Instruction::MatchGhost,
@@ -167,11 +174,6 @@ mod tests {
         let hold = Advice::HoldStill { speed_px_per_s: None, wanted_px_per_s: 20.0 };
         assert_eq!(asks(hold), asks(Advice::Holding { progress: 0.4 }));
         assert_eq!(asks(hold), Some(Instruction::HoldStill));
-        let cut = Refusal::AtTheEdge { margin_px: 3.0, wanted_px: 8.0 };
-        let Some(Instruction::Distance { ratio }) = asks(Advice::Mend { refusal: cut }) else {
-            unreachable!("it asks for another distance");
-        };
-        assert!(ratio > 1.0);
         assert_eq!(asks(Advice::Finished), None);
         assert_eq!(asks(Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad: 1.0 }), None);
     }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{JournalReading, RESULT_FILE};
 use boresight_files::{self as files, Links};
 use boresight_formats::CalibrationFile;
+use boresight_guide::guidance::RULES;
 use boresight_present::text;
 use boresight_run::recording::{
     Journal, JournalContents, RecordingError, SessionFolder, missing_lines, stored_frame,
@@ -97,6 +98,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
         problems.extend(missing.map(|reason| text::doctor::lines_missing(&reason)));
     }
     let is_proven = contents.header_crc32.is_some();
+    let has_these_rules = header.guidance_rules == RULES;
     let reading = JournalReading::new(path, header, contents);
     for stored in &reading.contents.stored {
         if let Err(err) = stored_frame(path, stored) {
@@ -107,8 +109,13 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     let lines = lines.len();
     let saved = reading.session().map_err(|err| problems.push(said(&err))).ok();
     let different = saved.as_ref().map_or(&[][..], |saved| &saved.replayed.different_lines);
-    // Without a checksum of the header: no change of the guidance rules ever changed every decision.
-    if is_whole && !is_proven && lines >= FOREIGN_LINES && different.len() == lines {
+    // Without a checksum of the header; other rules may change every decision.
+    if is_whole
+        && has_these_rules
+        && !is_proven
+        && lines >= FOREIGN_LINES
+        && different.len() == lines
+    {
         problems.push(text::doctor::FOREIGN_HEADER.into());
     }
     Ok(Diagnosis {

@@ -41,6 +41,7 @@ mod camera_announcer;
 pub mod certificate;
 pub mod comparison;
 mod cue_link;
+pub use cue_link::PersonCues;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod device_entry;
 pub mod devices_file;

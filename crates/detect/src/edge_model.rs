@@ -203,16 +203,16 @@ pub(super) fn fit(
         return None;
     }
     let floor = Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX);
-    let corner = Corner {
-        px: Point2::new(centre[0] + at[0], centre[1] + at[1]),
-        // A computed inverse is symmetric only up to rounding, and a recording stores three numbers.
-        covariance_px2: Matrix2::new(
+    let corner = Corner::new(
+        Point2::new(centre[0] + at[0], centre[1] + at[1]),
+        // A computed inverse is symmetric only up to rounding; a recording stores three numbers.
+        Matrix2::new(
             covariance[(0, 0)],
             covariance[(1, 0)],
             covariance[(1, 0)],
             covariance[(1, 1)],
         ) + floor,
-    };
+    );
     Some(EdgeFit { corner, residual, at, patch })
 }
 

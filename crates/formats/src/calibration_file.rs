@@ -573,7 +573,7 @@ impl LensEntry {
             _ => 0.0,
         };
         let more = Matrix2::from_diagonal_element(excess_px * excess_px);
-        let weighted = |c: &Corner| Corner { px: c.px, covariance_px2: c.covariance_px2 + more };
+        let weighted = |c: &Corner| Corner { covariance_px2: c.covariance_px2 + more, ..*c };
         corners.iter().map(weighted).collect()
     }
 }

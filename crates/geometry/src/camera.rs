@@ -134,7 +134,7 @@ impl Camera {
             * self.px_by_normalized(&normalized)?.try_inverse()?;
         let covariance_px2 = straight_by_px * corner.covariance_px2 * straight_by_px.transpose();
         let px = self.pp_px + normalized.coords.component_mul(&self.f_px);
-        Some(Corner { px, covariance_px2 })
+        Some(Corner { px, covariance_px2, ..*corner })
     }
 
     /// [`Self::straighten_corner`] of a fisheye lens. A perspective one changes scale little over a board: the covariance stays,
@@ -148,7 +148,7 @@ impl Camera {
             return self.straighten_corner(corner);
         }
         let px = self.undistort_px(&corner.px)?;
-        Some(Corner { px, covariance_px2: corner.covariance_px2 })
+        Some(Corner { px, ..*corner })
     }
 
     /// [`Self::px_from_board`] with derivatives.

@@ -13,6 +13,9 @@ pub struct Corner {
     pub px: Point2<f64>,
     /// Covariance of the position error, px². Positive definite; infinite for an unseen corner.
     pub covariance_px2: Matrix2<f64>,
+    /// Standard deviation, per axis, of an error that all corners of a view share in proportion to this number, beside their
+    /// own: what a rolling shutter leaves of a moving board. It changes its sign at the middle row; 0 without such an error.
+    pub common_px: f64,
 }
 
 /// Steps of a position in few digits, per pixel: a hundredth of the smallest error that a detector reaches.
@@ -23,14 +26,19 @@ const COVARIANCE_DIGITS: i32 = 4;
 const DETERMINANT_CHANGE: f64 = 0.02;
 
 impl Corner {
+    /// A corner with that covariance, and no error in common with others.
+    pub fn new(px: Point2<f64>, covariance_px2: Matrix2<f64>) -> Self {
+        Self { px, covariance_px2, common_px: 0.0 }
+    }
+
     /// A corner with independent errors of standard deviation `sigma_px` along both axes.
     pub fn isotropic(px: Point2<f64>, sigma_px: f64) -> Self {
-        Self { px, covariance_px2: Matrix2::from_diagonal_element(sigma_px * sigma_px) }
+        Self::new(px, Matrix2::from_diagonal_element(sigma_px * sigma_px))
     }
 
     /// A corner that isn't seen, expected at `px`, which may lie outside of the picture.
     pub fn unseen(px: Point2<f64>) -> Self {
-        Self { px, covariance_px2: Matrix2::from_diagonal_element(f64::INFINITY) }
+        Self::new(px, Matrix2::from_diagonal_element(f64::INFINITY))
     }
 
     /// True if the corner was measured.
@@ -50,7 +58,7 @@ impl Corner {
             return Self::unseen(px);
         }
         let scale = Matrix2::new(1.0, 0.0, 0.0, factor);
-        Self { px, covariance_px2: scale * self.covariance_px2 * scale }
+        Self { px, covariance_px2: scale * self.covariance_px2 * scale, ..*self }
     }
 
     /// The corner in few decimal digits, far below its error, which keeps recordings short: positions to 10⁻⁵ px,
@@ -67,6 +75,7 @@ impl Corner {
         Self {
             px: self.px.map(|value| to_steps(value, STEPS_PER_PX)),
             covariance_px2: if is_same { rounded } else { covariance },
+            common_px: self.common_px,
         }
     }
 }
@@ -109,10 +118,10 @@ mod tests {
 
     #[test]
     fn few_digits_change_less_than_the_error() {
-        let corner = Corner {
-            px: Point2::new(143.898_795_128_915_14, 0.000_012_345),
-            covariance_px2: Matrix2::new(3.694_550_935e-5, 6.308_55e-7, 6.308_55e-7, 3.721_856e-5),
-        };
+        let corner = Corner::new(
+            Point2::new(143.898_795_128_915_14, 0.000_012_345),
+            Matrix2::new(3.694_550_935e-5, 6.308_55e-7, 6.308_55e-7, 3.721_856e-5),
+        );
         let short = corner.in_few_digits();
         assert_eq!(short.px, Point2::new(143.8988, 0.00001));
         assert_eq!(short.covariance_px2, Matrix2::new(3.695e-5, 6.3e-7, 6.3e-7, 3.722e-5));
@@ -139,11 +148,11 @@ mod tests {
             let turn = Matrix2::new(cos, -sin, sin, cos);
             let along = Matrix2::from_diagonal(&Vector2::new(0.37, 0.37 * narrow));
             let covariance_px2 = turn * along * turn.transpose();
-            let short = Corner { px: Point2::origin(), covariance_px2 }.in_few_digits();
+            let short = Corner::new(Point2::origin(), covariance_px2).in_few_digits();
             let change = short.covariance_px2.determinant() / covariance_px2.determinant();
             assert!((0.98..=1.02).contains(&change), "{narrow}: {change}");
         }
-        let none = Corner { px: Point2::origin(), covariance_px2: Matrix2::zeros() };
+        let none = Corner::new(Point2::origin(), Matrix2::zeros());
         assert_eq!(none.in_few_digits(), none);
     }
 }

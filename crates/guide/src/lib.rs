@@ -13,7 +13,7 @@
 //! let mut session = Session::new(SessionSetup {
 //!     board: Checkerboard::new(9, 6, 0.025)?,
 //!     image_size,
-//!     guidance: GuidanceParams::default().for_image(image_size),
+//!     guidance: GuidanceParams::default(),
 //!     calibration: CalibrationParams::default(),
 //! });
 //!

@@ -28,8 +28,8 @@ const EXAMPLES: &str = "\
 Examples:
   What would another limit have given, over all recorded sessions?
     boresight batch plan sessions > manifest.jsonl
-    boresight batch run manifest.jsonl --action replay --set guidance.min_tilt_deg=35 --out min-tilt-35
-    boresight batch gather min-tilt-35 --changes
+    boresight batch run manifest.jsonl --action replay --set guidance.hold_secs=0.5 --out hold-longer
+    boresight batch gather hold-longer --changes
 
   Eight machines, each with its part:
     boresight batch run manifest.jsonl --action redetect --out OUT --shard 1/8

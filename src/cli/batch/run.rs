@@ -53,7 +53,7 @@ pub(in crate::cli) struct Arguments {
     /// Work on part I of N, from 1/N to N/N [default: from the variables of Slurm, Kubernetes or AWS Batch, else all].
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Change one setting of every session, for example guidance.min_tilt_deg=25. Can be repeated.
+    /// Change one setting of every session, for example guidance.hold_secs=0.5. Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
     /// The older calibration, for --action check [default: the one that each session names].

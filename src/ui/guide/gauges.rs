@@ -5,7 +5,7 @@ use nalgebra::Point2;
 
 use super::super::{screen::Screen, theme};
 use boresight_guide::{
-    guidance::direction_difference_rad,
+    guidance::{HOLD_WIDTHS_PER_SEC, direction_difference_rad},
     session::{Snapshot, lateral_offset_px},
 };
 use boresight_present::text::window::Gauge;
@@ -22,46 +22,47 @@ pub(super) struct Reading {
 
 /// Reads `gauge` off the snapshot.
 pub(super) fn reading(gauge: Gauge, snapshot: &Snapshot) -> Reading {
-    let guidance = &snapshot.setup.guidance;
     let live = snapshot.live.as_deref();
     let measured = live.and_then(|live| live.measured.as_ref());
     let target = snapshot.target.as_ref();
+    let width_px = f64::from(snapshot.setup.image_size.width_px);
     let read = |value, wanted, scale| Reading { value, wanted, scale };
     match gauge {
-        Gauge::Tilt => read(
-            measured.and_then(|measured| measured.tilt_rad),
-            (guidance.min_tilt_rad, guidance.max_tilt_rad),
-            (0.0, 75_f64.to_radians()),
-        ),
+        Gauge::Tilt => {
+            let asked_rad = target.map_or(0.0, |target| target.tilt_rad);
+            read(
+                measured.and_then(|measured| measured.tilt_rad),
+                (NEAR.0 * asked_rad, NEAR.1 * asked_rad),
+                (0.0, 75_f64.to_radians()),
+            )
+        }
         Gauge::Direction => {
             let off = measured.zip(target).map(|(m, target)| {
                 direction_difference_rad(m.tilt_azimuth_rad, target.tilt_azimuth_rad)
             });
-            let limit = guidance.max_slot_error_rad;
+            let limit = NEAR_DIRECTION_RAD;
             read(off, (-limit, limit), (-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2))
         }
         Gauge::Size => {
             let asked =
                 target.map_or(0.0, |target| target.span_fraction(snapshot.setup.image_size));
-            let least = guidance.min_span_fraction.max(NEAR_ENOUGH * asked);
-            read(measured.map(|m| m.span_fraction), (least, 1.0), (0.0, 1.0))
+            read(measured.map(|m| m.span_fraction), (NEAR.0 * asked, 1.0), (0.0, 1.0))
         }
         Gauge::Across => {
             let pp = &snapshot.pp_px;
             let wanted = target.map_or(0.0, |target| {
                 lateral_offset_px(target.tilt_azimuth_rad, &middle(&target.ghost_px), pp)
             });
-            let limit = guidance.partner_offset_px;
+            let limit = NEAR_PLACE_WIDTHS * width_px;
             let off = measured.map(|m| m.lateral_offset_px - wanted);
             read(off, (-limit, limit), (-4.0 * limit, 4.0 * limit))
         }
         Gauge::Still => {
-            let limit = guidance.max_smear_px;
-            let smear = live.and_then(|live| live.smear);
-            read(smear.map(|smear| smear.smear_px), (0.0, limit), (0.0, 4.0 * limit))
+            let limit = HOLD_WIDTHS_PER_SEC * width_px;
+            read(live.and_then(|live| live.speed_px_per_s), (0.0, limit), (0.0, 4.0 * limit))
         }
         Gauge::Sharp => {
-            let limit = guidance.max_blur_px;
+            let limit = SHARP_PX;
             read(live.and_then(|live| live.blur_px), (0.0, limit), (0.0, 2.0 * limit))
         }
     }
@@ -72,8 +73,11 @@ fn middle(points: &[Point2<f64>]) -> Point2<f64> {
     Point2::from(sum / points.len().max(1) as f64)
 }
 
-/// Share of the size asked for from which the size needs no advice.
-const NEAR_ENOUGH: f64 = 0.8;
+/// Shares of the tilt and the size asked for that are drawn as good. A gauge limits nothing.
+const NEAR: (f64, f64) = (0.75, 1.4);
+const NEAR_DIRECTION_RAD: f64 = 22.5 * std::f64::consts::PI / 180.0;
+const NEAR_PLACE_WIDTHS: f64 = 0.04;
+const SHARP_PX: f64 = 3.5;
 
 pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     let Some(snapshot) = &screen.snapshot else { return };

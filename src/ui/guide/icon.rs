@@ -1,6 +1,6 @@
 //! Signs of the movements that a sentence asks for: turn, shift, nearer or farther. One at a time.
 
-use std::f32::consts::{FRAC_PI_4, PI, TAU};
+use std::f32::consts::{FRAC_PI_4, PI};
 
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 
@@ -11,8 +11,6 @@ use boresight_guide::session::{Edge, Prompt};
 pub(super) enum Movement {
     /// Tip the edge at this angle, clockwise from the right, away from the camera.
     Tip { towards_rad: f32 },
-    /// Turn about the optical axis.
-    Turn { clockwise: bool },
     /// Shift towards this angle, clockwise from the right.
     Shift { towards_rad: f32 },
     /// Towards the camera.
@@ -27,7 +25,6 @@ pub(super) fn of(prompt: Prompt) -> Option<Movement> {
         Prompt::Tip(edge) | Prompt::TipInstead(edge) | Prompt::TipFurther(edge) => {
             Some(Movement::Tip { towards_rad: angle_rad(edge) })
         }
-        Prompt::TurnTilt { clockwise } => Some(Movement::Turn { clockwise }),
         Prompt::Closer => Some(Movement::Nearer),
         Prompt::Farther => Some(Movement::Farther),
         _ => prompt.shift().map(|[right, down]| Movement::Shift {
@@ -68,13 +65,6 @@ pub(super) fn paint(painter: &Painter, rect: Rect, movement: Movement, color: Co
             ];
             painter.add(Shape::convex_polygon(card, color.gamma_multiply(0.25), stroke));
             arrow(painter, &[middle - 0.35 * along, middle + along], stroke, stroke);
-        }
-        Movement::Turn { clockwise } => {
-            let sign = if clockwise { 1.0 } else { -1.0 };
-            let arc: Vec<Pos2> = (0..=24)
-                .map(|i| at(sign * (0.7 * TAU * i as f32 / 24.0 - 0.5 * PI), 0.8))
-                .collect();
-            arrow(painter, &arc, stroke, stroke);
         }
         Movement::Shift { towards_rad } => {
             arrow(painter, &[at(towards_rad + PI, 0.9), at(towards_rad, 0.95)], stroke, stroke);

@@ -70,7 +70,6 @@ pub(super) fn prompts() -> BTreeMap<String, Prompt> {
     let upright = [None, Some(Upright::Up), Some(Upright::Down)];
     let shifts = across.into_iter().flat_map(|a| upright.map(|u| Prompt::Shift(a, u)));
     let sides = [Side::Left, Side::Right, Side::Top, Side::Bottom].map(Prompt::CutOff);
-    let turns = [true, false].map(|clockwise| Prompt::TurnTilt { clockwise });
     let others = [
         Prompt::ShowBoard,
         Prompt::ShowWholeFirst,
@@ -82,14 +81,12 @@ pub(super) fn prompts() -> BTreeMap<String, Prompt> {
         Prompt::TipLess,
         Prompt::TipMore,
         Prompt::ToTheMiddle,
-        Prompt::OntoTheOutline,
         Prompt::FollowTheOutline,
         Prompt::Clearer,
         Prompt::Contradicts,
     ];
     tips.chain(shifts)
         .chain(sides)
-        .chain(turns)
         .chain(others)
         .map(|prompt| (text::prompt(prompt), prompt))
         .collect()
@@ -150,13 +147,8 @@ trait OrTip {
 
 impl OrTip for Instruction {
     fn or_tip(self, prompt: Prompt, azimuth_rad: Option<f64>) -> Self {
-        let is_tip = matches!(
-            prompt,
-            Prompt::Tip(_)
-                | Prompt::TipInstead(_)
-                | Prompt::TipFurther(_)
-                | Prompt::TurnTilt { .. }
-        );
+        let is_tip =
+            matches!(prompt, Prompt::Tip(_) | Prompt::TipInstead(_) | Prompt::TipFurther(_));
         match azimuth_rad {
             Some(azimuth_rad) if is_tip => Self::Tip { azimuth_rad, tilt_rad: 0.65 },
             _ => self,

@@ -4,10 +4,12 @@ use nalgebra::{Isometry3, Point2, Point3, SVector, Vector2, Vector3};
 
 use super::cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS};
 use crate::solve::{
-    bundle::{BundleState, Observations, Whitened},
+    bundle::{BundleState, Observations},
+    common_error::CommonError,
     gram::{Gram, Row},
     lens_model::tie_focal_lengths,
     schur_lm::{NormalEquations, Problem, Step, ViewBlock},
+    whitened::Whitened,
 };
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter, frame::ImageSize};
 
@@ -195,15 +197,9 @@ impl ExtendedProblem<'_> {
     }
 
     pub(super) fn cost(&self, state: &ExtendedState) -> Option<f64> {
-        let mut cost = 0.0;
-        for view in 0..self.observations.view_count() {
-            let at = self.parameters(state, view);
-            for corner in self.observations.view(view) {
-                let predicted = self.predict(view, &at, corner)?;
-                cost += (corner.whitener * (corner.px - predicted)).norm_squared();
-            }
-        }
-        cost.is_finite().then_some(cost)
+        let at: Vec<Parameters> =
+            (0..self.observations.view_count()).map(|view| self.parameters(state, view)).collect();
+        self.observations.cost_of(|view, corner| self.predict(view, &at[view], corner))
     }
 
     /// True if a shared parameter, lens or extra, is estimated.
@@ -323,6 +319,9 @@ impl ExtendedProblem<'_> {
             let predicted = self.predict(view, &at, corner)?;
             set(S + LOCAL, corner.whitener * (corner.px - predicted));
             rows.extend(pair);
+        }
+        if let Some(common) = CommonError::of(corners) {
+            common.take_out(&mut rows);
         }
         let (cost, mut block) = Gram::of(&rows).split();
         Some((cost + self.weigh_local(view, &at.local, &mut block), block))

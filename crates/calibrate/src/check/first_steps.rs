@@ -12,6 +12,7 @@ use super::{
 };
 use crate::solve::{
     bundle::{BundleState, Observations},
+    common_error::CommonError,
     gram::{Gram, Row},
     lens_model::{join_focal_lengths, tie_focal_lengths},
     schur_lm::inverse,
@@ -230,6 +231,9 @@ impl Plain<'_> {
                 set(TORN + 1, Vector2::y());
             }
             rows.extend(pair);
+        }
+        if let Some(common) = CommonError::of(corners) {
+            common.take_out(&mut rows);
         }
         Some(Gram::of(&rows))
     }

@@ -6,10 +6,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::solve::{
-    bundle::{Observations, Whitened},
-    free_homography::FreeHomographies,
-};
+use crate::solve::{bundle::Observations, free_homography::FreeHomographies, whitened::Whitened};
 use boresight_geometry::{Corner, board::Checkerboard};
 
 /// Degrees of freedom to choose from.

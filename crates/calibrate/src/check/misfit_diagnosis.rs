@@ -159,6 +159,7 @@ pub(crate) fn causes(
         .collect();
     hypotheses.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     prefer_focus(&mut hypotheses, image_size);
+    prefer_common_bend(&mut hypotheses, noise_gain);
     let noise_gain = noise_gain.max(0.0);
     let mut doubt = doubt(&hypotheses, bundle, result, n, noise_gain);
     let noise_variance = bundle.noise_factor().max(noise_floor).powi(2);
@@ -189,6 +190,19 @@ fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
     });
     if let Some(focus) = focus {
         hypotheses[..=focus].rotate_right(1);
+    }
+}
+
+/// Puts a board that is bent alike in all views in place of one that bends from view to view, if it's a finding by itself:
+/// what all views share is corrected first.
+fn prefer_common_bend(hypotheses: &mut Vec<Hypothesis>, noise_gain: f64) {
+    let place = |cause: Cause| hypotheses.iter().position(|h| h.explanation.cause == cause);
+    let (Some(0), Some(bent)) = (place(Cause::BoardFlexes), place(Cause::BoardBent)) else {
+        return;
+    };
+    if hypotheses[bent].gain > MIN_BIC_GAIN.max(noise_gain) {
+        hypotheses[..=bent].rotate_right(1);
+        hypotheses.retain(|h| h.explanation.cause != Cause::BoardFlexes);
     }
 }
 

@@ -17,6 +17,7 @@ use nalgebra::{DMatrix, Matrix6, SMatrix, SVector};
 
 use crate::solve::{
     bundle::{Bundle, Observations},
+    common_error::CommonError,
     model_choice::ModelChoice,
     schur_lm::inverse,
 };
@@ -189,6 +190,9 @@ impl View {
                 }
                 rows[(i, RESIDUAL)] = residual[axis];
             }
+        }
+        if let Some(common) = CommonError::of(corners.iter().copied()) {
+            common.take_out_of(&mut rows);
         }
         let count = corners.len();
         let distance_px =

@@ -54,6 +54,6 @@ pub(crate) fn excess_variance_px2(residuals_px: &[(Vector2<f64>, Matrix2<f64>)])
 /// `views` with `rho` added to the variance of every corner.
 pub(crate) fn inflated(views: &[Vec<Corner>], rho: f64) -> Vec<Vec<Corner>> {
     let more = Matrix2::from_diagonal_element(rho);
-    let inflate = |c: &Corner| Corner { px: c.px, covariance_px2: c.covariance_px2 + more };
+    let inflate = |c: &Corner| Corner { covariance_px2: c.covariance_px2 + more, ..*c };
     views.iter().map(|corners| corners.iter().map(inflate).collect()).collect()
 }

@@ -5,12 +5,14 @@
 
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Matrix2, Point2, SMatrix, SVector, Vector3};
+use nalgebra::{Isometry3, Point2, SMatrix, SVector, Vector3};
 
 use super::{
+    common_error::CommonError,
     gram::{Gram, Row},
     lens_model::{LensFreedom, LensPrior, tie_covariance, tie_focal_lengths},
     schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
+    whitened::{Whitened, whiten},
 };
 use boresight_geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS, LensMatrix, parallel};
 
@@ -28,17 +30,6 @@ pub struct Observations {
     views: Vec<Vec<Whitened>>,
     /// Threads to adjust them with.
     threads: usize,
-}
-
-/// A corner with the square root of its information matrix.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Whitened {
-    /// Number of the corner on the board.
-    pub(crate) place: usize,
-    pub(crate) board_m: Point2<f64>,
-    pub(crate) px: Point2<f64>,
-    /// `L⁻¹`, 1/px.
-    pub(crate) whitener: Matrix2<f64>,
 }
 
 /// Why corners can't be adjusted.
@@ -159,27 +150,31 @@ impl Observations {
 
     /// Sum of squared whitened residuals. `None` if a corner is behind the camera.
     pub fn cost(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Option<f64> {
+        self.cost_of(|view, corner| {
+            Some(camera.project_board_point(&poses[view], &corner.board_m)?.px)
+        })
+    }
+
+    /// Sum of squared whitened residuals of corners that are expected at `predicted` pixels, of the view's index and the
+    /// corner, less what errors in common explain. `None` if a corner isn't expected anywhere.
+    pub(crate) fn cost_of(
+        &self,
+        predicted: impl Fn(usize, &Whitened) -> Option<Point2<f64>>,
+    ) -> Option<f64> {
         let mut cost = 0.0;
-        for (corners, pose) in self.views.iter().zip(poses) {
+        for (view, corners) in self.views.iter().enumerate() {
+            let mut residuals: Vec<Row<1>> = Vec::with_capacity(2 * corners.len());
             for corner in corners {
-                let predicted = camera.project_board_point(pose, &corner.board_m)?.px;
-                cost += (corner.whitener * (corner.px - predicted)).norm_squared();
+                let residual = corner.whitener * (corner.px - predicted(view, corner)?);
+                cost += residual.norm_squared();
+                residuals.extend(residual.iter().map(|value| Row::one(*value)));
+            }
+            if let Some(common) = CommonError::of(corners) {
+                cost -= common.explained(&residuals);
             }
         }
         cost.is_finite().then_some(cost)
     }
-}
-
-fn whiten(place: usize, corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
-    let c = &corner.covariance_px2;
-    let l11 = c[(0, 0)].sqrt();
-    let l21 = c[(1, 0)] / l11;
-    let l22 = (c[(1, 1)] - l21 * l21).sqrt();
-    let whitener = Matrix2::new(1.0 / l11, 0.0, -l21 / (l11 * l22), 1.0 / l22);
-    let px = corner.px;
-    let usable =
-        whitener.iter().chain(px.coords.iter()).all(|x| x.is_finite()) && l11 > 0.0 && l22 > 0.0;
-    usable.then_some(Whitened { place, board_m: *board_m, px, whitener })
 }
 
 /// A lens and the poses of all views.
@@ -412,6 +407,9 @@ impl BundleProblem<'_> {
                 row.set(S + 6, residual[axis]);
                 rows.push(row);
             }
+        }
+        if let Some(common) = CommonError::of(corners) {
+            common.take_out(&mut rows);
         }
         Some(Gram::of(&rows).split())
     }

@@ -11,6 +11,7 @@ use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, Vector2, V
 
 use super::{
     bundle::{LEAST_NOISE_VARIANCE, Observations},
+    common_error::CommonError,
     free_covariance::{Local, pp_covariance},
     gram::{Gram, Row},
     schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
@@ -247,7 +248,7 @@ impl FreeProblem<'_> {
                 let g = lens.invert(&Point2::from((corner.px - centre) / SCALE_PX))?;
                 let px = centre + g.coords * SCALE_PX;
                 let information = corner.whitener.transpose() * corner.whitener;
-                Some(Corner { px, covariance_px2: information.try_inverse()? })
+                Some(Corner::new(px, information.try_inverse()?))
             })
             .collect::<Option<_>>()?;
         let board_m: Vec<Point2<f64>> =
@@ -372,6 +373,9 @@ impl Problem<4, 8> for FreeProblem<'_> {
                     row.set(12, residual[axis]);
                     rows.push(row);
                 }
+            }
+            if let Some(common) = CommonError::of(corners) {
+                common.take_out(&mut rows);
             }
             Some(Gram::of(&rows).split())
         })?;

@@ -7,6 +7,8 @@
 //! | `schur_lm` | Levenberg–Marquardt for shared and per-view parameters, by Schur complement |
 //! | `gram` | what normal equations are made of: sums of products of derivatives |
 //! | `bundle` | fits lens and poses for one lens model |
+//! | `whitened` | corners in units of their own error |
+//! | `common_error` | weighs down what all corners of a view err by in common |
 //! | `reversal` | tries the reversed tilt of every view |
 //! | `lens_model` | the families of nested lens models, and priors |
 //! | `wide_lens` | whether a wide lens needs another family than Brown's, and its initial guess |
@@ -15,6 +17,7 @@
 //! | `varying` | the lens when every view has its own focal length |
 
 pub(super) mod bundle;
+pub mod common_error;
 pub(super) mod free_covariance;
 pub mod free_homography;
 pub(super) mod gram;
@@ -24,5 +27,6 @@ pub(super) mod model_choice;
 mod reversal;
 pub(super) mod schur_lm;
 pub(super) mod varying;
+pub(super) mod whitened;
 pub(super) mod wide_lens;
 pub mod zhang;

@@ -6,7 +6,10 @@
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Rotation3, SVector, UnitQuaternion};
 
-use super::bundle::{BundleState, Observations, Whitened};
+use super::{
+    bundle::{BundleState, Observations},
+    whitened::Whitened,
+};
 use boresight_geometry::{
     Camera,
     least_squares::{Limits, Linearised, Problem, minimise},

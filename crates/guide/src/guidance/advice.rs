@@ -2,10 +2,7 @@
 
 use serde::Serialize;
 
-use super::{
-    params::GuidanceParams, refusal::Refusal, slots::direction_difference_rad, target::Target,
-    view::View,
-};
+use super::{refusal::Refusal, slots::direction_difference_rad, target::Target, view::View};
 use boresight_geometry::Corner;
 
 /// The next action, as data; the room `text` has the sentences.
@@ -73,15 +70,26 @@ pub enum Advice {
     Finished,
 }
 
-/// Advice about a frame that was refused for `refusal`, on the way to `target`. `view` is the frame's measurement, if
-/// any; `needs_support` is set after a long time in a good pose without holding it steadily. [`Advice::Finished`]
-/// without a target.
+/// A board tilted less than this share of what is asked for counts as flat: it has no edge that is away. That lacks as much
+/// as this many times what is worth a word.
+const FLAT: (f64, f64) = (0.25, 2.0);
+/// Differences from the pose asked for that are worth a word: of direction, of tilt and of size as factors, and of place, as a
+/// share of the board's own size.
+const OFF_RAD: f64 = 22.5 * std::f64::consts::PI / 180.0;
+const TILTED: f64 = 1.4;
+const SIZED: f64 = 1.3;
+const SHIFTED: f64 = 0.2;
+/// A pose that lacks less than this share of any of them is shown: what the refusal says remains.
+const SHOWN: f64 = 0.5;
+
+/// What to do about a frame that was refused for `refusal`, on the way to `target`. `view` is what the frame
+/// measures, if anything; `needs_support` after a long time in a good pose without holding it steadily. Of direction, tilt,
+/// size and place, the one that lacks most is named. [`Advice::Finished`] without a target.
 pub fn advise(
     view: Option<&View>,
     refusal: &Refusal,
     target: Option<&Target>,
     needs_support: bool,
-    params: &GuidanceParams,
 ) -> Advice {
     let Some(target) = target else { return Advice::Finished };
     match *refusal {
@@ -92,11 +100,9 @@ pub fn advise(
         Refusal::Moving { speed_px_per_s, wanted_px_per_s, .. } => {
             return Advice::HoldStill { speed_px_per_s, wanted_px_per_s };
         }
-        Refusal::AtTheEdge { .. } if target.leaves_picture => {}
-        refusal @ (Refusal::Blurred { .. }
-        | Refusal::AtTheEdge { .. }
-        | Refusal::OutsideLens { .. }
-        | Refusal::CameraNotReady) => return Advice::Mend { refusal },
+        refusal @ (Refusal::OutsideLens { .. } | Refusal::CameraNotReady) => {
+            return Advice::Mend { refusal };
+        }
         _ => {}
     }
     let wanted_rad = target.tilt_azimuth_rad;
@@ -112,23 +118,25 @@ pub fn advise(
     let board_px = if is_whole { view.mean_px } else { middle_px(&corners_px) };
     let shift_px = middle_px(&target.ghost_px) - board_px;
     let size_ratio = rms_radius_px(&target.ghost_px) / rms_radius_px(&corners_px);
-    if tilt_rad < 0.4 * params.min_tilt_rad {
-        Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad }
-    } else if turn_rad.abs() > params.max_slot_error_rad {
-        Advice::TipTowards { tilt_azimuth_rad: Some(tilt_azimuth_rad), wanted_rad }
-    } else if tilt_rad < params.min_tilt_rad || tilt_rad > params.max_tilt_rad {
-        let (wanted_rad, tilt_azimuth_rad) = (target.tilt_rad, target.tilt_azimuth_rad);
-        Advice::Tilt { tilt_rad, wanted_rad, tilt_azimuth_rad }
-    } else if !(0.8..1.3).contains(&size_ratio) {
-        let span_fraction = view.span_fraction;
-        Advice::Distance { span_fraction, wanted: (span_fraction * size_ratio).min(1.0) }
-    } else if shift_px.norm() > params.partner_offset_px
-        || matches!(refusal, Refusal::AtTheEdge { .. })
-    {
-        Advice::Shift { right_px: shift_px.x, down_px: shift_px.y }
+    let (span_fraction, ratio) = (view.span_fraction, size_ratio);
+    let tilt = Advice::Tilt { tilt_rad, wanted_rad: target.tilt_rad, tilt_azimuth_rad: wanted_rad };
+    let size = Advice::Distance { span_fraction, wanted: (span_fraction * ratio).min(1.0) };
+    let place = Advice::Shift { right_px: shift_px.x, down_px: shift_px.y };
+    let tipped = if tilt_rad < FLAT.0 * target.tilt_rad {
+        [(FLAT.1, Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad }); 2]
     } else {
-        Advice::Mend { refusal: *refusal }
-    }
+        let tilt_azimuth_rad = Some(tilt_azimuth_rad);
+        [
+            (turn_rad.abs() / OFF_RAD, Advice::TipTowards { tilt_azimuth_rad, wanted_rad }),
+            ((tilt_rad / target.tilt_rad).ln().abs() / TILTED.ln(), tilt),
+        ]
+    };
+    let [direction, tilt] = tipped;
+    let size = (ratio.ln().abs() / SIZED.ln(), size);
+    let place = (shift_px.norm() / (SHIFTED * rms_radius_px(&corners_px)), place);
+    let (most, advice) =
+        [tilt, size, place].into_iter().fold(direction, |a, b| if b.0 > a.0 { b } else { a });
+    if most > SHOWN { advice } else { Advice::Mend { refusal: *refusal } }
 }
 
 fn middle_px(points: &[nalgebra::Point2<f64>]) -> nalgebra::Point2<f64> {

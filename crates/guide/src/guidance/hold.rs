@@ -1,21 +1,16 @@
 //! Hold: the time for which a view worth taking is held still, and the choice of its frame.
 
-use super::{independence::Role, params::GuidanceParams, stillness::Smear, view::View};
+use super::{hand_motion::Velocity, independence::Role, view::View};
 use boresight_geometry::{Corner, frame::CaptureTime};
 
 /// Largest displacement of corners from the best frame's, as a share of the picture's width: farther is another pose.
 const SAME_POSE_WIDTHS: f64 = 0.04;
+/// A frame takes the best one's place if it tells this many times as much: the frames of a board at rest tell alike.
+const MORE: f64 = 1.05;
 /// Pace at which a hold fades, as a share of the pace at which it grows.
 const FADING: f64 = 0.5;
 /// Longest time that a frame counts for, even after a longer gap.
 const LONGEST_STEP_SECS: f64 = 0.5;
-
-/// Time after which the hold for a pose becomes shorter …
-const EASED_FROM_SECS: f64 = 1.0;
-/// … at a pace that would end it in this time …
-const EASED_OVER_SECS: f64 = 3.0;
-/// … down to this share of the whole.
-const SHORTEST: f64 = 0.25;
 
 /// A view that is held. Its progress grows with every good frame and fades with every other one, so that a
 /// moment's unrest costs a moment.
@@ -34,22 +29,18 @@ pub struct Hold {
 pub struct HeldFrame {
     /// The frame's measurement.
     pub view: View,
-    /// Role of the view.
+    /// Its corners as seen, sheared by a rolling shutter if the board moves.
+    pub seen: Vec<Corner>,
+    /// How the board moves in it.
+    pub velocity: Option<Velocity>,
+    /// What the view is for.
     pub role: Role,
     /// File name of its picture, or empty.
     pub name: String,
     /// True if the corners moved rigidly since the frame before.
     pub is_rigid: bool,
-    /// Smear of the frame; `None` for a photograph.
-    pub smear: Option<Smear>,
-}
-
-impl HeldFrame {
-    /// Variance of the frame's blur, by lens and motion together: uniform motion by `m` adds `m²/12`.
-    fn blur_px2(&self) -> f64 {
-        let smear_px = self.smear.map_or(0.0, |smear| smear.smear_px);
-        self.view.blur_px * self.view.blur_px + smear_px * smear_px / 12.0
-    }
+    /// What it tells: see [`Knowledge::gain_by_the_end`](super::Knowledge::gain_by_the_end).
+    pub gain: f64,
 }
 
 impl Hold {
@@ -59,16 +50,15 @@ impl Hold {
         Self { best: first, held_secs: 0.0, judged_at }
     }
 
-    /// Adds a frame of the hold: the sharpest one that moved rigidly becomes the best one.
+    /// Adds a frame of the hold: of those that moved rigidly, one that tells clearly more becomes the best one.
     pub fn add(&mut self, frame: HeldFrame) {
         self.held_secs += self.step_secs(frame.view.captured_at);
-        let is_sharper = frame.blur_px2() < self.best.blur_px2();
-        if frame.is_rigid && (!self.best.is_rigid || is_sharper) {
+        if frame.is_rigid && (!self.best.is_rigid || frame.gain > MORE * self.best.gain) {
             self.best = frame;
         }
     }
 
-    /// Notes a frame that isn't good. Returns false if nothing of the hold is left.
+    /// Notes a frame that isn't good. Returns whether anything of the hold is left.
     pub fn fade(&mut self, now: CaptureTime) -> bool {
         self.held_secs -= FADING * self.step_secs(now);
         self.held_secs > 0.0
@@ -80,9 +70,10 @@ impl Hold {
         secs
     }
 
-    /// True if the hold has lasted for `wanted_secs` and has a frame to take.
+    /// True if the hold has lasted for `wanted_secs` and has a frame to take. The frame after that shows how the board moved.
     pub fn is_complete(&self, wanted_secs: f64) -> bool {
-        self.best.is_rigid && self.progress(wanted_secs) >= 1.0
+        let is_followed = self.best.view.captured_at < self.judged_at;
+        self.best.is_rigid && is_followed && self.progress(wanted_secs) >= 1.0
     }
 
     /// True if `corners` show the pose of the best frame, in a picture of that width.
@@ -99,14 +90,4 @@ impl Hold {
     pub fn progress(&self, wanted_secs: f64) -> f64 {
         if wanted_secs > 0.0 { (self.held_secs / wanted_secs).clamp(0.0, 1.0) } else { 1.0 }
     }
-}
-
-/// Least duration of a hold after `waited_secs`: the longer the wait, the shorter, down to a quarter, for someone who
-/// can't hold longer. A quarter from the start if the last `unfollowed` views didn't follow the ghost.
-pub fn wanted_secs(waited_secs: f64, unfollowed: u32, params: &GuidanceParams) -> f64 {
-    let eased = match unfollowed {
-        0 => (waited_secs - EASED_FROM_SECS) / EASED_OVER_SECS,
-        1.. => 1.0,
-    };
-    params.hold_secs * (1.0 - eased).clamp(SHORTEST, 1.0)
 }

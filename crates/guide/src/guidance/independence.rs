@@ -32,16 +32,17 @@ const CONSISTENCY_SIGMAS: f64 = 3.5;
 /// a tiny standard deviation. Chosen for the error of a lens model that is too simple: 2.2 px with eight views in
 /// reflected pairs. Source: `docs/method.md`, section 3.9.
 const LENS_MODEL_FLOOR_PX: f64 = 2.0;
-/// Ratio of standard deviations below which a line counts as much better known than another.
-const MUCH_BETTER: f64 = 0.5;
+/// Least angle between independent principal lines, however well both are known.
+const LEAST_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// A line is known well enough to differ from others if it differs from one at this angle: half of that between slots.
+const KNOWN_RAD: f64 = 22.5 * std::f64::consts::PI / 180.0;
 
-/// The role of `view` among the `accepted` ones. Source: `docs/method.md`, sections 3.2, 3.3 and 3.6.
+/// The role of `view` among the `accepted` ones: the two rules that are no matter of gain. Source: `docs/method.md`,
+/// sections 3.2, 3.3 and 3.6.
 ///
-/// Two principal lines are independent if and only if their angle ψ satisfies `ψ ≥ independent_rad` and
-/// `ψ > independent_sigmas · √(sd φ₁² + sd φ₂²)`. A view is useful if and only if its line is independent of
-/// every accepted one, or it is the opposed partner of an accepted view that has none. A line that is known
-/// much better than an accepted one doesn't count as covered by it: a small or hardly tilted board must not
-/// block its direction for good.
+/// A view counts if and only if its principal line is independent of every accepted one, or if it is the opposed partner of
+/// an accepted view that has none. Two lines are independent if and only if their angle ψ is significant:
+/// `ψ > independent_sigmas · √(sd φ₁² + sd φ₂²)`, and at least 5°.
 ///
 /// # Errors
 ///
@@ -52,33 +53,35 @@ pub fn role_of(
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Result<Role, Refusal> {
+    let (sigma_rad, most_rad) = (view.line.sigma_phi_rad(), KNOWN_RAD / params.independent_sigmas);
+    if !(sigma_rad <= most_rad) {
+        let wanted_rad = params.wanted_tilt_rad(lens_estimate.f_to_width());
+        return Err(match view.tilt_rad {
+            Some(tilt_rad) if tilt_rad > 0.5 * wanted_rad => {
+                Refusal::Unclear { sigma_rad, wanted_rad: most_rad }
+            }
+            tilt => Refusal::TooFlat { tilt_rad: tilt.unwrap_or(0.0), wanted_rad },
+        });
+    }
     consistent(view, accepted, lens_estimate)?;
-    let mut nearest_rad = f64::INFINITY;
-    let mut partner_refusal = None;
+    let mut nearest: Option<(f64, f64)> = None;
     for (index, other) in accepted.iter().enumerate() {
         let opposed_rad =
             direction_difference_rad(view.tilt_azimuth_rad(), other.tilt_azimuth_rad() + PI).abs();
         if opposed_rad <= params.partner_slot_rad && partner_of(index, accepted).is_none() {
-            match reflected(view, other, lens_estimate, params) {
-                Ok(()) => return Ok(Role::Partner { of: index }),
-                Err(refusal) => partner_refusal = Some(refusal),
-            }
+            return Ok(Role::Partner { of: index });
         }
         let sigma_rad = view.line.sigma_phi_rad().hypot(other.line.sigma_phi_rad());
         let angle_rad = view.line.angle_to(&other.line);
-        let is_parallel = angle_rad < params.independent_rad
-            || angle_rad <= params.independent_sigmas * sigma_rad;
-        if is_parallel && !is_much_better(view, other, lens_estimate) {
-            nearest_rad = nearest_rad.min(angle_rad);
+        let wanted_rad = LEAST_RAD.max(params.independent_sigmas * sigma_rad);
+        if angle_rad <= wanted_rad && nearest.is_none_or(|(least, _)| angle_rad < least) {
+            nearest = Some((angle_rad, wanted_rad));
         }
     }
-    if let Some(refusal) = partner_refusal {
-        return Err(refusal);
+    match nearest {
+        Some((nearest_rad, wanted_rad)) => Err(Refusal::AlreadyCovered { nearest_rad, wanted_rad }),
+        None => Ok(Role::NewDirection),
     }
-    if nearest_rad.is_finite() {
-        return Err(Refusal::AlreadyCovered { nearest_rad, wanted_rad: params.independent_rad });
-    }
-    Ok(Role::NewDirection)
 }
 
 /// Index of the opposed partner of the accepted view at `index`; either of the two may have been taken first. `None`
@@ -88,40 +91,6 @@ pub fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
     accepted.iter().position(|other| {
         view.partner_frame == Some(other.frame_id) || other.partner_frame == Some(view.frame_id)
     })
-}
-
-fn reflected(
-    view: &View,
-    of: &View,
-    lens_estimate: &LensEstimate,
-    params: &GuidanceParams,
-) -> Result<(), Refusal> {
-    let offset_px = reflection_offset_px(view, of, lens_estimate);
-    let wanted_px = partner_limit_px(lens_estimate, params);
-    if offset_px <= wanted_px { Ok(()) } else { Err(Refusal::PartnerOff { offset_px, wanted_px }) }
-}
-
-/// Distance of `view`'s centre from the point reflection of `of`'s centre about the principal point.
-fn reflection_offset_px(view: &View, of: &View, lens_estimate: &LensEstimate) -> f64 {
-    let wanted = lens_estimate.camera.pp_px.coords * 2.0 - of.board_px.coords;
-    (view.board_px.coords - wanted).norm()
-}
-
-fn partner_limit_px(lens_estimate: &LensEstimate, params: &GuidanceParams) -> f64 {
-    // The tolerance is never below the uncertainty of the reflection, whose centre is uncertain.
-    let known_px = match lens_estimate.covariance {
-        Some(_) => lens_estimate.pp_covariance_px2().trace().max(0.0).sqrt(),
-        None => 0.0,
-    };
-    params.partner_offset_px.max(1.0 / lens_estimate.line_bias_per_px()).max(2.0 * known_px)
-}
-
-/// True if the line of `view` passes the principal point with less than half the uncertainty of the line of `other`: it
-/// then carries at least four times the information.
-pub(super) fn is_much_better(view: &View, other: &View, lens_estimate: &LensEstimate) -> bool {
-    let pp = lens_estimate.camera.pp_px;
-    view.line.variance_of_distance(&pp)
-        < MUCH_BETTER * MUCH_BETTER * other.line.variance_of_distance(&pp)
 }
 
 /// Refuses a line with `|z| > 3.5` once there are five views, where

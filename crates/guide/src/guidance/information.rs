@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point2, SMatrix, Vector2};
 
 use super::{params::width_scale, view::LensEstimate};
+use boresight_calibrate::solve::common_error::{COLUMNS as COMMON, error_by_numbers};
 use boresight_geometry::{
     BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensParameter, RayProjection, board::Checkerboard,
     cell_centres_px, frame::ImageSize,
@@ -38,24 +39,8 @@ const IN_CORNER: f64 = 0.3;
 /// Standard deviation, as a share of the weak prior's, of a coefficient that an earlier calibration held fixed.
 const FIXED_SHARE: f64 = 1e-3;
 
-/// Fisher information about the lens from views at these poses, each with its corners in the picture and errors of
-/// `sigma_px`, and from weak priors: positive definite without any view. A view with a corner behind the camera adds
-/// nothing.
-pub fn known_information(
-    poses: impl IntoIterator<Item = Isometry3<f64>>,
-    board: &Checkerboard,
-    lens_estimate: &LensEstimate,
-    sigma_px: f64,
-) -> LensMatrix {
-    let prior = prior_information(lens_estimate);
-    poses
-        .into_iter()
-        .filter_map(|pose| information_in_picture(&pose, board, lens_estimate, sigma_px))
-        .fold(prior, |sum, view| sum + view)
-}
-
 /// Weak priors and, if there is one, an earlier calibration: its covariance, plus an error that no model states.
-pub(super) fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
+pub fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     let sigma = prior_sigma(lens_estimate.image_size);
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
     let known = lens_estimate.known_covariance.and_then(|known| {
@@ -102,17 +87,6 @@ pub(super) fn pp_places() -> [usize; 2] {
     LensParameter::PP.map(|pp| USUAL.iter().take_while(|(usual, _)| *usual != pp).count())
 }
 
-pub(super) fn pair_information(
-    pose: &Isometry3<f64>,
-    board: &Checkerboard,
-    camera: &Camera,
-) -> Option<LensMatrix> {
-    Some(
-        view_information(pose, board, camera, CORNER_SIGMA_PX)?
-            + view_information(&reflected(pose), board, camera, CORNER_SIGMA_PX)?,
-    )
-}
-
 /// Point reflection about the principal point: `R' = ZRZ`, `t' = Zt`, `Z = diag(−1, −1, 1)`.
 pub(super) fn reflected(cam_from_board: &Isometry3<f64>) -> Isometry3<f64> {
     let half_turn = nalgebra::UnitQuaternion::from_axis_angle(
@@ -125,53 +99,79 @@ pub(super) fn reflected(cam_from_board: &Isometry3<f64>) -> Isometry3<f64> {
     )
 }
 
-/// Fisher information of one view about the lens, its pose eliminated:
-/// `A − B D⁻¹ Bᵀ` with `A = ΣJₗᵀJₗ/σ²`, `B = ΣJₗᵀJₚ/σ²`, `D = ΣJₚᵀJₚ/σ²`.
-///
-/// `None` if a corner is behind the camera or the pose is not determined.
+/// What a corner errs by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CornerError {
+    /// Variance of its own error, per axis.
+    pub(super) variance_px2: f64,
+    /// See [`Corner::common_px`](boresight_geometry::Corner::common_px).
+    pub(super) common_px: f64,
+}
+
+/// Fisher information of one view about the lens, its pose eliminated, from the corners that lie in the picture, with errors of
+/// `sigma_px`. `None` if a corner is behind the camera.
+pub fn information_in_picture(
+    pose: &Isometry3<f64>,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    sigma_px: f64,
+) -> Option<LensMatrix> {
+    let error = CornerError { variance_px2: sigma_px * sigma_px, common_px: 0.0 };
+    let size = lens_estimate.image_size;
+    let in_picture = |_, px: &Point2<f64>| size.contains(px).then_some(error);
+    let points_m = board.corners_in_board_m();
+    information_of(pose, &points_m, &lens_estimate.camera, nowhere, in_picture)
+}
+
+/// The same from all corners, wherever they appear.
 pub fn view_information(
     pose: &Isometry3<f64>,
     board: &Checkerboard,
     camera: &Camera,
     sigma_px: f64,
 ) -> Option<LensMatrix> {
-    information_of(pose, board, camera, sigma_px, |_, _| true)
+    let error = CornerError { variance_px2: sigma_px * sigma_px, common_px: 0.0 };
+    information_of(pose, &board.corners_in_board_m(), camera, nowhere, |_, _| Some(error))
 }
 
-/// [`view_information`] of the corners that lie in the picture.
-pub(super) fn information_in_picture(
-    pose: &Isometry3<f64>,
-    board: &Checkerboard,
-    lens_estimate: &LensEstimate,
-    sigma_px: f64,
-) -> Option<LensMatrix> {
-    let size = lens_estimate.image_size;
-    information_of(pose, board, &lens_estimate.camera, sigma_px, |_, px| size.contains(px))
+/// The place on the board of corners without an error in common, which doesn't depend on it.
+pub(super) fn nowhere(_: &Point2<f64>) -> Vector2<f64> {
+    Vector2::zeros()
 }
 
-/// [`view_information`] from the corners for which `is_seen` (of index and pixel) is true.
+/// Fisher information of one view about the lens, its pose eliminated: `A − B D⁻¹ Bᵀ` with `A = ΣJₗᵀJₗ/σ²`,
+/// `B = ΣJₗᵀJₚ/σ²`, `D = ΣJₚᵀJₚ/σ²`. The pose includes the error that corners have in common. `error_of` says by its index
+/// and pixel what a corner errs by, `None` if it isn't seen.
+///
+/// `None` if a corner is behind the camera or the pose is not determined.
 pub(super) fn information_of(
     pose: &Isometry3<f64>,
-    board: &Checkerboard,
+    points_m: &[Point2<f64>],
     camera: &Camera,
-    sigma_px: f64,
-    is_seen: impl Fn(usize, &Point2<f64>) -> bool,
+    on_board: impl Fn(&Point2<f64>) -> Vector2<f64>,
+    error_of: impl Fn(usize, &Point2<f64>) -> Option<CornerError>,
 ) -> Option<LensMatrix> {
+    const OF_VIEW: usize = 6 + COMMON;
     let mut a = LensMatrix::zeros();
-    let mut b = SMatrix::<f64, PARAMETERS, 6>::zeros();
-    let mut d = SMatrix::<f64, 6, 6>::zeros();
-    for (index, point) in board.corners_in_board_m().into_iter().enumerate() {
-        let at = camera.project_board_point(pose, &point)?;
-        if !is_seen(index, &at.px) {
+    let mut b = SMatrix::<f64, PARAMETERS, OF_VIEW>::zeros();
+    let mut d = SMatrix::<f64, OF_VIEW, OF_VIEW>::zeros();
+    d.fixed_view_mut::<COMMON, COMMON>(6, 6).fill_with_identity();
+    for (index, point) in points_m.iter().enumerate() {
+        let at = camera.project_board_point(pose, point)?;
+        let Some(CornerError { variance_px2, common_px }) = error_of(index, &at.px) else {
             continue;
-        }
+        };
         let jac_lens = square_pixels(&at.jac_lens);
-        a += jac_lens.transpose() * jac_lens;
-        b += jac_lens.transpose() * at.jac_pose;
-        d += at.jac_pose.transpose() * at.jac_pose;
+        let mut jac_view = SMatrix::<f64, 2, OF_VIEW>::zeros();
+        jac_view.fixed_columns_mut::<6>(0).copy_from(&at.jac_pose);
+        let by_numbers = error_by_numbers(common_px, &on_board(&at.px));
+        jac_view.fixed_columns_mut::<COMMON>(6).copy_from(&by_numbers);
+        let weighted = jac_lens.transpose() / variance_px2;
+        a += weighted * jac_lens;
+        b += weighted * jac_view;
+        d += jac_view.transpose() * jac_view / variance_px2;
     }
-    let eliminated = b * d.cholesky()?.inverse() * b.transpose();
-    Some((a - eliminated) / (sigma_px * sigma_px))
+    Some(a - b * d.cholesky()?.inverse() * b.transpose())
 }
 
 /// Jacobian by the lens parameters of a camera with square pixels: the columns of `fx` and `fy` added up to
@@ -188,36 +188,39 @@ pub fn square_pixels(jac_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64
     })
 }
 
-/// `MᵀM`, where `M` is the Jacobian of the projection over a grid of pixels by the lens parameters, after the
-/// camera rotation that compensates best, and the number of pixels.
-pub(super) fn projection_weight(lens_estimate: &LensEstimate) -> (LensMatrix, usize) {
-    let grid = ProjectionGrid::new(lens_estimate);
-    let a = grid.pixels.iter().fold(LensMatrix::zeros(), |sum, (_, seen)| {
-        let jac_lens = square_pixels(&seen.jac_lens);
-        sum + jac_lens.transpose() * jac_lens
-    });
-    let weight = grid.turn_from_lens.map_or(a, |turn| a + grid.lens_by_turn * turn);
-    (weight, grid.pixels.len())
+/// `MᵀM` per pixel, where `M` is the Jacobian of the projection by the lens parameters, after the camera rotation that
+/// compensates best over the whole picture.
+pub(super) struct ProjectionWeights {
+    /// Over a grid of pixels.
+    pub(super) everywhere: LensMatrix,
+    /// Over those of them in the picture's corners; `None` if the lens has no ray for any.
+    pub(super) corners: Option<LensMatrix>,
 }
 
-/// [`projection_weight`] of the grid's pixels in the picture's corners, per pixel; the camera still turns to suit the
-/// whole picture best. `None` if the lens has no ray for any of them.
-pub(super) fn corner_weight(lens_estimate: &LensEstimate) -> Option<LensMatrix> {
-    let grid = ProjectionGrid::new(lens_estimate);
-    let size = lens_estimate.image_size;
-    let size_px = Vector2::new(f64::from(size.width_px), f64::from(size.height_px));
-    let is_in_corner = |px: &Point2<f64>| {
-        let off = (px - size.centre_px()).component_div(&size_px);
-        off.x.abs() > IN_CORNER && off.y.abs() > IN_CORNER
-    };
-    let turn = grid.turn_from_lens?;
-    let (mut weight, mut count) = (LensMatrix::zeros(), 0.0);
-    for (_, seen) in grid.pixels.iter().filter(|(px, _)| is_in_corner(px)) {
-        let jac = square_pixels(&seen.jac_lens) + seen.jac_rotation * turn;
-        weight += jac.transpose() * jac;
-        count += 1.0;
+impl ProjectionWeights {
+    pub(super) fn new(lens_estimate: &LensEstimate) -> Self {
+        let grid = ProjectionGrid::new(lens_estimate);
+        let size = lens_estimate.image_size;
+        let size_px = Vector2::new(f64::from(size.width_px), f64::from(size.height_px));
+        let turn = grid.turn_from_lens.unwrap_or_else(SMatrix::zeros);
+        let mean = |is_counted: &dyn Fn(&Point2<f64>) -> bool| {
+            let (mut weight, mut count) = (LensMatrix::zeros(), 0.0);
+            for (_, seen) in grid.pixels.iter().filter(|(px, _)| is_counted(px)) {
+                let jac = square_pixels(&seen.jac_lens) + seen.jac_rotation * turn;
+                weight += jac.transpose() * jac;
+                count += 1.0;
+            }
+            (count > 0.0).then(|| weight / count)
+        };
+        let is_in_corner = |px: &Point2<f64>| {
+            let off = (px - size.centre_px()).component_div(&size_px);
+            off.x.abs() > IN_CORNER && off.y.abs() > IN_CORNER
+        };
+        Self {
+            everywhere: mean(&|_| true).unwrap_or_else(LensMatrix::zeros),
+            corners: mean(&is_in_corner),
+        }
     }
-    (count > 0.0).then(|| weight / count)
 }
 
 /// A grid of pixels over the picture, with the projection of their rays; without those that have none.
@@ -230,8 +233,6 @@ fn projections(lens_estimate: &LensEstimate) -> impl Iterator<Item = (Point2<f64
 /// Projection at a grid of pixels.
 struct ProjectionGrid {
     pixels: Vec<(Point2<f64>, RayProjection)>,
-    /// `Σ JₗᵀJᵣ`, of the Jacobians by the lens and by the camera's rotation.
-    lens_by_turn: SMatrix<f64, PARAMETERS, 3>,
     /// The camera rotation that compensates best, by the lens parameters; `None` if the pixels don't fix it.
     turn_from_lens: Option<SMatrix<f64, 3, PARAMETERS>>,
 }
@@ -247,7 +248,7 @@ impl ProjectionGrid {
         }
         let turn_from_lens =
             by_turn.try_inverse().map(|inverse| -inverse * lens_by_turn.transpose());
-        Self { pixels, lens_by_turn, turn_from_lens }
+        Self { pixels, turn_from_lens }
     }
 }
 
@@ -274,8 +275,8 @@ mod tests {
         lens_estimate.known_covariance = Some(known);
         let information = prior_information(&lens_estimate);
         let covariance = information.cholesky().expect("definite").inverse();
-        let (weight, pixels) = projection_weight(&lens_estimate);
-        let sd_px = ((weight * covariance).trace() / (2.0 * pixels as f64)).sqrt();
+        let weight = ProjectionWeights::new(&lens_estimate).everywhere;
+        let sd_px = (0.5 * (weight * covariance).trace()).sqrt();
         assert!(sd_px < 2.0, "{sd_px} px");
     }
 }

@@ -5,58 +5,51 @@
 //!
 //! | stage | question | degenerate case |
 //! |---|---|---|
-//! | [`params`], [`slots`], [`refusal`], [`rules`] | which limits, which directions, which reasons, which version of them? | |
+//! | [`params`], [`slots`], [`refusal`], [`rules`] | which settings, which directions, which reasons, which version of them? | |
 //! | [`view`] | what does this picture of the board measure? | too frontal for a principal line: [`Refusal::NoLine`]; beyond the lens model's fold: [`Refusal::OutsideLens`] |
-//! | [`mod@gate`] | is it good enough to be used at all? | every refusal carries what was measured and what is wanted |
-//! | [`independence`] | does its principal line add anything? | an opposed pair is parallel by design and counts as one |
-//! | [`information`], [`worth`] | how much does it tell about the lens? | no pose fits the corners: nothing |
-//! | [`motion`], [`exposure`] | how did the board move, and how long is the shutter open? | nothing to compare with: no motion; nothing moved yet: a usual exposure |
-//! | [`stillness`], [`hold`] | is the picture sharp enough, and when is which frame taken? | photographs are still by definition |
-//! | [`stop`] | are we done? | never before every view has its partner |
+//! | [`independence`] | does its principal line differ from the others', or is it a missing partner? | an opposed pair is parallel by design and counts as one |
+//! | [`information`], [`gain`] | how much does it tell that the others don't, and is that enough after this long? | no pose fits the corners: nothing |
+//! | [`hand_motion`], [`motion`] | how did the board move between frames, and in them? | nothing to compare with: no motion |
+//! | [`readout`] | how long does the sensor read, and where were the corners at one instant? | nothing moved yet: a usual time, with its doubt |
+//! | [`hold`] | which frame of a held pose is taken, and when? | a photograph at once |
+//! | [`stop`] | are we done? | never before two opposed pairs are there |
 //! | [`wanted_pose`] | where must the board stand to show a wanted direction and tilt? | it doesn't fit into the picture: no pose |
-//! | [`mod@reach`] | how precise can a calibration become if the board stays small? | it fits nowhere: not known |
-//! | [`candidates`] | which reflected pair is most informative? | directions used up: no pair |
-//! | [`beyond_edge`] | at which poses does a part of the board leave the picture? | no view yet, or boards stay small: none |
-//! | [`covering`] | which pair covers most of what no board has covered, or tells most of the picture's corners? | none: no pair |
+//! | `poses` | which of all reflected pairs tells most for its effort? | directions used up: no pair |
 //! | [`target`] | which pose next, and where on the screen? | no calibration yet: the picture's centre and a usual focal length |
+//! | [`mod@reach`] | how precise can a calibration become if the board stays small? | it fits nowhere: not known |
 //! | [`advice`] | which one thing should the person do now? | |
 
 pub mod advice;
-pub mod beyond_edge;
-pub mod candidates;
-pub mod covering;
-pub mod exposure;
-pub mod gate;
+pub mod gain;
+pub mod hand_motion;
 pub mod hold;
 pub mod independence;
 pub mod information;
 pub mod motion;
 pub mod params;
+mod poses;
 pub mod reach;
+pub mod readout;
 pub mod refusal;
 pub mod rules;
 pub mod slots;
-pub mod stillness;
 pub mod stop;
 pub mod target;
 pub mod view;
 pub mod wanted_pose;
-pub mod worth;
 
 pub use advice::{Advice, advise};
-pub use covering::covering_share;
-pub use exposure::ExposureEstimate;
-pub use gate::gate;
+pub use gain::{Knowledge, wanted_share};
+pub use hand_motion::Velocity;
 pub use hold::{HeldFrame, Hold};
 pub use independence::{Role, partner_of, role_of};
-pub use motion::{Motion, MotionWindow, Scatter};
+pub use motion::{HOLD_WIDTHS_PER_SEC, Motion, MotionWindow, Scatter};
 pub use params::{BoardRoll, GuidanceParams, Plan};
 pub use reach::{Reach, reach};
+pub use readout::Readout;
 pub use refusal::Refusal;
 pub use rules::RULES;
 pub use slots::{direction_difference_rad, slots_deg};
-pub use stillness::{Patience, Smear, StillLimits, still};
 pub use stop::{Precision, Progress, final_progress, forecast, progress};
-pub use target::{Purpose, Target, covering_target, next_target};
+pub use target::{Purpose, Target, next_target};
 pub use view::{LensEstimate, View, measure};
-pub use worth::Knowledge;

@@ -12,6 +12,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Point2, SMatrix};
 
+use super::hand_motion::{HandMotion, Velocity};
 use boresight_geometry::{Corner, Homography, frame::CaptureTime};
 
 /// Distance by which a corner may always stray from the common motion …
@@ -24,6 +25,9 @@ const LONG_ENOUGH_SECS: f64 = 0.1;
 /// Age beyond which an earlier frame says nothing about motion since then: slower than one frame per second.
 pub(super) const TOO_LONG_SECS: f64 = 1.05;
 
+/// What a calm hand stays below, in picture widths per second. It's said to a person, and limits nothing.
+pub const HOLD_WIDTHS_PER_SEC: f64 = 0.03;
+
 /// Longest step from which noise is measured.
 const LONGEST_NOISE_STEP_PX: f64 = 0.25;
 
@@ -32,6 +36,7 @@ const LONGEST_NOISE_STEP_PX: f64 = 0.25;
 pub struct MotionWindow {
     /// Frames, the oldest first.
     frames: VecDeque<(CaptureTime, Vec<Corner>)>,
+    hand: HandMotion,
 }
 
 /// Motion of the board up to a frame.
@@ -80,14 +85,16 @@ impl MotionWindow {
     /// Forgets all frames: what comes next can't be compared with them.
     pub fn clear(&mut self) {
         self.frames.clear();
+        self.hand.clear();
     }
 
     /// Adds the corners of the newest frame.
     pub fn push(&mut self, captured_at: CaptureTime, corners: &[Corner]) {
         // Time stamps that don't grow come from a clock that started again.
         if self.frames.back().is_some_and(|(last, _)| captured_at <= *last) {
-            self.frames.clear();
+            self.clear();
         }
+        self.hand.push(captured_at, self.frames.back().map(|(_, last)| last.as_slice()), corners);
         // One frame that is old enough is needed; older ones are not.
         let is_old = |frame: &(CaptureTime, _)| captured_at.secs_since(frame.0) >= LONG_ENOUGH_SECS;
         let mut reused = Vec::new();
@@ -99,7 +106,28 @@ impl MotionWindow {
         self.frames.push_back((captured_at, reused));
     }
 
-    /// Motion of the board up to a frame that has not been added yet.
+    /// See [`HandMotion::velocity`].
+    pub fn velocity(&self, at: CaptureTime) -> Option<Velocity> {
+        self.hand.velocity(at)
+    }
+
+    /// See [`HandMotion::velocity_foreseen`].
+    pub fn velocity_foreseen(&self, at: CaptureTime) -> Option<Velocity> {
+        self.hand.velocity_foreseen(at)
+    }
+
+    /// The newest frame but one.
+    pub fn before_newest(&self) -> Option<(CaptureTime, &[Corner])> {
+        let (time, corners) = self.frames.get(self.frames.len().checked_sub(2)?)?;
+        Some((*time, corners))
+    }
+
+    /// The corners of the newest frame.
+    pub fn newest(&self) -> Option<&[Corner]> {
+        self.frames.back().map(|(_, corners)| corners.as_slice())
+    }
+
+    /// How the board moved up to a frame that has not been added yet.
     ///
     /// `None` without an earlier frame, if it is too long ago, if the corners are another board's, or if no
     /// homography maps the one frame's to the other's.
@@ -155,9 +183,8 @@ impl CommonStep {
         let from: Vec<_> = in_both().map(|(before, _)| before.px).collect();
         // Both ends of a corner's step are uncertain.
         let to: Vec<Corner> = in_both()
-            .map(|(before, after)| Corner {
-                px: after.px,
-                covariance_px2: before.covariance_px2 + after.covariance_px2,
+            .map(|(before, after)| {
+                Corner::new(after.px, before.covariance_px2 + after.covariance_px2)
             })
             .collect();
         let motion = Homography::fit(&from, &to).ok()?;

@@ -21,14 +21,7 @@ pub enum Refusal {
     TooFlat {
         /// Tilt of this view.
         tilt_rad: f64,
-        /// Least tilt accepted.
-        wanted_rad: f64,
-    },
-    /// The board is tilted too far.
-    TooSteep {
-        /// Tilt of this view.
-        tilt_rad: f64,
-        /// Largest tilt accepted.
+        /// Tilt that is asked for.
         wanted_rad: f64,
     },
     /// The principal line's direction is too uncertain.
@@ -38,41 +31,12 @@ pub enum Refusal {
         /// Largest deviation accepted.
         wanted_rad: f64,
     },
-    /// The board is too small in the picture.
-    TooFar {
-        /// Share of the picture that the corners span.
-        #[serde(rename = "fill")]
-        span_fraction: f64,
-        /// Least share accepted.
-        wanted: f64,
-    },
-    /// A corner is too close to the picture's edge.
-    AtTheEdge {
-        /// Distance from the edge.
-        margin_px: f64,
-        /// Least distance accepted.
-        wanted_px: f64,
-    },
-    /// The edges are blurred.
-    Blurred {
-        /// Width of the blur.
-        blur_px: f64,
-        /// Widest blur accepted.
-        wanted_px: f64,
-    },
     /// An accepted view has almost this principal line, and this view is not its missing partner.
     AlreadyCovered {
         /// Angle to the nearest accepted principal line.
         nearest_rad: f64,
         /// Least angle accepted.
         wanted_rad: f64,
-    },
-    /// The view is opposed to one without a partner, but not at the reflected place.
-    PartnerOff {
-        /// Distance of the board's centre from the reflected one.
-        offset_px: f64,
-        /// Largest distance accepted.
-        wanted_px: f64,
     },
     /// The view would add little information beside the pose asked for. It is taken only if nothing better comes for a
     /// while.
@@ -89,16 +53,12 @@ pub enum Refusal {
         /// Largest distance accepted, in standard deviations.
         wanted: f64,
     },
-    /// The board moves.
+    /// The board moves, which costs the frame so much of what it would tell that it's worth too little now.
     Moving {
         /// Root mean square speed of the corners; `None` without an earlier frame to compare with.
         speed_px_per_s: Option<f64>,
-        /// Fastest accepted, however short the exposure.
+        /// Speed of a calm hand.
         wanted_px_per_s: f64,
-        /// Displacement while the shutter is open; `None` without an earlier frame.
-        smear_px: Option<f64>,
-        /// Largest displacement accepted.
-        wanted_smear_px: Option<f64>,
     },
     /// The view is good and the hold runs; it is taken when the hold is complete.
     Holding {

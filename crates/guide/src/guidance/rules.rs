@@ -9,4 +9,5 @@
 /// |---|---|
 /// | 1 | the first release |
 /// | 2 | still is judged by the smear during the exposure, not by speed; a hold fades; size is no gate but a price; any open direction is taken; tilt 10° to 65° |
-pub const RULES: u32 = 2;
+/// | 3 | a frame is taken for its gain beside that of the pose asked for, the less the longer nothing came: tilt, size, place, blur and motion are prices; principal lines only need to differ significantly; a rolling shutter's shear is corrected; any pose of one grid is asked for, for 7 s |
+pub const RULES: u32 = 3;

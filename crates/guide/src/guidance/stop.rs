@@ -9,6 +9,9 @@ use super::{
 /// Fewest views of a board that stays small in the picture.
 const FAR_VIEWS: usize = 8;
 
+/// Fewest views in opposed pairs: two pairs fix the principal point.
+const LEAST_IN_PAIRS: usize = 4;
+
 /// Precision of the calibration so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
@@ -18,6 +21,8 @@ pub struct Precision {
     pub projection_sigma_px: f64,
     /// Largest standard deviation of projection in the picture: in one of its corners, as a rule.
     pub corner_sigma_px: f64,
+    /// Typical standard deviation of a measured corner.
+    pub noise_px: f64,
     /// Focal length in picture widths.
     pub f_to_width: f64,
     /// Error over what the person's own goal leaves to the lens; met at 1. It replaces the limits of both standard
@@ -52,8 +57,7 @@ impl Precision {
     /// Never with a goal of the person's own, which says what matters.
     pub fn lacks_corners(&self, params: &GuidanceParams) -> bool {
         self.goal_excess.is_none()
-            && params.pairs_beyond_edge > 0
-            && !params.is_far()
+            && params.leaves_picture()
             && params.stop_corner_sigma_px.is_some_and(|limit_px| self.corner_sigma_px > limit_px)
     }
 }
@@ -81,16 +85,17 @@ pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) ->
     }
 }
 
-/// Decides whether to stop: enough views, every view with its partner and, for the adaptive plan, the wanted precision
-/// with the trust checks passed. Source: `docs/method.md`, section 3.5.
+/// Decides whether to stop: enough views, two opposed pairs or those of the plan and, for the adaptive plan, the wanted
+/// precision with the trust checks passed. Source: `docs/method.md`, section 3.5.
 pub fn progress(
     accepted: &[View],
     precision: Option<&Precision>,
     params: &GuidanceParams,
 ) -> Progress {
     let views = accepted.len();
-    let paired = (0..views).all(|i| partner_of(i, accepted).is_some());
+    let in_pairs = (0..views).filter(|&i| partner_of(i, accepted).is_some()).count();
     let wanted = planned_views(params);
+    let paired = in_pairs >= params.plan.views().unwrap_or(LEAST_IN_PAIRS);
     let precise = match params.plan {
         Plan::Quick | Plan::Full => true,
         Plan::Adaptive => precision.is_some_and(|p| {
@@ -112,12 +117,8 @@ pub fn progress(
 
 /// Views of the plan before precision counts.
 fn planned_views(params: &GuidanceParams) -> usize {
-    match params.plan {
-        Plan::Quick => 4,
-        Plan::Full => 8,
-        Plan::Adaptive if params.is_far() => params.min_views.max(FAR_VIEWS),
-        Plan::Adaptive => params.min_views,
-    }
+    let least = if params.is_far() { params.min_views.max(FAR_VIEWS) } else { params.min_views };
+    params.plan.views().unwrap_or(least)
 }
 
 /// Number of views that bring the standard deviations down to the goals, by the square root law.
@@ -168,6 +169,7 @@ mod tests {
             pp_sigma_px: 0.1,
             projection_sigma_px: 0.01,
             corner_sigma_px: 0.02,
+            noise_px: 0.02,
             goal_excess: None,
             trusted: true,
             covered: true,

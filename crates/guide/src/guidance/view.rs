@@ -1,6 +1,6 @@
 //! Measurements from one picture of the board.
 
-use nalgebra::{Matrix2, Point2, Vector2};
+use nalgebra::{Matrix2, Point2};
 
 use super::{params::width_scale, refusal::Refusal};
 use boresight_geometry::{
@@ -86,12 +86,8 @@ pub struct View {
     pub tilt_rad: Option<f64>,
     /// Mean of the corners that are seen.
     pub mean_px: Point2<f64>,
-    /// Mean of all corners as seen, or as expected where the board is cut off or covered.
-    pub board_px: Point2<f64>,
     /// Larger of the shares of the picture's width and height that the seen corners span.
     pub span_fraction: f64,
-    /// Least distance of a seen corner from the picture's edge.
-    pub margin_px: f64,
     /// Frame of the accepted view whose opposed partner this one is, settled at acceptance.
     pub partner_frame: Option<FrameId>,
 }
@@ -146,12 +142,7 @@ pub fn measure(
         .map_err(|_| Refusal::NoLine)?;
     let tilt_rad = line.tilt_rad(&camera.pp_px);
     let seen = || corners.iter().filter(|corner| corner.is_seen());
-    let (low, high) = bounds_px(seen().map(|corner| corner.px));
-    let (width, height) = (
-        f64::from(lens_estimate.image_size.width_px),
-        f64::from(lens_estimate.image_size.height_px),
-    );
-    let margin_px = low.x.min(low.y).min(width - 1.0 - high.x).min(height - 1.0 - high.y);
+    let bounds = bounds_px(seen().map(|corner| corner.px));
     Ok(View {
         frame_id,
         captured_at,
@@ -160,9 +151,7 @@ pub fn measure(
         line,
         tilt_rad,
         mean_px: mean_px(corners),
-        board_px: board_px(corners),
-        span_fraction: span_fraction((low, high), lens_estimate.image_size),
-        margin_px,
+        span_fraction: span_fraction(bounds, lens_estimate.image_size),
         partner_frame: None,
     })
 }
@@ -170,11 +159,6 @@ pub fn measure(
 fn span_fraction((low, high): (Point2<f64>, Point2<f64>), image_size: ImageSize) -> f64 {
     let ImageSize { width_px, height_px } = image_size;
     ((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px))
-}
-
-fn board_px(corners: &[Corner]) -> Point2<f64> {
-    let sum = corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);
-    Point2::from(sum / corners.len().max(1) as f64)
 }
 
 /// Smallest axis-parallel box around `points`: its top-left and bottom-right corner. Without points the

@@ -4,11 +4,17 @@ use nalgebra::{Isometry3, Point2, Translation3, Unit, UnitQuaternion, Vector2, V
 
 use super::{
     params::{BoardRoll, GuidanceParams},
+    slots::slots_deg,
     view::{LensEstimate, bounds_px},
 };
 use boresight_geometry::{board::Checkerboard, frame::ImageSize};
 
-/// Wanted appearance of the board in the picture.
+/// A board that spans less of the picture than this isn't asked for.
+const LEAST_SPAN_FRACTION: f64 = 0.05;
+/// What an edge fit needs around a corner.
+const LEAST_MARGIN_PX: f64 = 8.0;
+
+/// How the board should appear in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WantedPose {
     /// Direction in the picture in which the board recedes, clockwise from the right.
@@ -18,6 +24,8 @@ pub(super) struct WantedPose {
     pub(super) offset_px: Vector2<f64>,
     /// True if the view's point reflection about the principal point must lie in the picture, too.
     pub(super) is_reflected: bool,
+    /// Whether a part of the board is to be beyond the picture's edge.
+    pub(super) leaves_picture: bool,
 }
 
 /// Inner corners in the picture, in numbering order, without those behind the camera.
@@ -37,7 +45,7 @@ pub fn seen_px(
 /// [`GuidanceParams::target_span_fraction`] and the picture allow. The inner corners lie inside the picture; the outer
 /// squares may leave it. Source: `docs/method.md`, section 3.4.
 ///
-/// `None` if what fits spans less than `min_span_fraction`.
+/// `None` if what fits spans less than a twentieth.
 pub(super) fn place_board(
     wanted: &WantedPose,
     board: &Checkerboard,
@@ -46,8 +54,10 @@ pub(super) fn place_board(
 ) -> Option<Isometry3<f64>> {
     let rotation = rotation(wanted, params.board_roll);
     let centre_px = lens_estimate.camera.pp_px + wanted.offset_px;
-    let corners = board.corners_in_board_m();
-    let mut depth_m = board.target().length_m() * lens_estimate.camera.f_px.x
+    let corners = rim_m(board);
+    let mut depth_m = f64::from(board.columns().max(board.rows()) as u32)
+        * board.square_m()
+        * lens_estimate.camera.f_px.x
         / (params.target_span_fraction * f64::from(lens_estimate.image_size.width_px));
     let mut best = None;
     // Bisection finds the distance between "too large" and "fits", a fixed-point iteration the place.
@@ -69,11 +79,41 @@ pub(super) fn place_board(
     }
     let pose = best?;
     span_fraction(&pose, &corners, lens_estimate)
-        .is_some_and(|span| span >= params.min_span_fraction)
+        .is_some_and(|span| span >= LEAST_SPAN_FRACTION)
         .then_some(pose)
 }
 
-/// Rotation of a board that faced the camera and was then tilted by `tilt_rad`, receding towards `tilt_azimuth_rad`.
+/// Poses of the plan's first four views.
+pub(super) fn planned_poses(
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> impl Iterator<Item = Isometry3<f64>> {
+    let tilt_rad = params.wanted_tilt_rad(lens_estimate.f_to_width());
+    slots_deg(lens_estimate.image_size).into_iter().take(4).filter_map(move |direction_deg| {
+        let wanted = WantedPose {
+            tilt_azimuth_rad: direction_deg.to_radians(),
+            tilt_rad,
+            offset_px: Vector2::zeros(),
+            is_reflected: true,
+            leaves_picture: false,
+        };
+        place_board(&wanted, board, lens_estimate, params)
+    })
+}
+
+/// Places on the board's rim, evenly around its middle, in metres: what of the board reaches farthest in the picture.
+fn rim_m(board: &Checkerboard) -> Vec<Point2<f64>> {
+    let half = |count: usize| 0.5 * (count - 1) as f64 * board.square_m();
+    let (x, y) = (half(board.columns()), half(board.rows()));
+    let shares = [-1.0, 0.0, 1.0];
+    let places = shares.into_iter().flat_map(|down| shares.map(|across| (across, down)));
+    let rim = places.filter(|place| *place != (0.0, 0.0));
+    rim.map(|(across, down)| Point2::new(across * x, down * y)).collect()
+}
+
+/// Rotation of a board that faced the camera and was tilted by `tilt_rad` so that it recedes towards
+/// `tilt_azimuth_rad`.
 pub fn tilted(tilt_azimuth_rad: f64, tilt_rad: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = tilt_azimuth_rad.sin_cos();
     let axis = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));
@@ -135,7 +175,7 @@ fn corners_inside(
 ) -> bool {
     let ImageSize { width_px, height_px } = lens_estimate.image_size;
     let (width_px, height_px) = (f64::from(width_px), f64::from(height_px));
-    let margin_px = (params.target_margin_fraction * width_px.min(height_px)).max(params.margin_px);
+    let margin_px = (params.target_margin_fraction * width_px.min(height_px)).max(LEAST_MARGIN_PX);
     let inside = |p: &Point2<f64>| {
         p.x >= margin_px
             && p.y >= margin_px

@@ -1,5 +1,6 @@
 use super::view_number::ViewNumber;
-use crate::guidance::{Role, View};
+use crate::guidance::{Role, Velocity, View};
+use boresight_geometry::Corner;
 
 /// An accepted view.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +15,11 @@ pub struct AcceptedView {
     pub was_beyond_edge: bool,
     /// The view as measured when it was accepted, through the lens estimate of that time.
     pub view: View,
+    /// Its corners as seen, sheared by a rolling shutter if the board moved; the view's are those of one instant, as far
+    /// as the readout was known then.
+    pub seen: Vec<Corner>,
+    /// How the board moved; `None` of a photograph.
+    pub velocity: Option<Velocity>,
 }
 
 impl AcceptedView {

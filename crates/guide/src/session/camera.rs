@@ -57,13 +57,7 @@ impl CameraState {
             && !self.doubts.contains_key(&Fault::Frozen)
     }
 
-    /// Exposure time, if exposure is locked. V4L2 counts it in units of 100 µs (V4L2_CID_EXPOSURE_ABSOLUTE).
-    pub(super) fn exposure_secs(&self) -> Option<f64> {
-        let Lock::Locked { value } = self.locks.exposure else { return None };
-        (1..=10_000).contains(&value).then_some(value as f64 * 1e-4)
-    }
-
-    /// True if a view may be taken from a frame captured at `time`.
+    /// Whether a view may be taken from a frame captured at `time`.
     pub(super) fn may_take_of(&self, time: CaptureTime) -> bool {
         self.may_take() && self.good_from.is_none_or(|from| time >= from)
     }

@@ -1,5 +1,5 @@
 use super::seen::Seen;
-use crate::guidance::{GuidanceParams, LensEstimate, Reach, reach};
+use crate::guidance::{GuidanceParams, LensEstimate, Reach, View, reach};
 use boresight_geometry::board::Checkerboard;
 
 /// Limits of a board that stays small in the picture.
@@ -9,25 +9,25 @@ pub struct FarBoard {
     pub span_fraction: f64,
     /// Expected precision after eight views.
     pub reach: Reach,
-    /// Expected precision with a board of twice the size in the same places; `None` if it doesn't fit into the picture.
+    /// Expected precision with a board of twice the size, at least as good as with this one; `None` if it doesn't fit into the picture.
     pub twice_the_size: Option<Reach>,
 }
 
 impl FarBoard {
     /// `None` if the board fits nowhere.
     pub(super) fn of(
+        accepted: &[View],
         board: &Checkerboard,
         lens_estimate: &LensEstimate,
         seen: &Seen,
         limits: &GuidanceParams,
     ) -> Option<Self> {
         let (noise_px, span_fraction) = (seen.noise_px(), limits.target_span_fraction);
+        let reach = |limits| reach(accepted, board, lens_estimate, noise_px, limits);
         let twice =
             GuidanceParams { target_span_fraction: (2.0 * span_fraction).min(1.0), ..*limits };
-        Some(Self {
-            span_fraction,
-            reach: reach(board, lens_estimate, noise_px, limits)?,
-            twice_the_size: reach(board, lens_estimate, noise_px, &twice),
-        })
+        let now = reach(limits)?;
+        let twice_the_size = reach(&twice).map(|twice| twice.or(now));
+        Some(Self { span_fraction, reach: now, twice_the_size })
     }
 }

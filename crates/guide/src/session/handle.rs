@@ -96,7 +96,7 @@ impl Session {
         let has_views = !(ground.accepted.is_empty() && ground.removed.is_empty());
         ground.camera.apply(event, has_views);
         if !ground.camera.may_take() {
-            self.tracking.forget_motion();
+            self.tracking.ask_anew();
             self.tracking.force_next = false;
         }
         let CameraEvent::ControlChanged(change) = event else { return Outcome::Noted };
@@ -137,7 +137,7 @@ impl Session {
             Command::TakeMore => {
                 self.ground.wanted_views = self.ground.accepted.len() + MORE_VIEWS;
                 self.replan();
-                self.tracking.forget_motion();
+                self.tracking.start_over();
                 Outcome::Noted
             }
         }
@@ -157,7 +157,7 @@ impl Session {
     fn views_removed(&mut self) {
         self.ground.seen.note_removed();
         self.replan();
-        self.tracking.forget_motion();
+        self.tracking.start_over();
     }
 
     fn restore(&mut self) -> Outcome {
@@ -166,7 +166,7 @@ impl Session {
         let accepted = &mut self.ground.accepted;
         accepted.insert(index.min(accepted.len()), restored);
         self.replan();
-        self.tracking.forget_motion();
+        self.tracking.start_over();
         Outcome::Restored { view }
     }
 }

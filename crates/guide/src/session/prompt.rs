@@ -150,11 +150,6 @@ pub enum Prompt {
     Tip(Edge),
     /// Tip this edge away instead of the one that is away now.
     TipInstead(Edge),
-    /// Turn the direction of the tilt about the optical axis.
-    TurnTilt {
-        /// Clockwise or counterclockwise.
-        clockwise: bool,
-    },
     /// Tip this edge farther away.
     TipFurther(Edge),
     /// Tip the board less.
@@ -165,8 +160,6 @@ pub enum Prompt {
     Shift(Option<Across>, Option<Upright>),
     /// Bring the board to the middle of the picture.
     ToTheMiddle,
-    /// Move the board onto the outline; it's almost there.
-    OntoTheOutline,
     /// Show the pose that is drawn.
     FollowTheOutline,
     /// Tip the board more, or bring it nearer: its direction is too uncertain.
@@ -197,7 +190,7 @@ pub enum Gravity {
     Bad,
 }
 
-/// Angle between directions from which they mean another edge rather than a turn of the same one.
+/// Angle between directions from which the edge that is away now is the wrong one.
 const OTHER_EDGE_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
 /// Shift along an axis, in pixels, below which it isn't asked for beside a larger one.
@@ -274,7 +267,7 @@ impl Prompt {
                 if turn_rad.abs() > OTHER_EDGE_RAD {
                     Self::TipInstead(Edge::towards(wanted_rad))
                 } else {
-                    Self::TurnTilt { clockwise: turn_rad > 0.0 }
+                    Self::Tip(Edge::towards(wanted_rad))
                 }
             }
             Advice::Tilt { tilt_rad, wanted_rad, tilt_azimuth_rad } => {
@@ -328,15 +321,10 @@ impl Prompt {
         match refusal {
             Refusal::NotFound => Self::ShowBoard,
             Refusal::NoLine | Refusal::TooFlat { .. } => Self::TipMore,
-            Refusal::TooSteep { .. } => Self::TipLess,
             Refusal::OutsideLens { .. } => Self::ToTheMiddle,
             Refusal::Unclear { .. } => Self::Clearer,
-            Refusal::TooFar { .. } => Self::Closer,
-            Refusal::AtTheEdge { .. } => Self::Farther,
-            Refusal::Blurred { .. } => Self::Blurred,
             // The view in this direction may be the one just taken: ask for the next pose.
             Refusal::AlreadyCovered { .. } | Refusal::TellsLittle { .. } => Self::FollowTheOutline,
-            Refusal::PartnerOff { .. } => Self::OntoTheOutline,
             Refusal::Inconsistent { .. } => Self::Contradicts,
             Refusal::Moving { .. } | Refusal::Holding { .. } => Self::HoldStill,
             Refusal::OtherSize { .. } => Self::OtherSize,
@@ -353,7 +341,6 @@ impl Prompt {
             Self::Tip(edge) => Self::Tip(edge.mirrored()),
             Self::TipInstead(edge) => Self::TipInstead(edge.mirrored()),
             Self::TipFurther(edge) => Self::TipFurther(edge.mirrored()),
-            Self::TurnTilt { clockwise } => Self::TurnTilt { clockwise: !clockwise },
             Self::Shift(across, upright) => Self::Shift(across.map(Across::mirrored), upright),
             other => other,
         }
@@ -410,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_is_turned_when_near_and_replaced_when_far() {
+    fn another_edge_replaces_the_one_that_is_away_only_when_far_from_it() {
         let off = |from: f64, to: f64| {
             let tilt_azimuth_rad = Some(from.to_radians());
             Prompt::of_advice(
@@ -419,8 +406,8 @@ mod tests {
             )
         };
         assert_eq!(off(0.0, 180.0), Prompt::TipInstead(Edge::Left));
-        assert_eq!(off(120.0, 138.0), Prompt::TurnTilt { clockwise: true });
-        assert_eq!(off(5.0, 345.0), Prompt::TurnTilt { clockwise: false });
+        assert_eq!(off(95.0, 138.0), Prompt::Tip(Edge::BottomLeft));
+        assert_eq!(off(5.0, 325.0), Prompt::Tip(Edge::TopRight));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::accepted::AcceptedView;
 use crate::guidance::{
-    GuidanceParams, LensEstimate, Scatter, Target, View, params::FAR_SPAN_FRACTION,
+    GuidanceParams, LensEstimate, Readout, Scatter, Target, View, params::FAR_SPAN_FRACTION,
 };
 use boresight_detect::Track;
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize, target::PartTells};
@@ -15,7 +15,9 @@ const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
 const FOCAL_SIGMA: f64 = 0.12;
 /// … and that differs from the guess by more than this share draws ghosts from then on.
 const FOCAL_CHANGE: f64 = 0.12;
-/// Ratio of a ghost's size to its size before it receded, and most recessions before a view is taken.
+/// Projection in the picture's corners needn't be known better than this many times the error of a measured corner.
+const CORNER_TO_NOISE: f64 = 3.0;
+/// Size of a ghost after it recedes, relative to before, and how often it may recede before a view is taken.
 const RECEDING: f64 = 0.95;
 const MOST_RECEDED: u32 = 14;
 /// A board spanning less than `TOO_SMALL` of the ghost, this many times in a row, is treated as far …
@@ -27,7 +29,9 @@ const A_LITTLE_LARGER: f64 = 1.1;
 /// Facts that frames have shown; they change the next request.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Seen {
-    /// Residuals of the corners from the common motion of a board that was held still.
+    /// How long the sensor takes to read its rows.
+    pub(super) readout: Readout,
+    /// What corners strayed from the common motion of a board that was held still.
     pub(super) noise: Scatter,
     /// Focal length, in pixels, from single views before the first was accepted, if it isn't the usual one.
     pub(super) first_f_px: Option<f64>,
@@ -37,7 +41,9 @@ pub(super) struct Seen {
     pub(super) span_cap: Option<f64>,
     /// True if a board that stays small has shown no further view for so long that none will come.
     pub(super) given_up: bool,
-    /// True if no more poses beyond the picture's edge can be shown.
+    /// Directions of poses that couldn't be shown since the last view.
+    pub(super) tried_rad: Vec<f64>,
+    /// Whether no more poses beyond the picture's edge can be shown.
     pub(super) stays_inside: bool,
     /// Frames with a board that came soon enough after the one before to identify a part, less the other frames.
     followed: i32,
@@ -55,24 +61,28 @@ impl Seen {
         self.noise.corner_sigma_px(NOISE_FREEDOM)
     }
 
-    /// Limits for a board that comes no nearer than it has, and leaves the picture only if parts of it can be
-    /// identified.
+    /// The limits for a board that comes no nearer than it has, leaves the picture only if parts of it can be told, and whose
+    /// corners are measured with errors of `noise_px`.
     pub(super) fn limits(
         &self,
         guidance: &GuidanceParams,
         board: &Checkerboard,
         accepted: &[AcceptedView],
+        noise_px: Option<f64>,
     ) -> GuidanceParams {
         let cap = self.span_cap.unwrap_or(1.0);
         let beyond_edge = accepted.iter().filter(|taken| taken.was_beyond_edge).count();
         let tells_parts = board.target().part_tells() == PartTells::EachPoint
             || self.tells_parts
-            || self.followed >= 0;
+            || self.followed > 0;
         let may_leave = tells_parts && !self.stays_inside;
         GuidanceParams {
             target_span_fraction: guidance.target_span_fraction.min(cap),
             pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(beyond_edge),
-            stop_corner_sigma_px: guidance.stop_corner_sigma_px.filter(|_| may_leave),
+            stop_corner_sigma_px: guidance
+                .stop_corner_sigma_px
+                .filter(|_| may_leave)
+                .map(|limit_px| limit_px.max(CORNER_TO_NOISE * noise_px.unwrap_or(0.0))),
             ..*guidance
         }
     }
@@ -93,6 +103,7 @@ impl Seen {
     pub(super) fn note_removed(&mut self) {
         self.given_up = false;
         self.stays_inside = false;
+        self.tried_rad.clear();
         self.span_cap = None;
         self.small_in_a_row = None;
     }
@@ -169,6 +180,7 @@ impl Seen {
     ) {
         self.receded = 0;
         self.given_up = false;
+        self.tried_rad.clear();
         let span_fraction = view.board_span_fraction(image_size);
         let is_small = target.is_some_and(|target| {
             !target.leaves_picture && span_fraction < TOO_SMALL * target.span_fraction(image_size)
@@ -199,11 +211,13 @@ mod tests {
         let dictionary = "4x4_50".parse().expect("known");
         let marked = board.with_markers(Markers::sized(dictionary, None)).expect("enough markers");
         let may_leave = |seen: &Seen, board: &Checkerboard| {
-            seen.limits(&GuidanceParams::default(), board, &[]).stop_corner_sigma_px.is_some()
+            seen.limits(&GuidanceParams::default(), board, &[], None).stop_corner_sigma_px.is_some()
         };
         let corner = Corner::isotropic(Point2::origin(), 0.1);
         let mut seen = Seen::default();
-        assert!(may_leave(&seen, &board), "nothing speaks against it");
+        assert!(!may_leave(&seen, &board), "nothing was seen yet");
+        seen.note_found(&[corner], Some(1.0 / 30.0));
+        assert!(may_leave(&seen, &board), "the board can be followed");
         for _ in 0..3 {
             seen.note_found(&[corner], Some(1.0 / 6.0));
         }

@@ -9,7 +9,7 @@ pub struct SessionSetup {
     pub board: Checkerboard,
     /// Size of the pictures.
     pub image_size: ImageSize,
-    /// Limits of the planner, for pictures of that size: see [`GuidanceParams::for_image`].
+    /// Settings of the planner.
     pub guidance: GuidanceParams,
     /// Settings of the solver.
     pub calibration: CalibrationParams,

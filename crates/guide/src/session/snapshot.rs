@@ -7,7 +7,7 @@ use super::{
     far_board::FarBoard, held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup,
     view_number::ViewNumber,
 };
-use crate::guidance::{LensEstimate, Role, Smear, Target, View, partner_of};
+use crate::guidance::{LensEstimate, Role, Target, View, partner_of};
 use boresight_calibrate::Calibration;
 use boresight_detect::Miss;
 use boresight_geometry::{
@@ -78,8 +78,8 @@ pub struct LiveView {
     pub measured: Option<Measured>,
     /// Width of the blur of the board's edges.
     pub blur_px: Option<f64>,
-    /// Smear of the frame by the board's motion; `None` without an earlier frame.
-    pub smear: Option<Smear>,
+    /// Root mean square speed of the corners; `None` without an earlier frame.
+    pub speed_px_per_s: Option<f64>,
 }
 
 /// Measurements from the corners of a frame.
@@ -154,7 +154,7 @@ impl LiveView {
     pub(super) fn of(
         observation: &Observation,
         view: Option<&View>,
-        smear: Option<Smear>,
+        speed_px_per_s: Option<f64>,
         pp_px: &Point2<f64>,
     ) -> Self {
         let seen = observation.seen.as_ref();
@@ -180,7 +180,7 @@ impl LiveView {
                 lateral_offset_px: lateral_offset_px(view.tilt_azimuth_rad(), &view.mean_px, pp_px),
             }),
             blur_px: seen.ok().map(|seen| seen.quality.blur_px),
-            smear,
+            speed_px_per_s,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use nalgebra::Isometry3;
+
 use super::{
     accepted::AcceptedView,
     calm::Calm,
@@ -16,9 +18,8 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    ExposureEstimate, GuidanceParams, Hold, Knowledge, LensEstimate, MotionWindow, Patience,
-    Precision, Progress, Purpose, Target, View, covering_target, final_progress, forecast, measure,
-    next_target, progress, worth::pose_of,
+    GuidanceParams, Hold, Knowledge, LensEstimate, MotionWindow, Progress, Readout, Role, Target,
+    View, final_progress, forecast, gain::pose_of, measure, next_target, progress,
 };
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
@@ -51,9 +52,7 @@ pub(super) struct Ground {
     pub(super) wanted_views: usize,
     /// Number of changes of the accepted views or of the pose asked for.
     pub(super) changes: u32,
-    /// Number of views shown by someone who doesn't follow the ghost; a view that follows halves it.
-    pub(super) unfollowed: u32,
-    /// Facts that frames have shown beside the accepted views.
+    /// What frames have shown beside the accepted views.
     pub(super) seen: Seen,
     pub(super) paused: bool,
     pub(super) source_ended: bool,
@@ -74,16 +73,16 @@ pub(super) struct Derived {
     pub(super) target: Option<Target>,
     /// The limits with which the pose asked for was chosen.
     pub(super) limits: GuidanceParams,
-    /// True if the person wants more than the plan: views that cover more of the picture.
-    pub(super) wants_more: bool,
-    /// Information in the accepted views, and the variance that the pose asked for would leave; infinite without one.
+    /// What the accepted views tell, and the pose asked for.
     pub(super) knowledge: Knowledge,
-    pub(super) variance_after_target: f64,
-    /// Limits of a board that stays small.
+    pub(super) target_pose: Option<Isometry3<f64>>,
+    /// What a view like the last one would tell, as a share of what the pose asked for would; `None` if the person took it,
+    /// or if there is none.
+    pub(super) before: Option<f64>,
+    /// What a board that stays small can reach.
     pub(super) far: Option<FarBoard>,
     /// Prediction of the newest pair by the views before it.
     pub(super) held_out: Option<HeldOutPair>,
-    precision: Option<Precision>,
     pub(super) views_to_go: Option<usize>,
     pub(super) views: Arc<[ViewSummary]>,
     pub(super) pairs: Arc<[PairSummary]>,
@@ -93,12 +92,10 @@ pub(super) struct Derived {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracking {
     pub(super) motion: MotionWindow,
-    pub(super) exposure: ExposureEstimate,
     pub(super) hold: Option<Hold>,
-    pub(super) patience: Patience,
-    /// True if the board was still in the newest frame.
-    pub(super) was_still: bool,
-    /// Time for which a board has been in the picture since the pose was asked for, pauses aside.
+    /// For how long a board has been in the picture since the accepted views changed, pauses aside.
+    pub(super) waited_secs: f64,
+    /// The same since the pose was asked for.
     pub(super) asked_secs: f64,
     /// Time for which the board has been cut off since then.
     pub(super) cut_off_secs: f64,
@@ -114,12 +111,16 @@ pub(super) struct Tracking {
 }
 
 impl Tracking {
-    /// Ends the hold: the next frame can't be compared with those before.
-    pub(super) fn forget_motion(&mut self) {
+    /// Ends the hold and the waiting: the accepted views have changed.
+    pub(super) fn start_over(&mut self) {
+        self.waited_secs = 0.0;
+        self.ask_anew();
+    }
+
+    /// Ends the hold: another pose is asked for.
+    pub(super) fn ask_anew(&mut self) {
         self.hold = None;
         self.motion.clear();
-        self.patience = Patience::default();
-        self.was_still = false;
         self.asked_secs = 0.0;
         self.cut_off_secs = 0.0;
         self.newest_at = None;
@@ -134,40 +135,49 @@ impl Derived {
         let solver =
             &CalibrationParams { noise_floor_px: seen.noise_px(), ..setup.calibration.clone() };
         let more = wanted_views.saturating_sub(accepted.len());
-        let guidance = &seen.limits(&setup.guidance.after(accepted.len()), board, accepted);
-        let corners: Vec<Vec<Corner>> =
-            accepted.iter().map(|accepted| accepted.view.corners.clone()).collect();
+        let height_px = f64::from(image_size.height_px);
+        let at_one_instant = |taken: &AcceptedView| {
+            seen.readout.at_one_instant(&taken.seen, taken.velocity.as_ref(), height_px)
+        };
+        let corners: Vec<Vec<Corner>> = accepted.iter().map(at_one_instant).collect();
         let calibration = (!corners.is_empty())
             .then(|| calibrate(&corners, board, *image_size, solver).map(Arc::new));
         let solved = calibration.as_ref().and_then(|result| result.as_deref().ok());
         let lens_estimate = lens_estimate(setup, solved, accepted.len(), seen.first_f_px);
-        let measured: Vec<View> =
-            accepted.iter().map(|accepted| remeasured(accepted, setup, &lens_estimate)).collect();
+        let measured: Vec<View> = accepted
+            .iter()
+            .zip(&corners)
+            .map(|(taken, corners)| remeasured(&taken.view, corners, setup, &lens_estimate))
+            .collect();
         let precision = solved.map(|solved| precision_of(solved, *image_size));
+        let noise_px = precision.as_ref().map(|it| it.noise_px.hypot(common_px(&measured)));
+        let guidance = &seen.limits(&setup.guidance, board, accepted, noise_px);
+        let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance);
         let mut progress = progress(&measured, precision.as_ref(), guidance);
-        if progress == Progress::Collecting && seen.given_up {
+        if more > 0 {
+            progress = Progress::Collecting;
+        } else if progress == Progress::Collecting && seen.given_up {
             progress = final_progress(precision.as_ref(), guidance);
         }
-        let covers = (1..=MORE_VIEWS).contains(&more);
-        let covering = seen.limits(&setup.guidance.for_coverage(), board, accepted);
         let target = match progress {
-            _ if covers => covering_target(&measured, board, &lens_estimate, &covering),
             Progress::Collecting => {
-                next_target(&measured, board, &lens_estimate, precision.as_ref(), guidance)
+                next_target(&measured, &seen.tried_rad, board, &knowledge, &lens_estimate, guidance)
             }
             Progress::Complete | Progress::Exhausted => None,
         };
-        let wants_more = covers && target.is_some();
-        if wants_more {
-            progress = Progress::Collecting;
-        }
         if progress == Progress::Collecting && target.is_none() {
             progress = final_progress(precision.as_ref(), guidance);
         }
-        let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance);
-        let variance_after_target =
-            variance_after(target.as_ref(), &knowledge, board, &lens_estimate);
-        let far = guidance.is_far().then(|| FarBoard::of(board, &lens_estimate, seen, guidance));
+        let target_pose = pose_asked_for(target.as_ref(), board, &lens_estimate);
+        let before = target_pose.and_then(|pose| {
+            let last = accepted.last().filter(|taken| taken.role != Role::Forced)?;
+            let seen = knowledge.seen(&measured[accepted.len() - 1].corners, true);
+            let best = knowledge.at(&pose, knowledge.usual_px2(Some(&last.view)));
+            Some(knowledge.gain_by_the_end(&seen) / knowledge.gain_by_the_end(&best))
+        });
+        let far = guidance
+            .is_far()
+            .then(|| FarBoard::of(&measured, board, &lens_estimate, seen, guidance));
         let held_out = held_out_pair(&measured, board, *image_size, solver);
         let views_to_go = match progress {
             Progress::Collecting => {
@@ -182,13 +192,12 @@ impl Derived {
             measured,
             progress,
             target,
-            limits: if covers { covering } else { *guidance },
-            wants_more,
+            limits: *guidance,
             knowledge,
-            variance_after_target,
+            target_pose,
+            before,
             far: far.flatten(),
             held_out,
-            precision,
             views_to_go,
             views,
             pairs,
@@ -197,27 +206,15 @@ impl Derived {
     }
 
     /// Draws the ghost of the pose asked for again, a step smaller.
-    fn recede_target(&mut self, setup: &SessionSetup) {
+    fn recede_target(&mut self, setup: &SessionSetup, tried_rad: &[f64]) {
         let Some(target) = &self.target else { return };
         let limits = Seen::receded_limits(target, setup.image_size, self.limits);
-        let (board, precision) = (&setup.board, self.precision.as_ref());
-        let (measured, lens) = (&self.measured, &self.lens_estimate);
-        let smaller = if self.wants_more {
-            covering_target(measured, board, lens, &limits)
-        } else {
-            next_target(measured, board, lens, precision, &limits)
-        };
+        let (board, lens) = (&setup.board, &self.lens_estimate);
+        let smaller = next_target(&self.measured, tried_rad, board, &self.knowledge, lens, &limits);
         if smaller.is_some() {
             self.target = smaller;
-            self.variance_after_target =
-                variance_after(self.target.as_ref(), &self.knowledge, board, &self.lens_estimate);
+            self.target_pose = pose_asked_for(self.target.as_ref(), board, lens);
         }
-    }
-
-    /// True if the pose asked for is to cover what no board has covered.
-    pub(super) fn covers_more(&self) -> bool {
-        self.wants_more
-            || self.target.as_ref().is_some_and(|target| target.purpose == Purpose::BeyondEdge)
     }
 
     pub(super) fn calibration(&self) -> Option<&Arc<Calibration>> {
@@ -225,18 +222,21 @@ impl Derived {
     }
 }
 
-fn variance_after(
+fn pose_asked_for(
     target: Option<&Target>,
-    knowledge: &Knowledge,
     board: &Checkerboard,
     lens_estimate: &LensEstimate,
-) -> f64 {
-    let pose = target.and_then(|target| {
-        let ghost: Vec<Corner> =
-            target.ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
-        pose_of(&ghost, board, lens_estimate)
-    });
-    pose.map_or(f64::INFINITY, |pose| knowledge.variance_after(&pose, board, lens_estimate))
+) -> Option<Isometry3<f64>> {
+    let ghost: Vec<Corner> =
+        target?.ghost_px.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
+    pose_of(&ghost, &board.corners_in_board_m(), lens_estimate)
+}
+
+/// What the corners of all views err by in common with others of their view, root mean square.
+fn common_px(views: &[View]) -> f64 {
+    let seen = || views.iter().flat_map(|view| &view.corners).filter(|corner| corner.is_seen());
+    let squares: f64 = seen().map(|corner| corner.common_px.powi(2)).sum();
+    (squares / seen().count().max(1) as f64).sqrt()
 }
 
 /// Lens estimate from the calibration or, up to the second view, a guess: one view fixes no lens.
@@ -264,11 +264,16 @@ fn lens_estimate(
     }
 }
 
-/// The view through the newest lens estimate, or as accepted if that estimate has no ray for one of its corners.
-fn remeasured(accepted: &AcceptedView, setup: &SessionSetup, lens_estimate: &LensEstimate) -> View {
-    let view = &accepted.view;
+/// The view with these corners through the newest lens estimate, or as accepted if that estimate has no ray for one of its
+/// corners.
+fn remeasured(
+    view: &View,
+    corners: &[Corner],
+    setup: &SessionSetup,
+    lens_estimate: &LensEstimate,
+) -> View {
     let frame = (view.frame_id, view.captured_at);
-    match measure(frame, &view.corners, view.blur_px, &setup.board, lens_estimate) {
+    match measure(frame, corners, view.blur_px, &setup.board, lens_estimate) {
         Ok(again) => View { partner_frame: view.partner_frame, ..again },
         Err(_) => view.clone(),
     }
@@ -292,7 +297,7 @@ impl Session {
     pub(super) fn recede(&mut self) {
         if self.ground.seen.recede() {
             self.ground.changes += 1;
-            self.derived.recede_target(&self.setup);
+            self.derived.recede_target(&self.setup, &self.ground.seen.tried_rad);
         }
     }
 
@@ -335,6 +340,11 @@ impl Session {
     /// residuals from the board's common motion between frames. `None` until a hold has shown enough of it.
     pub fn measured_noise_px(&self) -> Option<f64> {
         self.ground.seen.noise_px()
+    }
+
+    /// How long the sensor takes to read all of its rows, as far as the moving board has shown.
+    pub fn readout(&self) -> &Readout {
+        &self.ground.seen.readout
     }
 
     /// Workers that failed in this run, with the reason.

@@ -45,7 +45,7 @@ impl Gauge {
             Self::Across => {
                 "How far the board's middle is from the target, across its principal line. Only this bends the line."
             }
-            Self::Still => "How far the corners move while the shutter is open.",
+            Self::Still => "How fast the corners move in the picture.",
             Self::Sharp => "Width of the blur of the board's edges.",
         }
     }
@@ -70,7 +70,7 @@ impl Gauge {
                 format!("{} (within {high:.0} px)", measured(&|v| format!("{:.0} px", v.abs())))
             }
             Self::Still => {
-                format!("{} (at most {high:.2} px)", measured(&|v| format!("{v:.2} px")))
+                format!("{} (calm: {high:.0} px/s)", measured(&|v| format!("{v:.0} px/s")))
             }
             Self::Sharp => {
                 format!("{} (at most {high:.1} px)", measured(&|v| format!("{v:.1} px")))
@@ -87,6 +87,6 @@ mod tests {
     fn gauges_give_the_value_and_its_limits() {
         let limits = (30_f64.to_radians(), 55_f64.to_radians());
         assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22° (30–55°)");
-        assert_eq!(Gauge::Still.words(None, (0.0, 0.35)), "– (at most 0.35 px)");
+        assert_eq!(Gauge::Still.words(None, (0.0, 38.0)), "– (calm: 38 px/s)");
     }
 }

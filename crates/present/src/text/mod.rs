@@ -58,7 +58,7 @@ use boresight_guide::{
 pub fn prompt(prompt: Prompt) -> String {
     match prompt {
         Prompt::Complete => "Done!".into(),
-        Prompt::Exhausted => "More views won't help".into(),
+        Prompt::Exhausted => "Ended, short of the goal".into(),
         Prompt::Failed => "The session has stopped".into(),
         Prompt::CameraLost => "Camera lost. Reconnecting…".into(),
         Prompt::Frozen => "The picture is frozen".into(),
@@ -85,9 +85,7 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::Dark => "Too dark. Add light".into(),
         Prompt::Busy => "Search too slow. Plainer background?".into(),
         Prompt::Tip(away) => format!("Tip the {} edge away", edge(away)),
-        Prompt::TipInstead(away) => format!("Wrong side: {} edge away", edge(away)),
-        Prompt::TurnTilt { clockwise: true } => "Turn the tilt clockwise".into(),
-        Prompt::TurnTilt { clockwise: false } => "Turn the tilt counterclockwise".into(),
+        Prompt::TipInstead(away) => format!("Now the {} edge away", edge(away)),
         Prompt::TipFurther(away) => format!("Tip the {} edge further", edge(away)),
         Prompt::TipLess => "Tip it back a little".into(),
         Prompt::TipMore => "Tip the board more".into(),
@@ -104,7 +102,6 @@ pub fn prompt(prompt: Prompt) -> String {
             format!("Move {}", ways.join(" and "))
         }
         Prompt::ToTheMiddle => "Move the board to the middle".into(),
-        Prompt::OntoTheOutline => "Almost. Move onto the outline".into(),
         Prompt::FollowTheOutline => "Follow the outline".into(),
         Prompt::Clearer => "Tip it more, or come closer".into(),
         Prompt::Contradicts => "Doesn't fit. Is the board flat?".into(),
@@ -125,11 +122,7 @@ pub fn refusal(refusal: &Refusal) -> String {
         ),
         Refusal::TooFlat { tilt_rad, wanted_rad } => {
             let (tilt, least) = apart(tilt_rad.to_degrees(), wanted_rad.to_degrees(), 0);
-            format!("Tip the board more: {tilt}° (at least {least}°)")
-        }
-        Refusal::TooSteep { tilt_rad, wanted_rad } => {
-            let (tilt, most) = apart(tilt_rad.to_degrees(), wanted_rad.to_degrees(), 0);
-            format!("Tip the board less: {tilt}° (at most {most}°)")
+            format!("Tip the board more: {tilt}° ({least}° is asked for)")
         }
         Refusal::Unclear { sigma_rad, wanted_rad } => {
             let (sigma, most) = apart(sigma_rad.to_degrees(), wanted_rad.to_degrees(), 1);
@@ -137,25 +130,9 @@ pub fn refusal(refusal: &Refusal) -> String {
                 "Tip it more, or come closer: its direction is uncertain by {sigma}° (limit {most}°)"
             )
         }
-        Refusal::TooFar { span_fraction, wanted } => {
-            let (board, least) = apart(100.0 * span_fraction, 100.0 * wanted, 0);
-            format!("Come closer: the board fills {board} % (at least {least} %)")
-        }
-        Refusal::AtTheEdge { margin_px, wanted_px } => {
-            let (margin, least) = apart(margin_px, wanted_px, 0);
-            format!("Step back: {margin} px from the edge of the picture (at least {least} px)")
-        }
-        Refusal::Blurred { blur_px, wanted_px } => {
-            let (blur, most) = apart(blur_px, wanted_px, 1);
-            format!("Hold still or focus the lens: blurred by {blur} px (limit {most} px)")
-        }
         Refusal::AlreadyCovered { nearest_rad, wanted_rad } => {
             let (nearest, least) = apart(nearest_rad.to_degrees(), wanted_rad.to_degrees(), 0);
             format!("Already have this angle: {nearest}° from the nearest view (at least {least}°)")
-        }
-        Refusal::PartnerOff { offset_px, wanted_px } => {
-            let (offset, most) = apart(offset_px, wanted_px, 0);
-            format!("Move onto the outline: {offset} px off (limit {most} px)")
         }
         Refusal::TellsLittle { worth, wanted } => {
             let (worth, least) = apart(100.0 * worth, 100.0 * wanted, 0);
@@ -169,15 +146,9 @@ pub fn refusal(refusal: &Refusal) -> String {
                 "This view doesn't fit the others: off by {sigmas} sd (limit {most}). Is the board flat? Did the focus move?"
             )
         }
-        Refusal::Moving { smear_px: Some(smear_px), wanted_smear_px: Some(wanted_px), .. }
-            if smear_px > wanted_px =>
-        {
-            let (smear, most) = apart(smear_px, wanted_px, 1);
-            format!("Hold still: smeared by {smear} px (limit {most} px)")
-        }
         Refusal::Moving { speed_px_per_s: Some(speed_px_per_s), wanted_px_per_s, .. } => {
             let (speed, most) = apart(speed_px_per_s, wanted_px_per_s, 0);
-            format!("Hold still: {speed} px/s (limit {most} px/s)")
+            format!("Hold still: {speed} px/s (a calm hand stays below {most} px/s)")
         }
         Refusal::Moving { speed_px_per_s: None, .. } => "Hold still".into(),
         Refusal::Holding { progress } => format!("Hold still: {}", percent(progress)),
@@ -294,7 +265,7 @@ pub fn progress(progress: Progress) -> &'static str {
         Progress::Collecting => "The session ended before the plan was complete",
         Progress::Complete => "Done: the plan is complete",
         Progress::Exhausted => {
-            "More views won't help, and the goal isn't reached: check the focus and the board"
+            "The session has ended, and the goal isn't reached: the findings say why"
         }
     }
 }
@@ -350,7 +321,6 @@ mod tests {
             })
             .chain(shifts)
             .chain([Side::Left, Side::Right, Side::Top, Side::Bottom].map(Prompt::CutOff))
-            .chain([true, false].map(|clockwise| Prompt::TurnTilt { clockwise }))
             .chain(Control::ALL.map(Prompt::LensMoved))
             .chain([
                 Prompt::Complete,
@@ -374,7 +344,6 @@ mod tests {
                 Prompt::TipLess,
                 Prompt::TipMore,
                 Prompt::ToTheMiddle,
-                Prompt::OntoTheOutline,
                 Prompt::FollowTheOutline,
                 Prompt::Clearer,
                 Prompt::Contradicts,
@@ -408,7 +377,7 @@ mod tests {
         assert_eq!(apart(39.7, 40.0, 0), ("39.7".into(), "40.0".into()));
         assert_eq!(apart(22.0, 40.0, 0), ("22".into(), "40".into()));
         assert_eq!(apart(2.004, 2.0, 1), ("2.004".into(), "2.000".into()));
-        let far = Refusal::TooFar { span_fraction: 0.497, wanted: 0.5 };
-        assert_eq!(refusal(&far), "Come closer: the board fills 49.7 % (at least 50.0 %)");
+        let flat = Refusal::TooFlat { tilt_rad: 0.0995, wanted_rad: 0.1 };
+        assert_eq!(refusal(&flat), "Tip the board more: 5.70° (5.73° is asked for)");
     }
 }

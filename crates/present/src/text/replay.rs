@@ -90,7 +90,7 @@ pub fn restored(views: usize) -> String {
 }
 
 /// The rules of guidance have changed since the recording was made.
-pub const EARLIER_RULES: &str = "Recorded under earlier rules, so many decisions differ: stillness is now judged by smear during the exposure instead of speed (still_widths_per_sec), a hold decays instead of restarting (hold_secs), a small board counts for little instead of being refused (min_fill), and any open direction is taken, not only the requested one.";
+pub const EARLIER_RULES: &str = "Recorded under earlier rules, so many decisions differ: a view is now taken for what it tells about the lens. Tilt, size, place, blur and motion make it tell less, and have no limits any more; directions must differ significantly, and the corners are corrected for a rolling shutter.";
 
 /// A control: label, key, what it does.
 pub type Step = (&'static str, &'static str, &'static str);

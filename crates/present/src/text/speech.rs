@@ -9,7 +9,7 @@ use boresight_guide::session::Prompt;
 pub fn spoken(asked: Prompt) -> String {
     match asked {
         Prompt::Complete => "Done. Put the board down".into(),
-        Prompt::Exhausted => "Finished. More views won't help".into(),
+        Prompt::Exhausted => "Ended, short of the goal".into(),
         Prompt::Failed => "Stopped. Your views are safe".into(),
         Prompt::CameraLost => "Camera lost".into(),
         Prompt::Frozen => "Picture frozen".into(),
@@ -25,7 +25,6 @@ pub fn spoken(asked: Prompt) -> String {
         Prompt::Glare => "Glare. Tilt the board".into(),
         Prompt::Blurred => "Blurry. Hold still".into(),
         Prompt::TipInstead(away) => format!("Now the {} edge away", edge(away)),
-        Prompt::OntoTheOutline => "Almost. Onto the outline".into(),
         Prompt::Contradicts => "That doesn't fit. Board flat?".into(),
         Prompt::SteadyTheBoard => "Rest your elbows".into(),
         Prompt::CameraNotReady => "Wait for the camera".into(),

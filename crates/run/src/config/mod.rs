@@ -112,25 +112,13 @@ fn scale_error_percent() -> f64 {
 pub struct GuidanceConfig {
     pub plan: PlanName,
     pub board_roll: BoardRollName,
-    pub min_tilt_deg: f64,
-    pub max_tilt_deg: f64,
     pub target_tilt_deg: f64,
-    pub max_direction_sigma_deg: f64,
-    pub min_fill: f64,
     pub target_fill: f64,
-    pub margin_px: f64,
     #[serde(default = "default_target_margin")]
     pub target_margin: f64,
-    pub max_slot_error_deg: f64,
-    pub independent_deg: f64,
     pub independent_sigmas: f64,
     pub partner_slot_deg: f64,
-    pub partner_offset_px: f64,
-    pub max_blur_px: f64,
     pub hold_secs: f64,
-    #[serde(default = "default_max_smear_px")]
-    pub max_smear_px: f64,
-    pub still_widths_per_sec: f64,
     pub stop_pp_sigma_px: f64,
     pub stop_projection_sigma_px: f64,
     /// `None` in recordings that don't know boards beyond the picture's edge.
@@ -146,10 +134,6 @@ pub struct GuidanceConfig {
 
 fn default_target_margin() -> f64 {
     GuidanceParams::default().target_margin_fraction
-}
-
-fn default_max_smear_px() -> f64 {
-    GuidanceParams::default().max_smear_px
 }
 
 /// Mirror of [`Plan`].
@@ -395,32 +379,18 @@ impl Config {
 
     fn checked(self, origin: &str) -> Result<Self, ConfigError> {
         let g = &self.guidance;
-        let tilts = 0.0 < g.min_tilt_deg
-            && g.min_tilt_deg <= g.target_tilt_deg
-            && g.target_tilt_deg <= g.max_tilt_deg
-            && g.max_tilt_deg < 90.0;
-        let shares = (0.05..=1.0).contains(&g.min_fill)
-            && g.min_fill <= g.target_fill
-            && g.target_fill <= 1.0;
+        let tilts = 0.0 < g.target_tilt_deg && g.target_tilt_deg < 90.0;
+        let shares = (0.05..=1.0).contains(&g.target_fill);
         let positive = [
-            g.max_direction_sigma_deg,
-            g.max_slot_error_deg,
-            g.independent_deg,
             g.independent_sigmas,
             g.partner_slot_deg,
-            g.partner_offset_px,
-            g.max_blur_px,
-            g.max_smear_px,
-            g.still_widths_per_sec,
             g.stop_pp_sigma_px,
             g.stop_projection_sigma_px,
         ]
         .iter()
         .chain(&g.stop_corner_sigma_px)
         .all(|value| value.is_finite() && *value > 0.0);
-        let rest = (0.0..1e4).contains(&g.margin_px)
-            && (0.0..0.4).contains(&g.target_margin)
-            && (0.0..=60.0).contains(&g.hold_secs);
+        let rest = (0.0..0.4).contains(&g.target_margin) && (0.0..=60.0).contains(&g.hold_secs);
         let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
         let camera = self.camera.wanted().is_some();
         let scale = (0.0..=10.0).contains(&self.board.scale_error_percent);
@@ -433,11 +403,8 @@ impl Config {
                 camera,
                 "camera.mode: auto, or SIZE@RATE:FORMAT such as 1280x720@30:MJPG, with any of them left out",
             ),
-            (
-                tilts,
-                "guidance: tilts need 0 < min_tilt_deg <= target_tilt_deg <= max_tilt_deg < 90",
-            ),
-            (shares, "guidance: fills need 0.05 <= min_fill <= target_fill <= 1"),
+            (tilts, "guidance: target_tilt_deg must be above 0 and below 90"),
+            (shares, "guidance: target_fill must be 0.05 to 1"),
             (scale, "board.scale_error_percent must be 0 to 10"),
             (
                 certificate,
@@ -449,10 +416,7 @@ impl Config {
                 "board.marker_mm needs board.dictionary",
             ),
             (positive, "guidance: limits must be positive numbers"),
-            (
-                rest,
-                "guidance: margin_px must be 0 to 10000, target_margin must be 0 to 0.4, hold_secs 0 to 60",
-            ),
+            (rest, "guidance: target_margin must be 0 to 0.4, hold_secs 0 to 60"),
             (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
         ] {
             if !good {
@@ -476,8 +440,7 @@ impl Config {
         Ok(board.with_markers(Markers::sized(dictionary, side_squares))?)
     }
 
-    /// The limits of the planner, with lengths for pictures 1280 pixels wide: see
-    /// [`GuidanceParams::for_image`].
+    /// The settings of the planner.
     pub fn guidance(&self) -> GuidanceParams {
         let g = &self.guidance;
         GuidanceParams {
@@ -486,23 +449,12 @@ impl Config {
                 BoardRollName::Upright => BoardRoll::Upright,
                 BoardRollName::Turn => BoardRoll::Turn,
             },
-            min_tilt_rad: g.min_tilt_deg.to_radians(),
-            max_tilt_rad: g.max_tilt_deg.to_radians(),
             target_tilt_rad: g.target_tilt_deg.to_radians(),
-            max_sigma_phi_rad: g.max_direction_sigma_deg.to_radians(),
-            min_span_fraction: g.min_fill,
             target_span_fraction: g.target_fill,
-            margin_px: g.margin_px,
             target_margin_fraction: g.target_margin,
-            max_slot_error_rad: g.max_slot_error_deg.to_radians(),
-            independent_rad: g.independent_deg.to_radians(),
             independent_sigmas: g.independent_sigmas,
             partner_slot_rad: g.partner_slot_deg.to_radians(),
-            partner_offset_px: g.partner_offset_px,
-            max_blur_px: g.max_blur_px,
             hold_secs: g.hold_secs,
-            max_smear_px: g.max_smear_px,
-            still_widths_per_sec: g.still_widths_per_sec,
             stop_pp_sigma_px: g.stop_pp_sigma_px,
             stop_projection_sigma_px: g.stop_projection_sigma_px,
             stop_corner_sigma_px: g.stop_corner_sigma_px,
@@ -535,7 +487,7 @@ impl Config {
         Ok(SessionSetup {
             board: self.board()?,
             image_size,
-            guidance: self.guidance().for_image(image_size),
+            guidance: self.guidance(),
             calibration: self.calibration(),
         })
     }
@@ -578,37 +530,7 @@ mod tests {
     #[test]
     fn default_file_and_default_parameters_agree() {
         let config = Config::load(None, &[]).expect("valid");
-        let (ours, typed) = (config.guidance(), GuidanceParams::default());
-        assert!((ours.min_tilt_rad - typed.min_tilt_rad).abs() < 1e-15);
-        assert_eq!(ours, typed);
-    }
-
-    #[test]
-    fn the_documented_tilt_limits_are_the_defaults() {
-        let documented: Vec<(&str, f64)> = include_str!("../../../guide/src/guidance/params.rs")
-            .lines()
-            .filter_map(|line| {
-                let mut cells = line.strip_prefix("/// | `")?.split(" | ");
-                let name = cells.next()?.trim_end_matches('`');
-                Some((name, cells.next()?.parse().ok()?))
-            })
-            .collect();
-        let g = Config::load(None, &[]).expect("valid").guidance;
-        let defaults = [
-            ("min_tilt_deg", g.min_tilt_deg),
-            ("target_tilt_deg", g.target_tilt_deg),
-            ("max_tilt_deg", g.max_tilt_deg),
-        ];
-        assert_eq!(documented, defaults);
-    }
-
-    #[test]
-    fn lengths_in_pixels_grow_with_the_picture() {
-        let config = Config::load(None, &[]).expect("valid");
-        let margin_px = |width_px, height_px| {
-            config.session(ImageSize { width_px, height_px }).expect("valid").guidance.margin_px
-        };
-        assert_eq!([margin_px(1280, 720), margin_px(2560, 1440)], [13.0, 26.0]);
+        assert_eq!(config.guidance(), GuidanceParams::default());
     }
 
     #[test]
@@ -657,11 +579,14 @@ mod tests {
     fn a_setting_that_is_not_used_any_more_is_ignored_with_one_sentence() {
         let place = tempfile::tempdir().expect("a folder");
         let file = place.path().join("old.toml");
-        let text = "[guidance]\nswing_deg = { of = [\"any\", 1] }\nmin_tilt_deg = 25\n[speech]\nloud = true\n";
+        let text = "[guidance]\nswing_deg = { of = [\"any\", 1] }\ntarget_tilt_deg = 35\n[speech]\nloud = true\n";
         std::fs::write(&file, text).expect("written");
         let again = ["guidance.swing_deg=never".to_owned(), "guidance.plan=quick".to_owned()];
         let (config, notes) = Config::load_without(Some(&file), &again, &TWO).expect("read");
-        assert_eq!((config.guidance.min_tilt_deg, config.guidance.plan), (25.0, PlanName::Quick));
+        assert_eq!(
+            (config.guidance.target_tilt_deg, config.guidance.plan),
+            (35.0, PlanName::Quick)
+        );
         assert_eq!(
             notes,
             [
@@ -680,6 +605,7 @@ mod tests {
 
     #[test]
     fn no_setting_is_both_used_and_retired() {
+        assert!(!RETIRED.is_empty());
         for Retired { key, instead } in RETIRED {
             let mut config = toml::Table::try_from(Config::load(None, &[]).expect("valid"))
                 .expect("a configuration is a table");
@@ -707,17 +633,16 @@ mod tests {
     #[test]
     fn one_setting_changes_one_thing() {
         let set = |text: &str| Config::load(None, &[text.to_owned()]);
-        assert_eq!(set("guidance.min_tilt_deg=25").expect("valid").guidance.min_tilt_deg, 25.0);
+        assert_eq!(set("guidance.hold_secs=0.5").expect("valid").guidance.hold_secs, 0.5);
         assert_eq!(set("guidance.plan=quick").expect("valid").guidance.plan, PlanName::Quick);
         for wrong in [
-            "guidance.min_tilt=25",
+            "guidance.hold=1",
             "guidance.plan=slow",
             "board.columns=2",
             "nonsense",
-            "guidance.min_tilt_deg=70",
+            "guidance.target_tilt_deg=90",
             "guidance.hold_secs=nan",
-            "guidance.margin_px=inf",
-            "guidance.margin_px=nan",
+            "guidance.target_margin=inf",
             "guidance.accept=soon",
             "board.scale_error_percent=-1",
         ] {

@@ -12,7 +12,30 @@ pub(crate) struct Retired {
 }
 
 /// Every setting that isn't used any more. Entries stay for good: old settings files and sessions name them.
-pub(crate) const RETIRED: &[Retired] = &[];
+pub(crate) const RETIRED: &[Retired] = &[
+    price("guidance.min_tilt_deg"),
+    price("guidance.max_tilt_deg"),
+    price("guidance.max_direction_sigma_deg"),
+    price("guidance.min_fill"),
+    price("guidance.margin_px"),
+    price("guidance.max_blur_px"),
+    price("guidance.max_smear_px"),
+    price("guidance.still_widths_per_sec"),
+    price("guidance.partner_offset_px"),
+    Retired {
+        key: "guidance.max_slot_error_deg",
+        instead: "the directions asked for keep clear of accepted ones",
+    },
+    Retired {
+        key: "guidance.independent_deg",
+        instead: "the angle between principal lines must be significant: see independent_sigmas",
+    },
+];
+
+/// A limit of what a frame must show, which is now a part of what the frame tells.
+const fn price(key: &'static str) -> Retired {
+    Retired { key, instead: "a frame is judged by what it tells, so the limit has become a price" }
+}
 
 /// Takes each of the `retired` settings out of `table`, whatever its value; adds one sentence for each to `notes`, unless it's
 /// there.

@@ -367,7 +367,7 @@ fn corner_to_line(corner: &Corner) -> [f64; 5] {
 
 fn corner_from_line(line: &[f64; 5]) -> Corner {
     let [x, y, xx, xy, yy] = *line;
-    Corner { px: Point2::new(x, y), covariance_px2: Matrix2::new(xx, xy, xy, yy) }
+    Corner::new(Point2::new(x, y), Matrix2::new(xx, xy, xy, yy))
 }
 
 /// JSON Schema of a line of `journal.jsonl`.

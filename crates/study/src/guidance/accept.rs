@@ -9,14 +9,14 @@ use boresight_geometry::{
     fit_pose,
     frame::{CaptureTime, FrameId},
 };
-use boresight_guide::guidance::{Role, View, gate, measure, role_of};
+use boresight_guide::guidance::{Role, View, measure, role_of};
 
 /// Rule by which a view counts whose corners were all found. Beside it, every strategy waits for the same hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accept {
     /// Always: the person decides, or the source has no rule.
     Found,
-    /// The view passes our gate and has a role: a new direction, or the partner of a view.
+    /// The view has a role: a new direction, or the partner of a view.
     Role,
     /// The outlines of the board seen and of the board asked for share more than this part of their union.
     Overlap(f64),
@@ -61,9 +61,7 @@ impl Accept {
             Self::Found => true,
             Self::Role => {
                 let Ok(mut view) = taken() else { return Judged::Refused };
-                let role =
-                    gate(&view, params).and_then(|()| role_of(&view, views, lens_estimate, params));
-                return match role {
+                return match role_of(&view, views, lens_estimate, params) {
                     Ok(role) => {
                         if let Role::Partner { of } = role {
                             view.partner_frame = Some(views[of].frame_id);

@@ -58,7 +58,6 @@ pub fn run(
     let mut rng = chance(params.seed, 2_000_000 + index);
     let mut chance_of_strategy = chance(params.seed, 3_000_000 + index);
     let guidance = GuidanceParams { plan: strategy.plan, ..GuidanceParams::default() };
-    let guidance = guidance.for_image(IMAGE_SIZE);
     let mut lens_estimate = LensEstimate::guess(IMAGE_SIZE);
     let mut person = Person::new(hand, guidance.hold_secs);
     let mut state: Option<BundleState> = None;

@@ -11,7 +11,7 @@ use super::{hand_held, sample};
 use crate::guidance::situation::Situation;
 use boresight_geometry::LensParameter;
 use boresight_guide::guidance::information::{
-    LensMatrix, PARAMETERS, known_information, view_information,
+    LensMatrix, PARAMETERS, information_in_picture, prior_information, view_information,
 };
 
 /// Candidate poses for each view.
@@ -52,7 +52,8 @@ pub(super) fn best(
 /// Information of the views so far and of the weak beliefs.
 pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
     let Situation { poses, board, lens_estimate, noise_px, .. } = *situation;
-    known_information(poses.iter().copied(), board, lens_estimate, noise_px)
+    let seen = |pose| information_in_picture(pose, board, lens_estimate, noise_px);
+    poses.iter().filter_map(seen).fold(prior_information(lens_estimate), |sum, view| sum + view)
 }
 
 /// Covariance of the parameters that are fitted; zero for the others.

@@ -3,7 +3,7 @@
 //!
 //! | strategy | rule, and where it stands in the source |
 //! |---|---|
-//! | `ours-*` | our gate and roles |
+//! | `ours-*` | our roles |
 //! | `range-bars` | X, Y, size and skew differ from every earlier view by more than 0.2 together: `is_good_sample` of ROS `image_pipeline`, camera_calibration/calibrator.py |
 //! | `information` | the first three views are free; then the operator presses a key: README of `pengsongyou/CalibrationWizard` |
 //! | `worst-pixel` | the first three views by the variance of the focal length; corners within one square of the asked ones on average: `scorePix` in AprilCal.java of the April toolkit |

@@ -1,0 +1,119 @@
+//! An error that all corners of a view share: a rolling shutter's, as far as the board's motion isn't known.
+//!
+//! The board moves and turns meanwhile, so the error is linear in the pixel: six numbers a view, each a column of `U` with
+//! [`Corner::common_px`](boresight_geometry::Corner::common_px) of the corners. Their whitened residuals then have the
+//! covariance `I + U Uᵀ`, whose inverse square root is `I − Q Φ Qᵀ` with the eigenvectors `Q` of `U Uᵀ` and `φ = 1 − 1/√(1 +
+//! λ)`: what the columns tell is weighed down, nothing else.
+
+use nalgebra::{DMatrix, Point2, SMatrix, SVector, Vector2};
+
+use super::{gram::Row, whitened::Whitened};
+
+/// Numbers that the error of a view consists of.
+pub const COLUMNS: usize = 6;
+/// What turning moves a board's edge by, as a share of what its middle moves by: measured with hands.
+const TURNING: f64 = 0.5;
+
+/// The directions of a view's residuals in which they err alike.
+pub(crate) struct CommonError {
+    /// `Q`: two rows a corner.
+    directions: Vec<SVector<f64, COLUMNS>>,
+    /// `λ` of each.
+    variances: SVector<f64, COLUMNS>,
+}
+
+/// Error of a corner by the numbers of its view, each with a standard deviation of 1. `off` is the corner's place from the
+/// middle of the board in the picture, as a share of half the board's size there.
+pub fn error_by_numbers(common_px: f64, off: &Vector2<f64>) -> SMatrix<f64, 2, COLUMNS> {
+    let by = [1.0, TURNING * off.x, TURNING * off.y].map(|share| common_px * share);
+    SMatrix::from_fn(|axis, column| if column % 2 == axis { by[column / 2] } else { 0.0 })
+}
+
+/// Places of pixels from their middle, as a share of half their extent.
+pub fn places_on_board<'a>(
+    seen: impl Iterator<Item = &'a Point2<f64>> + Clone + 'a,
+) -> impl Fn(&Point2<f64>) -> Vector2<f64> {
+    let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+    for px in seen {
+        low = low.inf(&px.coords);
+        high = high.sup(&px.coords);
+    }
+    let middle = 0.5 * (low + high);
+    let half = (0.5 * (high - low)).max().max(f64::MIN_POSITIVE);
+    move |px| (px.coords - middle) / half
+}
+
+impl CommonError {
+    /// `None` if the corners share no error.
+    pub(crate) fn of<'a>(
+        corners: impl IntoIterator<Item = &'a Whitened, IntoIter: 'a> + Clone,
+    ) -> Option<Self> {
+        if corners.clone().into_iter().all(|corner| corner.common_px == 0.0) {
+            return None;
+        }
+        let pixels: Vec<Point2<f64>> =
+            corners.clone().into_iter().map(|corner| corner.px).collect();
+        let off = places_on_board(pixels.iter());
+        let columns: Vec<SVector<f64, COLUMNS>> = corners
+            .into_iter()
+            .flat_map(|corner| {
+                let by_numbers =
+                    corner.whitener * error_by_numbers(corner.common_px, &off(&corner.px));
+                [0, 1].map(|axis| by_numbers.row(axis).transpose())
+            })
+            .collect();
+        let squares: SMatrix<f64, COLUMNS, COLUMNS> =
+            columns.iter().map(|row| row * row.transpose()).sum();
+        let eigen = squares.symmetric_eigen();
+        let most = eigen.eigenvalues.max();
+        let scale = eigen.eigenvalues.map(|variance| match variance > 1e-9 * most {
+            true => variance.sqrt().recip(),
+            false => 0.0,
+        });
+        let turn = eigen.eigenvectors * SMatrix::<f64, COLUMNS, COLUMNS>::from_diagonal(&scale);
+        let directions = columns.iter().map(|row| turn.transpose() * row).collect();
+        Some(Self { directions, variances: eigen.eigenvalues.map(|variance| variance.max(0.0)) })
+    }
+
+    /// Weighs the shared error down in `rows`, two a corner.
+    pub(crate) fn take_out<const T: usize>(&self, rows: &mut [Row<T>]) {
+        for axis in 0..COLUMNS {
+            let share = 1.0 - (1.0 + self.variances[axis]).sqrt().recip();
+            let mut sum = Row::zeros();
+            for (row, along) in rows.iter().zip(&self.directions) {
+                sum.add_scaled(row, along[axis]);
+            }
+            for (row, along) in rows.iter_mut().zip(&self.directions) {
+                row.add_scaled(&sum, -share * along[axis]);
+            }
+        }
+    }
+
+    /// The same in the rows of the first axis of all corners, and in those of the second.
+    pub(crate) fn take_out_of(&self, rows: &mut [DMatrix<f64>; 2]) {
+        for axis in 0..COLUMNS {
+            let share = 1.0 - (1.0 + self.variances[axis]).sqrt().recip();
+            for column in 0..rows[0].ncols() {
+                let at = |row: usize| (row / 2, column);
+                let along = || self.directions.iter().map(|along| along[axis]).enumerate();
+                let sum: f64 = along().map(|(row, along)| rows[row % 2][at(row)] * along).sum();
+                for (row, along) in along() {
+                    rows[row % 2][at(row)] -= share * sum * along;
+                }
+            }
+        }
+    }
+
+    /// What of the sum of squares of the residuals `rows`, in their first column, the shared error explains.
+    pub(crate) fn explained(&self, rows: &[Row<1>]) -> f64 {
+        let along = |axis: usize| -> f64 {
+            let sum: f64 = rows
+                .iter()
+                .zip(&self.directions)
+                .map(|(row, along)| row.first() * along[axis])
+                .sum();
+            sum * sum * (1.0 - 1.0 / (1.0 + self.variances[axis]))
+        };
+        (0..COLUMNS).map(along).sum()
+    }
+}

@@ -1,0 +1,235 @@
+//! What does a view tell that the accepted ones don't, and how much of it is enough after this long?
+//!
+//! The gain of a view is the precision that it adds to what the person wants to know: projection over the picture, in its
+//! corners, and the principal point, each in units of its goal, under the richest of the usual lens models, from the corners
+//! that are seen, with the errors that they have. Tilt, size, place, blur and motion have no limits: they are prices
+//! inside the gain. Source: `docs/method.md`, section 3.1.
+
+use nalgebra::{Isometry3, Point2};
+
+use super::{
+    information::{
+        CORNER_SIGMA_PX, CornerError, LensMatrix, ProjectionWeights, information_of, nowhere,
+        pp_places, prior_information, reflected,
+    },
+    params::GuidanceParams,
+    view::{LensEstimate, View},
+    wanted_pose::planned_poses,
+};
+use boresight_calibrate::solve::common_error::places_on_board;
+use boresight_geometry::{Corner, board::Checkerboard, fit_pose};
+
+/// Share of the best pose's gain that a frame needs at first …
+const FIRST_SHARE: f64 = 0.6;
+/// … or this many times the share of the view before, if that is less …
+const TIMES_BEFORE: f64 = 4.0;
+/// … and time with a board in the picture after which whatever tells something is taken.
+const SERVED_AFTER_SECS: f64 = 5.0;
+/// What a corner errs by beside its stated covariance: prints, lens models and compression aren't perfect.
+const UNSTATED_PX: f64 = 0.05;
+
+/// Least share of the best pose's gain at which a frame is taken, after a board has been in the picture for `waited_secs`
+/// since the last view; another one like that would be worth the share `before`. Whoever has shown less is asked for less.
+pub fn wanted_share(waited_secs: f64, before: Option<f64>) -> f64 {
+    let first = before.map_or(FIRST_SHARE, |before| (TIMES_BEFORE * before).min(FIRST_SHARE));
+    first * (1.0 - waited_secs / SERVED_AFTER_SECS).clamp(0.0, 1.0).powi(2)
+}
+
+/// What the accepted views and weak priors tell about the lens.
+#[derive(Clone, Debug)]
+pub struct Knowledge {
+    information: LensMatrix,
+    /// What four views as planned would tell: what a view adds to less would be known by the end.
+    ahead: LensMatrix,
+    /// Weight of the lens's covariance in [`Self::variance`]: one over the goals.
+    weight: LensMatrix,
+    /// Expected variance in units of the goals.
+    variance: f64,
+    /// Mean variance of a corner in the accepted views; `None` without one.
+    corner_px2: Option<f64>,
+    points_m: Vec<Point2<f64>>,
+    lens_estimate: LensEstimate,
+}
+
+impl Knowledge {
+    /// What the corners that are seen in the `accepted` views tell.
+    pub fn new(
+        accepted: &[View],
+        board: &Checkerboard,
+        lens_estimate: &LensEstimate,
+        params: &GuidanceParams,
+    ) -> Self {
+        let mut knowledge = Self {
+            information: prior_information(lens_estimate),
+            ahead: LensMatrix::zeros(),
+            weight: weight(lens_estimate, params),
+            variance: f64::INFINITY,
+            corner_px2: None,
+            points_m: board.corners_in_board_m(),
+            lens_estimate: lens_estimate.clone(),
+        };
+        let told = accepted.iter().map(|view| knowledge.seen(&view.corners, true));
+        let told: Vec<LensMatrix> = told.collect();
+        knowledge.information = told.iter().fold(knowledge.information, |sum, more| sum + more);
+        let variances: Vec<f64> =
+            accepted.iter().filter_map(|view| mean_px2(&view.corners)).collect();
+        let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
+        knowledge.corner_px2 = (!variances.is_empty()).then_some(mean);
+        let corner_px2 = knowledge.usual_px2(None);
+        let planned = planned_poses(board, lens_estimate, params);
+        knowledge.ahead = planned.map(|pose| knowledge.at(&pose, corner_px2)).sum();
+        knowledge.variance = knowledge.variance_with(&LensMatrix::zeros());
+        knowledge
+    }
+
+    /// The same, with corners of boards to come whose errors are `noise_px` per axis, if that is known.
+    #[must_use]
+    pub(super) fn with_noise(mut self, noise_px: Option<f64>) -> Self {
+        self.corner_px2 = noise_px.map(|noise_px| noise_px * noise_px).or(self.corner_px2);
+        self
+    }
+
+    /// What is known after a board was shown at that pose, and at its reflection.
+    #[must_use]
+    pub(super) fn with_pair(mut self, cam_from_board: &Isometry3<f64>) -> Self {
+        let corner_px2 = self.usual_px2(None);
+        for pose in [*cam_from_board, reflected(cam_from_board)] {
+            self.information += self.at(&pose, corner_px2);
+        }
+        self.variance = self.variance_with(&LensMatrix::zeros());
+        self
+    }
+
+    /// Standard deviations that are expected now: of the principal point, worse axis, and of projection, mean over the
+    /// picture. Infinite if the views and the priors don't fix the lens.
+    pub(super) fn sigmas_px(&self) -> (f64, f64) {
+        let Some(cholesky) = self.information.cholesky() else {
+            return (f64::INFINITY, f64::INFINITY);
+        };
+        let covariance = cholesky.inverse();
+        let everywhere = ProjectionWeights::new(&self.lens_estimate).everywhere;
+        let projection_px2 = 0.5 * (everywhere * covariance).trace();
+        let [x, y] = pp_places();
+        let pp_px2 = covariance[(x, x)].max(covariance[(y, y)]);
+        (pp_px2.max(0.0).sqrt(), projection_px2.max(0.0).sqrt())
+    }
+
+    /// Expected variance in units of the goals: 1 where one goal is just met.
+    pub fn variance(&self) -> f64 {
+        self.variance
+    }
+
+    /// The board's corners, in metres.
+    pub fn points_m(&self) -> &[Point2<f64>] {
+        &self.points_m
+    }
+
+    /// Precision in units of the goals that `more` information adds; not negative. Source: `docs/method.md`, section 3.1.
+    pub fn gain(&self, more: &LensMatrix) -> f64 {
+        let (before, after) = (self.variance, self.variance_with(more));
+        (1.0 / after - 1.0 / before).max(0.0)
+    }
+
+    /// The same, if the plan's first four views were there, too.
+    pub fn gain_by_the_end(&self, more: &LensMatrix) -> f64 {
+        let before = self.variance_with(&self.ahead);
+        (1.0 / self.variance_with(&(self.ahead + more)) - 1.0 / before).max(0.0)
+    }
+
+    /// Information from those `corners` that are seen, as moved as they were, or as if they had been still; none if they fit
+    /// no board.
+    pub fn seen(&self, corners: &[Corner], as_moved: bool) -> LensMatrix {
+        let Some(pose) = pose_of(corners, &self.points_m, &self.lens_estimate) else {
+            return LensMatrix::zeros();
+        };
+        let error_of = |index: usize, _: &Point2<f64>| {
+            let corner = corners.get(index).filter(|corner| corner.is_seen())?;
+            let variance_px2 = 0.5 * corner.covariance_px2.trace() + UNSTATED_PX * UNSTATED_PX;
+            let common_px = if as_moved { corner.common_px } else { 0.0 };
+            Some(CornerError { variance_px2, common_px })
+        };
+        let seen = corners.iter().filter(|corner| corner.is_seen()).map(|corner| &corner.px);
+        let on_board = places_on_board(seen);
+        information_of(&pose, &self.points_m, &self.lens_estimate.camera, on_board, error_of)
+            .unwrap_or_else(LensMatrix::zeros)
+    }
+
+    /// Information from a board at that pose, of the corners in the picture, with errors of `corner_px2`; none if one is
+    /// behind the camera.
+    pub fn at(&self, cam_from_board: &Isometry3<f64>, corner_px2: f64) -> LensMatrix {
+        let size = self.lens_estimate.image_size;
+        let variance_px2 = corner_px2 + UNSTATED_PX * UNSTATED_PX;
+        let error = CornerError { variance_px2, common_px: 0.0 };
+        let in_picture = |_, px: &Point2<f64>| size.contains(px).then_some(error);
+        let camera = &self.lens_estimate.camera;
+        information_of(cam_from_board, &self.points_m, camera, nowhere, in_picture)
+            .unwrap_or_else(LensMatrix::zeros)
+    }
+
+    /// Variance of a corner, per axis, of a board that is shown as asked and held still, if `view` is the newest frame's: as in
+    /// the accepted views, unless this camera does better now.
+    pub fn usual_px2(&self, view: Option<&View>) -> f64 {
+        let now = view.and_then(|view| mean_px2(&view.corners));
+        let usual = match (self.corner_px2, now) {
+            (Some(accepted), Some(now)) => Some(accepted.min(now)),
+            (accepted, now) => accepted.or(now),
+        };
+        usual.unwrap_or(CORNER_SIGMA_PX * CORNER_SIGMA_PX)
+    }
+
+    /// Expected variance in units of the goals, with `more` information; infinite if the sum isn't positive definite.
+    fn variance_with(&self, more: &LensMatrix) -> f64 {
+        let covariance = (self.information + more).cholesky().map(|cholesky| cholesky.inverse());
+        covariance.map_or(f64::INFINITY, |covariance| (self.weight * covariance).trace())
+    }
+}
+
+/// One over the goals: mean variance of projection over the picture, in its corners if those matter, and of the principal
+/// point, each per axis.
+fn weight(lens_estimate: &LensEstimate, params: &GuidanceParams) -> LensMatrix {
+    let projection = ProjectionWeights::new(lens_estimate);
+    let goal = |goal_px: f64| 0.5 / (goal_px * goal_px);
+    let mut weight = projection.everywhere * goal(params.stop_projection_sigma_px);
+    if let (Some(corners), Some(goal_px)) = (projection.corners, params.stop_corner_sigma_px)
+        && params.leaves_picture()
+    {
+        weight += corners * goal(goal_px);
+    }
+    if !params.is_far() {
+        for index in pp_places() {
+            weight[(index, index)] += goal(params.pp_goal_px(lens_estimate.f_to_width()));
+        }
+    }
+    weight
+}
+
+/// Mean variance, per axis, of the corners that are seen; `None` without one.
+fn mean_px2(corners: &[Corner]) -> Option<f64> {
+    let seen = corners.iter().filter(|corner| corner.is_seen());
+    let (sum, count) = seen.fold((0.0, 0), |(sum, count), corner| {
+        (sum + 0.5 * corner.covariance_px2.trace(), count + 1)
+    });
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+/// Pose of the board with `points_m` whose corners appear at `corners`; `None` if they fit no board.
+pub fn pose_of(
+    corners: &[Corner],
+    points_m: &[Point2<f64>],
+    lens_estimate: &LensEstimate,
+) -> Option<Isometry3<f64>> {
+    Some(fit_pose(&lens_estimate.camera, points_m, corners).ok()?.cam_from_board)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn less_is_enough_the_longer_nothing_came() {
+        assert_eq!(wanted_share(0.0, None), FIRST_SHARE);
+        assert!(wanted_share(2.5, Some(1.0)) <= 0.25 * FIRST_SHARE);
+        assert_eq!(wanted_share(SERVED_AFTER_SECS, None), 0.0);
+        assert_eq!(wanted_share(0.0, Some(0.001)), 0.004);
+    }
+}

@@ -1,0 +1,304 @@
+//! How does a held board move in a frame, between the places at which its neighbours show it?
+//!
+//! A hand sways slowly and trembles at 8 to 12 Hz, so its motion is a Gaussian process whose spectrum is known but for its size.
+//! The size follows from how well each frame was foreseen; velocity, acceleration and what they miss follow from the frames
+//! before and after, at any rate of frames. Source: `docs/method.md`, section 3.8.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, SVector, Vector2, Vector3};
+
+use boresight_geometry::{Corner, frame::CaptureTime};
+
+/// Frames from which a motion is interpolated.
+const FRAMES: usize = 7;
+/// Frames before, without which the first ones of a full window are known no better by more frames after.
+const ENOUGH_BEFORE: usize = 3;
+/// Sway: rate at which it forgets, for a spectrum that is flat up to 0.4 Hz.
+const SWAY_PER_SEC: f64 = 4.35;
+/// Tremor: its size as a share of the sway's, its frequency and its width.
+const TREMOR: f64 = 0.1;
+const TREMOR_RAD_PER_S: f64 = 63.0;
+const TREMOR_WIDTH_RAD_PER_S: f64 = 7.5;
+/// Intended motion, as a multiple of the sway: variances of place and of speed per second.
+const INTENDED: (f64, f64) = (100.0, 1000.0);
+/// Variance of a measured place, as a share of the sway's.
+const MEASURED: f64 = 1e-5;
+/// Foreseen frames count for about this long.
+const UNREST_SECS: f64 = 0.3;
+
+/// How a board moves in the picture: a field of velocities that is linear in the pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Velocity {
+    middle_px: Point2<f64>,
+    /// At the middle.
+    px_per_s: Vector2<f64>,
+    /// Its change per second.
+    px_per_s2: Vector2<f64>,
+    /// Its change per pixel.
+    by_px: Matrix2<f64>,
+    /// Standard deviation of what it misses, per axis.
+    unknown_px_per_s: f64,
+}
+
+impl Velocity {
+    /// At a pixel, in pixels per second.
+    pub fn at(&self, px: &Point2<f64>) -> Vector2<f64> {
+        self.px_per_s + self.by_px * (px - self.middle_px)
+    }
+
+    /// How far the board has moved at a pixel `secs` later.
+    pub fn moved_px(&self, px: &Point2<f64>, secs: f64) -> Vector2<f64> {
+        self.at(px) * secs + self.px_per_s2 * (0.5 * secs * secs)
+    }
+
+    /// Standard deviation of what the velocity misses, per axis.
+    pub fn unknown_px_per_s(&self) -> f64 {
+        self.unknown_px_per_s
+    }
+
+    /// Speed at the middle.
+    pub fn speed_px_per_s(&self) -> f64 {
+        self.px_per_s.norm()
+    }
+}
+
+/// The board in the newest frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HandMotion {
+    /// Frames with the step that leads to each, the oldest first.
+    frames: VecDeque<(CaptureTime, Step)>,
+    /// Size of the sway, as foreseen frames show it: its variance.
+    sway_px2: Option<f64>,
+}
+
+/// A motion from one frame to the next, linear in the pixel of the later one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Step {
+    middle_px: Point2<f64>,
+    px: Vector2<f64>,
+    by_px: Matrix2<f64>,
+}
+
+/// Times of frames, and what their places tell.
+struct Window {
+    secs: [f64; FRAMES],
+    count: usize,
+    inverse: SMatrix<f64, FRAMES, FRAMES>,
+}
+
+impl HandMotion {
+    /// Forgets all frames.
+    pub fn clear(&mut self) {
+        self.frames.clear();
+    }
+
+    /// Adds the newest frame, after one with the corners `before`; begins anew if there's none or no step fits.
+    pub fn push(&mut self, now: CaptureTime, before: Option<&[Corner]>, corners: &[Corner]) {
+        let step = before.and_then(|before| Step::between(before, corners));
+        let passed_secs = self.frames.back().map_or(0.0, |(then, _)| now.secs_since(*then));
+        let Some(step) = step.filter(|_| passed_secs > 0.0) else {
+            self.frames.clear();
+            self.frames.push_back((now, Step::default()));
+            return;
+        };
+        self.note_foreseen(now, passed_secs, &step);
+        if self.frames.len() == FRAMES {
+            self.frames.pop_front();
+        }
+        self.frames.push_back((now, step));
+    }
+
+    /// How the board moves in the frame captured `at` that time. `None` if the frame isn't kept, if too few are, or if its
+    /// neighbours before are gone, so that it was known better before.
+    pub fn velocity(&self, at: CaptureTime) -> Option<Velocity> {
+        let index = self.frames.iter().position(|(time, _)| *time == at)?;
+        if self.frames.len() < 2 || (self.frames.len() == FRAMES && index < ENOUGH_BEFORE) {
+            return None;
+        }
+        let window = self.window(at)?;
+        let variance = window.velocity_variance();
+        Some(Velocity {
+            unknown_px_per_s: (variance * self.sway_px2.unwrap_or(1.0)).sqrt(),
+            ..self.interpolated(index, &window)
+        })
+    }
+
+    /// The same, with what the velocity of a frame misses once as many follow it as came before.
+    pub fn velocity_foreseen(&self, at: CaptureTime) -> Option<Velocity> {
+        let velocity = self.velocity(at)?;
+        let step_secs = {
+            let (newest, before) = (self.frames.back()?, self.frames.get(self.frames.len() - 2)?);
+            newest.0.secs_since(before.0)
+        };
+        let around = (0..FRAMES).map(|i| (i as f64 - (FRAMES / 2) as f64) * step_secs);
+        let variance = Window::of(around)?.velocity_variance();
+        let unknown_px_per_s = (variance * self.sway_px2.unwrap_or(1.0)).sqrt();
+        Some(Velocity {
+            unknown_px_per_s: unknown_px_per_s.min(velocity.unknown_px_per_s),
+            ..velocity
+        })
+    }
+
+    /// Learns the size of the sway from how well the frame at the end of `step` was foreseen.
+    fn note_foreseen(&mut self, now: CaptureTime, passed_secs: f64, step: &Step) {
+        if self.frames.len() < 3 {
+            return;
+        }
+        let Some(window) = self.window(now) else { return };
+        let newest = self.frames.len() - 1;
+        let (foreseen, variance) = window.place(|index| self.place(index, newest, &step.middle_px));
+        let off = (step.px - foreseen).norm_squared() / (2.0 * variance);
+        let share = (passed_secs / UNREST_SECS).clamp(0.0, 1.0);
+        let mean = self.sway_px2.get_or_insert(off);
+        *mean += share * (off - *mean);
+    }
+
+    fn window(&self, now: CaptureTime) -> Option<Window> {
+        Window::of(self.frames.iter().map(|(time, _)| time.secs_since(now)))
+    }
+
+    /// Where the board was at a pixel in frame `index`, from where it was in the frame `from`.
+    fn place(&self, index: usize, from: usize, px: &Point2<f64>) -> Vector2<f64> {
+        let sum = |steps: std::ops::Range<usize>| -> Vector2<f64> {
+            steps.map(|i| self.frames[i].1.at(px)).sum()
+        };
+        if index < from { -sum(index + 1..from + 1) } else { sum(from + 1..index + 1) }
+    }
+
+    fn interpolated(&self, index: usize, window: &Window) -> Velocity {
+        let middle_px =
+            self.frames.iter().skip(index.max(1)).map(|(_, step)| step.middle_px).next();
+        let middle_px = middle_px.unwrap_or_else(Point2::origin);
+        let places = |j: usize| self.place(j, index, &middle_px);
+        let turns = |j: usize| {
+            let sum = |steps: std::ops::Range<usize>| -> Matrix2<f64> {
+                steps.map(|i| self.frames[i].1.by_px).sum()
+            };
+            if j < index { -sum(j + 1..index + 1) } else { sum(index + 1..j + 1) }
+        };
+        let weights = window.weights(velocity_covariance);
+        let bends = window.weights(acceleration_covariance);
+        let (mut px_per_s, mut px_per_s2) = (Vector2::zeros(), Vector2::zeros());
+        let mut by_px = Matrix2::zeros();
+        for j in 0..window.count {
+            px_per_s += places(j) * weights[j];
+            px_per_s2 += places(j) * bends[j];
+            by_px += turns(j) * weights[j];
+        }
+        Velocity { middle_px, px_per_s, px_per_s2, by_px, unknown_px_per_s: 0.0 }
+    }
+}
+
+impl Step {
+    /// From the corners that are seen at both ends, fitted to all of them. `None` with fewer than six.
+    fn between(before: &[Corner], after: &[Corner]) -> Option<Self> {
+        let both = || {
+            let pairs = before.iter().zip(after);
+            pairs.filter(|(before, after)| before.is_seen() && after.is_seen())
+        };
+        let count = both().count();
+        if count < 6 || before.len() != after.len() {
+            return None;
+        }
+        let sum: Vector2<f64> = both().map(|(_, after)| after.px.coords).sum();
+        let middle_px = Point2::from(sum / count as f64);
+        let (mut normal, mut right) = (Matrix3::zeros(), SMatrix::<f64, 3, 2>::zeros());
+        for (before, after) in both() {
+            let off = after.px - middle_px;
+            let row = Vector3::new(1.0, off.x, off.y);
+            normal += row * row.transpose();
+            right += row * (after.px - before.px).transpose();
+        }
+        let fit = normal.cholesky()?.solve(&right);
+        Some(Self {
+            middle_px,
+            px: fit.row(0).transpose(),
+            by_px: Matrix2::from_columns(&[fit.row(1).transpose(), fit.row(2).transpose()]),
+        })
+    }
+
+    fn at(&self, px: &Point2<f64>) -> Vector2<f64> {
+        self.px + self.by_px * (px - self.middle_px)
+    }
+}
+
+impl Window {
+    /// Frames at these times from the one of interest, at most [`FRAMES`].
+    fn of(secs: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut window = Self { secs: [0.0; FRAMES], count: 0, inverse: SMatrix::identity() };
+        for (slot, secs) in window.secs.iter_mut().zip(secs) {
+            *slot = secs;
+            window.count += 1;
+        }
+        let (count, secs) = (window.count, &window.secs);
+        let covariance = SMatrix::<f64, FRAMES, FRAMES>::from_fn(|i, j| {
+            let measured = if i == j { MEASURED } else { 0.0 };
+            match i < count && j < count {
+                true => place_covariance(secs[i], secs[j]) + measured,
+                false => f64::from(u8::from(i == j)),
+            }
+        });
+        window.inverse = covariance.cholesky()?.inverse();
+        Some(window)
+    }
+
+    /// Weights of the places for something at time 0 that has this covariance with a place at another time.
+    fn weights(&self, covariance: impl Fn(f64) -> f64) -> SVector<f64, FRAMES> {
+        self.inverse * self.with(covariance)
+    }
+
+    fn with(&self, covariance: impl Fn(f64) -> f64) -> SVector<f64, FRAMES> {
+        SVector::from_fn(|i, _| if i < self.count { covariance(self.secs[i]) } else { 0.0 })
+    }
+
+    /// Where the board is at time 0, and the variance of that for a sway of size 1.
+    fn place(&self, places: impl Fn(usize) -> Vector2<f64>) -> (Vector2<f64>, f64) {
+        let with = self.with(|secs| place_covariance(0.0, secs));
+        let weights = self.inverse * with;
+        let mean = (0..self.count).map(|j| places(j) * weights[j]).sum();
+        let variance = place_covariance(0.0, 0.0) + MEASURED - with.dot(&weights);
+        (mean, variance.max(MEASURED))
+    }
+
+    /// Variance of the velocity at time 0, per axis, for a sway of size 1.
+    fn velocity_variance(&self) -> f64 {
+        let with = self.with(velocity_covariance);
+        let prior = SWAY_PER_SEC.powi(2)
+            + TREMOR * TREMOR * (TREMOR_RAD_PER_S.powi(2) + TREMOR_WIDTH_RAD_PER_S.powi(2))
+            + INTENDED.1;
+        (prior - with.dot(&(self.inverse * with))).max(0.0)
+    }
+}
+
+/// Covariance of the places at two times.
+fn place_covariance(one_secs: f64, other_secs: f64) -> f64 {
+    let apart = (one_secs - other_secs).abs();
+    let sway = (1.0 + SWAY_PER_SEC * apart) * (-SWAY_PER_SEC * apart).exp();
+    let tremor = TREMOR * TREMOR * envelope(apart) * (TREMOR_RAD_PER_S * apart).cos();
+    sway + tremor + INTENDED.0 + INTENDED.1 * one_secs * other_secs
+}
+
+/// Covariance of the velocity at time 0 and the place at another.
+fn velocity_covariance(secs: f64) -> f64 {
+    let sway = SWAY_PER_SEC.powi(2) * secs * (-SWAY_PER_SEC * secs.abs()).exp();
+    let (sin, cos) = (TREMOR_RAD_PER_S * secs).sin_cos();
+    let width2 = TREMOR_WIDTH_RAD_PER_S.powi(2);
+    let tremor = TREMOR * TREMOR * envelope(secs) * (width2 * secs * cos + TREMOR_RAD_PER_S * sin);
+    sway + tremor + INTENDED.1 * secs
+}
+
+/// Covariance of the acceleration at time 0 and the place at another.
+fn acceleration_covariance(secs: f64) -> f64 {
+    let apart = SWAY_PER_SEC * secs.abs();
+    let sway = SWAY_PER_SEC.powi(2) * (apart - 1.0) * (-apart).exp();
+    let (sin, cos) = (TREMOR_RAD_PER_S * secs).sin_cos();
+    let width2 = TREMOR_WIDTH_RAD_PER_S.powi(2);
+    let bend = (width2 * secs).powi(2) - width2 - TREMOR_RAD_PER_S.powi(2);
+    let tremor = bend * cos + 2.0 * width2 * secs * TREMOR_RAD_PER_S * sin;
+    sway + TREMOR * TREMOR * envelope(secs) * tremor
+}
+
+fn envelope(secs: f64) -> f64 {
+    (-0.5 * (TREMOR_WIDTH_RAD_PER_S * secs).powi(2)).exp()
+}

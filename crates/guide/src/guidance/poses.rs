@@ -1,0 +1,175 @@
+//! All poses that can be asked for, and which reflected pair of them tells most. Source: `docs/method.md`, section 3.4.
+//!
+//! Poses are judged *in reflected pairs*: that keeps the precision of a greedy choice, and a lens model that is too simple
+//! pulls the principal point two to three times less.
+
+use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
+
+use super::{
+    gain::Knowledge,
+    information::reflected,
+    params::GuidanceParams,
+    slots::{direction_difference_rad, slots_deg},
+    view::{LensEstimate, View},
+    wanted_pose::{WantedPose, place_board, placed, rotation},
+};
+use boresight_geometry::board::Checkerboard;
+
+/// A pose, and how it should appear.
+pub(super) type Pose = (WantedPose, Isometry3<f64>);
+
+/// The eight slots come first; between them, twice, those in the middle.
+const BETWEEN_DEG: [f64; 4] = [0.0, 22.5, 11.25, 33.75];
+/// Tilts, beside the one that is asked for: steeper tells more of the focal length, flatter reaches farther.
+const MORE_TILT_DEG: [f64; 3] = [0.0, 10.0, -15.0];
+/// Where the middle of the board stands, from the picture's, in shares of width and height. The other half of the places is
+/// that of the reflected views.
+const PLACES: [(f64, f64); 7] = [
+    (0.0, 0.0),
+    (0.16, 0.0),
+    (0.0, 0.16),
+    (0.14, 0.14),
+    (0.14, -0.14),
+    (0.27, 0.27),
+    (0.27, -0.27),
+];
+/// Distances at which a board leaves the picture, in multiples of that at which it just fits in the middle.
+const DISTANCES: [f64; 2] = [0.85, 1.15];
+/// A later pose replaces an earlier one only if it tells by this much more: the slots are easiest to show.
+const CLEARLY_MORE: f64 = 1.1;
+/// A board beyond the picture's edge takes a person about this many times as long.
+const EFFORT_BEYOND_EDGE: f64 = 2.0;
+/// A person misses a direction by some degrees: directions asked for are this far from accepted lines, so that a view
+/// still counts.
+const CLEAR_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
+/// The same if no such direction is left.
+const LEAST_CLEAR_RAD: f64 = 7.5 * std::f64::consts::PI / 180.0;
+/// A direction counts as tried within this angle.
+pub(super) const TRIED_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Share of the corners that must be in the picture, this far from its edge.
+const SEEN_SHARE: f64 = 0.6;
+const INSET_PX: f64 = 15.0;
+/// Steepest that the board is looked at anywhere, from its normal; at 90° its edge would be seen.
+const STEEPEST_LOOK_RAD: f64 = 75.0 * std::f64::consts::PI / 180.0;
+/// Farther from the picture than this many of its widths, the lens is a guess.
+const FARTHEST_WIDTHS: f64 = 2.0;
+
+/// The pose that, with its reflected partner, tells most for its effort, in a direction that is clear of all accepted ones and
+/// hasn't been `tried` in vain. `None` if no such direction is left, or if nothing fits into the picture.
+pub(super) fn best_pair(
+    accepted: &[View],
+    tried_rad: &[f64],
+    board: &Checkerboard,
+    knowledge: &Knowledge,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Option<Pose> {
+    let corner_px2 = knowledge.usual_px2(None);
+    let mut best: Option<(f64, Pose)> = None;
+    for direction_rad in clear_directions_rad(accepted, tried_rad, lens_estimate) {
+        for (wanted, pose) in poses(direction_rad, board, lens_estimate, params) {
+            let pair =
+                knowledge.at(&pose, corner_px2) + knowledge.at(&reflected(&pose), corner_px2);
+            let gain = knowledge.gain(&pair);
+            let gain = if wanted.leaves_picture { gain / EFFORT_BEYOND_EDGE } else { gain };
+            if best.as_ref().is_none_or(|(most, _)| gain > CLEARLY_MORE * most) {
+                best = Some((gain, (wanted, pose)));
+            }
+        }
+    }
+    best.map(|(_, pose)| pose)
+}
+
+/// Directions all round, the plan's slots first, clear of those that are taken; closer ones if none is.
+fn clear_directions_rad(
+    accepted: &[View],
+    tried_rad: &[f64],
+    lens_estimate: &LensEstimate,
+) -> Vec<f64> {
+    let slots = slots_deg(lens_estimate.image_size);
+    let all = BETWEEN_DEG.into_iter().flat_map(|more| slots.map(|slot| (slot + more).to_radians()));
+    let off_rad = |one: f64, other: f64| (one - other).sin().abs().asin();
+    let is_tried = |direction: f64| {
+        let is_near = |tried: &f64| direction_difference_rad(*tried, direction).abs() < TRIED_RAD;
+        tried_rad.iter().any(is_near)
+    };
+    let all: Vec<f64> = all.filter(|direction| !is_tried(*direction)).collect();
+    let clear_by = |least_rad: f64| -> Vec<f64> {
+        let is_clear = |direction: &&f64| {
+            accepted.iter().all(|view| off_rad(view.tilt_azimuth_rad(), **direction) >= least_rad)
+        };
+        all.iter().filter(is_clear).copied().collect()
+    };
+    let clear = clear_by(CLEAR_RAD);
+    if clear.is_empty() { clear_by(LEAST_CLEAR_RAD) } else { clear }
+}
+
+/// The poses in one direction: as near as fits in several places and, if parts of a board can be told, beyond the picture's
+/// edge.
+fn poses(
+    tilt_azimuth_rad: f64,
+    board: &Checkerboard,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Vec<Pose> {
+    let size = lens_estimate.image_size;
+    let size_px = Vector2::new(f64::from(size.width_px), f64::from(size.height_px));
+    let usual_rad = params.wanted_tilt_rad(lens_estimate.f_to_width());
+    let points = board.corners_in_board_m();
+    let mut poses = Vec::new();
+    for more_deg in MORE_TILT_DEG {
+        let tilt_rad = usual_rad + more_deg.to_radians();
+        let mut fits_m = None;
+        for (across, down) in PLACES {
+            let wanted = WantedPose {
+                tilt_azimuth_rad,
+                tilt_rad,
+                offset_px: size_px.component_mul(&Vector2::new(across, down)),
+                is_reflected: true,
+                leaves_picture: false,
+            };
+            let whole = place_board(&wanted, board, lens_estimate, params);
+            fits_m = fits_m.or(whole.map(|pose| pose.translation.z));
+            poses.extend(whole.map(|pose| (wanted, pose)));
+            let Some(fits_m) = fits_m.filter(|_| params.leaves_picture()) else { continue };
+            let turn = rotation(&wanted, params.board_roll);
+            let centre_px = lens_estimate.camera.pp_px + wanted.offset_px;
+            let beyond = DISTANCES.into_iter().filter_map(|share| {
+                placed(&turn, share * fits_m, &centre_px, &points, lens_estimate)
+            });
+            let leaves = |pose: &Isometry3<f64>| {
+                leaves_picture(pose, &points, lens_estimate)
+                    && leaves_picture(&reflected(pose), &points, lens_estimate)
+            };
+            let wanted = WantedPose { leaves_picture: true, ..wanted };
+            poses.extend(beyond.filter(leaves).map(|pose| (wanted, pose)));
+        }
+    }
+    poses
+}
+
+/// Whether a part of the board lies outside of the picture, but most of it inside.
+fn leaves_picture(
+    pose: &Isometry3<f64>,
+    points: &[Point2<f64>],
+    lens_estimate: &LensEstimate,
+) -> bool {
+    let size = lens_estimate.image_size;
+    let (right, bottom) = (f64::from(size.width_px) - 1.0, f64::from(size.height_px) - 1.0);
+    let normal = pose.rotation * Vector3::z();
+    let mut inside = 0;
+    for point in points {
+        let in_cam = pose.transform_point(&Point3::new(point.x, point.y, 0.0)).coords;
+        if normal.dot(&in_cam) < STEEPEST_LOOK_RAD.cos() * in_cam.norm() {
+            return false;
+        }
+        let Some(px) = lens_estimate.camera.px_from_board(pose, point) else { return false };
+        if (px - size.centre_px()).norm() > FARTHEST_WIDTHS * right {
+            return false;
+        }
+        let is_inside = (INSET_PX..=right - INSET_PX).contains(&px.x)
+            && (INSET_PX..=bottom - INSET_PX).contains(&px.y);
+        inside += usize::from(is_inside);
+    }
+    inside < points.len() && inside as f64 >= SEEN_SHARE * points.len() as f64
+}
