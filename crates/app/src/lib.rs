@@ -41,7 +41,6 @@ mod camera_announcer;
 pub mod certificate;
 pub mod comparison;
 mod cue_link;
-pub use cue_link::PersonCues;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod device_entry;
 pub mod devices_file;
@@ -74,6 +73,7 @@ mod verdict;
 mod voice;
 
 pub use announcer::Announcer;
+pub use cue_link::PersonCues;
 pub use error_code::error_code;
 pub use explain::explain;
 pub use host::AppHost;

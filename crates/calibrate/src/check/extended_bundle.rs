@@ -5,7 +5,6 @@ use nalgebra::{Isometry3, Point2, Point3, SVector, Vector2, Vector3};
 use super::cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS};
 use crate::solve::{
     bundle::{BundleState, Observations},
-    common_error::CommonError,
     gram::{Gram, Row},
     lens_model::tie_focal_lengths,
     schur_lm::{NormalEquations, Problem, Step, ViewBlock},
@@ -320,7 +319,7 @@ impl ExtendedProblem<'_> {
             set(S + LOCAL, corner.whitener * (corner.px - predicted));
             rows.extend(pair);
         }
-        if let Some(common) = CommonError::of(corners) {
+        if let Some(common) = self.observations.common(view) {
             common.take_out(&mut rows);
         }
         let (cost, mut block) = Gram::of(&rows).split();

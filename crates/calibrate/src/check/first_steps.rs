@@ -12,7 +12,6 @@ use super::{
 };
 use crate::solve::{
     bundle::{BundleState, Observations},
-    common_error::CommonError,
     gram::{Gram, Row},
     lens_model::{join_focal_lengths, tie_focal_lengths},
     schur_lm::inverse,
@@ -232,7 +231,7 @@ impl Plain<'_> {
             }
             rows.extend(pair);
         }
-        if let Some(common) = CommonError::of(corners) {
+        if let Some(common) = self.observations.common(view) {
             common.take_out(&mut rows);
         }
         Some(Gram::of(&rows))

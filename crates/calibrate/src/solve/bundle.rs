@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Point2, SMatrix, SVector, Vector3};
+use nalgebra::{Isometry3, Point2, SMatrix, SVector, Vector2, Vector3};
 
 use super::{
     common_error::CommonError,
@@ -28,6 +28,8 @@ const COORDINATES_WORTH_THREADS: usize = 20_000;
 pub struct Observations {
     board_m: Vec<Point2<f64>>,
     views: Vec<Vec<Whitened>>,
+    /// Of each view.
+    common: Vec<Option<CommonError>>,
     /// Threads to adjust them with.
     threads: usize,
 }
@@ -73,7 +75,8 @@ impl Observations {
             });
             whitened.push(prepared.collect::<Result<_, _>>()?);
         }
-        Ok(Self { board_m: board_m.to_vec(), views: whitened, threads: 1 })
+        let common = whitened.iter().map(CommonError::of).collect();
+        Ok(Self { board_m: board_m.to_vec(), views: whitened, common, threads: 1 })
     }
 
     /// Adjusts the corners with up to `threads` threads where they are many. The result doesn't depend on their number.
@@ -126,6 +129,11 @@ impl Observations {
         &self.views[index]
     }
 
+    /// Error that the corners of one view share; `None` if they share none.
+    pub(crate) fn common(&self, view: usize) -> Option<&CommonError> {
+        self.common[view].as_ref()
+    }
+
     /// Root mean square residual of each view per coordinate, in pixels.
     pub fn residual_rms_px(&self, camera: &Camera, poses: &[Isometry3<f64>]) -> Vec<f64> {
         poses
@@ -163,15 +171,14 @@ impl Observations {
     ) -> Option<f64> {
         let mut cost = 0.0;
         for (view, corners) in self.views.iter().enumerate() {
-            let mut residuals: Vec<Row<1>> = Vec::with_capacity(2 * corners.len());
+            let common = self.common(view);
+            let mut residuals: Vec<Vector2<f64>> = Vec::new();
             for corner in corners {
                 let residual = corner.whitener * (corner.px - predicted(view, corner)?);
                 cost += residual.norm_squared();
-                residuals.extend(residual.iter().map(|value| Row::one(*value)));
+                residuals.extend(common.map(|_| residual));
             }
-            if let Some(common) = CommonError::of(corners) {
-                cost -= common.explained(&residuals);
-            }
+            cost -= common.map_or(0.0, |common| common.explained(&residuals));
         }
         cost.is_finite().then_some(cost)
     }
@@ -408,7 +415,7 @@ impl BundleProblem<'_> {
                 rows.push(row);
             }
         }
-        if let Some(common) = CommonError::of(corners) {
+        if let Some(common) = self.observations.common(view) {
             common.take_out(&mut rows);
         }
         Some(Gram::of(&rows).split())

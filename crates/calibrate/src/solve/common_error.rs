@@ -15,6 +15,7 @@ pub const COLUMNS: usize = 6;
 const TURNING: f64 = 0.5;
 
 /// The directions of a view's residuals in which they err alike.
+#[derive(Clone, Debug)]
 pub(crate) struct CommonError {
     /// `Q`: two rows a corner.
     directions: Vec<SVector<f64, COLUMNS>>,
@@ -104,14 +105,12 @@ impl CommonError {
         }
     }
 
-    /// What of the sum of squares of the residuals `rows`, in their first column, the shared error explains.
-    pub(crate) fn explained(&self, rows: &[Row<1>]) -> f64 {
+    /// What of the sum of squares of the whitened `residuals`, one a corner, the shared error explains.
+    pub(crate) fn explained(&self, residuals: &[Vector2<f64>]) -> f64 {
         let along = |axis: usize| -> f64 {
-            let sum: f64 = rows
-                .iter()
-                .zip(&self.directions)
-                .map(|(row, along)| row.first() * along[axis])
-                .sum();
+            let values = residuals.iter().flat_map(|residual| residual.iter());
+            let sum: f64 =
+                values.zip(&self.directions).map(|(value, along)| value * along[axis]).sum();
             sum * sum * (1.0 - 1.0 / (1.0 + self.variances[axis]))
         };
         (0..COLUMNS).map(along).sum()

@@ -11,7 +11,6 @@ use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, Vector2, V
 
 use super::{
     bundle::{LEAST_NOISE_VARIANCE, Observations},
-    common_error::CommonError,
     free_covariance::{Local, pp_covariance},
     gram::{Gram, Row},
     schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
@@ -374,7 +373,7 @@ impl Problem<4, 8> for FreeProblem<'_> {
                     rows.push(row);
                 }
             }
-            if let Some(common) = CommonError::of(corners) {
+            if let Some(common) = self.observations.common(index) {
                 common.take_out(&mut rows);
             }
             Some(Gram::of(&rows).split())

@@ -21,18 +21,6 @@ impl<const T: usize> Row<T> {
         Self([[0.0; TILE]; T])
     }
 
-    /// A row whose first column has that value.
-    pub(crate) fn one(value: f64) -> Self {
-        let mut row = Self::zeros();
-        row.set(0, value);
-        row
-    }
-
-    /// The value in the first column.
-    pub(crate) fn first(&self) -> f64 {
-        self.0[0][0]
-    }
-
     /// Adds `factor` times another row.
     pub(crate) fn add_scaled(&mut self, other: &Self, factor: f64) {
         for (tile, other) in self.0.iter_mut().zip(&other.0) {

@@ -10,7 +10,7 @@
 //! Limits: JPEG has no checksum. A changed bit within a coefficient's value that keeps every code's length
 //! gives another picture of the same structure: some blocks that are wrong, and nothing in the frame tells. So
 //! does the join of two frames at the same block. What that does to the corners is caught where a view is
-//! chosen, see `moved_rigidly` of `guidance::stillness`; not for a view that a person forces, or a
+//! chosen, see `moved_rigidly` of `guidance::motion`; not for a view that a person forces, or a
 //! photograph.
 
 mod bits;

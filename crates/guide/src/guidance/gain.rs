@@ -9,8 +9,8 @@ use nalgebra::{Isometry3, Point2};
 
 use super::{
     information::{
-        CORNER_SIGMA_PX, CornerError, LensMatrix, ProjectionWeights, information_of, nowhere,
-        pp_places, prior_information, reflected,
+        CORNER_SIGMA_PX, CornerError, LensMatrix, ProjectionWeights, information_in_picture,
+        information_of, pp_places, prior_information, reflected,
     },
     params::GuidanceParams,
     view::{LensEstimate, View},
@@ -45,6 +45,8 @@ pub struct Knowledge {
     weight: LensMatrix,
     /// Expected variance in units of the goals.
     variance: f64,
+    /// The same, if those four were there, too.
+    variance_ahead: f64,
     /// Mean variance of a corner in the accepted views; `None` without one.
     corner_px2: Option<f64>,
     points_m: Vec<Point2<f64>>,
@@ -64,6 +66,7 @@ impl Knowledge {
             ahead: LensMatrix::zeros(),
             weight: weight(lens_estimate, params),
             variance: f64::INFINITY,
+            variance_ahead: f64::INFINITY,
             corner_px2: None,
             points_m: board.corners_in_board_m(),
             lens_estimate: lens_estimate.clone(),
@@ -79,6 +82,7 @@ impl Knowledge {
         let planned = planned_poses(board, lens_estimate, params);
         knowledge.ahead = planned.map(|pose| knowledge.at(&pose, corner_px2)).sum();
         knowledge.variance = knowledge.variance_with(&LensMatrix::zeros());
+        knowledge.variance_ahead = knowledge.variance_with(&knowledge.ahead);
         knowledge
     }
 
@@ -97,6 +101,7 @@ impl Knowledge {
             self.information += self.at(&pose, corner_px2);
         }
         self.variance = self.variance_with(&LensMatrix::zeros());
+        self.variance_ahead = self.variance_with(&self.ahead);
         self
     }
 
@@ -126,14 +131,13 @@ impl Knowledge {
 
     /// Precision in units of the goals that `more` information adds; not negative. Source: `docs/method.md`, section 3.1.
     pub fn gain(&self, more: &LensMatrix) -> f64 {
-        let (before, after) = (self.variance, self.variance_with(more));
-        (1.0 / after - 1.0 / before).max(0.0)
+        (1.0 / self.variance_with(more) - 1.0 / self.variance).max(0.0)
     }
 
     /// The same, if the plan's first four views were there, too.
     pub fn gain_by_the_end(&self, more: &LensMatrix) -> f64 {
-        let before = self.variance_with(&self.ahead);
-        (1.0 / self.variance_with(&(self.ahead + more)) - 1.0 / before).max(0.0)
+        let after = self.variance_with(&(self.ahead + more));
+        (1.0 / after - 1.0 / self.variance_ahead).max(0.0)
     }
 
     /// Information from those `corners` that are seen, as moved as they were, or as if they had been still; none if they fit
@@ -157,12 +161,8 @@ impl Knowledge {
     /// Information from a board at that pose, of the corners in the picture, with errors of `corner_px2`; none if one is
     /// behind the camera.
     pub fn at(&self, cam_from_board: &Isometry3<f64>, corner_px2: f64) -> LensMatrix {
-        let size = self.lens_estimate.image_size;
         let variance_px2 = corner_px2 + UNSTATED_PX * UNSTATED_PX;
-        let error = CornerError { variance_px2, common_px: 0.0 };
-        let in_picture = |_, px: &Point2<f64>| size.contains(px).then_some(error);
-        let camera = &self.lens_estimate.camera;
-        information_of(cam_from_board, &self.points_m, camera, nowhere, in_picture)
+        information_in_picture(cam_from_board, &self.points_m, &self.lens_estimate, variance_px2)
             .unwrap_or_else(LensMatrix::zeros)
     }
 

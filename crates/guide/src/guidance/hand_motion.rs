@@ -147,7 +147,8 @@ impl HandMotion {
         }
         let Some(window) = self.window(now) else { return };
         let newest = self.frames.len() - 1;
-        let (foreseen, variance) = window.place(|index| self.place(index, newest, &step.middle_px));
+        let (foreseen, variance) =
+            window.place(|index| self.step(newest, index, &step.middle_px).0);
         let off = (step.px - foreseen).norm_squared() / (2.0 * variance);
         let share = (passed_secs / UNREST_SECS).clamp(0.0, 1.0);
         let mean = self.sway_px2.get_or_insert(off);
@@ -158,33 +159,28 @@ impl HandMotion {
         Window::of(self.frames.iter().map(|(time, _)| time.secs_since(now)))
     }
 
-    /// Where the board was at a pixel in frame `index`, from where it was in the frame `from`.
-    fn place(&self, index: usize, from: usize, px: &Point2<f64>) -> Vector2<f64> {
-        let sum = |steps: std::ops::Range<usize>| -> Vector2<f64> {
-            steps.map(|i| self.frames[i].1.at(px)).sum()
-        };
-        if index < from { -sum(index + 1..from + 1) } else { sum(from + 1..index + 1) }
+    /// The step of the board at a pixel of the frame `from` to the frame `to`, with its change per pixel.
+    fn step(&self, from: usize, to: usize, px: &Point2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
+        let (first, last, sign) = if to < from { (to, from, -1.0) } else { (from, to, 1.0) };
+        let steps = || self.frames.iter().skip(first + 1).take(last - first).map(|(_, step)| step);
+        let moved: Vector2<f64> = steps().map(|step| step.at(px)).sum();
+        let turned: Matrix2<f64> = steps().map(|step| step.by_px).sum();
+        (sign * moved, sign * turned)
     }
 
     fn interpolated(&self, index: usize, window: &Window) -> Velocity {
-        let middle_px =
-            self.frames.iter().skip(index.max(1)).map(|(_, step)| step.middle_px).next();
-        let middle_px = middle_px.unwrap_or_else(Point2::origin);
-        let places = |j: usize| self.place(j, index, &middle_px);
-        let turns = |j: usize| {
-            let sum = |steps: std::ops::Range<usize>| -> Matrix2<f64> {
-                steps.map(|i| self.frames[i].1.by_px).sum()
-            };
-            if j < index { -sum(j + 1..index + 1) } else { sum(index + 1..j + 1) }
-        };
+        // The first frame has no step that leads to it.
+        let step = self.frames.get(index.max(1)).map(|(_, step)| step);
+        let middle_px = step.map_or_else(Point2::origin, |step| step.middle_px);
         let weights = window.weights(velocity_covariance);
         let bends = window.weights(acceleration_covariance);
         let (mut px_per_s, mut px_per_s2) = (Vector2::zeros(), Vector2::zeros());
         let mut by_px = Matrix2::zeros();
         for j in 0..window.count {
-            px_per_s += places(j) * weights[j];
-            px_per_s2 += places(j) * bends[j];
-            by_px += turns(j) * weights[j];
+            let (moved, turned) = self.step(index, j, &middle_px);
+            px_per_s += moved * weights[j];
+            px_per_s2 += moved * bends[j];
+            by_px += turned * weights[j];
         }
         Velocity { middle_px, px_per_s, px_per_s2, by_px, unknown_px_per_s: 0.0 }
     }

@@ -109,18 +109,17 @@ pub(super) struct CornerError {
 }
 
 /// Fisher information of one view about the lens, its pose eliminated, from the corners that lie in the picture, with errors of
-/// `sigma_px`. `None` if a corner is behind the camera.
+/// `variance_px2` per axis. `None` if a corner is behind the camera.
 pub fn information_in_picture(
     pose: &Isometry3<f64>,
-    board: &Checkerboard,
+    points_m: &[Point2<f64>],
     lens_estimate: &LensEstimate,
-    sigma_px: f64,
+    variance_px2: f64,
 ) -> Option<LensMatrix> {
-    let error = CornerError { variance_px2: sigma_px * sigma_px, common_px: 0.0 };
+    let error = CornerError { variance_px2, common_px: 0.0 };
     let size = lens_estimate.image_size;
     let in_picture = |_, px: &Point2<f64>| size.contains(px).then_some(error);
-    let points_m = board.corners_in_board_m();
-    information_of(pose, &points_m, &lens_estimate.camera, nowhere, in_picture)
+    information_of(pose, points_m, &lens_estimate.camera, nowhere, in_picture)
 }
 
 /// The same from all corners, wherever they appear.

@@ -42,13 +42,9 @@ pub struct MotionWindow {
 /// Motion of the board up to a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Time since the frame before.
-    pub since_secs: f64,
     /// Root mean square speed of the corners, less the part that noise explains: over the last frame interval or over a
     /// tenth of a second, the larger of the two.
     pub speed_px_per_s: f64,
-    /// Root mean square speed over the last frame interval, including the noise.
-    pub raw_speed_px_per_s: f64,
     /// True if all corners moved together, as one board's, since the frame before: see [`moved_rigidly`].
     pub is_rigid: bool,
     /// Residual of the corners' steps since the frame before, without their common motion.
@@ -122,11 +118,6 @@ impl MotionWindow {
         Some((*time, corners))
     }
 
-    /// The corners of the newest frame.
-    pub fn newest(&self) -> Option<&[Corner]> {
-        self.frames.back().map(|(_, corners)| corners.as_slice())
-    }
-
     /// How the board moved up to a frame that has not been added yet.
     ///
     /// `None` without an earlier frame, if it is too long ago, if the corners are another board's, or if no
@@ -149,13 +140,7 @@ impl MotionWindow {
             let speed = long_step.common_px / now.secs_since(*long_ago);
             speed_px_per_s = speed_px_per_s.max(speed);
         }
-        Some(Motion {
-            since_secs,
-            speed_px_per_s,
-            raw_speed_px_per_s: step.raw_px / since_secs,
-            is_rigid: step.is_rigid,
-            scatter: step.scatter,
-        })
+        Some(Motion { speed_px_per_s, is_rigid: step.is_rigid, scatter: step.scatter })
     }
 }
 
@@ -164,8 +149,6 @@ impl MotionWindow {
 struct CommonStep {
     /// Root mean square step of the corners, less what noise explains.
     common_px: f64,
-    /// Root mean square step of the corners, including the noise.
-    raw_px: f64,
     /// See [`moved_rigidly`].
     is_rigid: bool,
     scatter: Scatter,
@@ -210,7 +193,6 @@ impl CommonStep {
         let count = from.len() as f64;
         Some(Self {
             common_px: ((sum_px2 - noise_px2) / count).max(0.0).sqrt(),
-            raw_px: (sum_px2 / count).sqrt(),
             is_rigid: strays_little(&motion, &from, &to),
             scatter,
         })

@@ -45,7 +45,7 @@ const CLEAR_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 /// The same if no such direction is left.
 const LEAST_CLEAR_RAD: f64 = 7.5 * std::f64::consts::PI / 180.0;
 /// A direction counts as tried within this angle.
-pub(super) const TRIED_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+const TRIED_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 /// Share of the corners that must be in the picture, this far from its edge.
 const SEEN_SHARE: f64 = 0.6;
 const INSET_PX: f64 = 15.0;
@@ -80,6 +80,12 @@ pub(super) fn best_pair(
     best.map(|(_, pose)| pose)
 }
 
+/// True if the direction is near one that was tried in vain.
+pub(super) fn is_tried(direction_rad: f64, tried_rad: &[f64]) -> bool {
+    let off_rad = |tried: &f64| direction_difference_rad(*tried, direction_rad).abs();
+    tried_rad.iter().any(|tried| off_rad(tried) < TRIED_RAD)
+}
+
 /// Directions all round, the plan's slots first, clear of those that are taken; closer ones if none is.
 fn clear_directions_rad(
     accepted: &[View],
@@ -89,11 +95,7 @@ fn clear_directions_rad(
     let slots = slots_deg(lens_estimate.image_size);
     let all = BETWEEN_DEG.into_iter().flat_map(|more| slots.map(|slot| (slot + more).to_radians()));
     let off_rad = |one: f64, other: f64| (one - other).sin().abs().asin();
-    let is_tried = |direction: f64| {
-        let is_near = |tried: &f64| direction_difference_rad(*tried, direction).abs() < TRIED_RAD;
-        tried_rad.iter().any(is_near)
-    };
-    let all: Vec<f64> = all.filter(|direction| !is_tried(*direction)).collect();
+    let all: Vec<f64> = all.filter(|direction| !is_tried(*direction, tried_rad)).collect();
     let clear_by = |least_rad: f64| -> Vec<f64> {
         let is_clear = |direction: &&f64| {
             accepted.iter().all(|view| off_rad(view.tilt_azimuth_rad(), **direction) >= least_rad)

@@ -5,12 +5,11 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Point2, Vector2};
 
 use super::{
-    direction_difference_rad,
     gain::{Knowledge, pose_of},
     independence::partner_of,
     information::reflected,
     params::GuidanceParams,
-    poses::{TRIED_RAD, best_pair},
+    poses::{best_pair, is_tried},
     view::{LensEstimate, View, bounds_px},
     wanted_pose::{WantedPose, place_board, seen_px},
 };
@@ -78,14 +77,10 @@ pub fn next_target(
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<Target> {
-    let is_tried = |target: &Target| {
-        let off = |tried: &f64| direction_difference_rad(*tried, target.tilt_azimuth_rad).abs();
-        tried_rad.iter().any(|tried| off(tried) < TRIED_RAD)
-    };
     let unpaired = (0..accepted.len()).rev().filter(|&i| partner_of(i, accepted).is_none());
     let mut partners =
         unpaired.map(|of| partner_target(of, &accepted[of], board, lens_estimate, params));
-    partners.find(|partner| !is_tried(partner)).or_else(|| {
+    partners.find(|partner| !is_tried(partner.tilt_azimuth_rad, tried_rad)).or_else(|| {
         let best = best_pair(accepted, tried_rad, board, knowledge, lens_estimate, params);
         best.map(|(wanted, pose)| target(&wanted, &pose, board, lens_estimate))
     })

@@ -34,8 +34,11 @@ const LONGEST_STEP_SECS: f64 = 1.0;
 /// What a frame measures, if anything, and its role or why it is refused.
 struct Judgement {
     view: Option<View>,
-    role: Result<Role, Refusal>,
+    role: Result<Worthy, Refusal>,
 }
+
+/// A view that may be taken: its role, and what it tells.
+type Worthy = (Role, f64);
 
 /// How the board moves: up to a frame, and in it.
 #[derive(Clone, Copy, Default)]
@@ -58,7 +61,7 @@ impl Session {
         let live = LiveView::of(observation, view.as_ref(), speed_px_per_s, pp_px);
         self.tracking.live = Some(Arc::new(live));
         let refusal = match (role, &view, &observation.seen) {
-            (Ok(role), Some(view), Ok(seen)) => {
+            (Ok((role, gain)), Some(view), Ok(seen)) => {
                 if let Some(motion) = motion
                     && observation.kind == FrameKind::Video
                 {
@@ -72,7 +75,7 @@ impl Session {
                     role,
                     name: observation.name.clone(),
                     is_rigid,
-                    gain: self.gain(view, true),
+                    gain,
                 };
                 if let Some(accepted) = self.hold_on(observation.kind, frame) {
                     return (accepted, None);
@@ -237,7 +240,7 @@ impl Session {
             Err(refusal) => return unmeasured(refusal),
         };
         let role = if std::mem::take(&mut self.tracking.force_next) {
-            Ok(Role::Forced)
+            Ok((Role::Forced, self.gain(&view, true)))
         } else {
             let speed_px_per_s = moves.motion.map(|motion| motion.speed_px_per_s);
             self.role(&view, observation.kind, speed_px_per_s)
@@ -268,24 +271,25 @@ impl Session {
         view: &View,
         kind: FrameKind,
         speed_px_per_s: Option<f64>,
-    ) -> Result<Role, Refusal> {
+    ) -> Result<Worthy, Refusal> {
         if self.ground.paused || self.derived.progress != Progress::Collecting {
             return Err(Refusal::NotCollecting);
         }
         let derived = &self.derived;
         let role = role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance)?;
+        let gain = self.gain(view, true);
         // A photograph was chosen, and is offered once.
         if kind == FrameKind::Photograph {
-            return Ok(role);
+            return Ok((role, gain));
         }
         let best = self.best_gain(view);
         let wanted = wanted_share(self.tracking.waited_secs, derived.before);
-        let tells = |as_moved| if best > 0.0 { self.gain(view, as_moved) / best } else { 1.0 };
-        let worth = tells(true);
+        let worth_of = |gain: f64| if best > 0.0 { gain / best } else { 1.0 };
+        let worth = worth_of(gain);
         if worth >= wanted {
-            return Ok(role);
+            return Ok((role, gain));
         }
-        if tells(false) >= wanted {
+        if worth_of(self.gain(view, false)) >= wanted {
             let wanted_px_per_s = HOLD_WIDTHS_PER_SEC * self.width_px();
             return Err(Refusal::Moving { speed_px_per_s, wanted_px_per_s });
         }

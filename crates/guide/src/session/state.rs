@@ -170,8 +170,11 @@ impl Derived {
         }
         let target_pose = pose_asked_for(target.as_ref(), board, &lens_estimate);
         let before = target_pose.and_then(|pose| {
-            let last = accepted.last().filter(|taken| taken.role != Role::Forced)?;
-            let seen = knowledge.seen(&measured[accepted.len() - 1].corners, true);
+            let (last, view) = accepted.iter().zip(&measured).next_back()?;
+            if last.role == Role::Forced {
+                return None;
+            }
+            let seen = knowledge.seen(&view.corners, true);
             let best = knowledge.at(&pose, knowledge.usual_px2(Some(&last.view)));
             Some(knowledge.gain_by_the_end(&seen) / knowledge.gain_by_the_end(&best))
         });

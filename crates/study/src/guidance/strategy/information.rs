@@ -52,7 +52,8 @@ pub(super) fn best(
 /// Information of the views so far and of the weak beliefs.
 pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
     let Situation { poses, board, lens_estimate, noise_px, .. } = *situation;
-    let seen = |pose| information_in_picture(pose, board, lens_estimate, noise_px);
+    let points_m = board.corners_in_board_m();
+    let seen = |pose| information_in_picture(pose, &points_m, lens_estimate, noise_px * noise_px);
     poses.iter().filter_map(seen).fold(prior_information(lens_estimate), |sum, view| sum + view)
 }
 
