@@ -9,8 +9,7 @@ use nalgebra::{Isometry3, Point2};
 
 use super::{
     information::{
-        CORNER_SIGMA_PX, CornerError, LensMatrix, ProjectionWeights, information_in_picture,
-        information_of, pp_places, prior_information, reflected,
+        CORNER_SIGMA_PX, CornerError, LensMatrix, ProjectionWeights, information_of, pp_places, prior_information, reflected,
     },
     params::GuidanceParams,
     view::{LensEstimate, View},
@@ -35,6 +34,41 @@ pub fn wanted_share(waited_secs: f64, before: Option<f64>) -> f64 {
     first * (1.0 - waited_secs / SERVED_AFTER_SECS).clamp(0.0, 1.0).powi(2)
 }
 
+/// What the corners of a board err by that is shown as asked, with this camera and by this hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UsualError {
+    /// Mean variance, per axis, of a corner's own error.
+    variance_px2: f64,
+    /// Standard deviation of what a moving board's rows err by in common, a picture's height from the middle row.
+    shear_px: f64,
+}
+
+impl UsualError {
+    /// Of a still board, before anything was seen.
+    const GUESS: Self = Self { variance_px2: CORNER_SIGMA_PX * CORNER_SIGMA_PX, shear_px: 0.0 };
+
+    /// Of the corners that are seen in a picture `height_px` high; `None` without one.
+    fn of<'a>(corners: impl Iterator<Item = &'a Corner>, height_px: f64) -> Option<Self> {
+        let (mut variance_px2, mut common_px2, mut rows2, mut count) = (0.0, 0.0, 0.0, 0.0);
+        for corner in corners.filter(|corner| corner.is_seen()) {
+            variance_px2 += 0.5 * corner.covariance_px2.trace();
+            common_px2 += corner.common_px.powi(2);
+            rows2 += (corner.px.y / height_px - 0.5).powi(2);
+            count += 1.0;
+        }
+        let shear_px = (common_px2 / rows2.max(f64::MIN_POSITIVE)).sqrt();
+        (count > 0.0).then(|| Self { variance_px2: variance_px2 / count, shear_px })
+    }
+
+    /// The smaller errors of both.
+    fn or(self, other: Self) -> Self {
+        Self {
+            variance_px2: self.variance_px2.min(other.variance_px2),
+            shear_px: self.shear_px.min(other.shear_px),
+        }
+    }
+}
+
 /// What the accepted views and weak priors tell about the lens.
 #[derive(Clone, Debug)]
 pub struct Knowledge {
@@ -47,8 +81,8 @@ pub struct Knowledge {
     variance: f64,
     /// The same, if those four were there, too.
     variance_ahead: f64,
-    /// Mean variance of a corner in the accepted views; `None` without one.
-    corner_px2: Option<f64>,
+    /// In the accepted views; `None` without one.
+    usual: Option<UsualError>,
     points_m: Vec<Point2<f64>>,
     lens_estimate: LensEstimate,
 }
@@ -67,38 +101,39 @@ impl Knowledge {
             weight: weight(lens_estimate, params),
             variance: f64::INFINITY,
             variance_ahead: f64::INFINITY,
-            corner_px2: None,
+            usual: None,
             points_m: board.corners_in_board_m(),
             lens_estimate: lens_estimate.clone(),
         };
         let told = accepted.iter().map(|view| knowledge.seen(&view.corners, true));
         let told: Vec<LensMatrix> = told.collect();
         knowledge.information = told.iter().fold(knowledge.information, |sum, more| sum + more);
-        let variances: Vec<f64> =
-            accepted.iter().filter_map(|view| mean_px2(&view.corners)).collect();
-        let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
-        knowledge.corner_px2 = (!variances.is_empty()).then_some(mean);
-        let corner_px2 = knowledge.usual_px2(None);
+        let corners = accepted.iter().flat_map(|view| &view.corners);
+        knowledge.usual = UsualError::of(corners, knowledge.height_px());
+        let usual = knowledge.usual(None);
         let planned = planned_poses(board, lens_estimate, params);
-        knowledge.ahead = planned.map(|pose| knowledge.at(&pose, corner_px2)).sum();
+        knowledge.ahead = planned.map(|pose| knowledge.at(&pose, usual)).sum();
         knowledge.variance = knowledge.variance_with(&LensMatrix::zeros());
         knowledge.variance_ahead = knowledge.variance_with(&knowledge.ahead);
         knowledge
     }
 
-    /// The same, with corners of boards to come whose errors are `noise_px` per axis, if that is known.
+    /// The same, with corners of boards to come whose own errors are `noise_px` per axis, if that is known.
     #[must_use]
     pub(super) fn with_noise(mut self, noise_px: Option<f64>) -> Self {
-        self.corner_px2 = noise_px.map(|noise_px| noise_px * noise_px).or(self.corner_px2);
+        if let Some(noise_px) = noise_px {
+            let variance_px2 = noise_px * noise_px;
+            self.usual = Some(UsualError { variance_px2, ..self.usual(None) });
+        }
         self
     }
 
     /// What is known after a board was shown at that pose, and at its reflection.
     #[must_use]
     pub(super) fn with_pair(mut self, cam_from_board: &Isometry3<f64>) -> Self {
-        let corner_px2 = self.usual_px2(None);
+        let usual = self.usual(None);
         for pose in [*cam_from_board, reflected(cam_from_board)] {
-            self.information += self.at(&pose, corner_px2);
+            self.information += self.at(&pose, usual);
         }
         self.variance = self.variance_with(&LensMatrix::zeros());
         self.variance_ahead = self.variance_with(&self.ahead);
@@ -158,23 +193,38 @@ impl Knowledge {
             .unwrap_or_else(LensMatrix::zeros)
     }
 
-    /// Information from a board at that pose, of the corners in the picture, with errors of `corner_px2`; none if one is
-    /// behind the camera.
-    pub fn at(&self, cam_from_board: &Isometry3<f64>, corner_px2: f64) -> LensMatrix {
-        let variance_px2 = corner_px2 + UNSTATED_PX * UNSTATED_PX;
-        information_in_picture(cam_from_board, &self.points_m, &self.lens_estimate, variance_px2)
+    /// Information from a board at that pose, of the corners in the picture, with the `usual` errors; none if one is behind the
+    /// camera.
+    pub fn at(&self, cam_from_board: &Isometry3<f64>, usual: UsualError) -> LensMatrix {
+        let Self { points_m, lens_estimate: LensEstimate { camera, image_size, .. }, .. } = self;
+        let in_picture: Option<Vec<Point2<f64>>> =
+            points_m.iter().map(|point| camera.px_from_board(cam_from_board, point)).collect();
+        let Some(mut in_picture) = in_picture else { return LensMatrix::zeros() };
+        in_picture.retain(|px| image_size.contains(px));
+        let height_px = self.height_px();
+        let variance_px2 = usual.variance_px2 + UNSTATED_PX * UNSTATED_PX;
+        let error_of = |_, px: &Point2<f64>| {
+            let common_px = usual.shear_px * (px.y / height_px - 0.5);
+            image_size.contains(px).then_some(CornerError { variance_px2, common_px })
+        };
+        let on_board = places_on_board(in_picture.iter());
+        information_of(cam_from_board, points_m, camera, on_board, error_of)
             .unwrap_or_else(LensMatrix::zeros)
     }
 
-    /// Variance of a corner, per axis, of a board that is shown as asked and held still, if `view` is the newest frame's: as in
-    /// the accepted views, unless this camera does better now.
-    pub fn usual_px2(&self, view: Option<&View>) -> f64 {
-        let now = view.and_then(|view| mean_px2(&view.corners));
-        let usual = match (self.corner_px2, now) {
-            (Some(accepted), Some(now)) => Some(accepted.min(now)),
+    /// Errors of a board that is shown as asked, if `view` is the newest frame's: as in the accepted views, unless this camera
+    /// and this hand do better now.
+    pub fn usual(&self, view: Option<&View>) -> UsualError {
+        let now = view.and_then(|view| UsualError::of(view.corners.iter(), self.height_px()));
+        let usual = match (self.usual, now) {
+            (Some(accepted), Some(now)) => Some(accepted.or(now)),
             (accepted, now) => accepted.or(now),
         };
-        usual.unwrap_or(CORNER_SIGMA_PX * CORNER_SIGMA_PX)
+        usual.unwrap_or(UsualError::GUESS)
+    }
+
+    fn height_px(&self) -> f64 {
+        f64::from(self.lens_estimate.image_size.height_px)
     }
 
     /// Expected variance in units of the goals, with `more` information; infinite if the sum isn't positive definite.
@@ -201,15 +251,6 @@ fn weight(lens_estimate: &LensEstimate, params: &GuidanceParams) -> LensMatrix {
         }
     }
     weight
-}
-
-/// Mean variance, per axis, of the corners that are seen; `None` without one.
-fn mean_px2(corners: &[Corner]) -> Option<f64> {
-    let seen = corners.iter().filter(|corner| corner.is_seen());
-    let (sum, count) = seen.fold((0.0, 0), |(sum, count), corner| {
-        (sum + 0.5 * corner.covariance_px2.trace(), count + 1)
-    });
-    (count > 0).then(|| sum / f64::from(count))
 }
 
 /// Pose of the board with `points_m` whose corners appear at `corners`; `None` if they fit no board.

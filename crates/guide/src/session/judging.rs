@@ -305,9 +305,9 @@ impl Session {
     /// What the pose asked for would tell now; 0 without one.
     fn best_gain(&self, view: &View) -> f64 {
         let knowledge = &self.derived.knowledge;
-        let corner_px2 = knowledge.usual_px2(Some(view));
+        let usual = knowledge.usual(Some(view));
         let pose = self.derived.target_pose.as_ref();
-        pose.map_or(0.0, |pose| knowledge.gain_by_the_end(&knowledge.at(pose, corner_px2)))
+        pose.map_or(0.0, |pose| knowledge.gain_by_the_end(&knowledge.at(pose, usual)))
     }
 
     /// Adds a good frame to the hold; takes the best once the hold is complete.

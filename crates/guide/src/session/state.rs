@@ -175,7 +175,7 @@ impl Derived {
                 return None;
             }
             let seen = knowledge.seen(&view.corners, true);
-            let best = knowledge.at(&pose, knowledge.usual_px2(Some(&last.view)));
+            let best = knowledge.at(&pose, knowledge.usual(Some(&last.view)));
             Some(knowledge.gain_by_the_end(&seen) / knowledge.gain_by_the_end(&best))
         });
         let far = guidance
