@@ -9,7 +9,8 @@ use nalgebra::{Isometry3, Point2};
 
 use super::{
     information::{
-        CORNER_SIGMA_PX, CornerError, LensMatrix, ProjectionWeights, information_of, pp_places, prior_information, reflected,
+        CORNER_SIGMA_PX, CornerError, LensMatrix, ProjectionWeights, information_of, pp_places,
+        prior_information, reflected,
     },
     params::GuidanceParams,
     view::{LensEstimate, View},
@@ -20,18 +21,18 @@ use boresight_geometry::{Corner, board::Checkerboard, fit_pose};
 
 /// Share of the best pose's gain that a frame needs at first …
 const FIRST_SHARE: f64 = 0.6;
-/// … or this many times the share of the view before, if that is less …
-const TIMES_BEFORE: f64 = 4.0;
+/// … or this many times what the view before told, if that is less …
+const TIMES_SHOWN: f64 = 4.0;
 /// … and time with a board in the picture after which whatever tells something is taken.
 const SERVED_AFTER_SECS: f64 = 5.0;
 /// What a corner errs by beside its stated covariance: prints, lens models and compression aren't perfect.
 const UNSTATED_PX: f64 = 0.05;
 
 /// Least share of the best pose's gain at which a frame is taken, after a board has been in the picture for `waited_secs`
-/// since the last view; another one like that would be worth the share `before`. Whoever has shown less is asked for less.
-pub fn wanted_share(waited_secs: f64, before: Option<f64>) -> f64 {
-    let first = before.map_or(FIRST_SHARE, |before| (TIMES_BEFORE * before).min(FIRST_SHARE));
-    first * (1.0 - waited_secs / SERVED_AFTER_SECS).clamp(0.0, 1.0).powi(2)
+/// since the last view, which told the share `shown`. Whoever has shown less is asked for less.
+pub fn wanted_share(waited_secs: f64, shown: Option<f64>) -> f64 {
+    let first = shown.map_or(FIRST_SHARE, |shown| (TIMES_SHOWN * shown).min(FIRST_SHARE));
+    first * (1.0 - waited_secs / SERVED_AFTER_SECS).clamp(0.0, 1.0).powi(4)
 }
 
 /// What the corners of a board err by that is shown as asked, with this camera and by this hand.

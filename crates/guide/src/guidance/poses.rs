@@ -68,8 +68,7 @@ pub(super) fn best_pair(
     let mut best: Option<(f64, Pose)> = None;
     for direction_rad in clear_directions_rad(accepted, tried_rad, lens_estimate) {
         for (wanted, pose) in poses(direction_rad, board, lens_estimate, params) {
-            let pair =
-                knowledge.at(&pose, usual) + knowledge.at(&reflected(&pose), usual);
+            let pair = knowledge.at(&pose, usual) + knowledge.at(&reflected(&pose), usual);
             let gain = knowledge.gain(&pair);
             let gain = if wanted.leaves_picture { gain / EFFORT_BEYOND_EDGE } else { gain };
             if best.as_ref().is_none_or(|(most, _)| gain > CLEARLY_MORE * most) {

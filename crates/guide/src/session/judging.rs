@@ -282,14 +282,12 @@ impl Session {
         if kind == FrameKind::Photograph {
             return Ok((role, gain));
         }
-        let best = self.best_gain(view);
-        let wanted = wanted_share(self.tracking.waited_secs, derived.before);
-        let worth_of = |gain: f64| if best > 0.0 { gain / best } else { 1.0 };
-        let worth = worth_of(gain);
+        let wanted = wanted_share(self.tracking.waited_secs, self.tracking.shown);
+        let worth = self.worth(view, gain);
         if worth >= wanted {
             return Ok((role, gain));
         }
-        if worth_of(self.gain(view, false)) >= wanted {
+        if self.worth(view, self.gain(view, false)) >= wanted {
             let wanted_px_per_s = HOLD_WIDTHS_PER_SEC * self.width_px();
             return Err(Refusal::Moving { speed_px_per_s, wanted_px_per_s });
         }
@@ -302,12 +300,13 @@ impl Session {
         knowledge.gain_by_the_end(&knowledge.seen(&view.corners, as_moved))
     }
 
-    /// What the pose asked for would tell now; 0 without one.
-    fn best_gain(&self, view: &View) -> f64 {
+    /// What a view tells as a share of what the pose asked for would tell now; 1 without one.
+    fn worth(&self, view: &View, gain: f64) -> f64 {
         let knowledge = &self.derived.knowledge;
         let usual = knowledge.usual(Some(view));
         let pose = self.derived.target_pose.as_ref();
-        pose.map_or(0.0, |pose| knowledge.gain_by_the_end(&knowledge.at(pose, usual)))
+        let best = pose.map_or(0.0, |pose| knowledge.gain_by_the_end(&knowledge.at(pose, usual)));
+        if best > 0.0 { gain / best } else { 1.0 }
     }
 
     /// Adds a good frame to the hold; takes the best once the hold is complete.
@@ -327,7 +326,8 @@ impl Session {
             self.tracking.hold = Some(hold);
             return None;
         }
-        let HeldFrame { view, seen, velocity, role, name, .. } = hold.best;
+        let HeldFrame { view, seen, velocity, role, name, gain, .. } = hold.best;
+        self.tracking.shown = (role != Role::Forced).then(|| self.worth(&view, gain));
         let (number, frame) = (self.ground.next_number, view.frame_id.0);
         let was_beyond_edge = false;
         let taken = AcceptedView { number, name, role, was_beyond_edge, view, seen, velocity };

@@ -18,8 +18,8 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    GuidanceParams, Hold, Knowledge, LensEstimate, MotionWindow, Progress, Readout, Role, Target,
-    View, final_progress, forecast, gain::pose_of, measure, next_target, progress,
+    GuidanceParams, Hold, Knowledge, LensEstimate, MotionWindow, Progress, Readout, Target, View,
+    final_progress, forecast, gain::pose_of, measure, next_target, progress,
 };
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
@@ -76,9 +76,6 @@ pub(super) struct Derived {
     /// What the accepted views tell, and the pose asked for.
     pub(super) knowledge: Knowledge,
     pub(super) target_pose: Option<Isometry3<f64>>,
-    /// What a view like the last one would tell, as a share of what the pose asked for would; `None` if the person took it,
-    /// or if there is none.
-    pub(super) before: Option<f64>,
     /// What a board that stays small can reach.
     pub(super) far: Option<FarBoard>,
     /// Prediction of the newest pair by the views before it.
@@ -103,6 +100,9 @@ pub(super) struct Tracking {
     pub(super) newest_at: Option<CaptureTime>,
     /// Largest share of the picture that the board has spanned since then.
     pub(super) largest_span_fraction: f64,
+    /// What the last view told when it was taken, as a share of what the pose asked for would have; `None` if the person took
+    /// it, or if there is none.
+    pub(super) shown: Option<f64>,
     /// Views that the newest input removed.
     pub(super) just_removed: Vec<ViewNumber>,
     /// Take the next frame with a board, without any check.
@@ -169,15 +169,6 @@ impl Derived {
             progress = final_progress(precision.as_ref(), guidance);
         }
         let target_pose = pose_asked_for(target.as_ref(), board, &lens_estimate);
-        let before = target_pose.and_then(|pose| {
-            let (last, view) = accepted.iter().zip(&measured).next_back()?;
-            if last.role == Role::Forced {
-                return None;
-            }
-            let seen = knowledge.seen(&view.corners, true);
-            let best = knowledge.at(&pose, knowledge.usual(Some(&last.view)));
-            Some(knowledge.gain_by_the_end(&seen) / knowledge.gain_by_the_end(&best))
-        });
         let far = guidance
             .is_far()
             .then(|| FarBoard::of(&measured, board, &lens_estimate, seen, guidance));
@@ -198,7 +189,6 @@ impl Derived {
             limits: *guidance,
             knowledge,
             target_pose,
-            before,
             far: far.flatten(),
             held_out,
             views_to_go,
