@@ -97,9 +97,6 @@ pub fn advise(
         Refusal::NotFound => return Advice::ShowBoard,
         Refusal::Holding { progress } => return Advice::Holding { progress },
         Refusal::Moving { .. } if needs_support => return Advice::SteadyTheBoard,
-        Refusal::Moving { speed_px_per_s, wanted_px_per_s, .. } => {
-            return Advice::HoldStill { speed_px_per_s, wanted_px_per_s };
-        }
         refusal @ (Refusal::OutsideLens { .. } | Refusal::CameraNotReady) => {
             return Advice::Mend { refusal };
         }
@@ -136,7 +133,14 @@ pub fn advise(
     let place = (shift_px.norm() / (SHIFTED * rms_radius_px(&corners_px)), place);
     let (most, advice) =
         [tilt, size, place].into_iter().fold(direction, |a, b| if b.0 > a.0 { b } else { a });
-    if most > SHOWN { advice } else { Advice::Mend { refusal: *refusal } }
+    match *refusal {
+        _ if most > SHOWN => advice,
+        // A hand on its way isn't stopped.
+        Refusal::Moving { speed_px_per_s, wanted_px_per_s } => {
+            Advice::HoldStill { speed_px_per_s, wanted_px_per_s }
+        }
+        refusal => Advice::Mend { refusal },
+    }
 }
 
 fn middle_px(points: &[nalgebra::Point2<f64>]) -> nalgebra::Point2<f64> {
