@@ -35,6 +35,24 @@ pub fn wanted_share(waited_secs: f64, shown: Option<f64>) -> f64 {
     first * (1.0 - waited_secs / SERVED_AFTER_SECS).clamp(0.0, 1.0).powi(4)
 }
 
+/// Corners that are this far from where an accepted view shows them, in picture widths, tell mostly what it doesn't.
+const NEW_WIDTHS: f64 = 0.03;
+
+/// Share of what a view tells that the `accepted` ones don't tell already: what boards and lenses do beside their models, a bend
+/// or a fold, is the same in views that look alike. 1 without any.
+pub fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
+    let apart_widths2 = |other: &View| {
+        let pairs = view.corners.iter().zip(&other.corners);
+        let both = pairs.filter(|(one, other)| one.is_seen() && other.is_seen());
+        let (sum, count) = both.fold((0.0, 0.0), |(sum, count), (one, other)| {
+            (sum + (one.px - other.px).norm_squared(), count + 1.0)
+        });
+        if count > 0.0 { sum / (count * width_px * width_px) } else { f64::INFINITY }
+    };
+    let nearest = accepted.iter().map(apart_widths2).fold(f64::INFINITY, f64::min);
+    1.0 - (-nearest / (NEW_WIDTHS * NEW_WIDTHS)).exp()
+}
+
 /// What the corners of a board err by that is shown as asked, with this camera and by this hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UsualError {

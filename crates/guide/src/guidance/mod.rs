@@ -39,7 +39,7 @@ pub mod view;
 pub mod wanted_pose;
 
 pub use advice::{Advice, advise};
-pub use gain::{Knowledge, UsualError, wanted_share};
+pub use gain::{Knowledge, UsualError, newness, wanted_share};
 pub use hand_motion::Velocity;
 pub use hold::{HeldFrame, Hold};
 pub use independence::{Role, partner_of, role_of};

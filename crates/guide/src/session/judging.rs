@@ -12,7 +12,7 @@ use super::{
 };
 use crate::guidance::{
     Advice, HOLD_WIDTHS_PER_SEC, HeldFrame, Hold, Motion, Progress, Purpose, Refusal, Role,
-    Velocity, View, advise, measure, role_of, wanted_share,
+    Velocity, View, advise, measure, newness, role_of, wanted_share,
 };
 use boresight_detect::Miss;
 use boresight_geometry::{
@@ -306,6 +306,7 @@ impl Session {
         let usual = knowledge.usual(Some(view));
         let pose = self.derived.target_pose.as_ref();
         let best = pose.map_or(0.0, |pose| knowledge.gain_by_the_end(&knowledge.at(pose, usual)));
+        let gain = gain * newness(view, &self.derived.measured, self.width_px());
         if best > 0.0 { gain / best } else { 1.0 }
     }
 
