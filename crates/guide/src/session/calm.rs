@@ -18,10 +18,8 @@ const OUTDATED_SECS: f64 = 1.2;
 const LOST_POSE_SECS: f64 = 0.5;
 /// Longest time that a frame counts for: after a gap in the pictures nothing is known.
 const LONGEST_FRAME_SECS: f64 = 0.2;
-/// Changes within the last [`BUSY_SECS`] that make a prompt wait which isn't shown at once.
-const MOST_CHANGES: usize = 3;
-/// See [`MOST_CHANGES`].
-const BUSY_SECS: f64 = 5.0;
+/// Time after a prompt that isn't shown at once, until another such prompt may come: a person reads it and does it.
+const NEXT_SECS: f64 = 2.5;
 
 /// Prompt and advice on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,8 +46,8 @@ pub(super) struct Calm {
     last_asked: Option<CaptureTime>,
     /// Requests of the last frames, each with the time for which it counts.
     recent: VecDeque<Asked>,
-    /// Times at which the prompt on show changed.
-    changes: VecDeque<CaptureTime>,
+    /// Time at which a prompt last came that isn't shown at once.
+    asked_at: Option<CaptureTime>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -90,8 +88,7 @@ impl Calm {
         if self.newest_at().is_some_and(|newest| newest > now) {
             // The clock started again.
             self.recent.clear();
-            self.changes.clear();
-            (self.since, self.last_asked) = (None, None);
+            (self.since, self.last_asked, self.asked_at) = (None, None, None);
         }
         if prompt == Prompt::Taken {
             // Earlier requests are about the view that is taken now.
@@ -123,7 +120,8 @@ impl Calm {
         if newest == Prompt::HoldStill && self.shown.prompt != Prompt::Taken {
             return Some(Shown { prompt: newest, advice: Some(advice) });
         }
-        if shown_secs < DWELL_SECS || self.is_busy(now) {
+        let is_too_soon = self.asked_at.is_some_and(|asked| now.secs_since(asked) < NEXT_SECS);
+        if shown_secs < DWELL_SECS || is_too_soon {
             return None;
         }
         let (commonest, asked_secs) = self.commonest()?;
@@ -147,17 +145,10 @@ impl Calm {
             .max_by(|(_, a), (_, b)| a.total_cmp(b))
     }
 
-    fn is_busy(&self, now: CaptureTime) -> bool {
-        let recent = |at: &&CaptureTime| now.secs_since(**at) < BUSY_SECS;
-        self.changes.iter().filter(recent).count() >= MOST_CHANGES
-    }
-
     fn show(&mut self, now: CaptureTime, shown: Shown) {
-        if shown.prompt != self.shown.prompt {
-            if self.changes.len() > MOST_CHANGES {
-                self.changes.pop_front();
-            }
-            self.changes.push_back(now);
+        let is_at_once = matches!(shown.prompt, Prompt::HoldStill | Prompt::Taken);
+        if shown.prompt != self.shown.prompt && !is_at_once {
+            self.asked_at = Some(now);
         }
         self.shown = shown;
         (self.since, self.last_asked) = (Some(now), Some(now));
@@ -200,15 +191,15 @@ mod tests {
     #[test]
     fn a_prompt_is_shown_once_it_persists_and_then_stays() {
         let mut calm = Calm::default();
-        shown(&mut calm, 0.0, &frames(Prompt::Closer, 2.0));
+        shown(&mut calm, 0.0, &frames(Prompt::Closer, 3.0));
         assert_eq!(calm.shown().prompt, Prompt::Closer);
-        let next = shown(&mut calm, 2.0, &frames(Prompt::Farther, 0.35));
+        let next = shown(&mut calm, 3.0, &frames(Prompt::Farther, 0.35));
         assert_eq!(next.last(), Some(&Prompt::Closer), "it might be over at once");
-        shown(&mut calm, 2.35, &frames(Prompt::Farther, 0.1));
+        shown(&mut calm, 3.35, &frames(Prompt::Farther, 0.1));
         assert_eq!(calm.shown().prompt, Prompt::Farther);
-        let next = shown(&mut calm, 2.45, &frames(Prompt::Closer, 1.1));
-        assert_eq!(next.last(), Some(&Prompt::Farther), "it can be read");
-        shown(&mut calm, 3.55, &frames(Prompt::Closer, 0.2));
+        let next = shown(&mut calm, 3.45, &frames(Prompt::Closer, 2.4));
+        assert_eq!(next.last(), Some(&Prompt::Farther), "it can be read and done");
+        shown(&mut calm, 5.85, &frames(Prompt::Closer, 0.2));
         assert_eq!(calm.shown().prompt, Prompt::Closer);
     }
 
@@ -303,7 +294,7 @@ mod tests {
             }
             for (i, from) in changed.iter().enumerate() {
                 let within = changed[i..].iter().filter(|at| **at - from < 5.0).count();
-                prop_assert!(within <= 5, "{changed:?}");
+                prop_assert!(within <= 2, "{changed:?}");
             }
         }
     }
