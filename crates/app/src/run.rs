@@ -272,10 +272,14 @@ impl FinishedRun {
     }
 }
 
+/// Views from which a calibration's noise is that of the camera's corners.
+const LEAST_FOR_NOISE: usize = 4;
+
 /// Announces each change of what the person is asked to do and every view taken, then passes the frame on.
 fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = None;
     let mut far = None;
+    let mut knows_goal = false;
     move |report| {
         let snapshot = report.snapshot;
         if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
@@ -291,6 +295,13 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
             && let Some(pair) = &snapshot.held_out
             && let Some(sentence) = text::session_news::held_out(pair, snapshot)
         {
+            announcer.say(&sentence);
+        }
+        if !knows_goal
+            && snapshot.views.len() >= LEAST_FOR_NOISE
+            && let Some(sentence) = text::session_news::corner_goal(snapshot)
+        {
+            knows_goal = true;
             announcer.say(&sentence);
         }
         // No action with the board would change this.

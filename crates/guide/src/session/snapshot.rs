@@ -7,7 +7,7 @@ use super::{
     far_board::FarBoard, held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup,
     view_number::ViewNumber,
 };
-use crate::guidance::{LensEstimate, Role, Target, View, partner_of};
+use crate::guidance::{GuidanceParams, LensEstimate, Role, Target, View, partner_of};
 use boresight_calibrate::Calibration;
 use boresight_detect::Miss;
 use boresight_geometry::{
@@ -29,6 +29,8 @@ pub struct Snapshot {
     pub live: Option<Arc<LiveView>>,
     /// The pose asked for.
     pub target: Option<Target>,
+    /// The setup's limits as they apply: none that this camera's corners can't reach.
+    pub limits: GuidanceParams,
     /// Limits of the board, if it stays small in the picture.
     pub far: Option<FarBoard>,
     /// Noise of one corner per axis, measured while the board was held; `None` until a hold has shown enough.

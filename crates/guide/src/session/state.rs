@@ -360,6 +360,7 @@ impl Session {
             shown: calm.shown(),
             live: tracking.live.clone(),
             target: derived.target.clone(),
+            limits: derived.limits,
             far: derived.far,
             held_out: derived.held_out,
             measured_noise_px: self.measured_noise_px(),

@@ -58,7 +58,7 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
         return Some(acceptance::progress(judged, knows_sd(calibration)));
     }
     let sd = calibration.sd();
-    let guidance = &snapshot.setup.guidance;
+    let guidance = &snapshot.limits;
     let size = snapshot.setup.image_size;
     let f_to_width = calibration.camera.f_px.x / f64::from(size.width_px.max(size.height_px));
     let reached = sd_of(calibration, small(sd[2].max(sd[3])));
@@ -75,11 +75,11 @@ pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     if calibration.acceptance.is_some() {
         return None;
     }
-    let guidance = &snapshot.setup.guidance;
+    let guidance = &snapshot.limits;
     let is_beyond_edge = snapshot.target.as_ref().is_some_and(|target| target.leaves_picture);
     if let Some(goal_px) = guidance.stop_corner_sigma_px.filter(|_| is_beyond_edge) {
         let reached = sd_of(calibration, small(calibration.projection_sd.max_px));
-        return Some(format!("corners {reached} px (goal {goal_px})"));
+        return Some(format!("corners {reached} px (goal {})", small(goal_px)));
     }
     let reached = sd_of(calibration, small(calibration.projection_sd.mean_px));
     Some(match guidance.plan {

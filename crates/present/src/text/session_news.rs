@@ -19,6 +19,15 @@ pub fn far_board(far: &FarBoard) -> String {
     )
 }
 
+/// The goal for the picture's corners, if this camera's corners can't reach the one that was set; `None` if they can.
+pub fn corner_goal(snapshot: &Snapshot) -> Option<String> {
+    let goal_px = snapshot.limits.stop_corner_sigma_px?;
+    let is_coarser = snapshot.setup.guidance.stop_corner_sigma_px.is_some_and(|set| goal_px > set);
+    is_coarser.then(|| {
+        format!("This camera measures corners too coarsely for the goal that was set: in the picture's corners it's {} now.", px(goal_px))
+    })
+}
+
 /// Error with which the newest pair was predicted: "Earlier views predicted views 3 and 4 to 0.11 px".
 pub fn held_out(pair: &HeldOutPair, snapshot: &Snapshot) -> Option<String> {
     let [first, second] = pair.views.map(|index| snapshot.views.get(index));
