@@ -6,7 +6,7 @@ use super::{params::width_scale, view::LensEstimate};
 use boresight_calibrate::solve::common_error::{COLUMNS as COMMON, error_by_numbers};
 use boresight_geometry::{
     BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensParameter, RayProjection, board::Checkerboard,
-    cell_centres_px, frame::ImageSize,
+    cell_centres_px,
 };
 
 /// Number of usual parameters.
@@ -20,10 +20,10 @@ const USUAL: [(LensParameter, f64); PARAMETERS] = [
     (LensParameter::Cx, 100.0),
     (LensParameter::Cy, 100.0),
     (LensParameter::K1, 0.4),
-    (LensParameter::K2, 0.6),
-    (LensParameter::P1, 0.01),
-    (LensParameter::P2, 0.01),
-    (LensParameter::K3, 0.6),
+    (LensParameter::K2, 0.1),
+    (LensParameter::P1, 1.5e-4),
+    (LensParameter::P2, 1.5e-4),
+    (LensParameter::K3, 0.05),
 ];
 
 /// Information or covariance of the lens parameters.
@@ -41,7 +41,7 @@ const FIXED_SHARE: f64 = 1e-3;
 
 /// Weak priors and, if there is one, an earlier calibration: its covariance, plus an error that no model states.
 pub fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
-    let sigma = prior_sigma(lens_estimate.image_size);
+    let sigma = prior_sigma(lens_estimate);
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
     let known = lens_estimate.known_covariance.and_then(|known| {
         // Parameters that the earlier model held fixed are known to a thousandth of the prior.
@@ -75,10 +75,12 @@ fn usual_from_full(
     Some(by_usual.cholesky()?.solve(&by_full))
 }
 
-fn prior_sigma(image_size: ImageSize) -> [f64; PARAMETERS] {
+/// A coefficient that the lens estimate has may be as large as that.
+fn prior_sigma(lens_estimate: &LensEstimate) -> [f64; PARAMETERS] {
+    let values = lens_estimate.camera.lens_parameters();
     USUAL.map(|(parameter, sigma)| match parameter.is_distortion() {
-        true => sigma,
-        false => sigma * width_scale(image_size),
+        true => sigma.hypot(values[parameter.index()]),
+        false => sigma * width_scale(lens_estimate.image_size),
     })
 }
 
