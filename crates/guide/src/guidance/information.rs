@@ -256,7 +256,7 @@ impl ProjectionGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use boresight_geometry::{LensMatrix as FullMatrix, LensParts};
+    use boresight_geometry::{LensMatrix as FullMatrix, LensParts, frame::ImageSize};
 
     /// A rational lens whose k1 and k4 are hardly known one by one: what they do to the picture nearly cancels.
     #[test]
