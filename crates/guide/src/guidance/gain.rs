@@ -102,6 +102,8 @@ pub struct Knowledge {
     variance_ahead: f64,
     /// In the accepted views; `None` without one.
     usual: Option<UsualError>,
+    /// [`UsualError::shear_px`] of a hand that holds a board calmly.
+    calm_shear_px: f64,
     points_m: Vec<Point2<f64>>,
     lens_estimate: LensEstimate,
 }
@@ -121,6 +123,7 @@ impl Knowledge {
             variance: f64::INFINITY,
             variance_ahead: f64::INFINITY,
             usual: None,
+            calm_shear_px: f64::INFINITY,
             points_m: board.corners_in_board_m(),
             lens_estimate: lens_estimate.clone(),
         };
@@ -135,6 +138,14 @@ impl Knowledge {
         knowledge.variance = knowledge.variance_with(&LensMatrix::zeros());
         knowledge.variance_ahead = knowledge.variance_with(&knowledge.ahead);
         knowledge
+    }
+
+    /// The same, for boards that the person can hold so calmly that rows err by no more than this in common, a picture's height
+    /// from the middle one.
+    #[must_use]
+    pub fn held_calmly(mut self, calm_shear_px: f64) -> Self {
+        self.calm_shear_px = calm_shear_px;
+        self
     }
 
     /// The same, with corners of boards to come whose own errors are `noise_px` per axis, if that is known.
@@ -239,7 +250,8 @@ impl Knowledge {
             (Some(accepted), Some(now)) => Some(accepted.or(now)),
             (accepted, now) => accepted.or(now),
         };
-        usual.unwrap_or(UsualError::GUESS)
+        let usual = usual.unwrap_or(UsualError::GUESS);
+        UsualError { shear_px: usual.shear_px.min(self.calm_shear_px), ..usual }
     }
 
     fn height_px(&self) -> f64 {

@@ -4,7 +4,7 @@ use super::{hand_motion::Velocity, independence::Role, view::View};
 use boresight_geometry::{Corner, frame::CaptureTime};
 
 /// Largest displacement of corners from the best frame's, as a share of the picture's width: farther is another pose.
-const SAME_POSE_WIDTHS: f64 = 0.04;
+const SAME_POSE_WIDTHS: f64 = 0.025;
 /// A frame takes the best one's place if it tells this many times as much: the frames of a board at rest tell alike.
 const MORE: f64 = 1.05;
 /// Pace at which a hold fades, as a share of the pace at which it grows.

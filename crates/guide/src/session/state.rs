@@ -18,8 +18,8 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    GuidanceParams, Hold, Knowledge, LensEstimate, MotionWindow, Progress, Readout, Target, View,
-    final_progress, forecast, gain::pose_of, measure, next_target, progress,
+    GuidanceParams, HOLD_WIDTHS_PER_SEC, Hold, Knowledge, LensEstimate, MotionWindow, Progress,
+    Readout, Target, View, final_progress, forecast, gain::pose_of, measure, next_target, progress,
 };
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
@@ -152,7 +152,9 @@ impl Derived {
         let precision = solved.map(|solved| precision_of(solved, *image_size));
         let noise_px = precision.as_ref().map(|it| it.noise_px.hypot(common_px(&measured)));
         let guidance = &seen.limits(&setup.guidance, board, accepted, noise_px);
-        let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance);
+        let calm_px_per_s = HOLD_WIDTHS_PER_SEC * f64::from(image_size.width_px);
+        let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance)
+            .held_calmly(calm_px_per_s * seen.readout.sd_secs());
         let mut progress = progress(&measured, precision.as_ref(), guidance);
         if more > 0 {
             progress = Progress::Collecting;
