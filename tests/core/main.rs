@@ -32,6 +32,7 @@ mod habits;
 mod imports;
 mod larger_patterns;
 mod layering;
+mod listener;
 mod natural_views;
 mod ordinary_webcam;
 mod partial_boards;
