@@ -5,16 +5,14 @@
 //! folder_watch FOLDER fx,fy,cx,cy[,k1,k2,p1,p2,k3] LEARN [--references N] [--plant EVERY] [--every N]
 //! ```
 
+mod common;
+
 use std::{path::PathBuf, time::Instant};
 
-use boresight_geometry::{Camera, frame::ImageSize};
-use boresight_watch::{
-    Gallery, Glance, Glass, Lens, Mask, Measured, NoAnswer, SIZE, Turn, View, px_per_turn,
-};
-use image::GrayImage;
-use nalgebra::{Point2, Vector2, Vector4};
-
-type Failed = Box<dyn std::error::Error>;
+use boresight_geometry::frame::ImageSize;
+use boresight_watch::{Gallery, Glass, Lens, SIZE, Turn, View};
+use common::{Failed, answer, learned, lens, middle, pictures, read, turn_by, units};
+use nalgebra::Vector4;
 
 fn main() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -25,21 +23,13 @@ fn main() -> Result<(), Failed> {
         let at = options.iter().position(|o| o == name);
         at.and_then(|at| options.get(at + 1)?.parse().ok()).unwrap_or(usual)
     };
-    let mut files: Vec<PathBuf> =
-        std::fs::read_dir(folder)?.map(|e| e.map(|e| e.path())).collect::<Result<_, _>>()?;
-    files.sort();
+    let files = pictures(folder)?;
     let learn: usize = learn.parse()?;
     let first = read(&files[0])?;
     let lens = lens(numbers, ImageSize::of(&first))?;
-    let mut glances = Vec::new();
-    for (i, file) in files[..learn].iter().enumerate() {
-        glances.push(Glance::of(&View::of(read(file)?), i as f64 * 900.0));
-    }
     let began = Instant::now();
-    let masked = masks(&files[..learn])?;
+    let (gallery, masked) = learned(&lens, &files[..learn], option("--references", SIZE))?;
     println!("text masked: {:.2} %", 100.0 * masked.share(first.width(), first.height()));
-    let load = |i: usize| read(&files[i]).ok().map(View::of);
-    let gallery = Gallery::learn(&lens, &glances, option("--references", SIZE), &masked, load);
     let alive = |r: &boresight_watch::Reference| r.landmarks.iter().filter(|l| l.is_alive).count();
     let alive: usize = gallery.references.iter().map(alive).sum();
     println!(
@@ -98,58 +88,6 @@ fn main() -> Result<(), Failed> {
         plant(&lens, &gallery, &files[learn..].iter().step_by(every).collect::<Vec<_>>())?;
     }
     Ok(())
-}
-
-fn read(file: &PathBuf) -> Result<GrayImage, Failed> {
-    Ok(image::open(file)?.into_luma8())
-}
-
-fn lens(numbers: &str, image_size: ImageSize) -> Result<Lens, Failed> {
-    let mut given = numbers.split(',').map(str::parse::<f64>);
-    let mut next = || given.next().unwrap_or(Ok(0.0));
-    let mut camera = Camera::pinhole(1.0, Point2::origin());
-    camera.f_px = Vector2::new(next()?, next()?);
-    camera.pp_px = Point2::new(next()?, next()?);
-    let d = &mut camera.distortion;
-    (d.k1, d.k2, d.p1, d.p2, d.k3) = (next()?, next()?, next()?, next()?, next()?);
-    Ok(Lens::new(camera, None, image_size))
-}
-
-/// The mask from 24 pictures from dark to bright.
-fn masks(files: &[PathBuf]) -> Result<Mask, Failed> {
-    let mut by_light = Vec::new();
-    for file in files {
-        let grey = read(file)?;
-        let sum: u64 = grey.as_raw().iter().map(|&v| u64::from(v)).sum();
-        by_light.push((sum, file));
-    }
-    by_light.sort();
-    let step = by_light.len().div_ceil(24).max(1);
-    let pictures: Vec<GrayImage> =
-        by_light.iter().step_by(step).map(|(_, file)| read(file)).collect::<Result<_, _>>()?;
-    Ok(Mask::of(&pictures))
-}
-
-/// px, px, deg, %.
-fn units(lens: &Lens) -> Vector4<f64> {
-    let px = px_per_turn(lens);
-    Vector4::new(px[0], px[1], 180.0 / std::f64::consts::PI, 100.0)
-}
-
-fn middle(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-/// Robust standard deviation.
-fn spread(values: impl IntoIterator<Item = f64>) -> f64 {
-    let mut all: Vec<f64> = values.into_iter().collect();
-    let centre = middle(&mut all);
-    1.4826 * middle(&mut all.iter().map(|v| (v - centre).abs()).collect::<Vec<_>>())
-}
-
-fn answer(gallery: &Gallery, view: &View, lens: &Lens) -> Result<Measured, NoAnswer> {
-    gallery.measure(view, lens).or_else(|_| gallery.measure_far(view, lens))
 }
 
 /// Plants moves and glass into every one of the files and prints what is found of them.
@@ -216,40 +154,9 @@ fn plant(lens: &Lens, gallery: &Gallery, files: &[&PathBuf]) -> Result<(), Faile
     Ok(())
 }
 
-/// The picture that the camera would take after the turn, by cubic interpolation.
-fn turn_by(grey: &GrayImage, lens: &Lens, turn: &Turn) -> GrayImage {
-    let (back, c) = (turn.inverse(), lens.camera.pp_px);
-    let rotation = back.rotation();
-    GrayImage::from_fn(grey.width(), grey.height(), |x, y| {
-        let px = Point2::new(f64::from(x), f64::from(y));
-        let scaled = c + (px - c) / turn.log_focal.exp();
-        let from = lens.ray(&scaled).and_then(|ray| lens.camera.project(&(rotation * ray).into()));
-        image::Luma([from.map_or(0, |from| cubic(grey, from))])
-    })
-}
-
-/// Catmull-Rom, the picture's edge repeated.
-fn cubic(grey: &GrayImage, at: Point2<f64>) -> u8 {
-    let weights = |t: f64| {
-        let (a, b) = (t * t, t * t * t);
-        [
-            -0.5 * t + a - 0.5 * b,
-            1.0 - 2.5 * a + 1.5 * b,
-            0.5 * t + 2.0 * a - 1.5 * b,
-            -0.5 * a + 0.5 * b,
-        ]
-    };
-    let (x0, y0) = (at.x.floor(), at.y.floor());
-    let (wx, wy) = (weights(at.x - x0), weights(at.y - y0));
-    let pixel = |x: f64, y: f64| {
-        let clamp = |v: f64, length: u32| v.clamp(0.0, f64::from(length) - 1.0) as u32;
-        f64::from(grey.get_pixel(clamp(x, grey.width()), clamp(y, grey.height())).0[0])
-    };
-    let mut sum = 0.0;
-    for (j, wy) in wy.iter().enumerate() {
-        for (i, wx) in wx.iter().enumerate() {
-            sum += wx * wy * pixel(x0 + i as f64 - 1.0, y0 + j as f64 - 1.0);
-        }
-    }
-    sum.round().clamp(0.0, 255.0) as u8
+/// Robust standard deviation.
+fn spread(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut all: Vec<f64> = values.into_iter().collect();
+    let centre = middle(&mut all);
+    1.4826 * middle(&mut all.iter().map(|v| (v - centre).abs()).collect::<Vec<_>>())
 }

@@ -27,7 +27,7 @@ pub struct Sample {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
     terms: SMatrix<f64, TERMS, 4>,
-    /// Scatter of six-hour medians about the cycle, px: what doesn't repeat from day to day.
+    /// Scatter of six-hour medians about the cycle, px: what doesn't repeat from day to day. Larger if whole days are off.
     pub scatter_px: Vector4<f64>,
     /// Six-hour slots that it was learned from.
     pub slots: usize,
@@ -87,12 +87,17 @@ impl Cycle {
         let mut cycle = Self { terms, scatter_px: Vector4::zeros(), slots: 0 };
         // About the mean of these days: where the camera stood meanwhile is the sequential test's business.
         let drifted = held.map_or(Vector4::zeros(), |_| own_constant.transpose());
-        let medians = slot_medians(samples, |s| cycle.residual(s) - drifted);
-        let least = Vector4::repeat(LEAST_SCATTER * width_px);
-        let sum: Vector4<f64> = medians.iter().map(|m| m.component_mul(m)).sum();
+        let off = |s: &Sample| cycle.residual(s) - drifted;
+        let medians = slot_medians(samples, SLOT_SECS, off);
         let free = (medians.len() as f64 - TERMS as f64).max(1.0);
-        let prior = least.component_mul(&least) * PRIOR_SLOTS;
-        cycle.scatter_px = ((prior + sum) / (PRIOR_SLOTS + free)).map(f64::sqrt);
+        let least = Vector4::repeat(LEAST_SCATTER * width_px);
+        let of_slots = scatter(&medians, free, &least, PRIOR_SLOTS);
+        // A whole day that is off counts as so many slots in the test: the scatter of days must be held against them.
+        let in_a_day = DAY_SECS / SLOT_SECS;
+        let days = slot_medians(samples, DAY_SECS, off);
+        let free = (days.len() as f64 - 1.0).max(1.0);
+        let of_days = scatter(&days, free, &(least / in_a_day.sqrt()), PRIOR_SLOTS / in_a_day);
+        cycle.scatter_px = of_slots.sup(&(of_days * in_a_day.sqrt()));
         cycle.slots = medians.len();
         Some(cycle)
     }
@@ -108,12 +113,22 @@ impl Cycle {
     }
 }
 
-/// Medians of the values in each six-hour slot.
-fn slot_medians(samples: &[Sample], of: impl Fn(&Sample) -> Vector4<f64>) -> Vec<Vector4<f64>> {
+/// Root mean square about zero, with the least scatter as so many values more.
+fn scatter(values: &[Vector4<f64>], free: f64, least: &Vector4<f64>, prior: f64) -> Vector4<f64> {
+    let sum: Vector4<f64> = values.iter().map(|v| v.component_mul(v)).sum();
+    ((least.component_mul(least) * prior + sum) / (prior + free)).map(f64::sqrt)
+}
+
+/// Medians of the values in each slot of that length.
+fn slot_medians(
+    samples: &[Sample],
+    slot_secs: f64,
+    of: impl Fn(&Sample) -> Vector4<f64>,
+) -> Vec<Vector4<f64>> {
     let mut slots: std::collections::BTreeMap<i64, Vec<Vector4<f64>>> =
         std::collections::BTreeMap::new();
     for sample in samples {
-        slots.entry((sample.at_secs / SLOT_SECS).floor() as i64).or_default().push(of(sample));
+        slots.entry((sample.at_secs / slot_secs).floor() as i64).or_default().push(of(sample));
     }
     let mut counts: Vec<f64> = slots.values().map(|values| values.len() as f64).collect();
     let usual = crate::fit::median(&mut counts).unwrap_or(0.0);

@@ -8,7 +8,7 @@
 //!
 //! The fold has two halves. A [`Station`] turns pictures into [`Input`]s and keeps the references; a [`Watch`] turns inputs
 //! into [`Decision`]s. Inputs are recorded, so that a replay of them gives every state again. Nothing here reads a clock, a
-//! file, or another thread. The formulas are in `docs/method.md`, section 6.
+//! file, or another thread. The formulas are in `docs/method.md`, section 8.
 //!
 //! | module | holds |
 //! |---|---|

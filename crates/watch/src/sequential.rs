@@ -4,7 +4,7 @@ use nalgebra::Vector4;
 
 use crate::cycle::SLOT_SECS;
 
-/// What is relevant: this share of the picture's width, at its edge, as in a check with a board.
+/// What is relevant: this share of the picture's width, wherever in the picture it's most, as in a check with a board.
 pub const RELEVANT: f64 = 0.0008;
 /// Standard deviations that a six-hour mean may be off without counting, the sum from which on it's an alarm, and the most
 /// that is summed: so that a camera that comes back is soon back.
@@ -40,7 +40,7 @@ pub struct Sequential {
 pub struct Verdict {
     /// Parameters that have left the cycle: pan, tilt, roll, focal length.
     pub alarms: [bool; 4],
-    /// Median distance from the cycle over the last six hours, px.
+    /// Median distance from the cycle over the last six hours, or since a jump, px.
     pub level_px: Vector4<f64>,
     /// Since when the earliest of the alarming sums has grown, seconds.
     pub since_secs: Option<f64>,
@@ -96,7 +96,10 @@ impl Sequential {
         self.alarms = std::array::from_fn(|i| {
             self.sums[0][i] > LIMIT || self.sums[1][i] > LIMIT || jumped[i]
         });
-        let values: Vec<Vector4<f64>> = self.recent.iter().map(|(_, off)| *off).collect();
+        // After a jump, the hours before it say nothing of where the camera points.
+        let newest = if jumped.contains(&true) { JUMP_ANSWERS } else { self.recent.len() };
+        let values: Vec<Vector4<f64>> =
+            self.recent.iter().rev().take(newest).map(|(_, off)| *off).collect();
         let level_px = crate::cycle::median4(&values);
         let jump_secs = self.recent.iter().rev().nth(JUMP_ANSWERS - 1).map(|(at, _)| *at);
         let since = (0..4).filter(|i| self.alarms[*i]).map(|i| {

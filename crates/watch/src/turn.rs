@@ -46,9 +46,9 @@ impl Lens {
         self.camera.ray_from_px(px).map(|ray| ray.normalize())
     }
 
-    /// Half the picture's width, px: where roll and focal length show most.
-    pub fn half_width_px(&self) -> f64 {
-        f64::from(self.image_size.width_px) / 2.0
+    /// Half the picture's diagonal, px: in the corner, roll and focal length show most.
+    pub fn half_diagonal_px(&self) -> f64 {
+        f64::from(self.image_size.width_px).hypot(f64::from(self.image_size.height_px)) / 2.0
     }
 }
 
@@ -155,7 +155,7 @@ impl Turn {
         Some(Seen { px: lens.camera.pp_px + out, by_turn })
     }
 
-    /// The turn in pixels: pan and tilt in the middle of the picture, roll and focal length at its left and right edge.
+    /// The turn in pixels: pan and tilt in the middle of the picture, roll and focal length in its corner.
     pub fn in_px(&self, lens: &Lens) -> Vector4<f64> {
         self.vector().component_mul(&px_per_turn(lens))
     }
@@ -164,7 +164,7 @@ impl Turn {
 /// Pixels for a radian of pan, tilt, roll, and for 1 of log focal ratio: see [`Turn::in_px`].
 pub fn px_per_turn(lens: &Lens) -> Vector4<f64> {
     let f = lens.camera.f_px;
-    Vector4::new(f.x, f.y, lens.half_width_px(), lens.half_width_px())
+    Vector4::new(f.x, f.y, lens.half_diagonal_px(), lens.half_diagonal_px())
 }
 
 #[cfg(test)]
