@@ -414,11 +414,8 @@ fn replay(folder: &Path, json: bool) -> anyhow::Result<Exit> {
             print(&serde_json::to_string(&line())?)?;
         } else if before.is_none_or(|before| before.code() != decision.state.code()) {
             let line = line();
-            print(
-                &format!("{}  {}. {} {}", line.at, line.state, line.sentence, line.action)
-                    .trim_end()
-                    .to_owned(),
-            )?;
+            let said = format!("{}  {}. {} {}", line.at, line.state, line.sentence, line.action);
+            print(said.trim_end())?;
         }
         before = Some(decision.state);
     }
