@@ -168,9 +168,9 @@ fn text(
         files.push(path);
     }
     let mask = masks(&files)?;
-    let mut of_text = (0, 0);
+    let mut of_text = (0.0, 0.0);
     for (x, y) in text_pixels(size) {
-        of_text = (of_text.0 + usize::from(mask.covers(x, y)), of_text.1 + 1);
+        of_text = (of_text.0 + f64::from(u8::from(mask.covers(x, y))), of_text.1 + 1.0);
     }
     let (gallery, _) = learned(lens, &files, usize::MAX)?;
     let turn = Turn { pan_rad: 3.0 / lens.camera.f_px.x, ..Turn::default() };
@@ -185,7 +185,7 @@ fn text(
     std::fs::remove_dir_all(&folder)?;
     println!(
         "row 10: text covered {:.1} %; masked without text {:.2} %, with {:.2} %; moves of 3 px: {found} of {} answered, largest error {largest:.3} px",
-        100.0 * of_text.0 as f64 / of_text.1 as f64,
+        100.0 * of_text.0 / of_text.1,
         100.0 * clean.share(size.width_px, size.height_px),
         100.0 * mask.share(size.width_px, size.height_px),
         tested.len()
