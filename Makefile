@@ -72,7 +72,7 @@ surface-check: setup
 WASM = wasm32-unknown-unknown
 wasm: setup
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
-	cargo check --quiet --target $(WASM) $(CORE)
+	cargo check --quiet --target $(WASM) $(CORE) -p boresight-watch
 
 # Every combination of features compiles without a warning, and brings no more crates than it may.
 features: setup

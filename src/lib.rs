@@ -29,6 +29,7 @@
 //! | [`detection`] | `boresight-detect` | picture → corners, or the reason why not |
 //! | [`calibration`] | `boresight-calibrate`, `boresight-formats` | views → lens with covariance; checks and verdict; calibration files |
 //! | [`guidance`], [`session`] | `boresight-guide` | what a view is worth, what to show next, when to stop; the state of one session |
+//! | [`watch`] | `boresight-watch` | an installed camera watched without a board: picture → turn, turns → state |
 //! | [`capture`] | `boresight-capture` | frames in: folders, videos, recordings, live cameras |
 //! | [`config`], [`recording`], [`pipeline`] | `boresight-run` | TOML → parameters; sessions as bytes; the threads |
 //! | [`simulation`] | `boresight-sim` | a camera and a technician with known truth |
@@ -111,6 +112,7 @@ pub use boresight_present::report;
 pub use boresight_present::{ghost, speech, target, text};
 pub use boresight_run::{config, pipeline, recording};
 pub use boresight_sim as simulation;
+pub use boresight_watch as watch;
 
 pub mod cli;
 #[cfg(feature = "schemas")]

@@ -3,11 +3,16 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 
 use boresight_app::{
-    devices_file::DevicesFile, doctor::DoctorFile, report::ReportFile, truth::TruthFile,
+    devices_file::DevicesFile,
+    doctor::DoctorFile,
+    report::ReportFile,
+    truth::TruthFile,
+    watch::{StateLine, WatchFile},
 };
 use boresight_fleet::batch::{Item, Job, Row};
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_run::recording::journal_line_schema;
+use boresight_watch::Input;
 
 /// Name of each file in `docs/schemas`, with its schema (draft 2020-12). They describe what this version writes;
 /// readers skip fields that they don't know.
@@ -22,6 +27,9 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("batch-row.v1.json", of::<Row>()),
         ("devices.v1.json", of::<DevicesFile>()),
         ("truth.v1.json", of::<TruthFile>()),
+        ("watch.v1.json", of::<WatchFile>()),
+        ("watch-line.v1.json", of::<Input>()),
+        ("watch-state.v1.json", of::<StateLine>()),
         ("session-journal-line.v1.json", journal_line_schema(generator())),
     ]
 }

@@ -13,7 +13,11 @@ use super::{
     progress::Progress,
     terminal::{print, say},
 };
-use boresight_app::{Exit, session_folders::session_folders};
+use boresight_app::{
+    Exit,
+    session_folders::session_folders,
+    watch::{StateLine, Store, exit, replayed, stores_below},
+};
 use boresight_calibrate::LensDifference;
 use boresight_files::{Overwrite, save};
 use boresight_fleet::{
@@ -69,8 +73,12 @@ enum Command {
         #[command(flatten)]
         common: Common,
     },
-    /// List the cameras whose newest usable calibration is too old.
+    /// List the cameras that have changed, as far as they are watched, and those whose newest usable calibration is too old.
     Due {
+        /// Folders of watched cameras (`boresight watch --store`): those whose lens has changed come first, then those that
+        /// have moved. Repeat for several.
+        #[arg(long, value_name = "DIR")]
+        watch: Vec<PathBuf>,
         /// From this age on, in days.
         #[arg(long, value_name = "DAYS", default_value = "180d", value_parser = days)]
         older: f64,
@@ -117,7 +125,7 @@ impl Arguments {
                 Some(camera) => show(camera, &self.common),
             },
             Some(Command::Add { roots, common }) => add(&roots, &common),
-            Some(Command::Due { older, common }) => due(older, &common),
+            Some(Command::Due { watch, older, common }) => due(&watch, older, &common),
             Some(Command::Page { out, force, older, common }) => page(&out, force, older, &common),
         }
     }
@@ -243,7 +251,40 @@ fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
     Ok(Exit::Good)
 }
 
-fn due(older: f64, common: &Common) -> anyhow::Result<Exit> {
+fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit> {
+    let mut changed = Vec::new();
+    for folder in
+        watched.iter().map(|root| stores_below(root)).collect::<Result<Vec<_>, _>>()?.concat()
+    {
+        let (lens, decisions) = replayed(&folder)?;
+        let name = Store::read(&folder)?.map_or(String::new(), |file| file.name);
+        let Some((at, decision)) = decisions.last() else { continue };
+        let deserved = exit(decision.state);
+        if matches!(deserved, Exit::Recalibrate | Exit::Moved) {
+            changed.push((
+                deserved,
+                StateLine::of_decision(&name, &lens, decision, Some(*at), [0, 0]),
+            ));
+        }
+    }
+    changed.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.camera.cmp(&b.1.camera)));
+    for (_, line) in &changed {
+        if common.json {
+            let value = json!({ "camera": line.camera, "state": line.state, "since": line.since, "sentence": line.sentence });
+            print(&value.to_string())?;
+        } else {
+            print(&format!(
+                "{}  {} since {}: {}",
+                line.camera, line.state, line.since, line.sentence
+            ))?;
+        }
+    }
+    if !watched.is_empty() {
+        say(&format!("{} watched cameras have changed", changed.len()));
+        if common.find()?.is_none() {
+            return Ok(Exit::Good);
+        }
+    }
     let due = common.open()?.due(&days_ago(older)?);
     for (camera, newest) in &due {
         if common.json {

@@ -32,6 +32,7 @@ mod serve;
 mod simulate;
 mod target;
 pub mod terminal;
+mod watch;
 #[cfg(feature = "window")]
 mod window;
 
@@ -80,6 +81,8 @@ Examples:
   boresight target --paper a4                 print a board
   boresight guide --board 9x6 --square 25mm   calibrate with that board
   boresight check --against calibration.json  check an installed camera
+  boresight watch cam7 --reference calibration.json --once
+                                              watch it without a board
 
 Without a command, boresight starts a guided session, like `boresight guide`, with the same options.
 A board is given by its inner corners, columns x rows: 10 by 7 squares is --board 9x6.
@@ -89,13 +92,15 @@ Exit codes:
   1  failed
   2  wrong usage
   3  ended, but the result isn't trustworthy or falls short: the output says why
-  4  check: the camera needs a new calibration";
+  4  check, watch: the camera needs a new calibration
+  5  watch: the camera points elsewhere; its calibration stays valid";
 
 #[derive(Debug, Subcommand)]
 enum Command {
     Guide(guide::Arguments),
     Serve(serve::Arguments),
     Check(check::Arguments),
+    Watch(watch::Arguments),
     Calibrate(calibrate::Arguments),
     Target(target::Arguments),
     Detect(detect::Arguments),
@@ -126,6 +131,7 @@ pub fn main() -> ExitCode {
         Some(Command::History(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Check(arguments)) => arguments.run(),
+        Some(Command::Watch(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),
         Some(Command::Devices(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),

@@ -27,3 +27,4 @@ mod report;
 mod saved_session;
 mod schemas;
 mod target;
+mod watch;

@@ -25,6 +25,7 @@
 //! | `board_from_code` | the board that a code in its margin names |
 //! | `voice` | the computer's voice |
 //! | `prometheus`, `session_metrics` | how a batch or a session goes, for Prometheus |
+//! | `watch` | installed cameras that are watched without a board |
 //! | `error_code`, `explain` | the stable name of an error, and the next action |
 //! | `missing_feature` | what this build leaves out |
 //!
@@ -71,6 +72,7 @@ pub mod source;
 pub mod truth;
 mod verdict;
 mod voice;
+pub mod watch;
 
 pub use announcer::Announcer;
 pub use cue_link::PersonCues;

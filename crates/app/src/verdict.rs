@@ -13,6 +13,8 @@ pub enum Exit {
     Good,
     /// 3: ended, but the result isn't trustworthy, or falls short of what was asked for.
     NotTrustworthy,
+    /// 5: an installed camera points elsewhere; its lens is as it was.
+    Moved,
     /// 4: an installed camera has changed.
     Recalibrate,
     /// 1: the command failed.
@@ -26,6 +28,7 @@ impl From<Exit> for std::process::ExitCode {
             Exit::Failed => Self::from(1),
             Exit::NotTrustworthy => Self::from(3),
             Exit::Recalibrate => Self::from(4),
+            Exit::Moved => Self::from(5),
         }
     }
 }

@@ -48,5 +48,5 @@ pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_fo
 pub use lock::FileLock;
 pub use private::read_or_make_private;
 pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
-pub use save::{FileStream, Overwrite, copy, may_save, save, save_streamed};
+pub use save::{FileStream, Overwrite, copy, may_save, remove, save, save_streamed};
 pub use scratch::Scratch;

@@ -68,6 +68,19 @@ pub(super) fn save_with_mode(
     save_pieces(path, overwrite, mode, |piece| piece(bytes))
 }
 
+/// Removes a file, if it's there. A link or anything else isn't touched.
+///
+/// # Errors
+///
+/// [`FileError::NotAFile`] or [`FileError::Write`].
+pub fn remove(path: &Path) -> Result<(), FileError> {
+    if file_or_nothing(path)? {
+        std::fs::remove_file(path).map_err(FileError::writing(path))?;
+        note(&Change::Remove(path));
+    }
+    Ok(())
+}
+
 /// Copies the file at `from`, of any length, to `path`, as [`save`] writes.
 ///
 /// # Errors

@@ -27,6 +27,7 @@
 //! | `renderer`, `shutter`, `backdrop`, `print`, `bend`, `printed_markers`, `blur` | a picture of it |
 //! | `source`, `track` | the camera with its shutter, and what it knows of the truth |
 //! | [`technician`] | the person in front of it |
+//! | [`street`] | a fixed camera over a street, day and night, for the watch |
 //! | `rng_stream` | chance, by seed |
 //! | `kernel` | a simulated V4L2 kernel with faults on demand, with the feature `simulated-kernel`: for tests |
 
@@ -45,6 +46,7 @@ mod scene;
 mod scene_file;
 mod shutter;
 mod source;
+pub mod street;
 pub mod technician;
 mod track;
 

@@ -27,6 +27,7 @@ pub mod start;
 mod target;
 mod trouble;
 mod uncertainty;
+pub mod watch;
 pub mod window;
 
 pub use controls::{Act, Control};

@@ -1,0 +1,251 @@
+//! One watched camera: its store, its references, and its state.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use hmac_sha256::Hash;
+use image::GrayImage;
+
+use super::{
+    burst::of_burst,
+    store::{Named, Store, inputs},
+};
+use crate::{RESULT_FILE, comparison};
+use boresight_files::{Links, TEXT_LIMIT, read};
+use boresight_geometry::frame::ImageSize;
+use boresight_watch::{Answer, Decision, Input, Lens, NoAnswer, Picture, Station, Watch};
+
+/// A camera that is watched.
+#[derive(Debug)]
+pub struct WatchedCamera {
+    store: Store,
+    station: Station,
+    watch: Watch,
+    pictures: [u64; 2],
+    newest_secs: Option<f64>,
+    newest_answer: Option<Answer>,
+}
+
+/// The lens of a calibration file, or of the session in a folder, and which file it was.
+///
+/// # Errors
+///
+/// If there is no calibration with one lens.
+pub fn reference_lens(path: &Path) -> anyhow::Result<(Lens, Named)> {
+    let file: PathBuf = if path.is_dir() { path.join(RESULT_FILE) } else { path.to_path_buf() };
+    let old = comparison::read(&file)?;
+    if old.focal_varies {
+        bail!(
+            "{file:?} has a focal length for each view; a camera whose focus moves can't be watched"
+        );
+    }
+    let bytes = read(&file, TEXT_LIMIT, Links::Followed)?;
+    let sha256 = Hash::hash(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let named = Named { path: file.display().to_string(), sha256 };
+    Ok((Lens::new(old.camera, old.covariance, old.image_size), named))
+}
+
+impl WatchedCamera {
+    /// Opens the store in `folder`, or makes one by the calibration `reference`, or by the lens that the source itself knows.
+    ///
+    /// # Errors
+    ///
+    /// If there is no store and no reference, the reference is another calibration than the store's, or files can't be
+    /// read or written.
+    pub fn open(
+        folder: &Path,
+        name: &str,
+        reference: Option<&Path>,
+        (own_lens, patches_only): (Option<Lens>, bool),
+    ) -> anyhow::Result<(Self, bool)> {
+        let known = Store::read(folder)?;
+        match (&known, reference) {
+            (None, None) => {
+                let Some(lens) = own_lens else {
+                    bail!(
+                        "{folder:?} holds no watched camera yet: name its calibration with --reference"
+                    );
+                };
+                let simulated = Named { path: "simulated".into(), sha256: String::new() };
+                Store::create(folder, name, simulated, &lens, patches_only)?;
+            }
+            (None, Some(reference)) => {
+                let (lens, named) = reference_lens(reference)?;
+                Store::create(folder, name, named, &lens, patches_only)?;
+            }
+            (Some(file), Some(reference)) => {
+                let (_, named) = reference_lens(reference)?;
+                if named.sha256 != file.calibration.sha256 {
+                    bail!(
+                        "{folder:?} is watched by another calibration, {:?}: give the new one a new --store",
+                        file.calibration.path
+                    );
+                }
+            }
+            (Some(_), None) => {}
+        }
+        let (store, stored) = Store::open(folder)?;
+        let mut watch = Watch::new(&stored.station.lens);
+        let mut camera_pictures = [0, 0];
+        let mut newest_secs = None;
+        for input in &stored.inputs {
+            watch.handle(input);
+            count(input, &mut camera_pictures, &mut newest_secs);
+        }
+        let camera = Self {
+            store,
+            station: stored.station,
+            watch,
+            pictures: camera_pictures,
+            newest_secs,
+            newest_answer: None,
+        };
+        let camera = Self { newest_answer: newest_answer(&stored.inputs), ..camera };
+        Ok((camera, stored.was_cut))
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.store.file().name
+    }
+
+    /// Folder of its store.
+    pub fn folder(&self) -> &Path {
+        self.store.folder()
+    }
+
+    /// Its lens.
+    pub fn lens(&self) -> &Lens {
+        &self.station.lens
+    }
+
+    /// Its references.
+    pub fn station(&self) -> &Station {
+        &self.station
+    }
+
+    /// Its state so far.
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// Pictures with and without an answer.
+    pub fn pictures(&self) -> [u64; 2] {
+        self.pictures
+    }
+
+    /// When the newest picture was taken, seconds since 1970.
+    pub fn newest_secs(&self) -> Option<f64> {
+        self.newest_secs
+    }
+
+    /// The newest answer.
+    pub fn newest_answer(&self) -> Option<&Answer> {
+        self.newest_answer.as_ref()
+    }
+
+    /// Looks at the pictures of one moment, in order; the decision is recorded before it's returned.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be recorded.
+    pub fn look(&mut self, burst: Vec<GrayImage>, at_secs: f64) -> anyhow::Result<Decision> {
+        self.take_accepted()?;
+        let at_secs = at_secs.round();
+        let looked = of_burst(&mut self.station, burst, at_secs, &self.watch, self.store.shelf());
+        self.store.record(&looked.inputs)?;
+        if looked.references_changed {
+            self.store.save_references(&self.station)?;
+        }
+        self.store.shelf().clear_dropped();
+        Ok(self.handle_all(&looked.inputs))
+    }
+
+    /// Notes that no picture came, or that it couldn't be used.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be recorded.
+    pub fn no_picture(&mut self, reason: NoAnswer, at_secs: f64) -> anyhow::Result<Decision> {
+        self.take_accepted()?;
+        let picture = Picture { at: at_secs.round(), answer: None, none: Some(reason) };
+        let inputs = [Input::Picture(Box::new(picture))];
+        self.store.record(&inputs)?;
+        Ok(self.handle_all(&inputs))
+    }
+
+    fn handle_all(&mut self, inputs: &[Input]) -> Decision {
+        for input in inputs {
+            self.watch.handle(input);
+            count(input, &mut self.pictures, &mut self.newest_secs);
+        }
+        self.newest_answer = newest_answer(inputs).or(self.newest_answer.take());
+        self.watch.decision().clone()
+    }
+
+    /// Learns anew if a person has said that the camera stays as it is.
+    fn take_accepted(&mut self) -> anyhow::Result<()> {
+        let accepted = self.store.newly_accepted()?;
+        if accepted.is_empty() {
+            return Ok(());
+        }
+        self.station.forget(self.store.shelf());
+        self.store.record(&accepted)?;
+        self.store.save_references(&self.station)?;
+        self.store.shelf().clear_dropped();
+        self.handle_all(&accepted);
+        Ok(())
+    }
+
+    /// Whether the camera's pictures can have this size.
+    ///
+    /// # Errors
+    ///
+    /// If the calibration is for another size.
+    pub fn check_size(&self, size: ImageSize) -> anyhow::Result<()> {
+        let wanted = self.station.lens.image_size;
+        if size == wanted {
+            return Ok(());
+        }
+        bail!(
+            "its pictures have {}x{} px and the calibration is for {}x{} px",
+            size.width_px,
+            size.height_px,
+            wanted.width_px,
+            wanted.height_px
+        );
+    }
+}
+
+fn count(input: &Input, pictures: &mut [u64; 2], newest_secs: &mut Option<f64>) {
+    if let Input::Picture(picture) = input {
+        pictures[usize::from(picture.answer.is_none())] += 1;
+        *newest_secs = Some(newest_secs.map_or(picture.at, |newest| newest.max(picture.at)));
+    }
+}
+
+fn newest_answer(inputs: &[Input]) -> Option<Answer> {
+    inputs.iter().rev().find_map(|input| match input {
+        Input::Picture(picture) => picture.answer.clone(),
+        Input::Learned { .. } | Input::Accepted { .. } => None,
+    })
+}
+
+/// Every decision of the store in `folder`, from its recorded inputs alone: when, and what.
+///
+/// # Errors
+///
+/// If there is no store, or a line is damaged.
+pub fn replayed(folder: &Path) -> anyhow::Result<(Lens, Vec<(f64, Decision)>)> {
+    let (lens, inputs) = inputs(folder).context("could not replay")?;
+    let mut watch = Watch::new(&lens);
+    let decisions = inputs.iter().map(|input| {
+        let at = match input {
+            Input::Picture(picture) => picture.at,
+            Input::Learned { at, .. } | Input::Accepted { at, .. } => *at,
+        };
+        (at, watch.handle(input))
+    });
+    let decisions = decisions.collect();
+    Ok((lens, decisions))
+}

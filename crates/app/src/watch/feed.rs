@@ -1,0 +1,229 @@
+//! Pictures of a watched camera: from files, folders that fill, recordings, cameras and streams.
+
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, bail};
+use image::GrayImage;
+
+use super::times::{now_secs, picture_secs};
+use crate::{Announcer, source::SourceName};
+use boresight_capture::{Arrival, FrameSource, read_picture};
+use boresight_files::entries;
+use boresight_run::config::Config;
+use boresight_sim::street::Street;
+use boresight_watch::Lens;
+
+/// Pictures of a live source that are taken together, and over how long.
+const BURST: usize = 8;
+const BURST_TIME: Duration = Duration::from_secs(2);
+/// How long a live source may take for its first picture, and how long its exposure then settles.
+const FIRST_PICTURE: Duration = Duration::from_secs(20);
+const SETTLES: Duration = Duration::from_secs(2);
+
+/// Name of the simulated fixed camera; what is planted follows after a colon.
+const STREET: &str = "sim:street";
+
+/// Where a camera's pictures come from.
+#[derive(Clone, Debug)]
+pub enum Feed {
+    /// Files, in the order of their times.
+    Files(Vec<PathBuf>),
+    /// A folder that a camera puts its pictures into.
+    Folder(PathBuf),
+    /// A source with its own pictures: a video file, a recorded session, a simulation.
+    Recorded(SourceName),
+    /// A camera or stream.
+    Live(SourceName),
+    /// The simulated fixed camera, which is as fast as the machine.
+    Street(Box<Street>),
+}
+
+/// One moment's pictures.
+#[derive(Debug)]
+pub struct Moment {
+    /// When, seconds since 1970.
+    pub at_secs: f64,
+    /// One picture, or a burst.
+    pub burst: Vec<GrayImage>,
+}
+
+impl Feed {
+    /// Understands the names of a source: files, or one folder, video, session, camera or stream.
+    ///
+    /// # Errors
+    ///
+    /// As [`SourceName::parse`].
+    pub fn parse(names: &[String], config: &Config, announcer: &Announcer) -> anyhow::Result<Self> {
+        let [name] = names else {
+            if names.is_empty() {
+                bail!("name a source: a folder of pictures, a camera or a stream");
+            }
+            return Ok(Self::Files(names.iter().map(PathBuf::from).collect()));
+        };
+        let path = PathBuf::from(name);
+        if is_picture(&path) {
+            return Ok(Self::Files(vec![path]));
+        }
+        if let Some(rest) = name.strip_prefix(STREET) {
+            let street = Street::parse(rest.strip_prefix(':').unwrap_or(rest))?;
+            return Ok(Self::Street(Box::new(street)));
+        }
+        match SourceName::parse(name, config, announcer)? {
+            SourceName::Folder(folder) => Ok(Self::Folder(folder)),
+            source @ SourceName::Camera(_) => Ok(Self::Live(source)),
+            source @ SourceName::Video(_) if !path.is_file() => Ok(Self::Live(source)),
+            source => Ok(Self::Recorded(source)),
+        }
+    }
+
+    /// True if its pictures are files or recorded, and so may all be read at once.
+    pub fn is_recorded(&self) -> bool {
+        !matches!(self, Self::Live(_))
+    }
+
+    /// Every picture with its time, if the source is files.
+    ///
+    /// # Errors
+    ///
+    /// If one can't be looked at.
+    pub(super) fn stills(&self) -> anyhow::Result<Option<Vec<(f64, PathBuf)>>> {
+        let is_files = matches!(self, Self::Files(_) | Self::Folder(_));
+        is_files.then(|| self.new_files(None)).transpose()
+    }
+
+    /// The open source of a camera, stream or recording.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be opened.
+    pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
+        match self {
+            Self::Live(name) | Self::Recorded(name) => Ok(name.open(u64::MAX)?.source),
+            Self::Files(_) | Self::Folder(_) | Self::Street(_) => {
+                bail!("name a camera or a stream: a camera is pushed back while it's watched")
+            }
+        }
+    }
+
+    /// The lens, if the source knows it: a simulation does.
+    pub fn own_lens(&self) -> Option<Lens> {
+        match self {
+            Self::Street(street) => Some(Lens::new(street.camera, None, street.image_size)),
+            _ => None,
+        }
+    }
+
+    /// The files newer than `after_secs`, oldest first, with their times.
+    ///
+    /// # Errors
+    ///
+    /// If one can't be looked at.
+    pub fn new_files(&self, after_secs: Option<f64>) -> anyhow::Result<Vec<(f64, PathBuf)>> {
+        let paths = match self {
+            Self::Files(paths) => paths.clone(),
+            Self::Folder(folder) => {
+                entries(folder).into_iter().filter(|path| is_picture(path)).collect()
+            }
+            Self::Recorded(_) | Self::Live(_) | Self::Street(_) => Vec::new(),
+        };
+        let mut files = Vec::new();
+        for path in paths {
+            let at = picture_secs(&path)?;
+            if after_secs.is_none_or(|after| at.round() > after) {
+                files.push((at, path));
+            }
+        }
+        files.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(files)
+    }
+
+    /// The pictures of a recorded source, one every `every_secs` of its own time, each handed to `take` with the time since
+    /// `began_secs`. Ends when `take` says so.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be read, or what `take` fails with.
+    pub fn play(
+        &self,
+        began_secs: f64,
+        every_secs: f64,
+        mut take: impl FnMut(Moment) -> anyhow::Result<bool>,
+    ) -> anyhow::Result<()> {
+        let Self::Recorded(name) = self else { return Ok(()) };
+        let mut source = name.open(u64::MAX)?.source;
+        let (mut first, mut last) = (None, f64::NEG_INFINITY);
+        loop {
+            let frame = match source.next_frame(FIRST_PICTURE)? {
+                Arrival::Frame(frame) => frame,
+                Arrival::End => return Ok(()),
+                Arrival::Event(_) | Arrival::NothingYet => continue,
+            };
+            let first = *first.get_or_insert(frame.captured_at);
+            let at = frame.captured_at.secs_since(first);
+            if at - last < every_secs {
+                continue;
+            }
+            last = at;
+            let moment = Moment { at_secs: began_secs + at, burst: vec![frame.image.clone()] };
+            if !take(moment)? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Takes a burst of a live source, which is opened for it and closed again.
+    ///
+    /// # Errors
+    ///
+    /// If no picture comes.
+    pub fn burst(&self) -> anyhow::Result<Moment> {
+        let Self::Live(name) = self else { bail!("this source isn't live") };
+        let mut source = name.open(u64::MAX)?.source;
+        let began = Instant::now();
+        let first = next(&mut *source, began + FIRST_PICTURE)?;
+        let settled = Instant::now() + SETTLES;
+        let mut burst = vec![first];
+        while Instant::now() < settled {
+            burst[0] = next(&mut *source, Instant::now() + FIRST_PICTURE)?;
+        }
+        let at_secs = now_secs();
+        for n in 1..BURST {
+            let due = settled + BURST_TIME * n as u32 / BURST as u32;
+            let mut newest = None;
+            while newest.is_none() || Instant::now() < due {
+                newest = Some(next(&mut *source, Instant::now() + FIRST_PICTURE)?);
+            }
+            burst.extend(newest);
+        }
+        Ok(Moment { at_secs, burst })
+    }
+}
+
+fn next(source: &mut dyn FrameSource, until: Instant) -> anyhow::Result<GrayImage> {
+    loop {
+        match source.next_frame(Duration::from_millis(100))? {
+            Arrival::Frame(frame) => return Ok(frame.image.clone()),
+            Arrival::End => bail!("the source has ended"),
+            Arrival::Event(_) | Arrival::NothingYet if Instant::now() < until => {}
+            Arrival::Event(_) | Arrival::NothingYet => bail!("no picture came in time"),
+        }
+    }
+}
+
+/// Reads a picture's file.
+///
+/// # Errors
+///
+/// If it's no picture.
+pub(super) fn read_moment(at_secs: f64, path: &Path) -> anyhow::Result<Moment> {
+    let grey = read_picture(path).with_context(|| format!("{path:?}"))?;
+    Ok(Moment { at_secs, burst: vec![grey] })
+}
+
+fn is_picture(path: &Path) -> bool {
+    let ending = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    path.is_file() && matches!(ending.as_deref(), Some("png" | "jpg" | "jpeg"))
+}

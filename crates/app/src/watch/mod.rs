@@ -1,0 +1,31 @@
+//! Watches installed cameras: pictures in, recorded inputs and states out.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `feed`, `times` | pictures from files, folders, recordings, cameras and streams; when they were taken |
+//! | `burst` | several pictures of one moment |
+//! | `camera` | one camera: store, references, state; its replay |
+//! | `store`, `reference_files`, `shelf` | the folder of a camera |
+//! | `rounds` | many cameras, each at its interval |
+//! | `adjusting` | helps to push a camera back |
+//! | `said` | the state for people, programs and Prometheus |
+
+mod adjusting;
+mod burst;
+mod camera;
+mod feed;
+mod reference_files;
+mod rounds;
+mod said;
+mod shelf;
+mod store;
+pub mod times;
+
+pub use adjusting::adjust;
+pub use camera::{WatchedCamera, reference_lens, replayed};
+pub use feed::{Feed, Moment};
+pub use rounds::{Round, run};
+pub use said::{
+    Amounts, CameraMetrics, FindingLine, StateLine, exit, lines, metrics, with_scale, worst,
+};
+pub use store::{Named, Store, StoredLens, WatchFile, accept, stores_below};

@@ -1,0 +1,209 @@
+//! Many cameras in one process, each at its interval, on a few threads.
+
+use std::{
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use super::{
+    camera::WatchedCamera,
+    feed::{Feed, Moment, read_moment},
+    times::now_secs,
+};
+use crate::Announcer;
+use boresight_geometry::frame::ImageSize;
+use boresight_watch::{Decision, NoAnswer};
+
+/// Between two looks whether a camera is due, or the person wants to stop.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// A camera with its pictures and its interval.
+#[derive(Debug)]
+pub struct Round {
+    /// The camera.
+    pub camera: WatchedCamera,
+    /// Its pictures.
+    pub feed: Feed,
+    /// Time between two looks.
+    pub every: Duration,
+}
+
+/// Who hears of decisions, on any of the threads.
+pub(super) type Hear<'a> = &'a (dyn Fn(&WatchedCamera, &Decision) + Sync);
+
+impl Round {
+    /// Looks once: at every new file, or at a burst. A picture that can't be had is noted, and said.
+    ///
+    /// # Errors
+    ///
+    /// If nothing can be recorded.
+    pub fn look(
+        &mut self,
+        stop: &AtomicBool,
+        hear: Hear<'_>,
+        announcer: &Announcer,
+    ) -> anyhow::Result<()> {
+        if let Feed::Live(_) = &self.feed {
+            let moment = self.feed.burst();
+            return self.take(moment, now_secs(), hear, announcer);
+        }
+        if let Feed::Recorded(_) = &self.feed {
+            let (feed, every) = (self.feed.clone(), self.every.as_secs_f64());
+            let began = self.camera.newest_secs().map_or_else(now_secs, |newest| newest + every);
+            return feed.play(began, every, |moment| {
+                let at = moment.at_secs;
+                self.take(Ok(moment), at, hear, announcer)?;
+                Ok(!stop.load(Ordering::Relaxed))
+            });
+        }
+        if let Feed::Street(street) = &self.feed {
+            let (street, every) = (street.clone(), self.every.as_secs_f64());
+            let end = street.began_secs + street.days * 86_400.0;
+            let mut at =
+                self.camera.newest_secs().map_or(street.began_secs, |newest| newest + every);
+            while at < end && !stop.load(Ordering::Relaxed) {
+                let moment = Moment { at_secs: at, burst: vec![street.picture(at)] };
+                self.take(Ok(moment), at, hear, announcer)?;
+                at += every;
+            }
+            return Ok(());
+        }
+        let files = self.feed.new_files(self.camera.newest_secs())?;
+        if files.is_empty() && self.is_overdue() {
+            let decision = self.camera.no_picture(NoAnswer::NoPicture, now_secs())?;
+            hear(&self.camera, &decision);
+        }
+        for (at, path) in files {
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+            self.take(read_moment(at, &path), at, hear, announcer)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a folder hasn't been filled for two intervals.
+    fn is_overdue(&self) -> bool {
+        let is_filled = matches!(self.feed, Feed::Folder(_)) && !self.every.is_zero();
+        let newest = self.camera.newest_secs();
+        is_filled
+            && newest.is_some_and(|newest| now_secs() - newest > 2.0 * self.every.as_secs_f64())
+    }
+
+    fn take(
+        &mut self,
+        moment: anyhow::Result<Moment>,
+        at_secs: f64,
+        hear: Hear<'_>,
+        announcer: &Announcer,
+    ) -> anyhow::Result<()> {
+        let decision = match moment {
+            Ok(Moment { at_secs, burst }) => {
+                let size = burst.first().map(ImageSize::of);
+                match size.map_or(Ok(()), |size| self.camera.check_size(size)) {
+                    Ok(()) => self.camera.look(burst, at_secs)?,
+                    Err(err) => {
+                        announcer.say(&format!("{}: {err:#}", self.camera.name()));
+                        self.camera.no_picture(NoAnswer::OtherSize, at_secs)?
+                    }
+                }
+            }
+            Err(err) => {
+                announcer.say(&format!("{}: {err:#}", self.camera.name()));
+                self.camera.no_picture(NoAnswer::NoPicture, at_secs)?
+            }
+        };
+        hear(&self.camera, &decision);
+        Ok(())
+    }
+}
+
+/// Threads that leave half of the machine to others.
+fn polite_threads() -> usize {
+    thread::available_parallelism().map_or(1, |n| (n.get() / 2).max(1))
+}
+
+/// Looks at every camera once, or again and again at its interval until `stop` is set. A camera that can't be recorded any
+/// more is said and left out; the others go on. The cameras that are left.
+///
+/// # Errors
+///
+/// If the system refuses threads.
+pub fn run(
+    rounds: Vec<Round>,
+    is_once: bool,
+    stop: &AtomicBool,
+    hear: Hear<'_>,
+    announcer: &Announcer,
+) -> std::io::Result<Vec<Round>> {
+    let threads = polite_threads().min(rounds.len()).max(1);
+    let now = Instant::now();
+    let waiting: Mutex<Vec<(Instant, Round)>> =
+        Mutex::new(rounds.into_iter().map(|r| (now, r)).collect());
+    let done = Mutex::new(Vec::new());
+    let at_work = Mutex::new(0_usize);
+    let lock = || waiting.lock().unwrap_or_else(PoisonError::into_inner);
+    let work = || {
+        while !stop.load(Ordering::Relaxed) {
+            let due = {
+                let mut waiting = lock();
+                let first = waiting
+                    .iter()
+                    .enumerate()
+                    .min_by_key(|(_, (due, _))| *due)
+                    .map(|(i, (due, _))| (i, *due));
+                let mut at_work = at_work.lock().unwrap_or_else(PoisonError::into_inner);
+                match first {
+                    Some((i, due)) if due <= Instant::now() => {
+                        *at_work += 1;
+                        Some(waiting.swap_remove(i))
+                    }
+                    None if *at_work == 0 => return,
+                    _ => None,
+                }
+            };
+            let Some((due, mut round)) = due else {
+                thread::sleep(LOOK);
+                continue;
+            };
+            let looked = round.look(stop, hear, announcer);
+            let is_over = is_once
+                || matches!(round.feed, Feed::Files(_) | Feed::Recorded(_) | Feed::Street(_));
+            match looked {
+                Err(err) => {
+                    announcer.say(&format!("{}: no longer watched: {err:#}", round.camera.name()));
+                }
+                Ok(()) if is_over => {
+                    done.lock().unwrap_or_else(PoisonError::into_inner).push(round);
+                }
+                Ok(()) => {
+                    // A look that took longer than the interval isn't made up for.
+                    let next = (due + round.every).max(Instant::now());
+                    lock().push((next, round));
+                }
+            }
+            *at_work.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        }
+    };
+    thread::scope(|scope| -> std::io::Result<()> {
+        for n in 1..threads {
+            thread::Builder::new().name(format!("watch {n}")).spawn_scoped(scope, work)?;
+        }
+        work();
+        Ok(())
+    })?;
+    let mut left = done.into_inner().unwrap_or_else(PoisonError::into_inner);
+    left.extend(
+        waiting
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+            .into_iter()
+            .map(|(_, round)| round),
+    );
+    left.sort_by(|a, b| a.camera.name().cmp(b.camera.name()));
+    Ok(left)
+}

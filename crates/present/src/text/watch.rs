@@ -1,0 +1,387 @@
+//! What is said of an installed camera that is watched. Left and right are those of someone who stands behind it.
+
+use boresight_watch::{Advice, Axis, Cause, Decision, Finding, NoAnswer, State};
+
+/// What turns pixels of the picture into degrees, and seconds into dates.
+pub struct Scale<'a> {
+    /// Focal lengths along x and y, px.
+    pub f_px: [f64; 2],
+    /// Half the picture's diagonal, px.
+    pub half_diagonal_px: f64,
+    /// A time (seconds since 1970) as people say it.
+    pub when: &'a dyn Fn(f64) -> String,
+    /// The day of such a time.
+    pub day: &'a dyn Fn(f64) -> String,
+}
+
+/// Parts below this share of the largest one aren't worth a word.
+const WORTH_A_WORD: f64 = 1.0 / 3.0;
+/// Columns and rows of the glass.
+const CELLS: [usize; 2] = [8, 6];
+
+/// A part of a move: what happened, and what undoes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Size in px of the picture, for the order.
+    pub size_px: f64,
+    /// "points 14 px (0.8°) to the left of where it was on 12 March".
+    pub what: String,
+    /// "Push it back to the right.", or nothing for a zoom.
+    pub action: String,
+}
+
+/// The parts of a move, the largest first; none that is small against it.
+pub fn parts(decision: &Decision, scale: &Scale<'_>) -> Vec<Part> {
+    let since = (scale.day)(decision.reference_secs);
+    let off = decision.off_px;
+    let angle = |px: f64, per_rad: f64| (px.abs() / per_rad).to_degrees();
+    let points = |px: f64, f_px: f64, [where_to, back]: [&str; 2]| Part {
+        size_px: px.abs(),
+        what: format!(
+            "points {} ({}) {where_to} where it was on {since}",
+            pixels(px),
+            degrees(angle(px, f_px))
+        ),
+        action: format!("Push it back {back}."),
+    };
+    let pan = if off[0] > 0.0 {
+        ["to the left of", "to the right"]
+    } else {
+        ["to the right of", "to the left"]
+    };
+    let tilt = if off[1] > 0.0 { ["below", "up"] } else { ["above", "down"] };
+    let turned =
+        if off[2] > 0.0 { ["anticlockwise", "clockwise"] } else { ["clockwise", "anticlockwise"] };
+    let larger = if off[3] > 0.0 { "larger" } else { "smaller" };
+    let mut all = [
+        points(off[0], scale.f_px[0], pan),
+        points(off[1], scale.f_px[1], tilt),
+        Part {
+            size_px: off[2].abs(),
+            what: format!(
+                "is turned {} {}",
+                degrees(angle(off[2], scale.half_diagonal_px)),
+                turned[0]
+            ),
+            action: format!("Turn it back {}.", turned[1]),
+        },
+        Part {
+            size_px: off[3].abs(),
+            what: format!(
+                "shows everything {:.2} % {larger}",
+                100.0 * off[3].abs() / scale.half_diagonal_px
+            ),
+            action: String::new(),
+        },
+    ];
+    all.sort_by(|a, b| b.size_px.total_cmp(&a.size_px));
+    let largest_px = all[0].size_px;
+    all.into_iter().filter(|part| part.size_px >= WORTH_A_WORD * largest_px).collect()
+}
+
+/// The state in a sentence, and the next action; that is empty if there is nothing to do.
+pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
+    let since = || (scale.when)(decision.since_secs);
+    match decision.state {
+        State::Learning { pictures, hours } => (
+            format!(
+                "It learns where the camera points: {pictures} pictures in {hours:.0} hours so far."
+            ),
+            "Wait for 60 pictures in 20 hours; after three days it's surest.".into(),
+        ),
+        State::Ok => ("The camera points where it did.".into(), String::new()),
+        State::Moved(Cause::Knocked) => (
+            format!(
+                "The picture has shifted since {}, but not as when a camera turns: its lens was knocked.",
+                since()
+            ),
+            "Calibrate again.".into(),
+        ),
+        State::Moved(cause) => {
+            let all = parts(decision, scale);
+            // A zoom isn't undone by pushing.
+            let all: Vec<&Part> = all.iter().filter(|part| !part.action.is_empty()).collect();
+            let what: Vec<&str> = all.iter().map(|part| part.what.as_str()).collect();
+            let actions: Vec<&str> = all.iter().map(|part| part.action.as_str()).collect();
+            let doubt = match cause {
+                Cause::Either => " Or its lens was knocked: check with a board.",
+                Cause::Turned | Cause::Knocked => "",
+            };
+            (
+                format!("The camera {}.", what.join(", and ")),
+                format!("{}{doubt}", actions.join(" ")),
+            )
+        }
+        State::Zoom => {
+            let percent = 100.0 * decision.off_px[3].abs() / scale.half_diagonal_px;
+            let larger = if decision.off_px[3] > 0.0 { "larger" } else { "smaller" };
+            (
+                format!(
+                    "Everything is {percent:.2} % {larger} since {}: zoom or focus has changed.",
+                    since()
+                ),
+                "Calibrate again.".into(),
+            )
+        }
+        State::Blurred => (
+            format!("The picture is blurred since {}: focus or a wet glass.", since()),
+            "Wipe the glass. If that doesn't help, focus and calibrate again.".into(),
+        ),
+        State::CannotTell(reason) => {
+            let (what, action) = no_answer(reason);
+            (format!("Can't tell since {}: {what}.", since()), action.into())
+        }
+    }
+}
+
+/// Why there's no answer, and the next action.
+pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
+    match reason {
+        NoAnswer::TooDark => {
+            ("too dark to compare".into(), "Wait for light, or look whether the lens is covered.")
+        }
+        NoAnswer::FewFound { found, of } => (
+            format!("only {found} of {of} patches of the scene are found"),
+            "Look whether the camera is covered or points elsewhere.",
+        ),
+        NoAnswer::Disagree { agree, found } => (
+            format!("only {agree} of {found} patches of the scene agree"),
+            "Look whether something large is before the camera, or whether it was shifted.",
+        ),
+        NoAnswer::OneCorner => (
+            "only one corner of the picture shows what it did".into(),
+            "Look whether something large is before the camera.",
+        ),
+        NoAnswer::Shakes => ("the camera shakes".into(), "Tighten its mount."),
+        NoAnswer::NoReferences => ("there are no references yet".into(), "Wait."),
+        NoAnswer::OtherSize => (
+            "the pictures have another size than the calibration".into(),
+            "Set the camera to the size it was calibrated in.",
+        ),
+        NoAnswer::NoPicture => {
+            ("no picture comes".into(), "Look after the camera and its connection.")
+        }
+    }
+}
+
+/// The smallest change that would be seen.
+pub fn smallest_visible(decision: &Decision, scale: &Scale<'_>) -> String {
+    let v = decision.smallest_visible_px;
+    if !v[0].is_finite() {
+        return "Smallest visible change: not known yet.".into();
+    }
+    format!(
+        "Smallest visible change: {} along, {} across, {} turned, {:.2} % larger or smaller.",
+        pixels(v[0]),
+        pixels(v[1]),
+        degrees((v[2] / scale.half_diagonal_px).to_degrees()),
+        100.0 * v[3] / scale.half_diagonal_px
+    )
+}
+
+/// A finding in a sentence.
+pub fn finding(finding: &Finding, scale: &Scale<'_>) -> String {
+    match finding {
+        Finding::Creeps { px_per_day, matters_secs } => {
+            let when = (scale.day)(*matters_secs);
+            let per_day = |i: usize, [more, less]: [&str; 2]| {
+                let side = if px_per_day[i] > 0.0 { more } else { less };
+                format!("{:.2} px a day {side}", px_per_day[i].abs())
+            };
+            let how = [
+                per_day(0, ["to the left", "to the right"]),
+                per_day(1, ["down", "up"]),
+                per_day(2, ["anticlockwise", "clockwise"]),
+                per_day(3, ["larger", "smaller"]),
+            ];
+            let largest = (0..4).find(|i| px_per_day[*i] != 0.0).unwrap_or(0);
+            format!("It creeps: {}; matters from about {when}.", how[largest])
+        }
+        Finding::Dirty { cell } => format!("Dirty or covered {}.", place(*cell)),
+        Finding::Hazy => "Little contrast for two days: haze, or a film on the glass.".into(),
+        Finding::AlsoShifted => "It was also shifted: the direction is approximate.".into(),
+        Finding::SwaysMore { was_px, is_px } => {
+            format!(
+                "It sways more than at first: {is_px:.2} px instead of {was_px:.2} px; small changes are seen later."
+            )
+        }
+        Finding::Shakes { by_px } => format!("It shakes by {by_px:.1} px."),
+    }
+}
+
+/// Where a cell of the glass lies.
+fn place([column, row]: [usize; 2]) -> String {
+    let third = |at: usize, of: usize| (3 * at + 1) / of;
+    let down = ["at the upper", "at the middle", "at the lower"][third(row, CELLS[1]).min(2)];
+    let across = ["left", "middle", "right"][third(column, CELLS[0]).min(2)];
+    match (down, across) {
+        ("at the middle", "middle") => "in the middle".into(),
+        ("at the middle", side) => format!("at the {side}"),
+        (edge, "middle") => format!("{edge} edge"),
+        (edge, side) => format!("{edge} {side}"),
+    }
+}
+
+fn pixels(px: f64) -> String {
+    let px = px.abs();
+    if px < 10.0 { format!("{px:.1} px") } else { format!("{px:.0} px") }
+}
+
+fn degrees(deg: f64) -> String {
+    let deg = deg.abs();
+    if deg < 1.0 { format!("{deg:.2}°") } else { format!("{deg:.1}°") }
+}
+
+/// One thing to do, for who pushes the camera back: an arrow, a number, a sentence.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cue {
+    /// `←`, `→`, `↑`, `↓`, `↺`, `↻`, `●` while it stands right, `?` if nothing can be told.
+    pub arrow: &'static str,
+    /// How much, with its unit; or how long.
+    pub number: String,
+    /// What to do.
+    pub sentence: String,
+}
+
+/// The words of an advice.
+pub fn cue(advice: &Advice, scale: &Scale<'_>) -> Cue {
+    let say =
+        |arrow, number: String, sentence: &str| Cue { arrow, number, sentence: sentence.into() };
+    match *advice {
+        Advice::Lost(reason) => {
+            let (what, _) = no_answer(reason);
+            say("?", String::new(), &format!("Can't tell: {what}."))
+        }
+        Advice::Push { axis: Axis::Pan, off_px } if off_px > 0.0 => {
+            say("→", pixels(off_px), "Push it to the right.")
+        }
+        Advice::Push { axis: Axis::Pan, off_px } => {
+            say("←", pixels(off_px), "Push it to the left.")
+        }
+        Advice::Push { axis: Axis::Tilt, off_px } if off_px > 0.0 => {
+            say("↑", pixels(off_px), "Push it up.")
+        }
+        Advice::Push { axis: Axis::Tilt, off_px } => say("↓", pixels(off_px), "Push it down."),
+        Advice::Push { axis: Axis::Roll, off_px } => {
+            let number = degrees((off_px / scale.half_diagonal_px).to_degrees());
+            if off_px > 0.0 {
+                say("↻", number, "Turn it clockwise.")
+            } else {
+                say("↺", number, "Turn it anticlockwise.")
+            }
+        }
+        Advice::Hold { left_secs } => say("●", format!("{left_secs:.0} s"), "Hold it so."),
+        Advice::Tighten { left_secs, off_px } => say(
+            "●",
+            format!("{left_secs:.0} s"),
+            &format!("Tighten the mount. It's off by {}.", pixels(off_px)),
+        ),
+        Advice::Right => say("●", String::new(), "It's tight, and it still points right."),
+    }
+}
+
+/// The question before a camera is accepted as it is.
+pub const WHY: &str = "Why may it stay like this? (one line)";
+
+/// Said once a camera was accepted.
+pub fn accepted(name: &str) -> String {
+    format!("{name} stays as it is. It learns again from the next picture, for three days.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moved(off_px: [f64; 4]) -> Decision {
+        Decision {
+            state: State::Moved(Cause::Turned),
+            since_secs: 0.0,
+            off_px: off_px.into(),
+            smallest_visible_px: [0.85; 4].into(),
+            reference_secs: 0.0,
+            answered_secs: None,
+            findings: Vec::new(),
+        }
+    }
+
+    fn say(decision: &Decision) -> String {
+        let when = |_: f64| "12 March".to_owned();
+        let scale =
+            Scale { f_px: [1000.0, 1000.0], half_diagonal_px: 640.0, when: &when, day: &when };
+        let (what, action) = state(decision, &scale);
+        format!("{what} {action}").trim().to_owned()
+    }
+
+    #[test]
+    fn the_largest_part_comes_first_and_small_ones_are_left_out() {
+        assert_eq!(
+            say(&moved([14.0, 0.2, 0.0, 0.1])),
+            "The camera points 14 px (0.80°) to the left of where it was on 12 March. Push it back to the right."
+        );
+        assert_eq!(
+            say(&moved([0.0, -3.0, -5.0, 0.1])),
+            "The camera is turned 0.45° clockwise, and points 3.0 px (0.17°) above where it was on 12 March. Turn it back anticlockwise. Push it back down."
+        );
+    }
+
+    #[test]
+    fn who_takes_the_words_literally_turns_it_back() {
+        for pan in [-9.0, 0.0, 9.0] {
+            for tilt in [-7.0, 0.0, 7.0] {
+                for roll in [-8.0, 0.0, 8.0] {
+                    let mut off = [pan, tilt, roll];
+                    if off == [0.0; 3] {
+                        continue;
+                    }
+                    let said = say(&moved([pan, tilt, roll, 0.0]));
+                    // Who stands behind a camera and pushes it to the right moves the scene to the left, and so on.
+                    for (order, part, by) in [
+                        ("Push it back to the right.", 0, -9.0),
+                        ("Push it back to the left.", 0, 9.0),
+                        ("Push it back up.", 1, -7.0),
+                        ("Push it back down.", 1, 7.0),
+                        ("Turn it back clockwise.", 2, -8.0),
+                        ("Turn it back anticlockwise.", 2, 8.0),
+                    ] {
+                        if said.contains(order) {
+                            off[part] += by;
+                        }
+                    }
+                    assert_eq!(off, [0.0; 3], "{said}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn who_takes_the_cues_literally_turns_it_back() {
+        let when = |_: f64| String::new();
+        let scale =
+            Scale { f_px: [1000.0, 1000.0], half_diagonal_px: 640.0, when: &when, day: &when };
+        let mut off = [7.3, -4.1, -6.2];
+        let mut way = boresight_watch::Adjust::new(None);
+        for step in 0..20 {
+            let now = nalgebra::Vector4::new(off[0], off[1], off[2], 0.0);
+            let cue = cue(&way.handle(f64::from(step) * 0.1, Ok(now)), &scale);
+            let (axis, sign) = match cue.arrow {
+                "→" => (0, -1.0),
+                "←" => (0, 1.0),
+                "↑" => (1, -1.0),
+                "↓" => (1, 1.0),
+                "↻" => (2, -1.0),
+                "↺" => (2, 1.0),
+                _ => break,
+            };
+            off[axis] += sign * off[axis].abs().min(3.0);
+        }
+        assert!(off.iter().all(|left| left.abs() < 0.5), "{off:?}");
+    }
+
+    #[test]
+    fn places_on_the_glass_have_names() {
+        assert_eq!(place([0, 5]), "at the lower left");
+        assert_eq!(place([4, 0]), "at the upper edge");
+        assert_eq!(place([7, 2]), "at the right");
+        assert_eq!(place([3, 3]), "in the middle");
+    }
+}

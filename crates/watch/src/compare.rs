@@ -1,0 +1,76 @@
+//! One picture against the nearest references of a gallery.
+
+use crate::{
+    fit::{AGREES, Fit, fit, lens_covariance},
+    gallery::Gallery,
+    level::View,
+    measure::{FEWEST_FOUND, Measured, NEAREST, NoAnswer, credible, is_dark, spread},
+    turn::Lens,
+};
+
+impl Gallery {
+    /// Measures a picture of a camera that points about where it did. Slow searches are left to [`Self::measure_far`].
+    ///
+    /// # Errors
+    ///
+    /// Why it isn't credible.
+    pub fn measure(&self, view: &View, lens: &Lens) -> Result<Measured, NoAnswer> {
+        if self.references.is_empty() {
+            return Err(NoAnswer::NoReferences);
+        }
+        if boresight_geometry::frame::ImageSize::of(&view.grey) != lens.image_size {
+            return Err(NoAnswer::OtherSize);
+        }
+        credible(self.fit_nearest(view, lens), self.sought(view), || is_dark(view))
+    }
+
+    /// The references that look most alike, the nearest first.
+    pub fn nearest(&self, view: &View) -> Vec<usize> {
+        let mut order: Vec<(usize, f64)> = self
+            .references
+            .iter()
+            .enumerate()
+            .map(|(i, r)| (i, r.thumb.likeness(&view.thumb)))
+            .collect();
+        order.sort_by(|a, b| b.1.total_cmp(&a.1));
+        order.into_iter().take(NEAREST).map(|(i, _)| i).collect()
+    }
+
+    fn sought(&self, view: &View) -> usize {
+        let alive = |i: usize| self.references[i].landmarks.iter().filter(|l| l.is_alive).count();
+        self.nearest(view).into_iter().map(alive).sum()
+    }
+
+    /// The fit against the nearest references, credible or not.
+    pub(crate) fn fit_nearest(&self, view: &View, lens: &Lens) -> Option<Measured> {
+        let order = self.nearest(view);
+        let first = &self.references[*order.first()?];
+        let guess = first.turn.then(&first.locate(view, lens));
+        let (mut tags, mut sightings) = (Vec::new(), Vec::new());
+        for index in order {
+            let reference = &self.references[index];
+            let found = reference.find(view, lens, &guess.since(&reference.turn));
+            tags.extend(found.iter().map(|(patch, _)| (index, *patch)));
+            sightings.extend(found.into_iter().map(|(_, sighting)| sighting));
+        }
+        if sightings.len() < FEWEST_FOUND {
+            return None;
+        }
+        let Fit { turn, covariance, weights } = fit(lens, &sightings, None)?;
+        let covariance = covariance + lens_covariance(lens, &turn, &sightings, &weights);
+        let inliers = weights.iter().filter(|w| **w > AGREES).count();
+        let spread = spread(&sightings, &weights, lens);
+        let found = sightings.len();
+        Some(Measured {
+            turn,
+            covariance,
+            found,
+            inliers,
+            spread,
+            tags,
+            sightings,
+            weights,
+            turned_back: None,
+        })
+    }
+}

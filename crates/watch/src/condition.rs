@@ -1,0 +1,119 @@
+//! Glass and focus over days: blur, dirt, haze.
+
+use std::collections::VecDeque;
+
+use crate::{fit::median, glass::CELLS, input::Answer};
+
+const HOUR_SECS: f64 = 3600.0;
+const DAY_SECS: f64 = 24.0 * HOUR_SECS;
+/// Logarithm of sharpness that is blur: three standard deviations of a day's median. Fog unsharpens, too, but takes
+/// contrast with it.
+const BLUR: f64 = -0.15;
+const FOG: f64 = -0.5;
+/// Logarithm of a cell's contrast that is dirt, after a day and a night.
+const DIRT: f64 = -0.5;
+/// Logarithm of contrast that is haze, after two days.
+const HAZE: f64 = -0.7;
+/// Fewest answers of a day that are judged, and their least time.
+const FEWEST: usize = 8;
+const LEAST_SECS: f64 = 18.0 * HOUR_SECS;
+
+#[derive(Clone, Debug)]
+struct Look {
+    at_secs: f64,
+    sharp: f64,
+    contrast: f64,
+    cells: Vec<Option<f64>>,
+}
+
+/// The glass in the last two days, and as it usually is.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Condition {
+    looks: VecDeque<Look>,
+    usual: Option<Look>,
+}
+
+impl Condition {
+    pub(crate) fn note(&mut self, at_secs: f64, answer: &Answer) {
+        if let (Some(sharp), Some(contrast)) = (answer.sharp, answer.contrast) {
+            self.looks.push_back(Look { at_secs, sharp, contrast, cells: answer.cell_values() });
+        }
+        self.looks.retain(|look| at_secs - look.at_secs <= 2.0 * DAY_SECS);
+    }
+
+    /// What has been seen so far is how the camera looks.
+    pub(crate) fn set_usual(&mut self) {
+        if self.looks.is_empty() {
+            return;
+        }
+        let all: Vec<&Look> = self.looks.iter().collect();
+        let cells = (0..CELLS[0] * CELLS[1]).map(|cell| of_cell(&all, cell));
+        let of =
+            |value: fn(&Look) -> f64| median(&mut all.iter().map(|l| value(l)).collect::<Vec<_>>());
+        self.usual = Some(Look {
+            at_secs: all.last().map_or(0.0, |look| look.at_secs),
+            sharp: of(|l| l.sharp).unwrap_or(0.0),
+            contrast: of(|l| l.contrast).unwrap_or(0.0),
+            cells: cells.collect(),
+        });
+    }
+
+    /// The looks of the last `secs`, if they are enough and lie far enough apart.
+    fn last(&self, secs: f64, least_secs: f64) -> Option<Vec<&Look>> {
+        let newest = self.looks.back()?.at_secs;
+        let looks: Vec<&Look> = self.looks.iter().filter(|l| newest - l.at_secs <= secs).collect();
+        let is_long = newest - looks.first()?.at_secs >= least_secs;
+        (looks.len() >= FEWEST && is_long).then_some(looks)
+    }
+
+    pub(crate) fn is_blurred(&self) -> bool {
+        let (Some(usual), Some(looks)) = (&self.usual, self.last(DAY_SECS, LEAST_SECS)) else {
+            return false;
+        };
+        let sharp = median(&mut looks.iter().map(|l| l.sharp - usual.sharp).collect::<Vec<_>>());
+        let contrast =
+            median(&mut looks.iter().map(|l| l.contrast - usual.contrast).collect::<Vec<_>>());
+        sharp.is_some_and(|s| s < BLUR) && contrast.is_some_and(|c| c > FOG)
+    }
+
+    /// Since when looks have been blurred one after the other.
+    pub(crate) fn blurred_since(&self) -> Option<f64> {
+        let usual = self.usual.as_ref()?;
+        let blurred = self.looks.iter().rev().take_while(|l| l.sharp - usual.sharp < BLUR);
+        blurred.last().map(|look| look.at_secs)
+    }
+
+    pub(crate) fn is_hazy(&self) -> bool {
+        let (Some(usual), Some(looks)) =
+            (&self.usual, self.last(2.0 * DAY_SECS, DAY_SECS + LEAST_SECS))
+        else {
+            return false;
+        };
+        let contrast =
+            median(&mut looks.iter().map(|l| l.contrast - usual.contrast).collect::<Vec<_>>());
+        contrast.is_some_and(|c| c < HAZE)
+    }
+
+    /// The cell that has lost most contrast in both halves of the last day.
+    pub(crate) fn dirt(&self) -> Option<[usize; 2]> {
+        let (usual, looks) = (self.usual.as_ref()?, self.last(DAY_SECS, LEAST_SECS)?);
+        let middle = looks.last()?.at_secs - DAY_SECS / 2.0;
+        let (before, after): (Vec<&Look>, Vec<&Look>) =
+            looks.into_iter().partition(|l| l.at_secs < middle);
+        let lost = |cell: usize| -> Option<f64> {
+            let usual = usual.cells.get(cell).copied().flatten()?;
+            let of = |looks: &[&Look]| of_cell(looks, cell).map(|now| now - usual);
+            Some(of(&before)?.max(of(&after)?))
+        };
+        let cells = (0..CELLS[0] * CELLS[1]).filter_map(|cell| Some((cell, lost(cell)?)));
+        let darkest = cells.filter(|(_, lost)| *lost < DIRT).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some([darkest.0 % CELLS[0], darkest.0 / CELLS[0]])
+    }
+}
+
+/// The median of a cell, if half of the looks know it.
+fn of_cell(looks: &[&Look], cell: usize) -> Option<f64> {
+    let mut known: Vec<f64> =
+        looks.iter().filter_map(|l| l.cells.get(cell).copied().flatten()).collect();
+    (2 * known.len() >= looks.len()).then(|| median(&mut known)).flatten()
+}

@@ -1,0 +1,244 @@
+//! The references of a camera: chosen, weighed, and set against each other.
+
+use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+
+use crate::{
+    fit::{fit, median, offsets_px},
+    level::{Thumb, View},
+    measure::{Measured, NEAREST},
+    overlay::Mask,
+    reference::{Reference, UNKNOWN_SIGMA_PX},
+    turn::{Lens, Turn},
+};
+
+/// References that are learned at first.
+pub const SIZE: usize = 24;
+/// Share of the pictures like its reference in which a patch must be found.
+const LEAST_FOUND: f64 = 0.35;
+/// Fewest comparisons before patches are judged.
+const FEWEST_TRIES: usize = 3;
+/// Standard deviations of patches, px: none is better, and one that is worse stands on something that moves.
+const BEST_SIGMA_PX: f64 = 0.1;
+const WORST_SIGMA_PX: f64 = 1.5;
+/// Fewest agreeing patches for a pair of reference and picture that ties references together.
+const FEWEST_TYING: usize = 15;
+/// From the median distance in a plane to the standard deviation along an axis, about.
+const SIGMA_OF_MEDIAN: f64 = 1.4826;
+
+/// References, in no order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gallery {
+    /// Each with its own turn in the common frame.
+    pub references: Vec<Reference>,
+}
+
+/// What is known of a learning picture without looking at it again.
+#[derive(Clone, Debug)]
+pub struct Glance {
+    /// When it was taken, seconds since 1970.
+    pub taken_secs: f64,
+    /// Its thumbnail.
+    pub thumb: Thumb,
+    /// How much there was to see: [`View::texture`].
+    pub texture: f64,
+}
+
+impl Glance {
+    /// Of a picture.
+    pub fn of(view: &View, taken_secs: f64) -> Self {
+        Self { taken_secs, thumb: view.thumb.clone(), texture: view.texture() }
+    }
+}
+
+/// Chooses the pictures that represent all of them best: each raises the summed likeness of all to their nearest one most,
+/// and sharper ones count more.
+pub fn choose(glances: &[Glance], size: usize) -> Vec<usize> {
+    let sharpest = glances.iter().map(|g| g.texture).fold(1e-9, f64::max);
+    let likeness: Vec<Vec<f64>> = glances
+        .iter()
+        .map(|a| glances.iter().map(|b| a.thumb.likeness(&b.thumb)).collect())
+        .collect();
+    let mut best = vec![-1.0_f64; glances.len()];
+    let mut chosen: Vec<usize> = Vec::new();
+    for _ in 0..size.min(glances.len()) {
+        let gain = |k: usize| {
+            let raised: f64 = likeness[k].iter().zip(&best).map(|(l, b)| (l - b).max(0.0)).sum();
+            raised * (0.5 + glances[k].texture / sharpest)
+        };
+        let open = (0..glances.len()).filter(|k| !chosen.contains(k));
+        let Some(next) =
+            open.map(|k| (k, gain(k))).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
+        else {
+            break;
+        };
+        chosen.push(next.0);
+        for (best, like) in best.iter_mut().zip(&likeness[next.0]) {
+            *best = best.max(*like);
+        }
+    }
+    chosen
+}
+
+/// A pair of reference and picture: how the picture had turned since the reference.
+struct Tie {
+    reference: usize,
+    picture: usize,
+    turn: Turn,
+    covariance: Matrix4<f64>,
+}
+
+impl Gallery {
+    /// Learns `size` references from pictures of a camera that stays. `load` prepares the picture of an index; it's called
+    /// several times, for one picture at a time, so that they needn't fit into memory. A picture that can't be loaded any
+    /// more is left out.
+    pub fn learn(
+        lens: &Lens,
+        glances: &[Glance],
+        size: usize,
+        mask: &Mask,
+        mut load: impl FnMut(usize) -> Option<View>,
+    ) -> Self {
+        let chosen: Vec<(usize, Reference)> = choose(glances, size)
+            .into_iter()
+            .filter_map(|k| Some((k, Reference::of(&load(k)?, glances[k].taken_secs, lens, mask))))
+            .collect();
+        let (indices, references): (Vec<usize>, Vec<Reference>) = chosen.into_iter().unzip();
+        let mut gallery = Self { references };
+        for reference in &mut gallery.references {
+            reference.is_first = true;
+        }
+        let mut tracks: Vec<Track> = gallery.references.iter().map(Track::of).collect();
+        let mut ties = Vec::new();
+        for (picture, glance) in glances.iter().enumerate() {
+            let Some(view) = load(picture) else { continue };
+            let mut order: Vec<(usize, f64)> = gallery
+                .references
+                .iter()
+                .map(|r| r.thumb.likeness(&glance.thumb))
+                .enumerate()
+                .collect();
+            order.sort_by(|a, b| b.1.total_cmp(&a.1));
+            for (k, _) in
+                order.into_iter().take(NEAREST + 1).filter(|(k, _)| indices[*k] != picture)
+            {
+                ties.extend(tracks[k].compare(&gallery.references[k], &view, lens, (k, picture)));
+            }
+        }
+        for (reference, track) in gallery.references.iter_mut().zip(&mut tracks) {
+            track.weigh(reference);
+        }
+        gallery.set_offsets(&ties, glances.len());
+        gallery
+    }
+
+    /// Least squares of the turns of references and pictures from those between them, one parameter at a time, robust. The
+    /// references' mean is the frame.
+    fn set_offsets(&mut self, ties: &[Tie], pictures: usize) {
+        let (g, n) = (self.references.len(), self.references.len() + pictures);
+        let mut turns = vec![Vector4::zeros(); g];
+        for p in 0..4 {
+            let mut x: Option<DVector<f64>> = None;
+            for _ in 0..4 {
+                let mut a = DMatrix::zeros(n, n);
+                let mut b = DVector::zeros(n);
+                for tie in ties {
+                    let (k, m, t) = (tie.reference, g + tie.picture, tie.turn.vector()[p]);
+                    let weight = 1.0 / tie.covariance[(p, p)].max(1e-12);
+                    let off = x.as_ref().map_or(0.0, |x| t - (x[m] - x[k]));
+                    let weight = weight / (1.0 + off * off * weight / 25.0);
+                    a[(k, k)] += weight;
+                    a[(m, m)] += weight;
+                    a[(k, m)] -= weight;
+                    a[(m, k)] -= weight;
+                    b[k] -= weight * t;
+                    b[m] += weight * t;
+                }
+                let largest: f64 = a.diagonal().amax();
+                for i in 0..n {
+                    a[(i, i)] += 1e-9 * largest;
+                }
+                a.view_mut((0, 0), (g, g)).add_scalar_mut(1e-3 * largest);
+                x = a.cholesky().map(|c| c.solve(&b));
+            }
+            for (turn, value) in turns.iter_mut().zip(x.iter().flat_map(|x| x.iter())) {
+                turn[p] = *value;
+            }
+        }
+        for (reference, turn) in self.references.iter_mut().zip(turns) {
+            reference.turn = Turn::from_vector(&turn);
+        }
+    }
+}
+
+/// What became of the patches of one reference in the pictures that resemble it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Track {
+    tries: usize,
+    /// For each patch, its distances from the fit, px.
+    off_px: Vec<Vec<f64>>,
+}
+
+impl Track {
+    /// Nothing is known yet of the patches of `reference`.
+    pub(crate) fn of(reference: &Reference) -> Self {
+        Self { tries: 0, off_px: vec![Vec::new(); reference.landmarks.len()] }
+    }
+
+    fn compare(
+        &mut self,
+        reference: &Reference,
+        view: &View,
+        lens: &Lens,
+        (index, picture): (usize, usize),
+    ) -> Option<Tie> {
+        let found = reference.find(view, lens, &reference.locate(view, lens));
+        let sightings: Vec<_> = found.iter().map(|(_, sighting)| *sighting).collect();
+        self.tries += 1;
+        if sightings.len() < 8 {
+            return None;
+        }
+        let fitted = fit(lens, &sightings, None)?;
+        for ((patch, _), off) in found.iter().zip(offsets_px(lens, &fitted.turn, &sightings)) {
+            self.off_px[*patch].extend(off.map(|off| off.norm()));
+        }
+        (fitted.inliers() >= FEWEST_TYING).then_some(Tie {
+            reference: index,
+            picture,
+            turn: fitted.turn,
+            covariance: fitted.covariance,
+        })
+    }
+
+    /// Comparisons so far.
+    pub(crate) fn tries(&self) -> usize {
+        self.tries
+    }
+
+    /// Notes a picture in which the reference of that index was looked for.
+    pub(crate) fn note(&mut self, index: usize, measured: &Measured, lens: &Lens) {
+        let mut was_found = false;
+        let off = offsets_px(lens, &measured.turn, &measured.sightings);
+        // In a picture that was turned back, sightings are where the camera had seen them before.
+        if measured.turned_back.is_some() {
+            return;
+        }
+        for ((reference, patch), off) in measured.tags.iter().zip(off) {
+            if *reference == index {
+                was_found = true;
+                self.off_px[*patch].extend(off.map(|off| off.norm()));
+            }
+        }
+        self.tries += usize::from(was_found);
+    }
+
+    /// Gives each patch its standard deviation, and leaves out those that are found too rarely or scatter too much.
+    pub(crate) fn weigh(&mut self, reference: &mut Reference) {
+        for (landmark, off_px) in reference.landmarks.iter_mut().zip(&mut self.off_px) {
+            let fewest = (LEAST_FOUND * self.tries as f64).max(2.0);
+            let is_found = self.tries < FEWEST_TRIES || off_px.len() as f64 >= fewest;
+            let sigma_px = median(off_px).map_or(UNKNOWN_SIGMA_PX, |m| SIGMA_OF_MEDIAN * m);
+            landmark.sigma_px = sigma_px.max(BEST_SIGMA_PX);
+            landmark.is_alive = is_found && sigma_px < WORST_SIGMA_PX;
+        }
+    }
+}

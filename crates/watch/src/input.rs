@@ -1,0 +1,213 @@
+//! What is recorded of each picture: the inputs of the fold, as lines of text.
+
+use nalgebra::{Matrix4, Vector4};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    glass::{CELLS, Glass},
+    measure::{Causes, Measured, NoAnswer},
+    turn::Turn,
+};
+
+/// Steps of a cell's letter: tenths, from −2.5 to 1.0.
+const CELL_STEPS: f64 = 10.0;
+const CELL_LOWEST: f64 = -25.0;
+const CELL_LETTERS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
+const CELL_UNKNOWN: char = '.';
+
+/// Something that happened. A store is a list of these, and its states follow from them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub enum Input {
+    /// A picture was measured, or couldn't be.
+    Picture(Box<Picture>),
+    /// References were learned; the estimates of the learning pictures by them replace those so far.
+    Learned {
+        /// When, seconds since 1970 (UTC).
+        at: f64,
+        /// References.
+        references: u32,
+        /// The learning pictures.
+        samples: Vec<LearnedSample>,
+    },
+    /// A person said that the camera stays as it is: learning starts anew.
+    Accepted {
+        /// When, seconds since 1970 (UTC).
+        at: f64,
+        /// Why, in the person's words.
+        reason: String,
+    },
+}
+
+/// One picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Picture {
+    /// When it was taken, seconds since 1970 (UTC).
+    pub at: f64,
+    /// What was measured.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub answer: Option<Answer>,
+    /// Why nothing was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub none: Option<NoAnswer>,
+}
+
+/// An estimate of a learning picture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LearnedSample {
+    /// When it was taken, seconds since 1970 (UTC).
+    pub at: f64,
+    /// Pan, tilt, roll in microradians; focal ratio in parts per million.
+    pub turn: [f64; 4],
+}
+
+/// A credible estimate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Answer {
+    /// Pan, tilt, roll in microradians; logarithm of the focal ratio in millionths.
+    pub turn: [f64; 4],
+    /// Their covariance, upper triangle row by row, in the squares of these units, with the lens's own error.
+    pub cov: [f64; 10],
+    /// Patches found, and those that agree.
+    pub patches: [u32; 2],
+    /// Logarithm of sharpness against the references.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sharp: Option<f64>,
+    /// Logarithm of contrast against the references.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contrast: Option<f64>,
+    /// Contrast of each cell against the median, row by row, a letter each: tenths from −2.5 (0) to 1.0 (z), `.` unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cells: Option<String>,
+    /// How much the camera shakes within a burst, px.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shake: Option<f64>,
+    /// Whether a turn or a shift of the picture explains a move, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub causes: Option<Causes>,
+}
+
+/// Rounded to so many decimals, so that a line is short and read back as it was.
+fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10_f64.powi(decimals);
+    (value * scale).round() / scale
+}
+
+/// Rounded to three significant digits.
+fn short(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return 0.0;
+    }
+    rounded(value, 2 - value.abs().log10().floor() as i32)
+}
+
+/// A turn in the units of a line.
+pub(crate) fn line_turn(turn: &Turn) -> [f64; 4] {
+    let v = turn.vector() * 1e6;
+    [0, 1, 2, 3].map(|i| rounded(v[i], 2))
+}
+
+/// The turn of a line.
+pub fn turn_of(line: &[f64; 4]) -> Turn {
+    Turn::from_vector(&(Vector4::from(*line) * 1e-6))
+}
+
+impl Answer {
+    /// What is recorded of a measured picture.
+    pub fn of(measured: &Measured, glass: Option<&Glass>, causes: Option<Causes>) -> Self {
+        let cov = &measured.covariance;
+        let mut upper = [0.0; 10];
+        for (at, (i, j)) in (0..4).flat_map(|i| (i..4).map(move |j| (i, j))).enumerate() {
+            upper[at] = short(cov[(i, j)] * 1e12);
+        }
+        Self {
+            turn: line_turn(&measured.turn),
+            cov: upper,
+            patches: [measured.found as u32, measured.inliers as u32],
+            sharp: glass.map(|g| rounded(g.sharpness, 3)),
+            contrast: glass.map(|g| rounded(g.contrast, 3)),
+            cells: glass.map(|g| g.cells.iter().map(|cell| letter(*cell)).collect()),
+            shake: None,
+            causes: causes.map(|c| Causes {
+                turned_px: rounded(c.turned_px, 3),
+                shifted_px: rounded(c.shifted_px, 3),
+                ..c
+            }),
+        }
+    }
+
+    /// The turn.
+    pub fn turn(&self) -> Turn {
+        turn_of(&self.turn)
+    }
+
+    /// Covariance of pan, tilt, roll (rad) and log focal ratio.
+    pub fn covariance(&self) -> Matrix4<f64> {
+        let mut out = Matrix4::zeros();
+        for (at, (i, j)) in (0..4).flat_map(|i| (i..4).map(move |j| (i, j))).enumerate() {
+            out[(i, j)] = self.cov[at] * 1e-12;
+            out[(j, i)] = out[(i, j)];
+        }
+        out
+    }
+
+    /// The cells, row by row.
+    pub fn cell_values(&self) -> Vec<Option<f64>> {
+        let letters = self.cells.as_deref().unwrap_or_default();
+        let values = letters.bytes().take(CELLS[0] * CELLS[1]).map(|letter| {
+            let at = CELL_LETTERS.iter().position(|l| *l == letter)?;
+            Some((at as f64 + CELL_LOWEST) / CELL_STEPS)
+        });
+        values.collect()
+    }
+}
+
+fn letter(cell: Option<f64>) -> char {
+    cell.map_or(CELL_UNKNOWN, |value| {
+        let at = (value * CELL_STEPS - CELL_LOWEST).round().clamp(0.0, 35.0) as usize;
+        char::from(CELL_LETTERS[at])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer() -> Answer {
+        let cells = [Some(-3.0), None, Some(-0.52), Some(0.0), Some(0.95)];
+        Answer {
+            turn: line_turn(&Turn {
+                pan_rad: 1.234_567e-3,
+                tilt_rad: -2e-9,
+                roll_rad: 0.1,
+                log_focal: 3e-3,
+            }),
+            cov: [1.23, 0.0, 0.0, 0.0, 4.5, 0.0, 0.0, 7.0, 0.0, 8.0],
+            patches: [150, 120],
+            sharp: Some(-0.02),
+            contrast: None,
+            cells: Some(cells.map(letter).iter().collect()),
+            shake: None,
+            causes: None,
+        }
+    }
+
+    #[test]
+    fn a_line_is_read_as_it_was_written() {
+        let none =
+            Picture { at: 1.0, answer: None, none: Some(NoAnswer::FewFound { found: 7, of: 70 }) };
+        for picture in [Picture { at: 1.7e9, answer: Some(answer()), none: None }, none] {
+            let input = Input::Picture(Box::new(picture));
+            let line = serde_json::to_string(&input).expect("a line");
+            assert_eq!(serde_json::from_str::<Input>(&line).expect("an input"), input, "{line}");
+        }
+        let values = answer().cell_values();
+        assert_eq!(values, [Some(-2.5), None, Some(-0.5), Some(0.0), Some(1.0)]);
+        assert!((answer().turn().roll_rad - 0.1).abs() < 1e-8);
+        assert_eq!(answer().covariance()[(1, 1)], 4.5e-12);
+    }
+}

@@ -1,0 +1,179 @@
+//! One picture against a gallery: an answer, or why there is none.
+
+use nalgebra::Matrix4;
+
+use crate::{
+    fit::{self, AGREES, Sighting, fit, offsets_px},
+    level::View,
+    turn::{Lens, Turn},
+};
+
+/// References that a picture is compared with.
+pub const NEAREST: usize = 3;
+/// Fewest patches that must agree: an on-screen text gives about eight.
+const FEWEST_INLIERS: usize = 20;
+/// Least share of the patches found that must agree.
+const LEAST_AGREEING: f64 = 0.4;
+/// Least spread of the agreeing patches, as a share of an even spread over the picture.
+const LEAST_SPREAD: f64 = 0.35;
+/// Fewest patches with which a fit is tried.
+pub(crate) const FEWEST_FOUND: usize = 8;
+
+/// What was measured in one picture.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Turn since the gallery's frame.
+    pub turn: Turn,
+    /// Covariance of pan, tilt, roll (rad) and log focal ratio, with the lens's own error.
+    pub covariance: Matrix4<f64>,
+    /// Patches that were found.
+    pub found: usize,
+    /// Those of them that agree.
+    pub inliers: usize,
+    /// How well these cover the picture: 1 evenly, 0 in one place.
+    pub spread: f64,
+    /// Reference and patch of each sighting.
+    pub tags: Vec<(usize, usize)>,
+    /// The sightings, in the same order.
+    pub sightings: Vec<Sighting>,
+    /// Their weights, 0 to 1.
+    pub weights: Vec<f64>,
+    /// The picture that was compared, if it had been turned back before: see [`crate::far`].
+    pub turned_back: Option<Turn>,
+}
+
+/// Why a picture has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum NoAnswer {
+    /// Hardly any light: nothing could be seen.
+    TooDark,
+    /// Too few patches of the references are in the picture.
+    FewFound {
+        /// Patches that were found.
+        found: u32,
+        /// Patches that were looked for.
+        of: u32,
+    },
+    /// Patches were found, but they disagree about where the camera points.
+    Disagree {
+        /// Patches that agree.
+        agree: u32,
+        /// Patches that were found.
+        found: u32,
+    },
+    /// What agrees lies in one corner of the picture only.
+    OneCorner,
+    /// The camera shakes too much during a burst.
+    Shakes,
+    /// There are no references yet.
+    NoReferences,
+    /// The picture has another size.
+    OtherSize,
+    /// No picture came.
+    NoPicture,
+}
+
+/// Mean grey level and texture below which nothing is to be seen: sensor noise alone levels to more.
+const DARK_MEAN: f64 = 4.0;
+const DARK_DEVIATION: f64 = 1.5;
+
+/// Judges a fit.
+pub(crate) fn credible(
+    measured: Option<Measured>,
+    sought: usize,
+    is_dark: impl Fn() -> bool,
+) -> Result<Measured, NoAnswer> {
+    let found = measured.as_ref().map_or(0, |m| m.found);
+    let agree = measured.as_ref().map_or(0, |m| m.inliers);
+    match measured {
+        Some(m) if agree >= FEWEST_INLIERS && agree as f64 >= LEAST_AGREEING * found as f64 => {
+            if m.spread > LEAST_SPREAD { Ok(m) } else { Err(NoAnswer::OneCorner) }
+        }
+        _ if is_dark() => Err(NoAnswer::TooDark),
+        Some(_) if found >= FEWEST_INLIERS => {
+            Err(NoAnswer::Disagree { agree: agree as u32, found: found as u32 })
+        }
+        _ => Err(NoAnswer::FewFound { found: found as u32, of: sought as u32 }),
+    }
+}
+
+/// Whether a picture is too dark to show anything.
+pub(crate) fn is_dark(view: &View) -> bool {
+    let pixels = view.grey.as_raw();
+    let count = pixels.len().max(1) as f64;
+    let mean = pixels.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
+    let square = pixels.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>() / count;
+    mean < DARK_MEAN || (square - mean * mean).max(0.0).sqrt() < DARK_DEVIATION
+}
+
+/// The smaller of the standard deviations of the sightings along x and y, as shares of those of an even spread. Pictures are
+/// wide and horizons flat, so y counts two and a half times.
+pub(crate) fn spread(sightings: &[Sighting], weights: &[f64], lens: &Lens) -> f64 {
+    const FLAT_HORIZON: f64 = 2.5;
+    let total: f64 = weights.iter().sum();
+    if total < 1.0 {
+        return 0.0;
+    }
+    let of = |value: fn(&Sighting) -> f64, length: u32| {
+        let mean = sightings.iter().zip(weights).map(|(s, w)| value(s) * w).sum::<f64>() / total;
+        let square =
+            sightings.iter().zip(weights).map(|(s, w)| (value(s) - mean).powi(2) * w).sum::<f64>();
+        (square / total).sqrt() / (f64::from(length) / 12_f64.sqrt())
+    };
+    let x = of(|s| s.px.x, lens.image_size.width_px);
+    let y = of(|s| s.px.y, lens.image_size.height_px);
+    x.min(FLAT_HORIZON * y)
+}
+
+/// How well two explanations of a move fit the same sightings: root mean squares in px over the sightings that agree with
+/// either. A camera that turned, and a principal point that moved, look alike through a narrow lens.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Causes {
+    /// Left over if the camera turned.
+    pub turned_px: f64,
+    /// Left over if the picture moved as it is.
+    pub shifted_px: f64,
+    /// Sightings that were compared.
+    pub compared: u32,
+}
+
+impl Measured {
+    /// Compares a turn with a shift of the picture as causes of this move. `None` if the move is none, so that both fit.
+    pub fn causes(&self, lens: &Lens) -> Option<Causes> {
+        let mut still = Turn { pan_rad: 0.0, tilt_rad: 0.0, ..self.turn };
+        let mut shift = nalgebra::Vector2::zeros();
+        // Alternately the median shift, then roll and focal length about it: both are small against the move.
+        for _ in 0..3 {
+            let off = offsets_px(lens, &still, &self.sightings);
+            let of = |axis: usize| {
+                let kept = off.iter().zip(&self.weights).filter(|(_, w)| **w > AGREES);
+                fit::median(&mut kept.filter_map(|(o, _)| o.map(|o| o[axis])).collect::<Vec<_>>())
+            };
+            shift = nalgebra::Vector2::new(of(0)?, of(1)?);
+            let moved: Vec<Sighting> =
+                self.sightings.iter().map(|s| Sighting { px: s.px - shift, ..*s }).collect();
+            let fitted = fit(lens, &moved, Some(still))?;
+            still = Turn {
+                roll_rad: fitted.turn.roll_rad,
+                log_focal: fitted.turn.log_focal,
+                ..Turn::default()
+            };
+        }
+        let by_turn = offsets_px(lens, &self.turn, &self.sightings);
+        let by_shift = offsets_px(lens, &still, &self.sightings);
+        let (mut squares, mut count) = ([0.0; 2], 0_u32);
+        for (turned, shifted) in by_turn.iter().zip(&by_shift) {
+            let (Some(turned), Some(shifted)) = (turned, shifted) else { continue };
+            let shifted = shifted - shift;
+            if turned.norm().min(shifted.norm()) < 1.5 {
+                squares = [squares[0] + turned.norm_squared(), squares[1] + shifted.norm_squared()];
+                count += 1;
+            }
+        }
+        let rms = squares.map(|s| (s / f64::from(count.max(1))).sqrt());
+        (count > 0).then_some(Causes { turned_px: rms[0], shifted_px: rms[1], compared: count })
+    }
+}

@@ -1,0 +1,179 @@
+//! A reference picture, as far as it's needed: its thumbnail and its patches.
+
+use nalgebra::{Point2, Vector3};
+
+use crate::{
+    fit::{Fit, Sighting, fit},
+    level::{Thumb, View},
+    overlay::Mask,
+    patches::{
+        COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, Patch, corners, full_px, reduced_px,
+    },
+    shift::best_shift,
+    texture::Texture,
+    turn::{Lens, Turn},
+};
+
+/// Standard deviation of a patch before anything is known of it, px.
+pub(crate) const UNKNOWN_SIGMA_PX: f64 = 0.3;
+/// Standard deviation of a patch of the reduced picture, px of the full one.
+const COARSE_SIGMA_PX: f64 = 1.5;
+/// Fewest patches for a first fit.
+const FEWEST_COARSE: usize = 8;
+
+/// A patch of a reference picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Landmark {
+    /// Its pixel in the reference picture.
+    pub px: [i64; 2],
+    /// The ray seen there, of unit length, in the frame of the reference.
+    pub ray: Vector3<f64>,
+    /// Its levels in the picture of full size.
+    pub fine: Patch,
+    /// Its levels in the reduced picture; `None` at the very edge.
+    pub coarse: Option<Patch>,
+    /// Sharpness and contrast in the picture as it came.
+    pub texture: Texture,
+    /// Standard deviation of where it's found, px.
+    pub sigma_px: f64,
+    /// False for patches on what moves: people, clouds, shadows.
+    pub is_alive: bool,
+}
+
+/// A reference picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// When it was taken, seconds since 1970 (UTC).
+    pub taken_secs: f64,
+    /// Thumbnail by which pictures are compared.
+    pub thumb: Thumb,
+    /// The reference's own turn, in the frame of the gallery.
+    pub turn: Turn,
+    /// Whether it's one of those that were learned together, and not adopted later.
+    pub is_first: bool,
+    /// Its patches.
+    pub landmarks: Vec<Landmark>,
+}
+
+/// Where the patches of a reference are found in a picture: the patch's index, and its sighting.
+pub(crate) type Found = Vec<(usize, Sighting)>;
+
+impl Reference {
+    /// Chooses the patches of a picture, outside `mask`.
+    pub fn of(view: &View, taken_secs: f64, lens: &Lens, mask: &Mask) -> Self {
+        let points = corners(&view.fine, |x, y| mask.covers(x, y));
+        let landmarks = points.into_iter().filter_map(|px| {
+            let at = Point2::new(px[0] as f64, px[1] as f64);
+            let coarse_px = [at.x, at.y].map(|v| reduced_px(v).round() as i64);
+            Some(Landmark {
+                px,
+                ray: lens.ray(&at)?,
+                fine: Patch::at(&view.fine, px, FINE_HALF)?,
+                coarse: Patch::at(&view.coarse, coarse_px, COARSE_HALF),
+                texture: Texture::at(&view.grey, px)?,
+                sigma_px: UNKNOWN_SIGMA_PX,
+                is_alive: true,
+            })
+        });
+        Self {
+            taken_secs,
+            // As it will be read from a store.
+            thumb: Thumb::from_levels(&view.thumb.levels()).unwrap_or_else(|| view.thumb.clone()),
+            turn: Turn::default(),
+            is_first: false,
+            landmarks: landmarks.collect(),
+        }
+    }
+
+    /// A patch as it's read from a store: its pixel, its levels in full size and reduced, row by row, and what was learned
+    /// of it. `None` if they can't be those of a patch of this lens.
+    pub fn landmark(
+        lens: &Lens,
+        px: [i64; 2],
+        (fine, coarse): (&[u8], Option<&[u8]>),
+        texture: Texture,
+        sigma_px: f64,
+    ) -> Option<Landmark> {
+        let ray = lens.ray(&Point2::new(px[0] as f64, px[1] as f64))?;
+        let fine = Patch::from_bytes(fine, 2 * FINE_HALF + 1)?;
+        let coarse = match coarse {
+            None => None,
+            Some(levels) => Some(Patch::from_bytes(levels, 2 * COARSE_HALF + 1)?),
+        };
+        let is_sound = sigma_px > 0.0 && sigma_px.is_finite();
+        is_sound.then_some(Landmark { px, ray, fine, coarse, texture, sigma_px, is_alive: true })
+    }
+
+    fn alive(&self) -> impl Iterator<Item = (usize, &Landmark)> {
+        self.landmarks.iter().enumerate().filter(|(_, landmark)| landmark.is_alive)
+    }
+
+    /// Looks for the patches where `turn`, since this reference, shows them.
+    pub fn find(&self, view: &View, lens: &Lens, turn: &Turn) -> Found {
+        let (rotation, own) = (turn.rotation(), self.turn.rotation().inverse());
+        let find = |(index, landmark): (usize, &Landmark)| {
+            let guess = turn.project_by(lens, &rotation, &landmark.ray)?;
+            let guess = [guess.x, guess.y].map(|v| v.round() as i64);
+            let found = landmark.fine.find(&view.fine, guess, FINE_SEARCH)?;
+            let reference_px = Point2::new(landmark.px[0] as f64, landmark.px[1] as f64);
+            let (ray, log_focal) = (own * landmark.ray, self.turn.log_focal);
+            Some((
+                index,
+                Sighting {
+                    ray,
+                    reference_px,
+                    log_focal,
+                    px: found.px,
+                    sigma_px: landmark.sigma_px,
+                },
+            ))
+        };
+        self.alive().filter_map(find).collect()
+    }
+
+    /// Fits the turn since this reference from the reduced picture, up to 48 px around `start`. `None` for too few
+    /// patches.
+    pub fn coarse_fit(&self, view: &View, lens: &Lens, start: &Turn) -> Option<(Fit, usize)> {
+        let rotation = start.rotation();
+        let find = |(_, landmark): (usize, &Landmark)| {
+            let guess = start.project_by(lens, &rotation, &landmark.ray)?;
+            let guess = [guess.x, guess.y].map(|v| reduced_px(v).round() as i64);
+            let found = landmark.coarse.as_ref()?.find(&view.coarse, guess, COARSE_SEARCH)?;
+            // The patch stands around a pixel of the reduced picture; its landmark may lie beside that pixel's centre.
+            let reference_px = Point2::new(landmark.px[0] as f64, landmark.px[1] as f64);
+            let beside = reference_px - reference_px.map(|v| full_px(reduced_px(v).round()));
+            let px = found.px.map(full_px) + beside;
+            Some(Sighting {
+                ray: landmark.ray,
+                reference_px,
+                log_focal: 0.0,
+                px,
+                sigma_px: COARSE_SIGMA_PX,
+            })
+        };
+        let sightings: Vec<Sighting> = self.alive().filter_map(find).collect();
+        if sightings.len() < FEWEST_COARSE {
+            return None;
+        }
+        let fit = fit(lens, &sightings, None)?;
+        Some((fit, sightings.len()))
+    }
+
+    /// Where the camera points since this reference, roughly: by the reduced picture, and from the best shift of the whole
+    /// thumbnail if fewer than half of the patches agree.
+    pub fn locate(&self, view: &View, lens: &Lens) -> Turn {
+        let first = self.coarse_fit(view, lens, &Turn::default());
+        if let Some((fit, found)) = &first
+            && fit.inliers() >= FEWEST_COARSE.max(found / 2)
+        {
+            return fit.turn;
+        }
+        let shift_px = best_shift(&self.thumb, &view.thumb).shift_px(lens);
+        let f = lens.camera.f_px;
+        let start =
+            Turn { pan_rad: shift_px.x / f.x, tilt_rad: -shift_px.y / f.y, ..Turn::default() };
+        let second = self.coarse_fit(view, lens, &start);
+        let best = first.into_iter().chain(second).max_by_key(|(fit, _)| fit.inliers());
+        best.map_or(Turn::default(), |(fit, _)| fit.turn)
+    }
+}

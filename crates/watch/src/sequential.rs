@@ -1,0 +1,179 @@
+//! A sequential test: whether estimates stay about the cycle or have left it, and since when.
+
+use nalgebra::Vector4;
+
+use crate::cycle::SLOT_SECS;
+
+/// What is relevant: this share of the picture's width, wherever in the picture it's most, as in a check with a board.
+pub const RELEVANT: f64 = 0.0008;
+/// Standard deviations that a six-hour mean may be off without counting, the sum from which on it's an alarm, and the most
+/// that is summed: so that a camera that comes back is soon back.
+const ALLOWANCE: f64 = 2.0;
+const LIMIT: f64 = 5.0;
+const CAP: f64 = 1.2 * LIMIT;
+/// A single estimate counts at most so many standard deviations.
+const CLIP: f64 = 6.0;
+/// A persistent change of so many standard deviations is found within two days.
+const VISIBLE: f64 = ALLOWANCE + LIMIT / 8.0 + 0.5;
+/// Share of a slot for which the first picture counts.
+const FIRST_SHARE: f64 = 0.1;
+/// A jump: so many answers in a row within this time, all on the same side and this far out.
+const JUMP_ANSWERS: usize = 3;
+const JUMP_SECS: f64 = 1.6 * 3600.0;
+const JUMP_SCATTERS: f64 = 6.0;
+const JUMP_RELEVANT: f64 = 2.0;
+
+/// A sum for each parameter and direction (CUSUM, Page 1954), and the last hours.
+#[derive(Clone, Debug)]
+pub struct Sequential {
+    sums: [Vector4<f64>; 2],
+    /// When each sum last began to grow, seconds.
+    grown_since: [[f64; 4]; 2],
+    last_secs: Option<f64>,
+    recent: Vec<(f64, Vector4<f64>)>,
+    alarms: [bool; 4],
+    width_px: f64,
+}
+
+/// What the test says after an estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Parameters that have left the cycle: pan, tilt, roll, focal length.
+    pub alarms: [bool; 4],
+    /// Median distance from the cycle over the last six hours, or since a jump, px.
+    pub level_px: Vector4<f64>,
+    /// Since when the earliest of the alarming sums has grown, seconds.
+    pub since_secs: Option<f64>,
+}
+
+impl Sequential {
+    /// A test that starts anew, for pictures of this width.
+    pub fn new(width_px: f64) -> Self {
+        Self {
+            sums: [Vector4::zeros(); 2],
+            grown_since: [[0.0; 4]; 2],
+            last_secs: None,
+            recent: Vec::new(),
+            alarms: [false; 4],
+            width_px,
+        }
+    }
+
+    /// Scatter that a distance from the cycle is held against, px: the camera's own, but not below a third of what matters.
+    pub fn scale_px(&self, scatter_px: &Vector4<f64>) -> Vector4<f64> {
+        scatter_px.map(|s| s.max(RELEVANT * self.width_px / 3.0))
+    }
+
+    /// The smallest persistent change that is found within two days, px.
+    pub fn smallest_visible_px(&self, scatter_px: &Vector4<f64>) -> Vector4<f64> {
+        self.scale_px(scatter_px) * VISIBLE
+    }
+
+    /// Takes an estimate: its distance from the cycle, and the scatter about it, px.
+    pub fn step(
+        &mut self,
+        at_secs: f64,
+        off_px: &Vector4<f64>,
+        scatter_px: &Vector4<f64>,
+    ) -> Verdict {
+        let share = self
+            .last_secs
+            .map_or(FIRST_SHARE, |last| ((at_secs - last) / SLOT_SECS).clamp(0.0, 1.0));
+        self.last_secs = Some(at_secs);
+        let z = off_px.component_div(&self.scale_px(scatter_px)).map(|z| z.clamp(-CLIP, CLIP));
+        for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+            for i in 0..4 {
+                let sum = &mut self.sums[side][i];
+                if *sum <= 0.0 {
+                    self.grown_since[side][i] = at_secs;
+                }
+                *sum = (*sum + share * (sign * z[i] - ALLOWANCE)).clamp(0.0, CAP);
+            }
+        }
+        self.recent.retain(|(at, _)| at_secs - at < SLOT_SECS);
+        self.recent.push((at_secs, *off_px));
+        let jumped = self.jumped(at_secs, scatter_px);
+        self.alarms = std::array::from_fn(|i| {
+            self.sums[0][i] > LIMIT || self.sums[1][i] > LIMIT || jumped[i]
+        });
+        // After a jump, the hours before it say nothing of where the camera points.
+        let newest = if jumped.contains(&true) { JUMP_ANSWERS } else { self.recent.len() };
+        let values: Vec<Vector4<f64>> =
+            self.recent.iter().rev().take(newest).map(|(_, off)| *off).collect();
+        let level_px = crate::cycle::median4(&values);
+        let jump_secs = self.recent.iter().rev().nth(JUMP_ANSWERS - 1).map(|(at, _)| *at);
+        let since = (0..4).filter(|i| self.alarms[*i]).map(|i| {
+            let summed = (0..2)
+                .filter(|side| self.sums[*side][i] > 0.0)
+                .map(|side| self.grown_since[side][i]);
+            summed.fold(f64::INFINITY, f64::min).min(jump_secs.unwrap_or(at_secs))
+        });
+        let since_secs = since.reduce(f64::min);
+        Verdict { alarms: self.alarms, level_px, since_secs }
+    }
+
+    /// Parameters whose newest answers are all far out on the same side.
+    fn jumped(&self, at_secs: f64, scatter_px: &Vector4<f64>) -> [bool; 4] {
+        let newest: Vec<&Vector4<f64>> = self
+            .recent
+            .iter()
+            .rev()
+            .take_while(|(at, _)| at_secs - at < JUMP_SECS)
+            .map(|(_, off)| off)
+            .collect();
+        let Some(newest) = newest.get(..JUMP_ANSWERS) else { return [false; 4] };
+        std::array::from_fn(|i| {
+            let far = (JUMP_SCATTERS * scatter_px[i]).max(JUMP_RELEVANT * RELEVANT * self.width_px);
+            [1.0, -1.0].into_iter().any(|side| newest.iter().all(|off| side * off[i] > far))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH_PX: f64 = 1024.0;
+    const HOUR_SECS: f64 = 3600.0;
+
+    /// Hours until a step is found, with estimates every quarter of an hour.
+    fn hours(step_px: f64) -> Option<f64> {
+        let mut test = Sequential::new(WIDTH_PX);
+        let scatter_px = Vector4::repeat(0.15);
+        (0..400).map(f64::from).find_map(|i| {
+            let off = Vector4::new(0.0, -step_px, 0.0, 0.0);
+            let verdict = test.step(i * 900.0, &off, &scatter_px);
+            verdict.alarms[1].then_some(i / 4.0)
+        })
+    }
+
+    #[test]
+    fn larger_steps_are_found_sooner_and_small_ones_never() {
+        assert_eq!(hours(0.5), None);
+        let one = hours(1.0).expect("found");
+        assert!((10.0..24.0).contains(&one), "{one}");
+        assert!(hours(2.0).expect("found") <= 0.75);
+        let test = Sequential::new(WIDTH_PX);
+        let visible_px = test.smallest_visible_px(&Vector4::repeat(0.15))[0];
+        assert!(hours(visible_px).expect("found") < 48.0);
+    }
+
+    #[test]
+    fn a_camera_that_comes_back_is_back_after_a_day() {
+        let mut test = Sequential::new(WIDTH_PX);
+        let scatter_px = Vector4::repeat(0.15);
+        let mut step = |i: u32, off_px: f64| {
+            let off = Vector4::new(off_px, 0.0, 0.0, 0.0);
+            test.step(f64::from(i) * 900.0, &off, &scatter_px)
+        };
+        let mut moved = step(0, 3.0);
+        for i in 1..192 {
+            moved = step(i, 3.0);
+        }
+        assert!(moved.alarms[0]);
+        assert!((moved.level_px[0] - 3.0).abs() < 1e-12);
+        assert_eq!(moved.since_secs, Some(0.0));
+        let back = (192..320).find(|i| !step(*i, 0.0).alarms[0]).expect("back");
+        assert!(f64::from(back - 192) * 900.0 < 30.0 * HOUR_SECS);
+    }
+}

@@ -1,0 +1,374 @@
+//! One camera's pictures: measured, and what is learned from them. Pictures in, inputs of the fold out.
+
+use image::GrayImage;
+
+use crate::{
+    gallery::{Gallery, Glance, SIZE, Track},
+    glass::Glass,
+    input::{Answer, Input, LearnedSample, Picture, line_turn},
+    level::View,
+    measure::{Measured, NoAnswer},
+    overlay::Mask,
+    reference::Reference,
+    state::{Decision, State},
+    turn::Lens,
+    watch::Watch,
+};
+
+const DAY_SECS: f64 = 86_400.0;
+/// Pictures that are kept for learning. When there are more, every second is dropped, and from then on only every second
+/// is taken, so that they stay evenly spread.
+const POOL: usize = 160;
+/// References are first learned from so many pictures, and again whenever their number has doubled.
+const FIRST_POOL: usize = 6;
+/// Learning ends after three days: day and night, seen twice and more.
+const LEARNED_SECS: f64 = 3.0 * DAY_SECS;
+/// Pictures of different light among which text is looked for.
+const MASK_PICTURES: usize = 24;
+/// References that a day may add, and the most that are kept beyond those learned.
+const ADOPTED_A_DAY: usize = 4;
+const MOST: usize = SIZE + 8;
+/// First references that stay as anchors: without them, each new one's error would add up.
+const ANCHORS: usize = 10;
+/// Comparisons after which an adopted reference's patches are judged.
+const JUDGED: usize = 12;
+/// A move by this much, px at the picture's middle, is asked for its cause.
+const ASKED_PX: f64 = 1.0;
+
+/// A learning picture, held by whoever can give it back.
+pub trait Shelf {
+    /// Keeps a picture, taken at that time, under a number.
+    fn put(&mut self, number: u64, at_secs: f64, grey: &GrayImage);
+    /// A picture that was kept; `None` if it's lost.
+    fn take(&mut self, number: u64) -> Option<GrayImage>;
+    /// Forgets a picture.
+    fn drop(&mut self, number: u64);
+}
+
+/// What a picture led to.
+#[derive(Clone, Debug)]
+pub struct Looked {
+    /// What is to be recorded and handed to [`Watch`], in this order.
+    pub inputs: Vec<Input>,
+    /// True if references were learned, adopted or retired: they are to be stored.
+    pub references_changed: bool,
+}
+
+/// A camera with its references.
+#[derive(Clone, Debug)]
+pub struct Station {
+    /// The lens.
+    pub lens: Lens,
+    /// The references.
+    pub gallery: Gallery,
+    /// Text and logos.
+    pub mask: Mask,
+    /// The learning pictures: their numbers on the shelf.
+    pool: Vec<(u64, Glance)>,
+    stride: u64,
+    seen: u64,
+    next_learning: usize,
+    /// Whether the three days are over.
+    pub is_learned: bool,
+    tracks: Vec<(usize, Track)>,
+    uses: Vec<f64>,
+    candidates: Vec<(f64, Reference)>,
+    day: Option<i64>,
+    was_ok_all_day: bool,
+}
+
+impl Station {
+    /// A camera without references.
+    pub fn new(lens: Lens) -> Self {
+        Self {
+            lens,
+            gallery: Gallery::default(),
+            mask: Mask::default(),
+            pool: Vec::new(),
+            stride: 1,
+            seen: 0,
+            next_learning: FIRST_POOL,
+            is_learned: false,
+            tracks: Vec::new(),
+            uses: Vec::new(),
+            candidates: Vec::new(),
+            day: None,
+            was_ok_all_day: true,
+        }
+    }
+
+    /// A camera as it was stored: its references, and the learning pictures on the shelf by number, in order, with their
+    /// times, if it still learns.
+    pub fn resumed(
+        lens: Lens,
+        (gallery, mask): (Gallery, Mask),
+        is_learned: bool,
+        kept: &[(u64, f64)],
+        shelf: &mut dyn Shelf,
+    ) -> Self {
+        let mut pool = Vec::new();
+        for (number, at_secs) in kept {
+            if let Some(grey) = shelf.take(*number) {
+                pool.push((*number, Glance::of(&View::of(grey), *at_secs)));
+            }
+        }
+        // Numbers are multiples of the stride; a single one tells nothing.
+        let is_multiple =
+            |stride: u64| pool.iter().all(|(number, _)| number.is_multiple_of(stride));
+        let stride = if pool.len() < 2 {
+            1
+        } else {
+            (0..16).map(|n| 1 << n).filter(|s| is_multiple(*s)).max().unwrap_or(1)
+        };
+        let mut next_learning = FIRST_POOL;
+        while !gallery.references.is_empty() && next_learning <= pool.len() {
+            next_learning *= 2;
+        }
+        Self {
+            seen: kept.last().map_or(0, |(number, _)| number + 1),
+            next_learning: if stride > 1 { usize::MAX } else { next_learning },
+            pool,
+            stride,
+            is_learned,
+            gallery,
+            mask,
+            ..Self::new(lens)
+        }
+    }
+
+    /// Forgets all references, as after "it stays like this".
+    pub fn forget(&mut self, shelf: &mut dyn Shelf) {
+        for (number, _) in &self.pool {
+            shelf.drop(*number);
+        }
+        *self = Self { seen: self.seen, ..Self::new(self.lens.clone()) };
+    }
+
+    /// Measures a picture, by the far search too if need be.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no answer.
+    pub fn measure(&self, view: &View) -> Result<Measured, NoAnswer> {
+        match self.gallery.measure(view, &self.lens) {
+            Err(NoAnswer::NoReferences) => Err(NoAnswer::NoReferences),
+            Err(NoAnswer::OtherSize) => Err(NoAnswer::OtherSize),
+            Err(NoAnswer::TooDark) => Err(NoAnswer::TooDark),
+            Err(reason) if self.is_learned => {
+                self.gallery.measure_far(view, &self.lens).map_err(|_| reason)
+            }
+            answer => answer,
+        }
+    }
+
+    /// What is recorded of a measured picture.
+    pub fn answer(&self, view: &View, measured: &Measured) -> Answer {
+        let glass = Glass::of(measured, &self.gallery, view, &self.lens);
+        let px = measured.turn.in_px(&self.lens);
+        let has_moved = px[0].hypot(px[1]) > ASKED_PX && measured.turned_back.is_none();
+        let causes = has_moved.then(|| measured.causes(&self.lens)).flatten();
+        Answer::of(measured, glass.as_ref(), causes)
+    }
+
+    /// Looks at a picture: measures it, and learns from it. `watch` is the state before it.
+    pub fn look(
+        &mut self,
+        grey: GrayImage,
+        at_secs: f64,
+        watch: &Watch,
+        shelf: &mut dyn Shelf,
+    ) -> Looked {
+        let view = View::of(grey);
+        let measured = self.measure(&view);
+        let answer = measured.as_ref().map(|m| self.answer(&view, m)).map_err(|reason| *reason);
+        let picture =
+            Picture { at: at_secs, none: answer.as_ref().err().copied(), answer: answer.ok() };
+        self.learn_and_adopt(&view, &measured, picture, watch.decision(), shelf)
+    }
+
+    /// Records `picture` and lets references follow.
+    pub fn learn_and_adopt(
+        &mut self,
+        view: &View,
+        measured: &Result<Measured, NoAnswer>,
+        picture: Picture,
+        decision: &Decision,
+        shelf: &mut dyn Shelf,
+    ) -> Looked {
+        let at_secs = picture.at;
+        let mut looked =
+            Looked { inputs: vec![Input::Picture(Box::new(picture))], references_changed: false };
+        if measured.as_ref().err() == Some(&NoAnswer::OtherSize) {
+            return looked;
+        }
+        if self.is_learned {
+            if let Ok(measured) = measured {
+                looked.references_changed = self.follow(view, measured, at_secs, decision);
+            }
+            return looked;
+        }
+        let has_moved = matches!(decision.state, State::Moved(_) | State::Zoom | State::Blurred);
+        if measured.as_ref().err() != Some(&NoAnswer::TooDark) && !has_moved {
+            self.shelve(view, at_secs, shelf);
+        }
+        let began = self.pool.first().map_or(at_secs, |(_, glance)| glance.taken_secs);
+        let is_over = at_secs - began >= LEARNED_SECS && !has_moved;
+        if self.pool.len() >= self.next_learning || (is_over && self.pool.len() >= FIRST_POOL) {
+            self.next_learning = 2 * self.next_learning.clamp(FIRST_POOL, usize::MAX / 2);
+            let samples = self.learn(shelf);
+            let references = self.gallery.references.len() as u32;
+            looked.inputs.push(Input::Learned { at: at_secs, references, samples });
+            looked.references_changed = true;
+        }
+        if is_over {
+            self.is_learned = true;
+            for (number, _) in std::mem::take(&mut self.pool) {
+                shelf.drop(number);
+            }
+        }
+        looked
+    }
+
+    fn shelve(&mut self, view: &View, at_secs: f64, shelf: &mut dyn Shelf) {
+        let number = self.seen;
+        self.seen += 1;
+        if !number.is_multiple_of(self.stride) {
+            return;
+        }
+        shelf.put(number, at_secs, &view.grey);
+        self.pool.push((number, Glance::of(view, at_secs)));
+        if self.pool.len() > POOL {
+            self.stride *= 2;
+            let stride = self.stride;
+            self.pool.retain(|(number, _)| {
+                let stays = number.is_multiple_of(stride);
+                if !stays {
+                    shelf.drop(*number);
+                }
+                stays
+            });
+            self.next_learning = usize::MAX;
+        }
+    }
+
+    /// Learns references from the pool; the estimates of its pictures by them.
+    fn learn(&mut self, shelf: &mut dyn Shelf) -> Vec<LearnedSample> {
+        let glances: Vec<Glance> = self.pool.iter().map(|(_, glance)| glance.clone()).collect();
+        let numbers: Vec<u64> = self.pool.iter().map(|(number, _)| *number).collect();
+        let mut light: Vec<(u64, u64)> = Vec::new();
+        for number in &numbers {
+            let sum = |grey: GrayImage| grey.as_raw().iter().map(|v| u64::from(*v)).sum();
+            light.extend(shelf.take(*number).map(|grey| (sum(grey), *number)));
+        }
+        light.sort_unstable();
+        let step = light.len().div_ceil(MASK_PICTURES).max(1);
+        let pictures: Vec<GrayImage> =
+            light.iter().step_by(step).filter_map(|(_, number)| shelf.take(*number)).collect();
+        self.mask = Mask::of(&pictures);
+        drop(pictures);
+        let size = SIZE.min(numbers.len());
+        self.gallery = Gallery::learn(&self.lens, &glances, size, &self.mask, |i| {
+            shelf.take(numbers[i]).map(View::of)
+        });
+        let mut samples = Vec::new();
+        for (number, glance) in &self.pool {
+            let Some(view) = shelf.take(*number).map(View::of) else { continue };
+            if let Ok(measured) = self.gallery.measure(&view, &self.lens) {
+                samples
+                    .push(LearnedSample { at: glance.taken_secs, turn: line_turn(&measured.turn) });
+            }
+        }
+        samples
+    }
+
+    /// Lets the references follow the seasons; true if they changed.
+    fn follow(
+        &mut self,
+        view: &View,
+        measured: &Measured,
+        at_secs: f64,
+        decision: &Decision,
+    ) -> bool {
+        let is_ok = decision.state == State::Ok;
+        self.was_ok_all_day &= is_ok;
+        self.uses.resize(self.gallery.references.len(), 0.0);
+        for (reference, _) in &measured.tags {
+            self.uses[*reference] += 1.0;
+        }
+        let mut changed = self.judge(measured);
+        let likeness = self
+            .gallery
+            .references
+            .iter()
+            .map(|r| r.thumb.likeness(&view.thumb))
+            .fold(-1.0, f64::max);
+        if is_ok && measured.turned_back.is_none() {
+            let is_candidate = self.candidates.len() < ADOPTED_A_DAY
+                || self.candidates.iter().any(|(other, _)| *other > likeness);
+            if is_candidate {
+                let reference = Reference {
+                    turn: measured.turn,
+                    ..Reference::of(view, at_secs, &self.lens, &self.mask)
+                };
+                self.candidates.push((likeness, reference));
+                self.candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+                self.candidates.truncate(ADOPTED_A_DAY);
+            }
+        }
+        let day = (at_secs / DAY_SECS).floor() as i64;
+        if self.day.replace(day).is_some_and(|before| before != day) {
+            if self.was_ok_all_day && !self.candidates.is_empty() {
+                self.adopt();
+                changed = true;
+            }
+            self.candidates.clear();
+            self.was_ok_all_day = is_ok;
+            for uses in &mut self.uses {
+                // A week's memory.
+                *uses *= 0.87;
+            }
+        }
+        changed
+    }
+
+    fn adopt(&mut self) {
+        for (_, reference) in std::mem::take(&mut self.candidates) {
+            self.tracks.push((self.gallery.references.len(), Track::of(&reference)));
+            self.gallery.references.push(reference);
+        }
+        self.uses.resize(self.gallery.references.len(), f64::INFINITY);
+        while self.gallery.references.len() > MOST {
+            let anchors = self.gallery.references.iter().filter(|r| r.is_first).count();
+            let may_go = |i: &usize| !self.gallery.references[*i].is_first || anchors > ANCHORS;
+            let least = (0..self.gallery.references.len())
+                .filter(may_go)
+                .min_by(|a, b| self.uses[*a].total_cmp(&self.uses[*b]));
+            let Some(least) = least else { break };
+            self.gallery.references.remove(least);
+            self.uses.remove(least);
+            self.tracks.retain(|(index, _)| *index != least);
+            for (index, _) in &mut self.tracks {
+                *index -= usize::from(*index > least);
+            }
+        }
+        for uses in &mut self.uses {
+            *uses = uses.min(1e6);
+        }
+    }
+
+    /// Notes which patches of adopted references were found, and judges them after a while.
+    fn judge(&mut self, measured: &Measured) -> bool {
+        let mut judged = false;
+        let gallery = &mut self.gallery;
+        self.tracks.retain_mut(|(index, track)| {
+            track.note(*index, measured, &self.lens);
+            let is_known = track.tries() >= JUDGED;
+            if is_known {
+                track.weigh(&mut gallery.references[*index]);
+                judged = true;
+            }
+            !is_known
+        });
+        judged
+    }
+}

@@ -1,0 +1,384 @@
+//! The fold: inputs in, decisions out.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector4;
+
+use crate::{
+    condition::Condition,
+    cycle::{Cycle, Sample, median4},
+    input::{Answer, Input, Picture, turn_of},
+    measure::NoAnswer,
+    sequential::{RELEVANT, Sequential},
+    state::{Cause, Decision, Finding, State},
+    turn::{Lens, px_per_turn},
+};
+
+const HOUR_SECS: f64 = 3600.0;
+const DAY_SECS: f64 = 24.0 * HOUR_SECS;
+/// Fewest answers and hours before anything is said: a day's light, nearly whole.
+const LEARNING_ANSWERS: usize = 60;
+const LEARNING_HOURS: f64 = 20.0;
+/// Until when limits are wider, and by how much: one day can't show what repeats daily.
+const SETTLED_SECS: f64 = 3.0 * DAY_SECS;
+const UNSETTLED: f64 = 3.0;
+/// The cycle follows the season over these days.
+const FOLLOWED_SECS: f64 = 14.0 * DAY_SECS;
+/// Answers younger than this don't teach the cycle: so long may a change stay unseen.
+const UNVOUCHED_SECS: f64 = 2.0 * DAY_SECS;
+/// Time without an answer after which nothing can be told: a day, or sooner if such a gap is unusual.
+const LONGEST_SILENCE_SECS: f64 = DAY_SECS;
+const SHORTEST_SILENCE_SECS: f64 = HOUR_SECS;
+const UNUSUAL_GAP: f64 = 2.0;
+/// Standard deviations beyond which a focal length has changed, the lens's own error included.
+const FOCAL_SIGMAS: f64 = 3.0;
+/// A slope of so many of its standard deviations is a creep.
+const CREEP_SIGMAS: f64 = 4.0;
+const CREEP_DAYS: usize = 14;
+/// Logarithm of how much likelier a cause must be than the other, for patches that share shadows: see [`Causes`].
+///
+/// [`Causes`]: crate::Causes
+const SURE: f64 = 6.0;
+const SHARED: f64 = 4.0;
+/// Share of the width by which a knocked lens may shift the picture.
+const FARTHEST_KNOCK: f64 = 0.05;
+/// Share of the patches' usual agreement below which part of the scene no longer agrees.
+const LESS_AGREEMENT: f64 = 0.7;
+/// Growth of the scatter that is said.
+const SWAYS_MORE: f64 = 1.5;
+/// Shake that is said, px.
+const SHAKES_PX: f64 = 0.5;
+
+/// A watched camera: what its inputs so far amount to.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    width_px: f64,
+    px_per_turn: Vector4<f64>,
+    /// Answers of the last two weeks while the camera stayed, and those of learning.
+    samples: VecDeque<Sample>,
+    /// The cycle of the learning days, whose constant stays.
+    first: Option<Cycle>,
+    cycle: Option<Cycle>,
+    /// When the first answer of this learning was.
+    began_secs: Option<f64>,
+    relearned_secs: f64,
+    test: Sequential,
+    condition: Condition,
+    days: Vec<(i64, Vec<Vector4<f64>>)>,
+    gaps: VecDeque<(f64, f64)>,
+    silent: Option<(usize, NoAnswer)>,
+    causes: VecDeque<f64>,
+    shares: VecDeque<f64>,
+    usual_share: Option<f64>,
+    shake_px: Option<f64>,
+    decision: Decision,
+}
+
+impl Watch {
+    /// A camera of which nothing is known but its lens.
+    pub fn new(lens: &Lens) -> Self {
+        Self::anew(f64::from(lens.image_size.width_px), px_per_turn(lens))
+    }
+
+    fn anew(width_px: f64, px_per_turn: Vector4<f64>) -> Self {
+        Self {
+            width_px,
+            px_per_turn,
+            samples: VecDeque::new(),
+            first: None,
+            cycle: None,
+            began_secs: None,
+            relearned_secs: f64::NEG_INFINITY,
+            test: Sequential::new(width_px),
+            condition: Condition::default(),
+            days: Vec::new(),
+            gaps: VecDeque::new(),
+            silent: None,
+            causes: VecDeque::new(),
+            shares: VecDeque::new(),
+            usual_share: None,
+            shake_px: None,
+            decision: Decision {
+                state: State::Learning { pictures: 0, hours: 0.0 },
+                since_secs: 0.0,
+                off_px: Vector4::zeros(),
+                smallest_visible_px: Vector4::repeat(f64::INFINITY),
+                reference_secs: 0.0,
+                answered_secs: None,
+                findings: Vec::new(),
+            },
+        }
+    }
+
+    /// Takes an input and says what the camera's state is.
+    pub fn handle(&mut self, input: &Input) -> Decision {
+        match input {
+            Input::Accepted { at, .. } => {
+                *self = Self::anew(self.width_px, self.px_per_turn);
+                self.decision.reference_secs = *at;
+                self.decision.since_secs = *at;
+            }
+            Input::Learned { at, samples, .. } => {
+                let to_px = |turn| turn_of(turn).vector().component_mul(&self.px_per_turn);
+                self.samples = samples
+                    .iter()
+                    .map(|s| Sample { at_secs: s.at, value_px: to_px(&s.turn) })
+                    .collect();
+                self.began_secs = self.samples.iter().map(|s| s.at_secs).reduce(f64::min);
+                self.cycle = None;
+                self.first = None;
+                self.test = Sequential::new(self.width_px);
+                self.days.clear();
+                self.decision.reference_secs = *at;
+                self.learn(*at);
+            }
+            Input::Picture(picture) => self.picture(picture),
+        }
+        self.decision.clone()
+    }
+
+    /// The newest decision.
+    pub fn decision(&self) -> &Decision {
+        &self.decision
+    }
+
+    /// Where a camera that stays points at this hour, px, as [`crate::Turn::in_px`]; zero while learning.
+    pub fn target_px(&self, at_secs: f64) -> Vector4<f64> {
+        self.cycle.as_ref().map_or(Vector4::zeros(), |cycle| cycle.at(at_secs))
+    }
+
+    /// Scatter of six-hour medians about the cycle, px; `None` while learning.
+    pub fn scatter_px(&self) -> Option<Vector4<f64>> {
+        self.cycle.as_ref().map(|cycle| cycle.scatter_px)
+    }
+
+    /// True once three days have been learned.
+    pub fn is_settled(&self, at_secs: f64) -> bool {
+        self.cycle.is_some() && self.began_secs.is_some_and(|began| at_secs - began >= SETTLED_SECS)
+    }
+
+    fn picture(&mut self, picture: &Picture) {
+        if let Some(answer) = &picture.answer {
+            self.silent = None;
+            self.answered(picture.at, answer);
+        } else {
+            let reason = picture.none.unwrap_or(NoAnswer::NoPicture);
+            let (count, _) = self.silent.unwrap_or((0, reason));
+            self.silent = Some((count + 1, reason));
+            self.unanswered(picture.at, count + 1, reason);
+        }
+    }
+
+    fn unanswered(&mut self, at_secs: f64, count: usize, reason: NoAnswer) {
+        /// Answers that may be missing one after the other without meaning anything.
+        const FEW: usize = 3;
+        let since = self.decision.answered_secs.unwrap_or(at_secs);
+        let usual = self.gaps.iter().map(|(_, gap)| *gap).fold(0.0, f64::max);
+        let patience = (UNUSUAL_GAP * usual).clamp(SHORTEST_SILENCE_SECS, LONGEST_SILENCE_SECS);
+        if self.cycle.is_some() && count >= FEW && at_secs - since > patience {
+            self.enter(State::CannotTell(reason), since);
+        }
+    }
+
+    fn answered(&mut self, at_secs: f64, answer: &Answer) {
+        if let Some(before) = self.decision.answered_secs.filter(|before| at_secs > *before) {
+            // A silence that made "can't tell" isn't usual.
+            if !matches!(self.decision.state, State::CannotTell(_)) {
+                self.gaps.push_back((at_secs, at_secs - before));
+            }
+        }
+        self.gaps.retain(|(at, _)| at_secs - at < FOLLOWED_SECS);
+        self.decision.answered_secs = Some(at_secs);
+        self.began_secs.get_or_insert(at_secs);
+        self.condition.note(at_secs, answer);
+        self.shake_px = answer.shake;
+        let sample =
+            Sample { at_secs, value_px: answer.turn().vector().component_mul(&self.px_per_turn) };
+        let share = f64::from(answer.patches[1]) / f64::from(answer.patches[0].max(1));
+        push(&mut self.shares, share, 24);
+        if let Some(causes) = answer.causes {
+            let ratio = (causes.shifted_px.max(1e-3) / causes.turned_px.max(1e-3)).ln();
+            push(&mut self.causes, 2.0 * f64::from(causes.compared) * ratio / SHARED, 24);
+        } else {
+            self.causes.clear();
+        }
+        let Some(cycle) = self.cycle.clone() else {
+            self.samples.push_back(sample);
+            self.learn(at_secs);
+            return;
+        };
+        let widened = if self.is_settled(at_secs) { 1.0 } else { UNSETTLED };
+        let scatter_px = cycle.scatter_px * widened;
+        let wide_px = if widened > 1.0 {
+            Vector4::repeat(widened * RELEVANT * self.width_px / 3.0).sup(&scatter_px)
+        } else {
+            scatter_px
+        };
+        let off_px = cycle.residual(&sample);
+        let verdict = self.test.step(at_secs, &off_px, &wide_px);
+        self.decision.off_px = verdict.level_px;
+        self.decision.smallest_visible_px = self.test.smallest_visible_px(&wide_px);
+        let focal_sd_px = answer.covariance()[(3, 3)].max(0.0).sqrt() * self.px_per_turn[3];
+        let is_zoom = verdict.alarms[3] && verdict.level_px[3].abs() > FOCAL_SIGMAS * focal_sd_px;
+        let state = if is_zoom {
+            State::Zoom
+        } else if verdict.alarms[..3].contains(&true) {
+            State::Moved(self.cause())
+        } else if self.condition.is_blurred() {
+            State::Blurred
+        } else {
+            State::Ok
+        };
+        let since =
+            verdict.since_secs.or_else(|| self.condition.blurred_since()).unwrap_or(at_secs);
+        self.enter(state, since);
+        if state == State::Ok {
+            self.samples.push_back(sample);
+            if self.is_settled(at_secs) {
+                self.usual_share =
+                    Some(self.usual_share.map_or(share, |usual| 0.99 * usual + 0.01 * share));
+            }
+        }
+        self.samples.retain(|s| at_secs - s.at_secs < FOLLOWED_SECS);
+        self.note_day(at_secs, off_px);
+        self.follow(at_secs);
+        self.decision.findings = self.findings(at_secs, &cycle);
+    }
+
+    /// Learns the first cycle, and again while the first three days last.
+    fn learn(&mut self, at_secs: f64) {
+        let first = self.samples.iter().map(|s| s.at_secs).fold(f64::INFINITY, f64::min);
+        let last = self.samples.iter().map(|s| s.at_secs).fold(f64::NEG_INFINITY, f64::max);
+        let (pictures, hours) = (self.samples.len(), ((last - first) / HOUR_SECS).max(0.0));
+        if pictures < LEARNING_ANSWERS || hours < LEARNING_HOURS {
+            let since = self.began_secs.unwrap_or(at_secs);
+            self.enter(State::Learning { pictures, hours }, since);
+            return;
+        }
+        let samples: Vec<Sample> = self.samples.iter().copied().collect();
+        self.cycle = Cycle::learn(&samples, self.width_px, None);
+        self.first.clone_from(&self.cycle);
+        self.relearned_secs = at_secs;
+        self.condition.set_usual();
+        if let Some(cycle) = &self.cycle {
+            self.decision.smallest_visible_px = self.test.smallest_visible_px(&cycle.scatter_px);
+            self.decision.reference_secs = at_secs;
+            self.enter(State::Ok, at_secs);
+        }
+    }
+
+    /// Once a day, the cycle follows: from all samples until three days are learned, then waves and scatter only.
+    fn follow(&mut self, at_secs: f64) {
+        if at_secs - self.relearned_secs < DAY_SECS || self.decision.state != State::Ok {
+            return;
+        }
+        self.relearned_secs = at_secs;
+        if !self.is_settled(at_secs) {
+            let samples: Vec<Sample> = self.samples.iter().copied().collect();
+            self.cycle = Cycle::learn(&samples, self.width_px, None);
+            self.first.clone_from(&self.cycle);
+            return;
+        }
+        let vouched = self.samples.iter().filter(|s| at_secs - s.at_secs >= UNVOUCHED_SECS);
+        let samples: Vec<Sample> = vouched.copied().collect();
+        let length =
+            samples.last().zip(samples.first()).map_or(0.0, |(b, a)| b.at_secs - a.at_secs);
+        if length >= SETTLED_SECS {
+            self.cycle =
+                Cycle::learn(&samples, self.width_px, self.first.as_ref()).or(self.cycle.take());
+        }
+    }
+
+    fn note_day(&mut self, at_secs: f64, off_px: Vector4<f64>) {
+        let day = (at_secs / DAY_SECS).floor() as i64;
+        match self.days.last_mut() {
+            Some((last, values)) if *last == day => values.push(off_px),
+            _ => self.days.push((day, vec![off_px])),
+        }
+        // The day that goes on isn't a whole one.
+        let first = self.days.len().saturating_sub(CREEP_DAYS + 1);
+        self.days.drain(..first);
+    }
+
+    fn cause(&self) -> Cause {
+        /// Answers that must be there before a cause is told.
+        const ENOUGH: usize = 3;
+        // A lens that is knocked so far no longer fills the picture.
+        if self.decision.off_px.fixed_rows::<2>(0).norm() > FARTHEST_KNOCK * self.width_px {
+            return Cause::Turned;
+        }
+        if self.causes.len() < ENOUGH {
+            return Cause::Either;
+        }
+        let evidence = self.causes.iter().rev().take(ENOUGH).sum::<f64>() / ENOUGH as f64;
+        match evidence {
+            e if e > SURE => Cause::Turned,
+            e if e < -SURE => Cause::Knocked,
+            _ => Cause::Either,
+        }
+    }
+
+    fn findings(&self, at_secs: f64, cycle: &Cycle) -> Vec<Finding> {
+        let mut found = Vec::new();
+        found.extend(self.creep(at_secs));
+        found.extend(self.condition.dirt().map(|cell| Finding::Dirty { cell }));
+        found.extend(self.condition.is_hazy().then_some(Finding::Hazy));
+        if let (State::Moved(_), Some(usual)) = (self.decision.state, self.usual_share) {
+            let mut now: Vec<f64> = self.shares.iter().copied().collect();
+            let share = crate::fit::median(&mut now).unwrap_or(usual);
+            found.extend((share < LESS_AGREEMENT * usual).then_some(Finding::AlsoShifted));
+        }
+        if let Some(first) = &self.first {
+            let (was_px, is_px) = (first.scatter_px.amax(), cycle.scatter_px.amax());
+            found.extend(
+                (is_px > SWAYS_MORE * was_px).then_some(Finding::SwaysMore { was_px, is_px }),
+            );
+        }
+        found.extend(
+            self.shake_px.filter(|px| *px > SHAKES_PX).map(|by_px| Finding::Shakes { by_px }),
+        );
+        found
+    }
+
+    /// The largest slope of the daily medians, if it's beyond doubt.
+    fn creep(&self, at_secs: f64) -> Option<Finding> {
+        let whole = self.days.len().checked_sub(1).filter(|days| *days >= CREEP_DAYS)?;
+        let medians: Vec<(f64, Vector4<f64>)> =
+            self.days[..whole].iter().map(|(day, values)| (*day as f64, median4(values))).collect();
+        let n = medians.len() as f64;
+        let mean_day = medians.iter().map(|(day, _)| day).sum::<f64>() / n;
+        let mean: Vector4<f64> = medians.iter().map(|(_, m)| m).sum::<Vector4<f64>>() / n;
+        let spread: f64 = medians.iter().map(|(day, _)| (day - mean_day).powi(2)).sum();
+        let slope: Vector4<f64> =
+            medians.iter().map(|(day, m)| m * (day - mean_day)).sum::<Vector4<f64>>() / spread;
+        let left =
+            medians.iter().map(|(day, m)| (m - mean - slope * (day - mean_day)).map(|v| v * v));
+        let sd = (left.sum::<Vector4<f64>>() / ((n - 2.0) * spread)).map(f64::sqrt);
+        let significant = (0..4).filter(|i| slope[*i].abs() > CREEP_SIGMAS * sd[*i].max(1e-6));
+        let i = significant.max_by(|a, b| slope[*a].abs().total_cmp(&slope[*b].abs()))?;
+        let now = mean[i] + slope[i] * (at_secs / DAY_SECS - mean_day);
+        let limit = RELEVANT * self.width_px;
+        let days_left = (limit * slope[i].signum() - now) / slope[i];
+        // Nothing that will only matter in years.
+        (days_left < 365.0).then(|| {
+            let mut px_per_day = Vector4::zeros();
+            px_per_day[i] = slope[i];
+            Finding::Creeps { px_per_day, matters_secs: at_secs + days_left.max(0.0) * DAY_SECS }
+        })
+    }
+
+    /// Takes a state; its time stays if it's the one it was.
+    fn enter(&mut self, state: State, since_secs: f64) {
+        if std::mem::discriminant(&state) != std::mem::discriminant(&self.decision.state) {
+            self.decision.since_secs = since_secs;
+        }
+        self.decision.state = state;
+    }
+}
+
+fn push<T>(values: &mut VecDeque<T>, value: T, most: usize) {
+    values.push_back(value);
+    if values.len() > most {
+        values.pop_front();
+    }
+}

@@ -1,0 +1,455 @@
+//! `boresight watch`.
+
+use std::{
+    collections::BTreeMap,
+    io::{BufRead, IsTerminal},
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
+    time::Duration,
+};
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use serde::Deserialize;
+use serde_json::json;
+
+use super::{
+    operation::{LogForm, OnFinish},
+    terminal::{announcer, log, print, say, stop_flag},
+};
+use boresight_app::{
+    Exit,
+    prometheus::Page,
+    watch::{self, Feed, Round, StateLine, Store, WatchedCamera},
+};
+use boresight_files::{Links, Overwrite, TEXT_LIMIT, may_save, read_text};
+use boresight_present::text::watch as words;
+use boresight_run::config::Config;
+use boresight_watch::{Decision, State};
+
+/// Watch an installed camera without a board: say when it has moved or its lens has changed.
+///
+/// Compares ordinary pictures of the scene with those of the days after installation, through the calibrated lens. It
+/// learns for 20 hours before it says anything, and for three days until it's surest. Everything is stored in --store; the
+/// same command goes on where it stopped.
+///
+/// States: LEARNING, OK, MOVED (it points elsewhere; the lens calibration stays valid), ZOOM and LENS (calibrate again),
+/// CANNOT-TELL, each with the smallest change that would be seen.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// Pictures: a folder, files, a camera, a stream, or a video. The times of files are read from their names, such as
+    /// 2026-03-12T14_05_00.jpg in UTC, or else are those of the files.
+    #[arg(value_name = "SOURCE")]
+    source: Vec<String>,
+    /// The camera's calibration: a session's folder, or a file that `check --against` reads. Needed the first time.
+    #[arg(long, value_name = "SESSION|FILE")]
+    reference: Option<PathBuf>,
+    #[command(flatten)]
+    place: Place,
+    /// The camera's name in messages [default: that of the folder of --store].
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Time between two looks: 90s, 15m, 6h.
+    #[arg(long, value_name = "TIME", default_value = "15m", value_parser = duration)]
+    every: Duration,
+    /// Look at what is there, print the state, and end with its exit code: for cron and tests.
+    #[arg(long)]
+    once: bool,
+    /// Watch the cameras of this list (TOML): a [[camera]] each, with name, source, reference, and if you like every and
+    /// patches_only. Each has a folder of its name in --store.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "reference", "name", "patches_only"])]
+    list: Option<PathBuf>,
+    /// Store patches of the scene only and no picture: for sites with people. Learning starts over if the program is
+    /// stopped meanwhile.
+    #[arg(long)]
+    patches_only: bool,
+    /// Write the states to this file for Prometheus' node exporter.
+    #[arg(long, value_name = "FILE.prom")]
+    metrics: Option<PathBuf>,
+    /// Run this command with the shell when a camera's state changes, and with --once at the end. BORESIGHT_CAMERA is its
+    /// name, BORESIGHT_STATE the state, BORESIGHT_SENTENCE what is said, BORESIGHT_STORE its folder.
+    #[arg(long, value_name = "COMMAND")]
+    on_finish: Option<String>,
+    /// Print a JSON object on stdout for each picture, or with --once for each camera.
+    #[arg(long)]
+    json: bool,
+    /// How sentences and events are written on stderr: for people, or a JSON object a line.
+    #[arg(long, value_enum, default_value_t, value_name = "FORM", hide_default_value = true)]
+    log: LogForm,
+}
+
+#[derive(Debug, Args)]
+struct Place {
+    /// Folder in which the camera is kept.
+    #[arg(long, value_name = "DIR", default_value = "watch")]
+    store: PathBuf,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Help to push a camera back: says live what to do, roll first, until it's tight and points right.
+    ///
+    /// The camera is compared with where it stood at this hour of the day. Nothing is recorded.
+    Adjust {
+        /// The camera or stream.
+        #[arg(required = true, value_name = "SOURCE")]
+        source: Vec<String>,
+        #[command(flatten)]
+        place: Place,
+        /// Print a JSON object on stdout for each picture.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Say that the camera stays as it is: it's learned again, and the reason is kept.
+    Accept {
+        #[command(flatten)]
+        place: Place,
+        /// The reason [default: asked for].
+        #[arg(long, value_name = "TEXT")]
+        reason: Option<String>,
+    },
+    /// Print every change of state again, from the recorded inputs alone.
+    Replay {
+        #[command(flatten)]
+        place: Place,
+        /// Print every decision as a JSON object, not only changes.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the state of the camera as it was last seen, or of all cameras in a folder.
+    State {
+        #[command(flatten)]
+        place: Place,
+        /// Print JSON on stdout.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight watch rtsp://192.168.1.20/stream --reference sessions/gate --store watch/gate
+  boresight watch /var/ftp/cam7 --reference cam7.yaml --store watch/cam7 --every 10m
+  boresight watch pictures/*.jpg --reference calibration.json --once
+  boresight watch --list cameras.toml --store watch --metrics /var/lib/node_exporter/watch.prom
+  boresight watch adjust rtsp://192.168.1.20/stream --store watch/gate
+  boresight watch accept --store watch/gate --reason \"moved to the new pole\"";
+
+/// The list of cameras.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct List {
+    camera: Vec<Listed>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Listed {
+    name: String,
+    source: String,
+    reference: Option<PathBuf>,
+    every: Option<String>,
+    #[serde(default)]
+    patches_only: bool,
+}
+
+/// A time such as `90s`, `15m`, `6h`, `1d`.
+fn duration(text: &str) -> Result<Duration, String> {
+    let (number, unit) =
+        text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len()));
+    let secs = match unit {
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        "d" => 86_400.0,
+        _ => return Err("expected a time, for example 15m".into()),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(value) if (1.0..=2.6e6).contains(&(value * secs)) => {
+            Ok(Duration::from_secs_f64(value * secs))
+        }
+        _ => Err("expected a time from 1s to 30d, for example 15m".into()),
+    }
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        match &self.command {
+            Some(Command::Adjust { source, place, json }) => adjust(&place.store, source, *json),
+            Some(Command::Accept { place, reason }) => accept(&place.store, reason.as_deref()),
+            Some(Command::Replay { place, json }) => replay(&place.store, *json),
+            Some(Command::State { place, json }) => state(&place.store, *json),
+            None => self.watch(),
+        }
+    }
+
+    fn watch(&self) -> anyhow::Result<Exit> {
+        self.log.begin();
+        if let Some(path) = &self.metrics {
+            may_save(path, Overwrite::Allowed)?;
+        }
+        let rounds = self.rounds()?;
+        let stop = stop_flag()?;
+        let on_finish = self.on_finish.clone().map(OnFinish::new);
+        let metrics = self.metrics.as_ref().map(|path| Metrics::new(path.clone()));
+        let before: Mutex<BTreeMap<String, &'static str>> = Mutex::new(
+            rounds
+                .iter()
+                .map(|r| (r.camera.name().to_owned(), r.camera.watch().decision().state.code()))
+                .collect(),
+        );
+        let hear = |camera: &WatchedCamera, decision: &Decision| {
+            if let Some(metrics) = &metrics {
+                metrics.note(camera);
+            }
+            if self.json && !self.once {
+                // A reader that has gone ends nothing.
+                let _ = serde_json::to_string(&StateLine::of(camera)).map(|line| print(&line));
+            }
+            let code = decision.state.code();
+            let was = before
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .insert(camera.name().to_owned(), code);
+            if was == Some(code) {
+                return;
+            }
+            let line = StateLine::of(camera);
+            log("state", || json!(line));
+            say(&format!(
+                "{}  {}: {}. {} {}",
+                line.at, line.camera, line.state, line.sentence, line.action
+            ));
+            if !self.once
+                && let Some(on_finish) = &on_finish
+            {
+                start(on_finish, camera, &line);
+            }
+        };
+        let left = watch::run(rounds, self.once, &stop, &hear, &announcer())?;
+        if let Some(metrics) = &metrics {
+            metrics.write(&announcer());
+        }
+        if left.is_empty() {
+            return Ok(Exit::Failed);
+        }
+        for round in &left {
+            if self.json && self.once {
+                print(&serde_json::to_string(&StateLine::of(&round.camera))?)?;
+            } else if self.once {
+                for line in watch::lines(&round.camera) {
+                    print(&line)?;
+                }
+            }
+            if self.once
+                && let Some(on_finish) = &on_finish
+            {
+                start(on_finish, &round.camera, &StateLine::of(&round.camera));
+            }
+        }
+        Ok(watch::worst(left.iter().map(|round| round.camera.watch().decision().state)))
+    }
+
+    /// The cameras, each with its pictures and interval.
+    fn rounds(&self) -> anyhow::Result<Vec<Round>> {
+        let config = Config::load(None, &[])?;
+        let Some(list) = &self.list else {
+            let feed = Feed::parse(&self.source, &config, &announcer())?;
+            let folder = &self.place.store;
+            let usual =
+                folder.file_name().map_or("camera".into(), |n| n.to_string_lossy().into_owned());
+            let name = self.name.clone().unwrap_or(usual);
+            return Ok(vec![open(
+                folder,
+                &name,
+                (self.reference.as_deref(), self.patches_only),
+                feed,
+                self.every,
+            )?]);
+        };
+        let text = read_text(list, TEXT_LIMIT, Links::Followed)?;
+        let cameras: List =
+            toml::from_str(&text).with_context(|| format!("could not read {list:?}"))?;
+        if cameras.camera.is_empty() {
+            bail!("{list:?} lists no [[camera]]");
+        }
+        let mut rounds: Vec<Round> = Vec::new();
+        for camera in cameras.camera {
+            let is_plain = !camera.name.is_empty()
+                && !camera.name.contains(['/', '\\'])
+                && !camera.name.starts_with('.');
+            if !is_plain || rounds.iter().any(|r| r.camera.name() == camera.name) {
+                bail!(
+                    "{list:?}: {:?} can't be the name of a folder, or is there twice",
+                    camera.name
+                );
+            }
+            let every = match &camera.every {
+                None => self.every,
+                Some(text) => duration(text)
+                    .map_err(|err| anyhow::anyhow!("{list:?}: {}: {err}", camera.name))?,
+            };
+            let feed = Feed::parse(std::slice::from_ref(&camera.source), &config, &announcer())
+                .with_context(|| format!("{list:?}: {}", camera.name))?;
+            let folder = self.place.store.join(&camera.name);
+            rounds.push(open(
+                &folder,
+                &camera.name,
+                (camera.reference.as_deref(), camera.patches_only),
+                feed,
+                every,
+            )?);
+        }
+        Ok(rounds)
+    }
+}
+
+fn open(
+    folder: &Path,
+    name: &str,
+    (reference, patches_only): (Option<&Path>, bool),
+    feed: Feed,
+    every: Duration,
+) -> anyhow::Result<Round> {
+    let (camera, was_cut) =
+        WatchedCamera::open(folder, name, reference, (feed.own_lens(), patches_only))?;
+    if was_cut {
+        say(&format!("{name}: the newest line was cut by a crash and is left out."));
+    }
+    Ok(Round { camera, feed, every })
+}
+
+fn start(on_finish: &OnFinish, camera: &WatchedCamera, line: &StateLine) {
+    on_finish.start(vec![
+        ("BORESIGHT_CAMERA", line.camera.clone().into()),
+        ("BORESIGHT_STATE", line.state.into()),
+        ("BORESIGHT_SENTENCE", format!("{} {}", line.sentence, line.action).trim().into()),
+        ("BORESIGHT_STORE", camera.folder().into()),
+    ]);
+}
+
+/// The file of `--metrics`: each camera's part is replaced when it has been looked at.
+struct Metrics {
+    path: PathBuf,
+    parts: Mutex<BTreeMap<String, watch::CameraMetrics>>,
+}
+
+impl Metrics {
+    fn new(path: PathBuf) -> Self {
+        Self { path, parts: Mutex::default() }
+    }
+
+    fn note(&self, camera: &WatchedCamera) {
+        let mut parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
+        parts.insert(camera.name().to_owned(), watch::CameraMetrics::of(camera));
+        drop(parts);
+        self.write(&announcer());
+    }
+
+    fn write(&self, announcer: &boresight_app::Announcer) {
+        let parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut page = Page::at(&self.path);
+        watch::metrics(&mut page, &parts.values().collect::<Vec<_>>());
+        if let Err(err) = page.save(&self.path) {
+            announcer.say(&format!("The metrics couldn't be written: {err}"));
+        }
+    }
+}
+
+fn adjust(folder: &Path, source: &[String], json: bool) -> anyhow::Result<Exit> {
+    let feed = Feed::parse(source, &Config::load(None, &[])?, &announcer())?;
+    let (camera, _) = WatchedCamera::open(folder, "", None, (None, false))?;
+    if !camera.station().is_learned {
+        say("The camera is still being learned: the way back is as good as the pictures so far.");
+    }
+    let mut said = words::Cue { arrow: "", number: String::new(), sentence: String::new() };
+    let is_right = watch::adjust(&camera, &feed, &*stop_flag()?, &mut |advice, _| {
+        let cue = watch::with_scale(camera.lens(), |scale| words::cue(advice, scale));
+        if json {
+            // A reader that has gone ends nothing.
+            let line =
+                json!({ "arrow": cue.arrow, "number": cue.number, "sentence": cue.sentence });
+            let _ = print(&line.to_string());
+        } else if cue != said {
+            say(&format!("{}  {:>8}  {}", cue.arrow, cue.number, cue.sentence));
+            said = cue;
+        }
+    })?;
+    Ok(if is_right { Exit::Good } else { Exit::Moved })
+}
+
+fn accept(folder: &Path, reason: Option<&str>) -> anyhow::Result<Exit> {
+    let Some(file) = Store::read(folder)? else {
+        bail!("there is no watched camera in {folder:?}: name its folder with --store");
+    };
+    let reason = match reason {
+        Some(reason) => reason.to_owned(),
+        None if std::io::stdin().is_terminal() => {
+            say(words::WHY);
+            let mut line = String::new();
+            std::io::stdin().lock().read_line(&mut line).context("could not read the reason")?;
+            line
+        }
+        None => bail!("say why with --reason: it's kept beside the camera's states"),
+    };
+    let reason = reason.trim();
+    if reason.is_empty() {
+        bail!("without a reason, nothing is accepted");
+    }
+    watch::accept(folder, watch::times::now_secs(), reason)?;
+    say(&words::accepted(&file.name));
+    Ok(Exit::Good)
+}
+
+fn replay(folder: &Path, json: bool) -> anyhow::Result<Exit> {
+    let name = Store::read(folder)?.map_or(String::new(), |file| file.name);
+    let (lens, decisions) = watch::replayed(folder)?;
+    let mut before: Option<State> = None;
+    for (at, decision) in &decisions {
+        let line = || StateLine::of_decision(&name, &lens, decision, Some(*at), [0, 0]);
+        if json {
+            print(&serde_json::to_string(&line())?)?;
+        } else if before.is_none_or(|before| before.code() != decision.state.code()) {
+            let line = line();
+            let said = format!("{}  {}. {} {}", line.at, line.state, line.sentence, line.action);
+            print(said.trim_end())?;
+        }
+        before = Some(decision.state);
+    }
+    Ok(watch::worst(before))
+}
+
+fn state(folder: &Path, json: bool) -> anyhow::Result<Exit> {
+    let folders = watch::stores_below(folder)?;
+    let mut states = Vec::new();
+    for folder in &folders {
+        let (camera, _) = WatchedCamera::open(folder, "", None, (None, false))?;
+        if json {
+            print(&serde_json::to_string(&StateLine::of(&camera))?)?;
+        } else {
+            for line in watch::lines(&camera) {
+                print(&line)?;
+            }
+        }
+        states.push(camera.watch().decision().state);
+    }
+    Ok(watch::worst(states))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_have_units() {
+        assert_eq!(duration("15m"), Ok(Duration::from_secs(900)));
+        assert_eq!(duration("90"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("6h"), Ok(Duration::from_secs(21_600)));
+        for wrong in ["", "m", "0s", "-3m", "15 weeks", "40d", "NaNs"] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! A watched camera, as a process: what it says of a simulated street, what it stores, and what a crash leaves.
+
+use std::{
+    fs,
+    path::Path,
+    process::Stdio,
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::person::{boresight, contents, program, says};
+
+/// A week's street in few pictures: it's pushed by 3 px on the fourth day.
+const STREET: &str = "sim:street:1,days=3.6,pan=3px@3.2d";
+const EVERY: &str = "1h";
+
+fn watch(place: &Path, street: &str, store: &str, more: &[&str]) -> crate::person::Ended {
+    let arguments = ["watch", street, "--store", store, "--once", "--every", EVERY];
+    boresight(place, &[&arguments[..], more].concat())
+}
+
+fn last_state(text: &str) -> Value {
+    serde_json::from_str(text.lines().last().expect("a line")).expect("JSON")
+}
+
+#[test]
+fn a_push_is_found_said_stored_and_replayed_and_accepted() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let ended = watch(
+        here,
+        STREET,
+        "cam",
+        &[
+            "--json",
+            "--metrics",
+            "cam.prom",
+            "--on-finish",
+            "echo $BORESIGHT_CAMERA $BORESIGHT_STATE > told",
+        ],
+    );
+    says(&ended, 5, &["cam: OK", "cam: MOVED", "to the left", "Push it back to the right."]);
+    let state = last_state(&ended.stdout);
+    assert_eq!(state["state"], "MOVED");
+    let pan_px = state["off"]["pan_px"].as_f64().expect("a number");
+    assert!((pan_px - 3.0).abs() < 0.4, "{state}");
+    let since = state["since"].as_str().expect("a time");
+    assert!(("2026-03-24T04".."2026-03-24T10").contains(&since), "{since}");
+    let told = fs::read_to_string(here.join("told")).expect("told");
+    assert_eq!(told.trim(), "cam MOVED");
+    let metrics = fs::read_to_string(here.join("cam.prom")).expect("written");
+    assert!(
+        metrics.contains("state=\"MOVED\"} 1\n") && metrics.contains("state=\"OK\"} 0\n"),
+        "{metrics}"
+    );
+    assert!(metrics.contains("answer=\"yes\"} "), "{metrics}");
+
+    // The recorded inputs alone give the same states.
+    let replayed = boresight(here, &["watch", "replay", "--store", "cam", "--json"]);
+    says(&replayed, 5, &[]);
+    let again = last_state(&replayed.stdout);
+    for part in ["state", "since", "sentence", "off", "smallest_visible", "reference"] {
+        assert_eq!(again[part], state[part], "{part}");
+    }
+    let stored = boresight(here, &["watch", "state", "--store", "cam", "--json"]);
+    says(&stored, 5, &[]);
+    assert_eq!(last_state(&stored.stdout), state);
+    let bytes: usize = contents(&here.join("cam")).iter().map(|(_, bytes)| bytes.len()).sum();
+    assert!(bytes < 10 << 20, "{bytes} bytes");
+    assert_eq!(
+        fs::read_dir(here.join("cam/learning")).expect("a folder").count(),
+        0,
+        "learning is over"
+    );
+
+    // Who looks for changed cameras sees it first.
+    let due = boresight(here, &["history", "due", "--watch", "cam", "--json"]);
+    says(&due, 0, &[]);
+    assert_eq!(last_state(&due.stdout)["state"], "MOVED");
+
+    says(&boresight(here, &["watch", "accept", "--store", "cam"]), 1, &["--reason"]);
+    says(
+        &boresight(here, &["watch", "accept", "--store", "cam", "--reason", "new pole"]),
+        0,
+        &["learns again"],
+    );
+    let ended = watch(here, "sim:street:1,days=3.7,pan=3px@3.2d", "cam", &["--json"]);
+    says(&ended, 3, &[]);
+    assert_eq!(last_state(&ended.stdout)["state"], "LEARNING");
+    let lines = fs::read_to_string(here.join("cam/watch.jsonl")).expect("readable");
+    assert!(lines.contains("\"kind\":\"accepted\"") && lines.contains("new pole"));
+}
+
+#[test]
+fn a_watch_that_is_killed_goes_on_as_if_nothing_had_been() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let (street, half) = ("sim:street:5,days=1.5", "sim:street:5,days=0.6");
+    says(&watch(here, street, "whole", &[]), 3, &[]);
+    // Killed in the middle, then cut in the middle of a line as by a power cut.
+    let arguments = ["watch", street, "--store", "cut", "--once", "--every", EVERY];
+    let mut child = program(here, &arguments).stderr(Stdio::null()).spawn().expect("started");
+    let lines = here.join("cut/watch.jsonl");
+    let began = Instant::now();
+    while fs::read_to_string(&lines).map_or(0, |text| text.lines().count()) < 9 {
+        assert!(began.elapsed() < Duration::from_secs(120), "no lines");
+        thread::sleep(Duration::from_millis(20));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    let mut text = fs::read(&lines).expect("readable");
+    text.extend_from_slice(b"{\"kind\":\"picture\",\"at\":17740");
+    fs::write(&lines, text).expect("written");
+    says(&watch(here, half, "cut", &[]), 3, &["the newest line was cut"]);
+    says(&watch(here, street, "cut", &[]), 3, &[]);
+    let read =
+        |store: &str| fs::read_to_string(here.join(store).join("watch.jsonl")).expect("readable");
+    assert_eq!(read("cut"), read("whole"));
+}
+
+#[test]
+fn where_people_are_only_patches_are_stored() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    says(&watch(here, "sim:street:2,days=0.6", "cam", &["--patches-only"]), 3, &[]);
+    let files = contents(&here.join("cam"));
+    assert!(files.iter().any(|(path, _)| path.extension().is_some_and(|e| e == "png")));
+    for (path, bytes) in files {
+        if path.extension().is_some_and(|e| e == "png") {
+            // Patches are 31 and 15 px wide, side by side.
+            let picture = image::load_from_memory(&bytes).expect("a picture");
+            assert_eq!(picture.width(), 46, "{path:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_is_said_and_nothing_is_made() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    fs::create_dir(here.join("pictures")).expect("made");
+    image::GrayImage::new(64, 48).save(here.join("pictures/a.png")).expect("saved");
+    let run = |arguments: &[&str]| boresight(here, &[&["watch"], arguments].concat());
+    says(&run(&["pictures", "--once"]), 1, &["--reference"]);
+    says(&run(&["sim:street:zoom=3@1d", "--once"]), 1, &["zoom=3@1d", "pan=2px@5d"]);
+    says(&run(&["replay", "--store", "nowhere"]), 1, &["no watched camera", "--store"]);
+    says(&run(&["accept", "--store", "nowhere", "--reason", "x"]), 1, &["no watched camera"]);
+    fs::write(here.join("list.toml"), "[[camera]]\nname = \"../x\"\nsource = \"pictures\"\n")
+        .expect("written");
+    says(&run(&["--list", "list.toml", "--once"]), 1, &["can't be the name of a folder"]);
+    assert!(!here.join("watch").exists());
+    // A damaged line is named.
+    says(&watch(here, "sim:street:2,days=0.1", "cam", &[]), 3, &[]);
+    let lines = here.join("cam/watch.jsonl");
+    let text = fs::read_to_string(&lines).expect("readable");
+    fs::write(&lines, format!("nonsense\n{text}")).expect("written");
+    says(&run(&["state", "--store", "cam"]), 1, &["line 1 of"]);
+}
+
+#[test]
+fn many_cameras_are_watched_at_once_and_the_worst_decides() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let list = "[[camera]]\nname = \"gate\"\nsource = \"sim:street:1,days=0.3\"\nevery = \"1h\"\n\
+                [[camera]]\nname = \"yard\"\nsource = \"sim:street:2,days=0.3\"\nevery = \"2h\"\n";
+    fs::write(here.join("cameras.toml"), list).expect("written");
+    let ended =
+        boresight(here, &["watch", "--list", "cameras.toml", "--store", "all", "--once", "--json"]);
+    says(&ended, 3, &[]);
+    let names: Vec<String> = ended
+        .stdout
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).expect("JSON")["camera"].to_string())
+        .collect();
+    assert_eq!(names, ["\"gate\"", "\"yard\""]);
+    says(&boresight(here, &["watch", "state", "--store", "all"]), 3, &[]);
+}
