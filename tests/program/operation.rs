@@ -55,7 +55,7 @@ fn pictures_that_end_before_the_plan_is_complete_are_told_by_the_exit_code() {
     let place = place.path();
     fs::write(place.join("scene.toml"), SCENE).expect("written");
     let guide = ["guide", "--headless", "--source", "sim:scene.toml", "--out", "s"];
-    let ending = ["--max-frames", "60", "--set", "guidance.plan=full"];
+    let ending = ["--max-frames", "80", "--set", "guidance.plan=full"];
     let ended = boresight(place, &[&guide[..], &ending[..]].concat());
     says(&ended, 3, &["ended before the plan was complete"]);
     says(&boresight(place, &["report", "s"]), 0, &[]);
