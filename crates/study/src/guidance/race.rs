@@ -57,7 +57,9 @@ pub fn run(
 ) -> Vec<Mark> {
     let mut rng = chance(params.seed, 2_000_000 + index);
     let mut chance_of_strategy = chance(params.seed, 3_000_000 + index);
-    let guidance = GuidanceParams { plan: strategy.plan, ..GuidanceParams::default() };
+    // Boards are found only whole.
+    let guidance =
+        GuidanceParams { plan: strategy.plan, pairs_beyond_edge: 0, ..GuidanceParams::default() };
     let mut lens_estimate = LensEstimate::guess(IMAGE_SIZE);
     let mut person = Person::new(hand, guidance.hold_secs);
     let mut state: Option<BundleState> = None;
