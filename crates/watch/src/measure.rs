@@ -38,7 +38,7 @@ pub struct Measured {
     pub sightings: Vec<Sighting>,
     /// Their weights, 0 to 1.
     pub weights: Vec<f64>,
-    /// The picture that was compared, if it had been turned back before: see [`crate::far`].
+    /// The picture that was compared, if it had been turned back before, because it was far off.
     pub turned_back: Option<Turn>,
 }
 
