@@ -119,7 +119,7 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Print the state of the camera as it was last seen, or of all cameras in a folder.
+    /// Print the newest state of the camera, or of every camera in a folder.
     State {
         #[command(flatten)]
         place: Place,

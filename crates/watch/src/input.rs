@@ -31,7 +31,7 @@ pub enum Input {
         /// The learning pictures.
         samples: Vec<LearnedSample>,
     },
-    /// A person said that the camera stays as it is: learning starts anew.
+    /// A person accepted the camera as it stands, so learning starts again.
     Accepted {
         /// When, seconds since 1970 (UTC).
         at: f64,

@@ -59,7 +59,7 @@ pub struct WatchFile {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Named {
-    /// Path as it was given.
+    /// The path that the person gave.
     pub path: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,

@@ -246,11 +246,8 @@ impl Knowledge {
     /// and this hand do better now.
     pub fn usual(&self, view: Option<&View>) -> UsualError {
         let now = view.and_then(|view| UsualError::of(view.corners.iter(), self.height_px()));
-        let usual = match (self.usual, now) {
-            (Some(accepted), Some(now)) => Some(accepted.or(now)),
-            (accepted, now) => accepted.or(now),
-        };
-        let usual = usual.unwrap_or(UsualError::GUESS);
+        let seen = [self.usual, now].into_iter().flatten();
+        let usual = seen.reduce(UsualError::or).unwrap_or(UsualError::GUESS);
         UsualError { shear_px: usual.shear_px.min(self.calm_shear_px), ..usual }
     }
 

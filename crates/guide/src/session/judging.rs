@@ -283,11 +283,12 @@ impl Session {
             return Ok((role, gain));
         }
         let wanted = wanted_share(self.tracking.waited_secs, self.tracking.shown);
-        let worth = self.worth(view, gain);
+        let worth_of = self.worth_of(view);
+        let worth = worth_of(gain);
         if worth >= wanted {
             return Ok((role, gain));
         }
-        if self.worth(view, self.gain(view, false)) >= wanted {
+        if worth_of(self.gain(view, false)) >= wanted {
             let wanted_px_per_s = HOLD_WIDTHS_PER_SEC * self.width_px();
             return Err(Refusal::Moving { speed_px_per_s, wanted_px_per_s });
         }
@@ -300,14 +301,14 @@ impl Session {
         knowledge.gain_by_the_end(&knowledge.seen(&view.corners, as_moved))
     }
 
-    /// What a view tells as a share of what the pose asked for would tell now; 1 without one.
-    fn worth(&self, view: &View, gain: f64) -> f64 {
+    /// Turns a gain of a view into its share of what the pose asked for would tell now; 1 without such a pose.
+    fn worth_of(&self, view: &View) -> impl Fn(f64) -> f64 + use<> {
         let knowledge = &self.derived.knowledge;
         let usual = knowledge.usual(Some(view));
         let pose = self.derived.target_pose.as_ref();
         let best = pose.map_or(0.0, |pose| knowledge.gain_by_the_end(&knowledge.at(pose, usual)));
-        let gain = gain * newness(view, &self.derived.measured, self.width_px());
-        if best > 0.0 { gain / best } else { 1.0 }
+        let newness = newness(view, &self.derived.measured, self.width_px());
+        move |gain| if best > 0.0 { gain * newness / best } else { 1.0 }
     }
 
     /// Adds a good frame to the hold; takes the best once the hold is complete.
@@ -328,7 +329,7 @@ impl Session {
             return None;
         }
         let HeldFrame { view, seen, velocity, role, name, gain, .. } = hold.best;
-        self.tracking.shown = (role != Role::Forced).then(|| self.worth(&view, gain));
+        self.tracking.shown = (role != Role::Forced).then(|| self.worth_of(&view)(gain));
         let (number, frame) = (self.ground.next_number, view.frame_id.0);
         let was_beyond_edge = false;
         let taken = AcceptedView { number, name, role, was_beyond_edge, view, seen, velocity };
