@@ -12,7 +12,7 @@ use boresight::{
     ghost::Card,
     pipeline::Recorder,
     recording::{Header, SessionFolder},
-    session::{Command, Decision, Input, Observation, Session as Fold},
+    session::{Command, Decision, Input, Observation, Outcome, Session as Fold},
     text,
 };
 use nalgebra::Point2;
@@ -167,6 +167,10 @@ fn snapshot(session: &Fold, decision: Decision) -> serde_json::Result<String> {
     let points = |px: &mut dyn Iterator<Item = Point2<f64>>| -> Vec<[f64; 2]> {
         px.map(|px| [px.x, px.y]).collect()
     };
+    let said = match &decision.outcome {
+        Outcome::Refused { refusal } => Some(text::refusal(refusal)),
+        outcome => text::outcome(outcome, &snapshot),
+    };
     let board = session.setup().board;
     let target = snapshot.target.as_ref().map(|target| {
         let card = Card::new(&target.ghost_px, &board, &snapshot.lens);
@@ -190,7 +194,7 @@ fn snapshot(session: &Fold, decision: Decision) -> serde_json::Result<String> {
     });
     let value = json!({
         "advice": text::prompt(snapshot.shown.prompt),
-        "said": text::outcome(&decision.outcome, &snapshot),
+        "said": said,
         "target": target,
         "corners_px": corners,
         "paused": snapshot.paused,

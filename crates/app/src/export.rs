@@ -165,8 +165,7 @@ pub fn export(
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     // Another program's file has no board, and may name its camera.
     let own_name = file.source.as_deref().filter(|_| file.board.is_none()).unwrap_or(&stem);
-    let text = export_text(&text, format, Some(name.unwrap_or(own_name)), announcer)
-        .with_context(|| format!("could not use {path:?}"))?;
+    let text = export_text(&text, format, Some(name.unwrap_or(own_name)), announcer)?;
     Ok(Exported { text, untrustworthy })
 }
 
@@ -216,7 +215,7 @@ fn camera(
     name: &str,
     announcer: &Announcer,
 ) -> anyhow::Result<String> {
-    let old = import::read(text)?;
+    let old = import::read(text).context("could not use the calibration")?;
     if old.focal_varies {
         announcer.say(text::focal_is_a_mean());
     }
