@@ -22,6 +22,8 @@ use crate::v4l2::kernel::Errno;
 const LET_GO: Duration = Duration::from_millis(200);
 /// Memory for pictures under way and such as nobody has taken yet.
 const PICTURES: usize = 6;
+/// Most bytes that a camera may send with a picture.
+const LARGEST_ADDITION: usize = 1 << 20;
 
 #[derive(Debug)]
 pub(super) struct Device {
@@ -30,6 +32,8 @@ pub(super) struct Device {
     pub(super) formats: Vec<Pixels>,
     pub(super) chosen: Option<Chosen>,
     pub(super) stream: Option<Stream>,
+    /// True once it didn't answer: it isn't told anything more.
+    pub(super) is_gone: bool,
 }
 
 /// What was set.
@@ -57,13 +61,12 @@ pub(super) struct Stream {
 }
 
 impl Device {
-    pub(super) fn new(camera: GenICamera) -> Result<Self, Errno> {
-        let mut camera = camera;
+    pub(super) fn new(mut camera: GenICamera) -> Result<Self, Errno> {
         let names = camera.enum_entries("PixelFormat").map_err(|err| errno(&err))?;
         let mut formats: Vec<Pixels> =
             names.iter().filter_map(|name| Pixels::named(name)).collect();
         formats.sort_by_key(Pixels::bits);
-        Ok(Self { camera, formats, chosen: None, stream: None })
+        Ok(Self { camera, formats, chosen: None, stream: None, is_gone: false })
     }
 
     /// Width and height of the sensor, and those set now.
@@ -126,9 +129,14 @@ impl Device {
     }
 
     pub(super) fn start(&mut self, buffers: u32, now_nanos: u64) -> Result<Stream, GenicamError> {
-        let payload = self.camera.get_integer("PayloadSize")?;
+        let payload = usize::try_from(self.camera.get_integer("PayloadSize")?).unwrap_or(0);
+        let sent = self.chosen.as_ref().map_or(0, |chosen| {
+            chosen.pixels.bytes_sent(chosen.width as usize, chosen.height as usize, 0)
+        });
+        // Memory for what such a picture can have, and not for what a camera may claim.
+        let most = sent + sent / 8 + LARGEST_ADDITION;
         let asked = StreamConfig {
-            payload_size: usize::try_from(payload).ok(),
+            payload_size: Some(payload.min(most)),
             n_buffers: PICTURES,
             ..StreamConfig::new()
         };
@@ -151,7 +159,10 @@ impl Device {
     /// Ends the stream. A camera that is gone isn't told.
     pub(super) fn stop(&mut self) {
         let Some(stream) = self.stream.take() else { return };
-        if self.camera.is_connected() {
+        if self.is_gone {
+            // First, so that closing the stream doesn't wait for an answer.
+            self.camera.disconnect(LET_GO);
+        } else {
             self.camera.execute("AcquisitionStop").ok();
             self.camera.set_integer("TLParamsLocked", 0).ok();
         }

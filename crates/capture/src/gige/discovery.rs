@@ -6,12 +6,7 @@ use telegenic::gige::discovery::{
     DiscoveredDevice, DiscoveryConfig, NetworkAdapter, discover, enumerate_adapters, is_reachable,
 };
 
-use super::Network;
-use crate::v4l2::{
-    Camera, discover as look,
-    kernel::{Errno, Node},
-};
-use boresight_geometry::device::Fault;
+use crate::v4l2::kernel::{Errno, Node};
 
 /// How long cameras have to answer. They do so at once; the standard lets a crowd of them take turns for a second.
 const ANSWERED_WITHIN: Duration = Duration::from_millis(500);
@@ -98,35 +93,6 @@ pub(super) fn address(name: &str) -> Option<Ipv4Addr> {
 pub(super) fn is_called(node: &Node, name: &str) -> bool {
     let same = |own: &PathBuf| own.to_string_lossy().eq_ignore_ascii_case(name);
     same(&node.path) || node.links.iter().any(same)
-}
-
-/// The camera that `name` means.
-///
-/// # Errors
-///
-/// The fault and its details: nobody answers, several are called so, or it can't be opened.
-pub fn find(name: &str) -> Result<Camera, (Fault, String)> {
-    let mut network = Network::of(name);
-    let found = look(&mut network);
-    match (found.cameras.as_slice(), found.others.as_slice()) {
-        ([camera], []) => Ok(camera.clone()),
-        ([], [other]) => Err((other.why, other.detail.clone())),
-        ([], []) if address(name).is_some() => Err((Fault::Unreachable, name.into())),
-        ([], []) => {
-            let there: Vec<String> = near().into_iter().map(|seen| seen.node.known_as).collect();
-            let there = if there.is_empty() {
-                "no camera answers on the network".into()
-            } else {
-                format!("there is {}", there.join(", "))
-            };
-            Err((Fault::NotFound, format!("{name}; {there}")))
-        }
-        (cameras, others) => {
-            let nodes = cameras.iter().map(|c| &c.node).chain(others.iter().map(|o| &o.node));
-            let names: Vec<String> = nodes.map(|node| node.path.display().to_string()).collect();
-            Err((Fault::Twin, names.join(" or ")))
-        }
-    }
 }
 
 /// The system's number for a camera that can't be reached.

@@ -9,6 +9,7 @@
 //! | `network` | the requests: opening, format and rate, buffers, waits |
 //! | `device` | a camera that is open, and its stream |
 //! | `discovery` | which cameras answer on the network, and their names |
+//! | `meant` | the camera that a name means |
 //! | `features` | exposure, gain and white balance among the camera's features, and their automatics |
 //! | `pixels` | the camera's pixel formats, packed ones too, as the layouts that are read elsewhere |
 //! | `camera_time` | the camera's time stamps on this computer's clock |
@@ -20,8 +21,10 @@ mod camera_time;
 mod device;
 mod discovery;
 mod features;
+mod meant;
 mod network;
 mod pixels;
 
-pub use discovery::{Seen, find, near};
+pub use discovery::{Seen, near};
+pub use meant::find;
 pub use network::Network;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, net::Ipv4Addr, path::Path, time::Duration};
 
 use telegenic::{
-    GenICamera, GenicamError,
+    GenICamera,
     gige::{GigeConfig, proto::bootstrap},
 };
 
@@ -81,7 +81,9 @@ impl Network {
         (asked.gvcp_timeout, asked.retries) = (ANSWER, REPEATS);
         asked.heartbeat_timeout_ms = HEARTBEAT_MILLIS;
         let mut camera = GenICamera::with_config(asked);
-        for _ in 0..BUSY_TRIES {
+        // Who lists all cameras needn't know more than that one is in use.
+        let tries = if self.names.is_empty() { 1 } else { BUSY_TRIES };
+        for _ in 0..tries {
             match camera.connect().map_err(|err| errno(&err)) {
                 Err(Errno(libc::EBUSY)) => self.system.pause(BUSY_PAUSE),
                 Err(Errno(libc::ETIMEDOUT)) => return Err(UNREACHABLE),
@@ -91,10 +93,6 @@ impl Network {
         }
         Err(Errno(libc::EBUSY))
     }
-}
-
-fn said(err: GenicamError) -> Errno {
-    errno(&err)
 }
 
 impl Kernel for Network {
@@ -126,7 +124,7 @@ impl Kernel for Network {
 
     fn capability(&mut self, device: Handle) -> Result<Capability, Errno> {
         let info =
-            self.camera(device)?.transport().device_info().map_err(|err| said(err.into()))?;
+            self.camera(device)?.transport().device_info().map_err(|err| errno(&err.into()))?;
         let card = format!("{} {}", info.manufacturer.trim(), info.model.trim());
         Ok(Capability {
             driver: "GigE Vision".into(),
@@ -165,7 +163,7 @@ impl Kernel for Network {
     fn set_format(&mut self, device: Handle, wanted: Format) -> Result<Format, Errno> {
         let device = self.device(device)?;
         device.run_freely();
-        device.set_size(wanted.width, wanted.height).map_err(said)?;
+        device.set_size(wanted.width, wanted.height).map_err(|err| errno(&err))?;
         let fitting = device.formats.iter().filter(|format| format.fourcc == wanted.fourcc);
         // A list may name formats that the camera has no more, with its present settings or at all.
         let mut refused = NONE;
@@ -178,7 +176,7 @@ impl Kernel for Network {
             match set {
                 Ok((now, code)) if now == pixels.name => {
                     let side = |name: &str, camera: &mut GenICamera| {
-                        let px = camera.get_integer(name).map_err(said)?;
+                        let px = camera.get_integer(name).map_err(|err| errno(&err))?;
                         u32::try_from(px).map_err(|_| NONE)
                     };
                     let (width, height) = (side("Width", camera)?, side("Height", camera)?);
@@ -186,7 +184,7 @@ impl Kernel for Network {
                     return Ok(Format { width, height, bytes_per_line: 0, ..wanted });
                 }
                 Ok(_) => {}
-                Err(err) => refused = said(err),
+                Err(err) => refused = errno(&err),
             }
         }
         Err(refused)
@@ -197,13 +195,13 @@ impl Kernel for Network {
         let (name, most_hz) = device.rate().ok_or(NONE)?;
         for switch in ["AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"] {
             if device.camera.has_feature(switch) {
-                device.camera.set_boolean(switch, true).map_err(said)?;
+                device.camera.set_boolean(switch, true).map_err(|err| errno(&err))?;
             }
         }
         let wanted_hz = f64::from(wanted.1) / f64::from(wanted.0.max(1));
-        device.camera.set_float(name, wanted_hz.min(most_hz)).map_err(said)?;
-        device.camera.invalidate_caches().map_err(said)?;
-        device.camera.get_float(name).map(fraction).map_err(said)
+        device.camera.set_float(name, wanted_hz.min(most_hz)).map_err(|err| errno(&err))?;
+        device.camera.invalidate_caches().map_err(|err| errno(&err))?;
+        device.camera.get_float(name).map(fraction).map_err(|err| errno(&err))
     }
 
     fn request_buffers(&mut self, device: Handle, count: u32) -> Result<u32, Errno> {
@@ -252,7 +250,7 @@ impl Kernel for Network {
     fn stream_on(&mut self, device: Handle) -> Result<(), Errno> {
         let now = self.clock().monotonic_nanos;
         let device = self.device(device)?;
-        device.stream = Some(device.start(BUFFERS, now).map_err(said)?);
+        device.stream = Some(device.start(BUFFERS, now).map_err(|err| errno(&err))?);
         Ok(())
     }
 
@@ -269,23 +267,14 @@ impl Kernel for Network {
         let readable = !stream.come.is_empty();
         let last_sign_nanos = stream.last_sign_nanos;
         let now = self.clock().monotonic_nanos;
-        let camera = self.camera(device)?;
-        if !camera.is_connected() {
+        let is_silent = !readable && now > last_sign_nanos + SILENCE_NANOS;
+        let device = self.device(device)?;
+        if !device.camera.is_connected() || (is_silent && !is_ours(&device.camera)) {
+            device.is_gone = true;
             return Err(GONE);
         }
-        if !readable && now > last_sign_nanos + SILENCE_NANOS {
-            let answer = camera
-                .transport()
-                .read_register(bootstrap::CONTROL_CHANNEL_PRIVILEGE)
-                .map_err(|_| GONE)?
-                .wait_timeout(ANSWER * (u32::from(REPEATS) + 1));
-            let owned =
-                answer.map_err(|_| GONE)? & (bootstrap::CCP_CONTROL | bootstrap::CCP_EXCLUSIVE);
-            if owned == 0 {
-                // Restarted so soon that it was never silent: it knows of no stream.
-                return Err(GONE);
-            }
-            self.stream(device)?.last_sign_nanos = now;
+        if is_silent && let Some(stream) = &mut device.stream {
+            stream.last_sign_nanos = now;
         }
         Ok(Readiness { readable, error: false })
     }
@@ -327,6 +316,15 @@ impl Kernel for Network {
     fn pause(&mut self, time: Duration) {
         self.system.pause(time);
     }
+}
+
+/// True if the camera answers that this program controls it. One that was restarted so soon that it was never silent
+/// doesn't: it knows of no stream.
+fn is_ours(camera: &GenICamera) -> bool {
+    let asked = camera.transport().read_register(bootstrap::CONTROL_CHANNEL_PRIVILEGE);
+    let answer = asked.map(|answer| answer.wait_timeout(ANSWER * (u32::from(REPEATS) + 1)));
+    let control = bootstrap::CCP_CONTROL | bootstrap::CCP_EXCLUSIVE;
+    matches!(answer, Ok(Ok(owned)) if owned & control != 0)
 }
 
 /// Time from picture to picture at a rate, in thousandths of a picture per second.
