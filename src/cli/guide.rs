@@ -193,6 +193,6 @@ fn with_phone(
     let (announcer, stop) = (announcer(), stop_flag()?);
     let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
     report(&concluded, operation, json)?;
-    phone.linger(&stop, &announcer);
+    phone.linger(&stop, boresight_present::text::phone::LINGERING, &announcer);
     Ok(concluded.exit)
 }
