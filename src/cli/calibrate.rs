@@ -11,12 +11,12 @@ use clap::Args;
 #[cfg(feature = "report")]
 use super::report::this_command;
 use super::{
-    WrongUsage,
     accept_args::AcceptArguments,
     board_args::{BoardArguments, Size},
     lens_args::LensArguments,
     progress::{FINDING, Progress},
     terminal::{announcer, print, say},
+    usage::WrongUsage,
 };
 use boresight_app::{
     Exit, announce_result,

@@ -33,6 +33,7 @@ mod serve;
 mod simulate;
 mod target;
 pub mod terminal;
+mod usage;
 mod watch;
 #[cfg(feature = "window")]
 mod window;
@@ -52,9 +53,8 @@ use left_out::{completions, man};
 
 #[cfg(feature = "window")]
 use boresight_app::AppHost;
-use boresight_app::{Exit, MissingFeature, error_code};
+use boresight_app::{Exit, error_code};
 use boresight_fleet::explain;
-use boresight_run::config::ConfigError;
 use serde_json::json;
 
 /// Live pose guidance for camera calibration with principal lines.
@@ -167,26 +167,13 @@ pub fn main() -> ExitCode {
             }
             let hint = hint.map_or(String::new(), |hint| format!("\n{hint}"));
             terminal::say(&format!("boresight: {err:#}{hint}"));
-            if err.chain().any(is_of_usage) {
+            if err.chain().any(usage::is_of_usage) {
                 return ExitCode::from(WRONG_USAGE);
             }
             Exit::Failed.into()
         }
     }
 }
-
-/// Whether the arguments are at fault, not what they name.
-fn is_of_usage(cause: &(dyn std::error::Error + 'static)) -> bool {
-    let is_setting = |err: &ConfigError| !matches!(err, ConfigError::File(_));
-    cause.is::<MissingFeature>()
-        || cause.is::<WrongUsage>()
-        || cause.downcast_ref().is_some_and(is_setting)
-}
-
-/// Arguments that can't be meant.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-struct WrongUsage(String);
 
 /// The command line with its help.
 fn command_line() -> clap::Command {

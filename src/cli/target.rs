@@ -7,10 +7,10 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::{
-    WrongUsage,
     board_args::BoardArguments,
     board_args::Size,
     terminal::{print, say},
+    usage::WrongUsage,
 };
 use boresight_app::{
     Exit,
