@@ -29,8 +29,8 @@ pub struct Sample {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
     terms: SMatrix<f64, TERMS, 4>,
-    /// Scatter of six-hour medians about the cycle, px: what doesn't repeat from day to day. Larger if whole days are off, or
-    /// if these days alone would come near an alarm.
+    /// Scatter of six-hour medians about the cycle, px: what doesn't repeat from day to day. Larger if
+    /// these days alone would come near an alarm.
     pub scatter_px: Vector4<f64>,
     /// Six-hour slots that it was learned from.
     pub slots: usize,
@@ -95,13 +95,8 @@ impl Cycle {
         let free = (medians.len() as f64 - TERMS as f64).max(1.0);
         let least = Vector4::repeat(LEAST_SCATTER * width_px);
         let of_slots = scatter(&medians, free, &least, PRIOR_SLOTS);
-        // A whole day that is off counts as so many slots in the test: the scatter of days must be held against them.
-        let in_a_day = DAY_SECS / SLOT_SECS;
-        let days = slot_medians(samples, DAY_SECS, off);
-        let free = (days.len() as f64 - 1.0).max(1.0);
-        let of_days = scatter(&days, free, &(least / in_a_day.sqrt()), PRIOR_SLOTS / in_a_day);
         let known: Vec<(f64, Vector4<f64>)> = samples.iter().map(|s| (s.at_secs, off(s))).collect();
-        cycle.scatter_px = of_slots.sup(&(of_days * in_a_day.sqrt())).sup(&quiet_scatter(&known));
+        cycle.scatter_px = of_slots.sup(&quiet_scatter(&known));
         cycle.slots = medians.len();
         Some(cycle)
     }

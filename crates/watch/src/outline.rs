@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Share of a patch's steepest slope that is drawn.
-const DRAWN: f32 = 0.35;
+const DRAWN: f32 = 0.5;
 
 impl Reference {
     /// Points along the edges of the patches that stay, px, as the camera shows them once it has turned by `turn` since

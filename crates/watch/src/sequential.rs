@@ -189,8 +189,8 @@ mod tests {
         let even: Vec<_> =
             (0..960).map(|n| (quarter(n), Vector4::repeat(0.3 * f64::from(n).sin()))).collect();
         assert!(quiet_scatter(&even).amax() < 0.15, "{}", quiet_scatter(&even));
-        // Every other day it's 1.5 px off for six hours.
-        let off = |n: u32| if n % 192 < 24 { 1.5 } else { 0.0 };
+        // Every other day it's 2 px off for six hours.
+        let off = |n: u32| if n % 192 < 24 { 2.0 } else { 0.0 };
         let jerky: Vec<_> = (0..960).map(|n| (quarter(n), Vector4::repeat(off(n)))).collect();
         let scatter_px = quiet_scatter(&jerky);
         let mut test = Sequential::new(WIDTH_PX);

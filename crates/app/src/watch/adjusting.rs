@@ -101,11 +101,11 @@ pub fn adjust(
     }
     let began = Instant::now();
     if let Feed::Street(street) = feed {
-        // It goes on from its last day, as fast as a clock.
+        // It stands still at the end of its last day.
         let end_secs = street.began_secs + street.days * 86_400.0;
+        let frame = still(street.picture(end_secs));
         while !stop.load(Ordering::Relaxed) {
-            let secs = began.elapsed().as_secs_f64();
-            if take(&still(street.picture(end_secs + secs)), end_secs + secs, secs) {
+            if take(&frame, end_secs, began.elapsed().as_secs_f64()) {
                 return Ok(true);
             }
             std::thread::sleep(BETWEEN);

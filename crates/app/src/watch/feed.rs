@@ -94,7 +94,7 @@ impl Feed {
         is_files.then(|| self.new_files(None)).transpose()
     }
 
-    /// The open source of a camera, stream or recording.
+    /// The open source of a camera, stream or recording; a simulated street stands still and needs none.
     ///
     /// # Errors
     ///
