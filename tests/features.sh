@@ -30,13 +30,15 @@ limit 125 "headless with everything" --no-default-features --features live,nokhw
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
 limit 162 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,serve,history
 limit 315 "everything"
+# Not in the default features: GigE Vision and GenICam, its channels, its XML, and waits on sockets.
+limit 133 "headless with machine-vision cameras" --no-default-features --features gige
 # Not in the default features: Thrift, its schema language, and Snappy.
 limit 124 "a table of a batch in Parquet" --no-default-features --features parquet
 # Not in the default features: requests to an object store, their signatures, TLS with the system's certificates, and
 # XML. The most of all features, for names in other scripts (ICU) come with addresses.
 limit 219 "a batch in object stores" --no-default-features --features cloud
 
-for features in "" live window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
+for features in "" live gige window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

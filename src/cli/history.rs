@@ -16,7 +16,7 @@ use super::{
 use boresight_app::{
     Exit,
     session_folders::session_folders,
-    watch::{StateLine, Store, exit, replayed, stores_below},
+    watch::{StateLine, Store, curve, exit, replayed, stores_below},
 };
 use boresight_calibrate::{DriftVerdict, LensDifference};
 use boresight_files::{Overwrite, save};
@@ -24,7 +24,9 @@ use boresight_fleet::{
     batch::{Row, recorded},
     history::{CameraHistory, Index, Step, Taken, Trend, histories},
 };
-use boresight_present::report::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page};
+use boresight_present::report::{
+    CameraCurve, CurvePoint, HistoryPage, ModelLine, WatchedCurve, history_page,
+};
 
 /// Keep track of every calibration of every camera: what drifts, what is due.
 ///
@@ -59,7 +61,8 @@ Examples:
   boresight history
   boresight history usb:046d:0825
   boresight history due --older 180d
-  boresight history page --out cameras.html";
+  boresight history page --out cameras.html
+  boresight history page --out gate.html --watch watch/gate";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -86,8 +89,12 @@ enum Command {
         #[command(flatten)]
         common: Common,
     },
-    /// Write one page with every camera's focal length and principal point over time.
+    /// Write one page with every camera's focal length and principal point over time, and where watched cameras point.
     Page {
+        /// Folders of watched cameras (`boresight watch --store`): where each points over time, with its daily cycle, what
+        /// happened, and its calibrations. Repeat for several.
+        #[arg(long, value_name = "DIR")]
+        watch: Vec<PathBuf>,
         /// File to write (HTML).
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
@@ -127,7 +134,9 @@ impl Arguments {
             },
             Some(Command::Add { roots, common }) => add(&roots, &common),
             Some(Command::Due { watch, older, common }) => due(&watch, older, &common),
-            Some(Command::Page { out, force, older, common }) => page(&out, force, older, &common),
+            Some(Command::Page { watch, out, force, older, common }) => {
+                page(&watch, (&out, force), older, &common)
+            }
         }
     }
 }
@@ -380,11 +389,19 @@ fn step_json(step: &Step<'_>) -> Value {
     })
 }
 
-fn page(out: &Path, force: bool, older: f64, common: &Common) -> anyhow::Result<Exit> {
+fn page(
+    watch: &[PathBuf],
+    (out, force): (&Path, bool),
+    older: f64,
+    common: &Common,
+) -> anyhow::Result<Exit> {
     let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
     boresight_files::may_save(out, overwrite)?;
     let limit = days_ago(older)?;
-    let all = histories(&common.open()?.all());
+    // Watched cameras need no index.
+    let is_needed = watch.is_empty() || common.find()?.is_some();
+    let all = if is_needed { histories(&common.open()?.all()) } else { Vec::new() };
+    let watched = watched(watch, &all)?;
     let mut models: BTreeMap<&str, ModelLine> = BTreeMap::new();
     let mut cameras = Vec::with_capacity(all.len());
     for history in &all {
@@ -407,10 +424,36 @@ fn page(out: &Path, force: bool, older: f64, common: &Common) -> anyhow::Result<
     cameras.sort_by_key(|camera| !camera.drifts);
     let made = jiff::Timestamp::now().strftime("%Y-%m-%d %H:%M UTC").to_string();
     let due_after = format!("{older} days");
-    let page = HistoryPage { made, due_after, models: models.into_values().collect(), cameras };
+    let page =
+        HistoryPage { made, due_after, models: models.into_values().collect(), cameras, watched };
     save(out, history_page(&page).as_bytes(), overwrite)?;
     say(&format!("Written: {}", out.display()));
     Ok(Exit::Good)
+}
+
+/// The watched cameras in the folders, each with the calibrations of the camera that its session calibrated.
+fn watched(folders: &[PathBuf], all: &[CameraHistory]) -> anyhow::Result<Vec<WatchedCurve>> {
+    let mut watched = Vec::new();
+    for folder in
+        folders.iter().map(|root| stores_below(root)).collect::<Result<Vec<_>, _>>()?.concat()
+    {
+        let file = Store::read(&folder)?.context("the store has gone")?;
+        let reference = Path::new(&file.calibration.path);
+        let is_of = |history: &&CameraHistory| {
+            history.entries.iter().any(|entry| {
+                reference.parent().is_some_and(|session| session.ends_with(&entry.session))
+            })
+        };
+        let entries = all.iter().filter(is_of).flat_map(|history| &history.entries);
+        let calibrated: Vec<(f64, String)> = entries
+            .filter_map(|entry| {
+                let at: jiff::Timestamp = entry.created.parse().ok()?;
+                Some((at.as_second() as f64, format!("Calibrated: {}", entry.verdict)))
+            })
+            .collect();
+        watched.push(curve(&folder, &calibrated)?);
+    }
+    Ok(watched)
 }
 
 /// The usable calibrations; `None` if a time can't be read.

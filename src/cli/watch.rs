@@ -14,6 +14,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::{
+    beside::BesideArguments,
     operation::{LogForm, OnFinish},
     terminal::{announcer, log, print, say, stop_flag},
 };
@@ -92,7 +93,9 @@ struct Place {
 enum Command {
     /// Help to push a camera back: says live what to do, roll first, until it's tight and points right.
     ///
-    /// The camera is compared with where it stood at this hour of the day. Nothing is recorded.
+    /// The camera is compared with where it stood at this hour of the day. With --serve, a phone's page shows the live
+    /// picture with the edges of the scene where they should be, an arrow, a number and a sentence, and sounds a tone that
+    /// rises as the camera comes nearer. Nothing is recorded.
     Adjust {
         /// The camera or stream.
         #[arg(required = true, value_name = "SOURCE")]
@@ -102,6 +105,8 @@ enum Command {
         /// Print a JSON object on stdout for each picture.
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        beside: BesideArguments,
     },
     /// Say that the camera stays as it is: it's learned again, and the reason is kept.
     Accept {
@@ -135,7 +140,7 @@ Examples:
   boresight watch /var/ftp/cam7 --reference cam7.yaml --store watch/cam7 --every 10m
   boresight watch pictures/*.jpg --reference calibration.json --once
   boresight watch --list cameras.toml --store watch --metrics /var/lib/node_exporter/watch.prom
-  boresight watch adjust rtsp://192.168.1.20/stream --store watch/gate
+  boresight watch adjust rtsp://192.168.1.20/stream --store watch/gate --serve
   boresight watch accept --store watch/gate --reason \"moved to the new pole\"";
 
 /// The list of cameras.
@@ -178,7 +183,9 @@ fn duration(text: &str) -> Result<Duration, String> {
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         match &self.command {
-            Some(Command::Adjust { source, place, json }) => adjust(&place.store, source, *json),
+            Some(Command::Adjust { source, place, json, beside }) => {
+                adjust(&place.store, source, *json, beside)
+            }
             Some(Command::Accept { place, reason }) => accept(&place.store, reason.as_deref()),
             Some(Command::Replay { place, json }) => replay(&place.store, *json),
             Some(Command::State { place, json }) => state(&place.store, *json),
@@ -359,25 +366,45 @@ impl Metrics {
     }
 }
 
-fn adjust(folder: &Path, source: &[String], json: bool) -> anyhow::Result<Exit> {
+fn adjust(
+    folder: &Path,
+    source: &[String],
+    json: bool,
+    beside: &BesideArguments,
+) -> anyhow::Result<Exit> {
     let feed = Feed::parse(source, &Config::load(None, &[])?, &announcer())?;
     let (camera, _) = WatchedCamera::open(folder, "", None, (None, false))?;
     if !camera.station().is_learned {
         say("The camera is still being learned: the way back is as good as the pictures so far.");
     }
+    let (stop, voice) = (stop_flag()?, beside.voice()?);
+    #[cfg(feature = "serve")]
+    let phone = beside.phone()?;
     let mut said = words::Cue { arrow: "", number: String::new(), sentence: String::new() };
-    let is_right = watch::adjust(&camera, &feed, &*stop_flag()?, &mut |advice, _| {
-        let cue = watch::with_scale(camera.lens(), |scale| words::cue(advice, scale));
+    let is_right = watch::adjust(&camera, &feed, &stop, &mut |step| {
+        #[cfg(feature = "serve")]
+        if let Some(phone) = &phone {
+            phone.adjusting(step, camera.lens());
+        }
+        if let Some(voice) = &voice {
+            watch::say_aloud(voice, &step.advice);
+        }
+        let cue = watch::with_scale(camera.lens(), |scale| words::cue(&step.advice, scale));
         if json {
+            let line = json!({
+                "arrow": cue.arrow, "number": cue.number, "sentence": cue.sentence, "closeness": step.closeness,
+            });
             // A reader that has gone ends nothing.
-            let line =
-                json!({ "arrow": cue.arrow, "number": cue.number, "sentence": cue.sentence });
             let _ = print(&line.to_string());
         } else if cue != said {
             say(&format!("{}  {:>8}  {}", cue.arrow, cue.number, cue.sentence));
             said = cue;
         }
     })?;
+    #[cfg(feature = "serve")]
+    if let Some(phone) = &phone {
+        phone.linger(&stop, words::LINGERING, &announcer());
+    }
     Ok(if is_right { Exit::Good } else { Exit::Moved })
 }
 

@@ -81,6 +81,13 @@ fn a_push_is_found_said_stored_and_replayed_and_accepted() {
     says(&due, 0, &[]);
     assert_eq!(last_state(&due.stdout)["state"], "MOVED");
 
+    // Its curves are drawn without an index, with what happened.
+    let page = ["history", "page", "--watch", "cam", "--out", "cam.html"];
+    says(&boresight(here, &page), 0, &["Written"]);
+    let html = fs::read_to_string(here.join("cam.html")).expect("readable");
+    assert_eq!(html.matches("<polygon").count(), 4);
+    assert!(html.contains("MOVED. The camera points") && !html.contains("NaN"));
+
     says(&boresight(here, &["watch", "accept", "--store", "cam"]), 1, &["--reason"]);
     says(
         &boresight(here, &["watch", "accept", "--store", "cam", "--reason", "new pole"]),

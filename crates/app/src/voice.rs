@@ -135,6 +135,13 @@ impl Voice {
         Ok(())
     }
 
+    /// Says what holds for now, if it's switched on; `mirrored` to a person who faces the camera. Said again and again, it's
+    /// heard when there is time for it.
+    pub fn request(&self, text: &str, mirrored: &str) {
+        let (text, mirrored) = (text.to_owned(), mirrored.to_owned());
+        self.said.offer(Word { rank: Rank::Guidance, text, mirrored });
+    }
+
     /// Looks on at a session.
     pub fn onlooker(&self) -> Arc<dyn Onlooker> {
         Arc::clone(&self.said) as Arc<dyn Onlooker>

@@ -16,7 +16,7 @@ use super::keys::Role;
 use boresight_geometry::{frame::Frame, markers::MarkerChoice};
 use boresight_guide::{
     guidance::Refusal,
-    session::{Command, Outcome, Snapshot},
+    session::{Command, Gravity, Outcome, Snapshot},
 };
 use boresight_present::speech::{Narrator, Word};
 use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
@@ -69,6 +69,8 @@ pub enum Stage {
     Starting,
     /// A session runs.
     Guiding,
+    /// A watched camera is pushed back.
+    Adjusting(Arc<AdjustPage>),
     /// The session's result is being computed and stored.
     Ending,
     /// The session's result is stored.
@@ -135,6 +137,27 @@ pub struct EndedPage {
     pub can_restart: bool,
     /// Files offered for download.
     pub files: Vec<PageFile>,
+}
+
+/// What a page shows while a watched camera is pushed back. Of each pair, the second is for a person who faces the camera.
+#[derive(Clone, Debug)]
+pub struct AdjustPage {
+    /// Where to: one of `←→↑↓↺↻●?`.
+    pub arrow: [&'static str; 2],
+    /// How far, with its unit.
+    pub number: String,
+    /// What to do.
+    pub sentence: [String; 2],
+    /// How grave that is.
+    pub gravity: Gravity,
+    /// How near it is, 0 to 1; `None` if that isn't known.
+    pub close: Option<f64>,
+    /// Words to say aloud.
+    pub aloud: Option<Word>,
+    /// Size of the picture.
+    pub image_size_px: [u32; 2],
+    /// Points on edges of the scene where they should be, px.
+    pub outline: Vec<[i32; 2]>,
 }
 
 /// A file to download, in memory.
@@ -206,6 +229,13 @@ impl Hub {
             }
             state.stage = stage;
         });
+    }
+
+    /// Shows a picture of a watched camera, and what to do.
+    pub fn adjusting(&self, frame: &Arc<Frame>, page: AdjustPage) {
+        let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
+        self.publish(Some(Picture { number, frame: Arc::clone(frame), came: Instant::now() }));
+        self.show(Stage::Adjusting(Arc::new(page)));
     }
 
     /// The session that a page has asked for, once.

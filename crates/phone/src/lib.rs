@@ -1,4 +1,5 @@
-//! The page for a phone: a small web server on the local network that shows a session and takes commands.
+//! The page for a phone: a small web server on the local network that shows a session, or a watched camera that's pushed
+//! back, and takes commands.
 //!
 //! ```text
 //!  capture ──newest frame──▶ hub ──picture, on request──▶ page   (JPEG; made here, never in the pipeline)
@@ -51,7 +52,7 @@ mod view;
 
 pub use address::{DEFAULT_PORT, ServeAddress};
 pub use error::ServeError;
-pub use hub::{EndedPage, Hub, Offer, OfferedCamera, PageFile, Request, Stage};
+pub use hub::{AdjustPage, EndedPage, Hub, Offer, OfferedCamera, PageFile, Request, Stage};
 pub use keys::{Role, Secret};
 pub use qr::QrCode;
 pub use server::{Links, Server, Setup};

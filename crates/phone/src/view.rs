@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 use serde::Serialize;
 
-use super::hub::{Hub, Offer, Stage, State};
+use super::hub::{AdjustPage, Hub, Offer, Stage, State};
 use boresight_guide::{
     guidance::{Advice, Refusal},
     session::{Gravity, Outcome, Snapshot},
@@ -47,6 +47,8 @@ pub(super) struct Live<'a> {
     removed: Option<u32>,
     /// Choices for a new session.
     offer: Option<&'a Offer>,
+    /// Where to push a watched camera, the same for a person who faces it, and how far.
+    push: Option<([&'static str; 2], &'a str)>,
 }
 
 /// Something to say.
@@ -68,7 +70,7 @@ impl<'a> Say<'a> {
 }
 
 /// Fields that change with a view.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub(super) struct Plan {
     size: [u32; 2],
     ghost: Option<Ghost>,
@@ -77,6 +79,8 @@ pub(super) struct Plan {
     /// Directions of opposed views.
     pairs: Vec<[f64; 2]>,
     refused: Vec<(String, u64)>,
+    /// Points on edges where a watched camera should show them.
+    outline: Vec<[i32; 2]>,
 }
 
 /// The card, in the picture's pixels.
@@ -115,6 +119,7 @@ pub(super) fn live(state: &State) -> Live<'_> {
         Stage::Waiting(_) => "waiting",
         Stage::Starting => "starting",
         Stage::Guiding => "guiding",
+        Stage::Adjusting(_) => "adjusting",
         Stage::Ending => "ending",
         Stage::Ended(_) => "ended",
     };
@@ -138,7 +143,18 @@ pub(super) fn live(state: &State) -> Live<'_> {
             Stage::Waiting(offer) => Some(offer),
             _ => None,
         },
+        push: None,
     };
+    if let Stage::Adjusting(page) = &state.stage {
+        return Live {
+            sentence: page.sentence.clone(),
+            tone: page.gravity,
+            close: page.close.map(|close| round(close, 1e3) as f32),
+            say: page.aloud.as_ref().map(Say::of),
+            push: Some((page.arrow, &page.number)),
+            ..empty
+        };
+    }
     let Some(snapshot) = &state.snapshot else { return empty };
     let guiding = matches!(state.stage, Stage::Guiding);
     let seen = snapshot.live.as_ref();
@@ -191,8 +207,12 @@ fn trouble(snapshot: &Snapshot) -> Option<(String, String)> {
     Some((what, action))
 }
 
-/// The part that changes with a view; `None` before the first frame.
+/// The part that changes with a view, or the edges of a watched camera; `None` before the first frame.
 pub(super) fn plan(state: &State, hub: &Hub) -> Option<Plan> {
+    if let Stage::Adjusting(page) = &state.stage {
+        let AdjustPage { image_size_px: size, ref outline, .. } = **page;
+        return Some(Plan { size, outline: outline.clone(), ..Plan::default() });
+    }
     let snapshot = state.snapshot.as_ref()?;
     let size = snapshot.setup.image_size;
     let name = |index: usize| Some(snapshot.views.get(index)?.number.to_string());
@@ -230,6 +250,7 @@ pub(super) fn plan(state: &State, hub: &Hub) -> Option<Plan> {
             })
             .collect(),
         refused: refused.map(|(refusal, count)| (kind(&refusal), count)).collect(),
+        outline: Vec::new(),
     })
 }
 

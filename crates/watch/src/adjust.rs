@@ -2,10 +2,12 @@
 
 use nalgebra::Vector4;
 
-use crate::measure::NoAnswer;
+use crate::{level::COARSE, measure::NoAnswer, patches::COARSE_SEARCH};
 
 /// Nearer than this nobody can push a camera by hand, px.
 const NEAREST_PX: f64 = 0.5;
+/// Farther than this the coarse search no longer reaches in one step, px: the tone starts here.
+const FAR_PX: f64 = (COARSE * COARSE_SEARCH as u32) as f64;
 /// Time for which it must stand right before it's tightened, and until it's looked at again after that.
 const HOLD_SECS: f64 = 3.0;
 const TIGHTEN_SECS: f64 = 60.0;
@@ -62,6 +64,26 @@ impl Adjust {
     pub fn new(scatter_px: Option<Vector4<f64>>) -> Self {
         let limits_px = scatter_px.unwrap_or_default().map(|s| s.max(NEAREST_PX));
         Self { limits_px, within_since: None, tighten_since: None }
+    }
+
+    /// How near the camera is, for a tone: 1 where it stands right, falling with the logarithm of the distance to 0 where
+    /// patches are hardly found. `None` if it isn't known.
+    pub fn closeness(&self, advice: &Advice) -> Option<f64> {
+        match *advice {
+            Advice::Lost(_) => None,
+            Advice::Hold { .. } | Advice::Right => Some(1.0),
+            Advice::Push { axis, off_px } => {
+                Some(Self::near(self.limits_px[axis as usize], off_px))
+            }
+            Advice::Tighten { off_px, .. } => {
+                Some(Self::near(self.limits_px.fixed_rows::<3>(0).amax(), off_px))
+            }
+        }
+    }
+
+    fn near(limit_px: f64, off_px: f64) -> f64 {
+        let times = off_px.abs() / limit_px;
+        (1.0 - times.max(1.0).ln() / (FAR_PX / NEAREST_PX).ln()).max(0.0)
     }
 
     /// Takes how far the camera is from where it should point at this hour, px, or why that isn't known.
@@ -135,6 +157,17 @@ mod tests {
         see([0.0; 3], 3.1);
         see([0.0; 3], 61.0);
         assert_eq!(see([0.0; 3], 4.0), Advice::Right);
+    }
+
+    #[test]
+    fn the_tone_rises_as_it_comes_nearer() {
+        let adjust = Adjust::new(None);
+        let near = |off_px| adjust.closeness(&Advice::Push { axis: Axis::Pan, off_px });
+        let heard = [-90.0, 40.0, -12.0, 3.0, 0.6, 0.5].map(|off_px| near(off_px).expect("known"));
+        assert!(heard.is_sorted(), "{heard:?}");
+        assert_eq!((heard[0], heard[5]), (0.0, 1.0));
+        assert_eq!(adjust.closeness(&Advice::Lost(NoAnswer::TooDark)), None);
+        assert_eq!(adjust.closeness(&Advice::Right), Some(1.0));
     }
 
     #[test]

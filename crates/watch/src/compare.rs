@@ -4,7 +4,7 @@ use crate::{
     fit::{AGREES, Fit, fit, lens_covariance},
     gallery::Gallery,
     level::View,
-    measure::{FEWEST_FOUND, Measured, NEAREST, NoAnswer, credible, is_dark, spread},
+    measure::{FEWEST_FOUND, Measured, NEAREST, NoAnswer, credible, spread},
     turn::Lens,
 };
 
@@ -21,7 +21,10 @@ impl Gallery {
         if boresight_geometry::frame::ImageSize::of(&view.grey) != lens.image_size {
             return Err(NoAnswer::OtherSize);
         }
-        credible(self.fit_nearest(view, lens), self.sought(view), || is_dark(view))
+        if !view.shows_something() {
+            return Err(NoAnswer::TooDark);
+        }
+        credible(self.fit_nearest(view, lens), self.sought(view))
     }
 
     /// The references that look most alike, the nearest first.

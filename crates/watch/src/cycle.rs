@@ -2,6 +2,8 @@
 
 use nalgebra::{SMatrix, SVector, Vector4};
 
+use crate::sequential::quiet_scatter;
+
 const DAY_SECS: f64 = 86_400.0;
 /// Estimates closer than this aren't independent: a camera's sway lasts for hours.
 pub(crate) const SLOT_SECS: f64 = 6.0 * 3600.0;
@@ -27,7 +29,8 @@ pub struct Sample {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
     terms: SMatrix<f64, TERMS, 4>,
-    /// Scatter of six-hour medians about the cycle, px: what doesn't repeat from day to day. Larger if whole days are off.
+    /// Scatter of six-hour medians about the cycle, px: what doesn't repeat from day to day. Larger if whole days are off, or
+    /// if these days alone would come near an alarm.
     pub scatter_px: Vector4<f64>,
     /// Six-hour slots that it was learned from.
     pub slots: usize,
@@ -97,7 +100,8 @@ impl Cycle {
         let days = slot_medians(samples, DAY_SECS, off);
         let free = (days.len() as f64 - 1.0).max(1.0);
         let of_days = scatter(&days, free, &(least / in_a_day.sqrt()), PRIOR_SLOTS / in_a_day);
-        cycle.scatter_px = of_slots.sup(&(of_days * in_a_day.sqrt()));
+        let known: Vec<(f64, Vector4<f64>)> = samples.iter().map(|s| (s.at_secs, off(s))).collect();
+        cycle.scatter_px = of_slots.sup(&(of_days * in_a_day.sqrt())).sup(&quiet_scatter(&known));
         cycle.slots = medians.len();
         Some(cycle)
     }

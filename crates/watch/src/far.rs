@@ -6,7 +6,7 @@ use nalgebra::Point2;
 use crate::{
     gallery::Gallery,
     level::View,
-    measure::{Measured, NEAREST, NoAnswer, credible, is_dark},
+    measure::{Measured, NEAREST, NoAnswer, credible},
     reference::Reference,
     shift::{best_shift, bilinear, turned},
     turn::{Lens, Turn},
@@ -88,7 +88,7 @@ impl Gallery {
     ///
     /// Why it isn't credible.
     pub fn measure_far(&self, view: &View, lens: &Lens) -> Result<Measured, NoAnswer> {
-        if is_dark(view) {
+        if !view.shows_something() {
             return Err(NoAnswer::TooDark);
         }
         let mut order: Vec<(usize, f64)> = self
@@ -106,7 +106,7 @@ impl Gallery {
                 continue;
             };
             let is_better = best.as_ref().is_none_or(|best| measured.inliers > best.inliers);
-            let judged = credible(Some(measured.clone()), measured.found, || false);
+            let judged = credible(Some(measured.clone()), measured.found);
             if judged.is_ok() {
                 return judged;
             }
@@ -115,7 +115,7 @@ impl Gallery {
             }
         }
         let sought = best.as_ref().map_or(0, |m| m.found);
-        credible(best, sought, || false)
+        credible(best, sought)
     }
 
     /// Turns the picture back by `turn` and measures what is left, twice.

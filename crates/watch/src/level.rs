@@ -18,6 +18,9 @@ pub(crate) const THUMB_WIDTH: usize = 64;
 /// See [`THUMB_WIDTH`].
 pub(crate) const THUMB_HEIGHT: usize = 48;
 
+/// Standard deviations of a pixel's noise that a scene's contrast must reach.
+const SEEN: f64 = 3.0;
+
 /// One picture, prepared for comparison.
 #[derive(Clone, Debug)]
 pub struct View {
@@ -42,6 +45,18 @@ impl View {
         let coarse = levelled(&reduced(&grey), COARSE_SIGMA_PX);
         let thumb = Thumb::of(&coarse);
         Self { grey, fine, coarse, thumb }
+    }
+
+    /// Whether the scene stands out from the noise of the picture's pixels, so that one pixel tells light from dark: at night
+    /// without lamps, behind a veil, or under a cover, it doesn't, and what correlation still finds there says nothing of
+    /// what the camera sees.
+    pub fn shows_something(&self) -> bool {
+        let pixels = self.grey.as_raw();
+        let count = pixels.len().max(1) as f64;
+        let sum: u64 = pixels.iter().map(|&v| u64::from(v)).sum();
+        let squares: u64 = pixels.iter().map(|&v| u64::from(v) * u64::from(v)).sum();
+        let mean = sum as f64 / count;
+        (squares as f64 / count - mean * mean).max(0.0).sqrt() >= SEEN * noise(&self.grey)
     }
 
     /// How much there is to see: the mean distance from the mean level.
@@ -134,6 +149,33 @@ fn levelled(grey: &GrayImage, sigma_px: f32) -> GrayImage {
         }
     }
     GrayImage::from_raw(grey.width(), grey.height(), out).unwrap_or_default()
+}
+
+/// Standard deviation of a pixel's noise, grey levels: the median of a second difference across both axes, in which smooth
+/// surfaces and straight edges cancel (Immerkær 1996); at least that of rounding to whole levels.
+fn noise(grey: &GrayImage) -> f64 {
+    /// Every third row and column tells enough.
+    const EVERY: usize = 3;
+    const ROUNDING: f64 = 0.289;
+    let (width, height) = (grey.width() as usize, grey.height() as usize);
+    let pixels = grey.as_raw();
+    let mut differences = Vec::with_capacity(pixels.len() / (EVERY * EVERY) + 1);
+    for y in (1..height.saturating_sub(1)).step_by(EVERY) {
+        for x in (1..width.saturating_sub(1)).step_by(EVERY) {
+            let row = |y: usize| -> i32 {
+                let row = &pixels[y * width + x - 1..][..3];
+                i32::from(row[0]) - 2 * i32::from(row[1]) + i32::from(row[2])
+            };
+            differences.push((row(y - 1) - 2 * row(y) + row(y + 1)).unsigned_abs() as u16);
+        }
+    }
+    if differences.is_empty() {
+        return ROUNDING;
+    }
+    let middle = differences.len() / 2;
+    // From the median of its size to the standard deviation of a normal variable; the weights' root sum of squares is 6.
+    let sd = 1.4826 * f64::from(*differences.select_nth_unstable(middle).1) / 6.0;
+    sd.max(ROUNDING)
 }
 
 /// Blurs by three running sums along each axis, whose variances add up to about that of a Gaussian of `sigma_px`.
@@ -270,6 +312,28 @@ mod tests {
         let flat = View::of(GrayImage::from_pixel(101, 77, image::Luma([200])));
         assert!(flat.fine.as_raw().iter().all(|v| v.abs_diff(MEAN_LEVEL) <= 1));
         assert!(flat.texture() <= 1.0);
+    }
+
+    #[test]
+    fn what_noise_hides_is_not_seen() {
+        let noisy = |gain: f32, sd: f32| {
+            let mut state = 7_u32;
+            let mut grey = scene(gain, 60.0);
+            for level in grey.iter_mut() {
+                // Irwin-Hall: the sum of twelve uniform numbers.
+                let mut sum = -6.0;
+                for _ in 0..12 {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    sum += (state >> 8) as f32 / (1 << 24) as f32;
+                }
+                *level = (f32::from(*level) + sd * sum).round().clamp(0.0, 255.0) as u8;
+            }
+            View::of(grey)
+        };
+        assert!((noise(&noisy(0.0, 2.0).grey) - 2.0).abs() < 0.35);
+        assert!(noisy(0.8, 2.0).shows_something());
+        assert!(!noisy(0.03, 2.0).shows_something());
+        assert!(!View::of(GrayImage::new(40, 30)).shows_something());
     }
 
     #[test]

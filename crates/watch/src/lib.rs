@@ -20,7 +20,7 @@
 //! | `overlay`, `texture`, `glass`, `condition` | text in the picture; sharpness and contrast of one picture; over days |
 //! | `cycle`, `sequential` | what repeats daily; a test whether the camera has left it |
 //! | `input`, `state`, `watch` | the fold |
-//! | `adjust` | the way back, for who pushes the camera |
+//! | `adjust`, `outline` | the way back, for who pushes the camera; the edges that are drawn over the live picture |
 #![forbid(unsafe_code)]
 
 mod adjust;
@@ -34,6 +34,7 @@ mod glass;
 mod input;
 mod level;
 mod measure;
+mod outline;
 mod overlay;
 mod patches;
 mod reference;

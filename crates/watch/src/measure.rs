@@ -4,7 +4,6 @@ use nalgebra::Matrix4;
 
 use crate::{
     fit::{self, AGREES, Sighting, fit, offsets_px},
-    level::View,
     turn::{Lens, Turn},
 };
 
@@ -47,7 +46,7 @@ pub struct Measured {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum NoAnswer {
-    /// Hardly any light: nothing could be seen.
+    /// Nothing stands out from the picture's noise: hardly any light, or hardly any contrast.
     TooDark,
     /// Too few patches of the references are in the picture.
     FewFound {
@@ -75,37 +74,19 @@ pub enum NoAnswer {
     NoPicture,
 }
 
-/// Mean grey level and texture below which nothing is to be seen: sensor noise alone levels to more.
-const DARK_MEAN: f64 = 4.0;
-const DARK_DEVIATION: f64 = 1.5;
-
 /// Judges a fit.
-pub(crate) fn credible(
-    measured: Option<Measured>,
-    sought: usize,
-    is_dark: impl Fn() -> bool,
-) -> Result<Measured, NoAnswer> {
+pub(crate) fn credible(measured: Option<Measured>, sought: usize) -> Result<Measured, NoAnswer> {
     let found = measured.as_ref().map_or(0, |m| m.found);
     let agree = measured.as_ref().map_or(0, |m| m.inliers);
     match measured {
         Some(m) if agree >= FEWEST_INLIERS && agree as f64 >= LEAST_AGREEING * found as f64 => {
             if m.spread > LEAST_SPREAD { Ok(m) } else { Err(NoAnswer::OneCorner) }
         }
-        _ if is_dark() => Err(NoAnswer::TooDark),
         Some(_) if found >= FEWEST_INLIERS => {
             Err(NoAnswer::Disagree { agree: agree as u32, found: found as u32 })
         }
         _ => Err(NoAnswer::FewFound { found: found as u32, of: sought as u32 }),
     }
-}
-
-/// Whether a picture is too dark to show anything.
-pub(crate) fn is_dark(view: &View) -> bool {
-    let pixels = view.grey.as_raw();
-    let count = pixels.len().max(1) as f64;
-    let mean = pixels.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
-    let square = pixels.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>() / count;
-    mean < DARK_MEAN || (square - mean * mean).max(0.0).sqrt() < DARK_DEVIATION
 }
 
 /// The smaller of the standard deviations of the sightings along x and y, as shares of those of an even spread. Pictures are

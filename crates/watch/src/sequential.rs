@@ -35,6 +35,55 @@ pub struct Sequential {
     width_px: f64,
 }
 
+/// How far known quiet days must stay from an alarm: so many times.
+const MARGIN: f64 = 2.0;
+
+/// The least scatter with which days that are known to be quiet stay well clear of an alarm: distances from the cycle, px,
+/// by time. No distribution is assumed: a mount that jerks rarely but far has the limits that it needs, and one that sways
+/// evenly keeps the narrow ones of its scatter.
+pub(crate) fn quiet_scatter(known: &[(f64, Vector4<f64>)]) -> Vector4<f64> {
+    Vector4::from_fn(|i, _| {
+        let largest = known.iter().map(|(_, off)| off[i].abs()).fold(0.0, f64::max);
+        let (mut loud, mut quiet) = (0.0, largest / ALLOWANCE);
+        for _ in 0..10 {
+            let middle = 0.5 * (loud + quiet);
+            if highest_sum(known, i, middle) * MARGIN > LIMIT {
+                loud = middle;
+            } else {
+                quiet = middle;
+            }
+        }
+        let jumps =
+            known.windows(JUMP_ANSWERS).filter(|w| w[JUMP_ANSWERS - 1].0 - w[0].0 < JUMP_SECS);
+        let jump = jumps.map(|w| {
+            let side = w[0].1[i].signum();
+            w.iter().map(|(_, off)| side * off[i]).fold(f64::INFINITY, f64::min)
+        });
+        quiet.max(jump.fold(0.0, f64::max) * MARGIN / JUMP_SCATTERS)
+    })
+}
+
+/// The highest of the two sums of one parameter, uncapped, over known days.
+fn highest_sum(known: &[(f64, Vector4<f64>)], i: usize, scatter_px: f64) -> f64 {
+    let (mut sums, mut highest, mut last) = ([0.0_f64; 2], 0.0_f64, None);
+    for (at_secs, off) in known {
+        let share = last.map_or(FIRST_SHARE, |last: f64| share_of(at_secs - last));
+        last = Some(*at_secs);
+        let z = (off[i] / scatter_px.max(1e-9)).clamp(-CLIP, CLIP);
+        sums = [
+            (sums[0] + share * (z - ALLOWANCE)).max(0.0),
+            (sums[1] - share * (z + ALLOWANCE)).max(0.0),
+        ];
+        highest = highest.max(sums[0]).max(sums[1]);
+    }
+    highest
+}
+
+/// The part of a slot for which a picture counts that came so long after the one before.
+fn share_of(secs: f64) -> f64 {
+    (secs / SLOT_SECS).clamp(0.0, 1.0)
+}
+
 /// What the test says after an estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
@@ -76,9 +125,7 @@ impl Sequential {
         off_px: &Vector4<f64>,
         scatter_px: &Vector4<f64>,
     ) -> Verdict {
-        let share = self
-            .last_secs
-            .map_or(FIRST_SHARE, |last| ((at_secs - last) / SLOT_SECS).clamp(0.0, 1.0));
+        let share = self.last_secs.map_or(FIRST_SHARE, |last| share_of(at_secs - last));
         self.last_secs = Some(at_secs);
         let z = off_px.component_div(&self.scale_px(scatter_px)).map(|z| z.clamp(-CLIP, CLIP));
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
@@ -135,6 +182,25 @@ mod tests {
 
     const WIDTH_PX: f64 = 1024.0;
     const HOUR_SECS: f64 = 3600.0;
+
+    #[test]
+    fn a_mount_that_jerks_widens_its_limits_and_an_even_one_keeps_them() {
+        let quarter = |n: u32| f64::from(n) * 900.0;
+        let even: Vec<_> =
+            (0..960).map(|n| (quarter(n), Vector4::repeat(0.3 * f64::from(n).sin()))).collect();
+        assert!(quiet_scatter(&even).amax() < 0.15, "{}", quiet_scatter(&even));
+        // Every other day it's 1.5 px off for six hours.
+        let off = |n: u32| if n % 192 < 24 { 1.5 } else { 0.0 };
+        let jerky: Vec<_> = (0..960).map(|n| (quarter(n), Vector4::repeat(off(n)))).collect();
+        let scatter_px = quiet_scatter(&jerky);
+        let mut test = Sequential::new(WIDTH_PX);
+        let alarms = |test: &mut Sequential, scatter_px: &Vector4<f64>| {
+            jerky.iter().any(|(at, off)| test.step(*at, off, scatter_px).alarms[0])
+        };
+        assert!(!alarms(&mut test, &scatter_px));
+        assert!(alarms(&mut Sequential::new(WIDTH_PX), &(0.4 * scatter_px)));
+        assert_eq!(quiet_scatter(&[]), Vector4::zeros());
+    }
 
     /// Hours until a step is found, with estimates every quarter of an hour.
     fn hours(step_px: f64) -> Option<f64> {

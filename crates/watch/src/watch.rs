@@ -65,6 +65,7 @@ pub struct Watch {
     test: Sequential,
     condition: Condition,
     days: Vec<(i64, Vec<Vector4<f64>>)>,
+    creeps: Option<Finding>,
     gaps: VecDeque<(f64, f64)>,
     silent: Option<(usize, NoAnswer)>,
     causes: VecDeque<f64>,
@@ -92,6 +93,7 @@ impl Watch {
             test: Sequential::new(width_px),
             condition: Condition::default(),
             days: Vec::new(),
+            creeps: None,
             gaps: VecDeque::new(),
             silent: None,
             causes: VecDeque::new(),
@@ -129,6 +131,7 @@ impl Watch {
                 self.first = None;
                 self.test = Sequential::new(self.width_px);
                 self.days.clear();
+                self.creeps = None;
                 self.decision.reference_secs = *at;
                 self.learn(*at);
             }
@@ -242,7 +245,7 @@ impl Watch {
         self.samples.retain(|s| at_secs - s.at_secs < FOLLOWED_SECS);
         self.note_day(at_secs, off_px);
         self.follow(at_secs);
-        self.decision.findings = self.findings(at_secs, &cycle);
+        self.decision.findings = self.findings(&cycle);
     }
 
     /// Learns the first cycle, and again while the first three days last.
@@ -293,7 +296,10 @@ impl Watch {
         let day = (at_secs / DAY_SECS).floor() as i64;
         match self.days.last_mut() {
             Some((last, values)) if *last == day => values.push(off_px),
-            _ => self.days.push((day, vec![off_px])),
+            _ => {
+                self.creeps = self.creep(at_secs);
+                self.days.push((day, vec![off_px]));
+            }
         }
         // The day that goes on isn't a whole one.
         let first = self.days.len().saturating_sub(CREEP_DAYS + 1);
@@ -318,9 +324,9 @@ impl Watch {
         }
     }
 
-    fn findings(&self, at_secs: f64, cycle: &Cycle) -> Vec<Finding> {
+    fn findings(&self, cycle: &Cycle) -> Vec<Finding> {
         let mut found = Vec::new();
-        found.extend(self.creep(at_secs));
+        found.extend(self.creeps);
         found.extend(self.condition.dirt().map(|cell| Finding::Dirty { cell }));
         found.extend(self.condition.is_hazy().then_some(Finding::Hazy));
         if let (State::Moved(_), Some(usual)) = (self.decision.state, self.usual_share) {
@@ -340,11 +346,13 @@ impl Watch {
         found
     }
 
-    /// The largest slope of the daily medians, if it's beyond doubt.
+    /// The largest slope of the daily medians, if it's beyond doubt: asked when a day is over.
     fn creep(&self, at_secs: f64) -> Option<Finding> {
-        let whole = self.days.len().checked_sub(1).filter(|days| *days >= CREEP_DAYS)?;
+        if self.days.len() < CREEP_DAYS {
+            return None;
+        }
         let medians: Vec<(f64, Vector4<f64>)> =
-            self.days[..whole].iter().map(|(day, values)| (*day as f64, median4(values))).collect();
+            self.days.iter().map(|(day, values)| (*day as f64, median4(values))).collect();
         let n = medians.len() as f64;
         let mean_day = medians.iter().map(|(day, _)| day).sum::<f64>() / n;
         let mean: Vector4<f64> = medians.iter().map(|(_, m)| m).sum::<Vector4<f64>>() / n;

@@ -1,41 +1,77 @@
 //! Helps to push a camera back, live: pictures in, the one thing to do out.
 
 use std::{
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::{Duration, Instant},
 };
 
 use super::{camera::WatchedCamera, feed::Feed, times::now_secs};
+use crate::voice::Voice;
 use boresight_capture::Arrival;
-use boresight_geometry::frame::ImageSize;
-use boresight_watch::{Adjust, Advice, NoAnswer, Turn, View};
+use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
+use boresight_present::text::watch as words;
+use boresight_watch::{Adjust, Advice, NoAnswer, Turn, View, px_per_turn};
 use image::GrayImage;
+use nalgebra::Point2;
 
 /// Most pictures a second: nobody pushes faster, and a small computer has other things to do.
 const BETWEEN: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(100);
 
-impl WatchedCamera {
-    /// How far a picture is from where the camera should point at this hour, px; and the turn itself.
-    ///
-    /// # Errors
-    ///
-    /// Why that can't be told.
-    pub fn off_px(
-        &self,
-        grey: GrayImage,
-        at_secs: f64,
-    ) -> Result<(nalgebra::Vector4<f64>, Turn), NoAnswer> {
-        if ImageSize::of(&grey) != self.lens().image_size {
-            return Err(NoAnswer::OtherSize);
+/// One picture while a camera is pushed back.
+#[derive(Debug)]
+pub struct Step<'a> {
+    /// The one thing to do now.
+    pub advice: Advice,
+    /// How near it is: [`Adjust::closeness`].
+    pub closeness: Option<f64>,
+    /// The picture.
+    pub frame: &'a Arc<Frame>,
+    /// Edges of the scene where they should be at this hour, px.
+    pub outline: Vec<Point2<f64>>,
+}
+
+/// The way back with what is drawn meanwhile.
+struct Way<'a> {
+    camera: &'a WatchedCamera,
+    adjust: Adjust,
+    /// The reference that is drawn: that of the first picture's light.
+    drawn: Option<usize>,
+}
+
+impl Way<'_> {
+    fn step<'f>(&mut self, frame: &'f Arc<Frame>, at_secs: f64, now_secs: f64) -> Step<'f> {
+        let (camera, lens) = (self.camera, self.camera.lens());
+        let gallery = &camera.station().gallery;
+        let view = View::of(frame.image.clone());
+        let target_px = camera.watch().target_px(at_secs);
+        let off = if ImageSize::of(&frame.image) == lens.image_size {
+            camera.station().measure(&view).map(|m| m.turn.in_px(lens) - target_px)
+        } else {
+            Err(NoAnswer::OtherSize)
+        };
+        let advice = self.adjust.handle(now_secs, off);
+        if self.drawn.is_none() {
+            self.drawn = gallery.nearest(&view).first().copied();
         }
-        let measured = self.station().measure(&View::of(grey))?;
-        Ok((measured.turn.in_px(self.lens()) - self.watch().target_px(at_secs), measured.turn))
+        let reference = self.drawn.and_then(|index| gallery.references.get(index));
+        let target = Turn::from_vector(&target_px.component_div(&px_per_turn(lens)));
+        Step {
+            closeness: self.adjust.closeness(&advice),
+            advice,
+            frame,
+            outline: reference.map_or_else(Vec::new, |reference| {
+                reference.outline(lens, &target.since(&reference.turn))
+            }),
+        }
     }
 }
 
-/// Follows a source until the camera stands right, `stop` is set, or the source ends; `hear` gets each advice with its
-/// picture. True if the camera stands right.
+/// Follows a source until the camera stands right, `stop` is set, or the source ends; `hear` gets every step. True if the
+/// camera stands right.
 ///
 /// # Errors
 ///
@@ -44,27 +80,39 @@ pub fn adjust(
     camera: &WatchedCamera,
     feed: &Feed,
     stop: &AtomicBool,
-    hear: &mut dyn FnMut(&Advice, &GrayImage),
+    hear: &mut dyn FnMut(&Step<'_>),
 ) -> anyhow::Result<bool> {
-    let mut way = Adjust::new(camera.watch().scatter_px());
-    let mut take = |grey: &GrayImage, at_secs: f64, now_secs: f64| {
-        let off = camera.off_px(grey.clone(), at_secs).map(|(off, _)| off);
-        let advice = way.handle(now_secs, off);
-        hear(&advice, grey);
-        advice == Advice::Right
+    let adjust = Adjust::new(camera.watch().scatter_px());
+    let mut way = Way { camera, adjust, drawn: None };
+    let mut take = |frame: &Arc<Frame>, at_secs: f64, now_secs: f64| {
+        let step = way.step(frame, at_secs, now_secs);
+        hear(&step);
+        step.advice == Advice::Right
     };
     if let Some(pictures) = feed.stills()? {
         // Pictures that stand alone: their own times count.
         for (at, path) in pictures {
-            let grey = boresight_capture::read_picture(&path)?;
-            if stop.load(Ordering::Relaxed) || take(&grey, at, at) {
+            let frame = still(boresight_capture::read_picture(&path)?);
+            if stop.load(Ordering::Relaxed) || take(&frame, at, at) {
                 return Ok(!stop.load(Ordering::Relaxed));
             }
         }
         return Ok(false);
     }
-    let mut source = feed.open()?;
     let began = Instant::now();
+    if let Feed::Street(street) = feed {
+        // It goes on from its last day, as fast as a clock.
+        let end_secs = street.began_secs + street.days * 86_400.0;
+        while !stop.load(Ordering::Relaxed) {
+            let secs = began.elapsed().as_secs_f64();
+            if take(&still(street.picture(end_secs + secs)), end_secs + secs, secs) {
+                return Ok(true);
+            }
+            std::thread::sleep(BETWEEN);
+        }
+        return Ok(false);
+    }
+    let mut source = feed.open()?;
     let mut last: Option<Instant> = None;
     while !stop.load(Ordering::Relaxed) {
         match source.next_frame(PATIENCE)? {
@@ -73,7 +121,7 @@ pub fn adjust(
                     continue;
                 }
                 last = Some(Instant::now());
-                if take(&frame.image, now_secs(), began.elapsed().as_secs_f64()) {
+                if take(&frame, now_secs(), began.elapsed().as_secs_f64()) {
                     return Ok(true);
                 }
             }
@@ -82,4 +130,23 @@ pub fn adjust(
         }
     }
     Ok(false)
+}
+
+/// Says what to do through the computer's voice.
+pub fn say_aloud(voice: &Voice, advice: &Advice) {
+    let facing = words::facing(advice);
+    if let Some((text, mirrored)) = words::aloud(advice).zip(words::aloud(&facing)) {
+        voice.request(text, mirrored);
+    }
+}
+
+/// A picture that stands alone as a frame.
+fn still(image: GrayImage) -> Arc<Frame> {
+    Arc::new(Frame {
+        id: FrameId(0),
+        captured_at: CaptureTime { nanos: 0 },
+        kind: FrameKind::Photograph,
+        name: String::new(),
+        image,
+    })
 }

@@ -8,11 +8,13 @@
 //! | `store`, `reference_files`, `shelf` | the folder of a camera |
 //! | `rounds` | many cameras, each at its interval |
 //! | `adjusting` | helps to push a camera back |
+//! | `curve` | one camera over time, as it's drawn |
 //! | `said` | the state for people, programs and Prometheus |
 
 mod adjusting;
 mod burst;
 mod camera;
+mod curve;
 mod feed;
 mod reference_files;
 mod rounds;
@@ -21,8 +23,9 @@ mod shelf;
 mod store;
 pub mod times;
 
-pub use adjusting::adjust;
+pub use adjusting::{Step, adjust, say_aloud};
 pub use camera::{WatchedCamera, reference_lens, replayed};
+pub use curve::curve;
 pub use feed::{Feed, Moment};
 pub use rounds::{Round, run};
 pub use said::{

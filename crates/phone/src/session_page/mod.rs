@@ -1,5 +1,7 @@
-//! The phone's page beside a session: its links, and the result that it shows.
+//! The phone's page beside a session, or beside a watched camera that's pushed back: its links, and the result that it
+//! shows.
 
+mod adjust;
 mod head;
 mod result;
 
@@ -12,14 +14,16 @@ use std::{
     time::Duration,
 };
 
+use adjust::adjust_page;
 pub use head::Head;
 pub use result::ended_page;
 
 use crate::{Hub, Links, QrCode, Server, Setup, Stage};
-use boresight_app::{Announcer, Opening, run::Concluded};
+use boresight_app::{Announcer, Opening, run::Concluded, watch::Step};
 use boresight_guide::session::Session;
 use boresight_present::text::phone as words;
 use boresight_run::pipeline::Onlookers;
+use boresight_watch::Lens;
 
 /// Time for which the result is served after the last page has left.
 const LINGER_SECS: f64 = 30.0;
@@ -67,6 +71,11 @@ impl Phone {
         announcer.say(&words::watchers(&first.watcher));
     }
 
+    /// Shows what to do to push a watched camera with that lens back.
+    pub fn adjusting(&self, step: &Step<'_>, lens: &Lens) {
+        self.hub.adjusting(step.frame, adjust_page(step, lens));
+    }
+
     /// Shows that the result is being computed.
     pub fn ending(&self) {
         self.hub.show(Stage::Ending);
@@ -103,13 +112,13 @@ impl Phone {
         Ok(concluded)
     }
 
-    /// Waits until nobody looks at the result any more, or until `stop` is set. If there never was a page, it doesn't
-    /// wait.
-    pub fn linger(&self, stop: &AtomicBool, announcer: &Announcer) {
+    /// Waits until nobody looks at the last page any more, saying `words`, or until `stop` is set. If there never was a
+    /// page, it doesn't wait.
+    pub fn linger(&self, stop: &AtomicBool, words: &str, announcer: &Announcer) {
         let is_needed =
             || self.hub.pages() > 0 || self.hub.alone_secs().is_some_and(|secs| secs < LINGER_SECS);
         if is_needed() {
-            announcer.say(words::LINGERING);
+            announcer.say(words);
         }
         while is_needed() && !stop.load(Ordering::Relaxed) {
             std::thread::sleep(LOOK);

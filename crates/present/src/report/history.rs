@@ -2,6 +2,7 @@
 
 use nalgebra::Point2;
 
+use super::watched::{self, WatchedCurve};
 use crate::chart::{Axes, COLOURS, Canvas, Stroke, escaped};
 
 const STYLE: &str = "\
@@ -10,7 +11,7 @@ h1{font-size:18pt}h2{font-size:13pt;margin:1.6em 0 .3em}h3{font-size:11pt;margin
 table{border-collapse:collapse;width:100%}th,td{border-bottom:1px solid #ccc;padding:.15em .5em;text-align:left;overflow-wrap:anywhere}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
 .charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(260px,1fr));gap:.5rem}
-.charts svg{width:100%;height:auto}figure{margin:0}
+.charts svg,section>figure svg{width:100%;height:auto}figure{margin:0}
 .drifts{border-left:4px solid #b00000;padding-left:.6rem}
 p{margin:.2em 0}
 ";
@@ -29,6 +30,8 @@ pub struct HistoryPage {
     pub models: Vec<ModelLine>,
     /// Every camera; those that drift first.
     pub cameras: Vec<CameraCurve>,
+    /// Cameras that are watched.
+    pub watched: Vec<WatchedCurve>,
 }
 
 /// The cameras of one model.
@@ -74,7 +77,7 @@ pub struct CurvePoint {
 
 /// The page: one self-contained HTML file, and well-formed XML.
 pub fn history_page(page: &HistoryPage) -> String {
-    let HistoryPage { made, due_after, models, cameras } = page;
+    let HistoryPage { made, due_after, models, cameras, watched } = page;
     let drifting = cameras.iter().filter(|camera| camera.drifts).count();
     let due = cameras.iter().filter(|camera| !camera.due.is_empty()).count();
     let mut html = format!(
@@ -83,6 +86,13 @@ pub fn history_page(page: &HistoryPage) -> String {
         escaped(due_after),
         escaped(made),
     );
+    if !watched.is_empty() {
+        html += "<h2>Watched</h2>\n<p>Dots are pictures. The line is what repeats daily, the band the smallest change that is found within two days. Broken lines are what happened, listed below each drawing.</p>\n";
+        html.extend(watched.iter().map(watched::section));
+    }
+    if models.is_empty() {
+        return html + "</body></html>\n";
+    }
     html += "<h2>By model</h2>\n<table><thead><tr><th>Model</th><th class=\"n\">Cameras</th><th class=\"n\">Calibrations</th><th class=\"n\">Changed</th><th class=\"n\">Due</th></tr></thead><tbody>\n";
     for ModelLine { model, cameras, calibrations, drifting, due } in models {
         let model = if model.is_empty() { "(no name)" } else { model };

@@ -34,12 +34,14 @@ mod summary;
 mod thumbnail;
 mod unknown_sd;
 mod views;
+mod watched;
 
 pub use history::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page};
 pub use logo::Logo;
 pub use page::page;
 pub use stated::Certificate;
 pub use thumbnail::Thumbnail;
+pub use watched::{WatchedCurve, WatchedEvent, WatchedPoint, watched_chart};
 
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_geometry::Corner;

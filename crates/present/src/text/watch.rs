@@ -137,9 +137,10 @@ pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
 /// Why there's no answer, and the next action.
 pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
     match reason {
-        NoAnswer::TooDark => {
-            ("too dark to compare".into(), "Wait for light, or look whether the lens is covered.")
-        }
+        NoAnswer::TooDark => (
+            "too dark, or too little contrast, to compare".into(),
+            "Wait for light, or look whether the lens is covered.",
+        ),
         NoAnswer::FewFound { found, of } => (
             format!("only {found} of {of} patches of the scene are found"),
             "Look whether the camera is covered or points elsewhere.",
@@ -243,6 +244,16 @@ pub struct Cue {
     pub sentence: String,
 }
 
+/// An advice as someone who faces the camera sees it: left and right, and the sense of rotation, are exchanged.
+pub fn facing(advice: &Advice) -> Advice {
+    match *advice {
+        Advice::Push { axis: axis @ (Axis::Pan | Axis::Roll), off_px } => {
+            Advice::Push { axis, off_px: -off_px }
+        }
+        other => other,
+    }
+}
+
 /// The words of an advice.
 pub fn cue(advice: &Advice, scale: &Scale<'_>) -> Cue {
     let say =
@@ -279,6 +290,25 @@ pub fn cue(advice: &Advice, scale: &Scale<'_>) -> Cue {
         Advice::Right => say("●", String::new(), "It's tight, and it still points right."),
     }
 }
+
+/// A few words to say aloud, without numbers; nothing while the camera can't be told where it points.
+pub fn aloud(advice: &Advice) -> Option<&'static str> {
+    Some(match *advice {
+        Advice::Lost(_) => return None,
+        Advice::Push { axis: Axis::Pan, off_px } if off_px > 0.0 => "Push it right",
+        Advice::Push { axis: Axis::Pan, .. } => "Push it left",
+        Advice::Push { axis: Axis::Tilt, off_px } if off_px > 0.0 => "Push it up",
+        Advice::Push { axis: Axis::Tilt, .. } => "Push it down",
+        Advice::Push { axis: Axis::Roll, off_px } if off_px > 0.0 => "Turn it clockwise",
+        Advice::Push { axis: Axis::Roll, .. } => "Turn it anticlockwise",
+        Advice::Hold { .. } => "Hold it so",
+        Advice::Tighten { .. } => "Tighten the mount",
+        Advice::Right => "It still points right",
+    })
+}
+
+/// While a phone still shows the end of the way back.
+pub const LINGERING: &str = "The phone's page stays until it's closed. Ctrl-C ends at once.";
 
 /// The question before a camera is accepted as it is.
 pub const WHY: &str = "Why may it stay like this? (one line)";
