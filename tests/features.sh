@@ -22,21 +22,23 @@ limit() {
 limit 31 "geometry" -p boresight-geometry
 limit 39 "detect" -p boresight-detect
 limit 33 "calibrate" -p boresight-calibrate
-limit 52 "formats" -p boresight-formats
+limit 53 "formats" -p boresight-formats
 limit 40 "guide" -p boresight-guide
-limit 110 "the program's core" --no-default-features
-limit 113 "headless with live cameras" --no-default-features --features live
+limit 111 "the program's core" --no-default-features
+limit 114 "headless with live cameras" --no-default-features --features live
 limit 125 "headless with everything" --no-default-features --features live,nokhwa,report
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
 limit 162 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,serve,history
 limit 315 "everything"
+# Not in the default features: GigE Vision and GenICam, its channels, its XML, and waits on sockets.
+limit 133 "headless with machine-vision cameras" --no-default-features --features gige
 # Not in the default features: Thrift, its schema language, and Snappy.
-limit 123 "a table of a batch in Parquet" --no-default-features --features parquet
+limit 124 "a table of a batch in Parquet" --no-default-features --features parquet
 # Not in the default features: requests to an object store, their signatures, TLS with the system's certificates, and
 # XML. The most of all features, for names in other scripts (ICU) come with addresses.
-limit 218 "a batch in object stores" --no-default-features --features cloud
+limit 219 "a batch in object stores" --no-default-features --features cloud
 
-for features in "" live window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
+for features in "" live gige window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

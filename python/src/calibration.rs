@@ -2,22 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use boresight::{
     app::{
-        Announcer,
-        calibration_views::from_pictures,
+        Announcer, RESULT_FILE,
+        calibration_views::{CalibrationViews, GivenView, from_pictures, from_session},
         comparison,
-        export::{FORMATS, export as export_result},
+        export::{Format, export as export_result, export_text, read_any},
     },
     calibration::{
-        OldLens, calibrate, drift,
-        files::{CalibrationFile, ViewName},
-        import::OldCalibration,
+        CalibrationParams, OldLens, drift,
+        files::CalibrationFile,
+        import::{self, OldCalibration},
     },
     config::Config,
+    files::{Overwrite, save},
     frame::ImageSize,
-    geometry::{Corner, LensParameter, LensValues},
+    geometry::{LensParameter, LensValues},
     markers::MarkerChoice,
     text,
 };
@@ -31,6 +31,8 @@ use crate::{
 
 /// Board and settings of a calibration. Warns of settings that aren't used any more.
 pub(crate) fn config(py: Python<'_>, named: &Named, settings: &[String]) -> PyResult<Config> {
+    // The same error for a wrong board wherever it's named.
+    board(named)?;
     let markers = markers(named)?;
     let (config, notes) = checked(named, markers, settings).map_err(|err| raised(&err))?;
     warn(py, &notes)?;
@@ -49,7 +51,16 @@ fn checked(
     Ok((config, notes))
 }
 
-fn file_text(file: &CalibrationFile) -> anyhow::Result<String> {
+fn calibrated(
+    mut views: CalibrationViews,
+    config: &Config,
+    noise_floor_px: Option<f64>,
+) -> anyhow::Result<String> {
+    let board = config.board()?;
+    let params = CalibrationParams { noise_floor_px, ..config.calibration() };
+    let result = views.calibrated(&board, &params, &Announcer::silent());
+    let (size, words) = (views.image_size, text::FINDING_WORDS);
+    let file = CalibrationFile::of(result.as_ref(), size, &board, &views.names, words);
     Ok(file.to_json()?.to_string())
 }
 
@@ -65,16 +76,35 @@ pub(crate) fn calibrate_files(
     let work = || {
         let board = config.board()?;
         let views = from_pictures(&files, &board, false, &Announcer::silent(), || ())?;
-        let result = calibrate(&views.corners, &board, views.image_size, &config.calibration());
-        let result = result.as_ref();
-        let words = text::FINDING_WORDS;
-        file_text(&CalibrationFile::of(result, views.image_size, &board, &views.names, words))
+        calibrated(views, &config, None)
     };
     py.detach(work).map_err(|err| raised(&err))
 }
 
-fn views_of(views: &[View<'_>]) -> PyResult<Vec<Vec<Corner>>> {
-    views.iter().map(corners).collect()
+/// Calibrates from the corners in a session's journal, as `boresight calibrate SESSION`.
+#[pyfunction]
+pub(crate) fn calibrate_session(
+    py: Python<'_>,
+    session: PathBuf,
+    settings: Vec<String>,
+) -> PyResult<String> {
+    let work = || {
+        let (views, config, noise_px) = from_session(&session, &Announcer::silent())?;
+        let (config, notes) = config.with_notes(&settings)?;
+        Python::attach(|py| warn(py, &notes))?;
+        calibrated(views, &config, noise_px)
+    };
+    py.detach(work).map_err(|err| raised(&err))
+}
+
+/// A view by its name: corners in the order of the board, or why there are none.
+type Given<'py> = (String, Option<View<'py>>, String);
+
+fn views_of(views: Vec<Given<'_>>) -> PyResult<Vec<GivenView>> {
+    let read = |(name, view, reason): Given<'_>| {
+        Ok((name, view.map(|view| corners(&view)).transpose()?.ok_or(reason)))
+    };
+    views.into_iter().map(read).collect()
 }
 
 fn size((width_px, height_px): (u32, u32)) -> PyResult<ImageSize> {
@@ -88,45 +118,37 @@ fn size((width_px, height_px): (u32, u32)) -> PyResult<ImageSize> {
 #[pyfunction]
 pub(crate) fn calibrate_corners(
     py: Python<'_>,
-    views: Vec<View<'_>>,
-    names: Vec<String>,
+    views: Vec<Given<'_>>,
     board: Named,
     image_size: (u32, u32),
     settings: Vec<String>,
 ) -> PyResult<String> {
     let config = config(py, &board, &settings)?;
     let image_size = size(image_size)?;
-    let corners = views_of(&views)?;
+    let views = views_of(views)?;
     let work = || {
         let board = config.board()?;
-        anyhow::ensure!(
-            corners.iter().all(|view| view.len() == board.corner_count()),
-            "each view needs the board's {} corners, row by row",
-            board.corner_count()
-        );
-        let names: Vec<ViewName> =
-            names.into_iter().map(|name| ViewName { name, reason: None }).collect();
-        let result = calibrate(&corners, &board, image_size, &config.calibration());
-        let words = text::FINDING_WORDS;
-        file_text(&CalibrationFile::of(result.as_ref(), image_size, &board, &names, words))
+        calibrated(CalibrationViews::of(views, image_size, &board), &config, None)
     };
     py.detach(work).map_err(|err| raised(&err))
 }
 
-/// Compares corners with the calibration in a file. Returns `boresight.check/1`.
+/// Compares corners with the calibration `old`, the text of a file named `against`. Returns `boresight.check/1`.
 #[pyfunction]
 pub(crate) fn check_corners(
     py: Python<'_>,
-    views: Vec<View<'_>>,
+    views: Vec<Given<'_>>,
     against: PathBuf,
+    old: Option<&str>,
     named: Named,
     image_size: (u32, u32),
 ) -> PyResult<String> {
     let image_size = size(image_size)?;
     let board = board(&named)?;
-    let corners = views_of(&views)?;
+    let given = views_of(views)?;
     let work = || {
-        let old = comparison::read(&against)?;
+        let old = older(&against, old)?;
+        let corners = CalibrationViews::of(given, image_size, &board).corners;
         let found = if old.focal_varies {
             Err(comparison::NoVerdict::FocalVaries)
         } else {
@@ -143,6 +165,35 @@ pub(crate) fn check_corners(
         anyhow::Ok(file.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))
+}
+
+/// An older calibration: its text, or the file that holds it.
+pub(crate) fn older(file: &Path, text: Option<&str>) -> anyhow::Result<OldCalibration> {
+    match text {
+        Some(text) => Ok(import::read(text)?),
+        None => comparison::read(file),
+    }
+}
+
+/// A calibration of this or another program, as `boresight.calibration/1`.
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, file: PathBuf) -> PyResult<String> {
+    let path = if file.is_dir() { file.join(RESULT_FILE) } else { file };
+    let work = || Ok(read_any(&path, &Announcer::silent())?.0);
+    py.detach(work).map_err(|err: anyhow::Error| raised(&err))
+}
+
+/// Writes a text as a whole, or not at all.
+#[pyfunction]
+pub(crate) fn save_text(
+    py: Python<'_>,
+    file: PathBuf,
+    text: &str,
+    overwrite: bool,
+) -> PyResult<()> {
+    let overwrite = if overwrite { Overwrite::Allowed } else { Overwrite::Never };
+    let work = || save(&file, text.as_bytes(), overwrite);
+    py.detach(work).map_err(|err| raised(&err.into()))
 }
 
 /// Reads a calibration of this or another program.
@@ -177,19 +228,21 @@ fn imported(old: &OldCalibration) -> serde_json::Value {
     })
 }
 
-/// The result of a session folder or calibration file in another program's format.
+/// A result in another program's format: of a session folder or a calibration file, or of `text`, a calibration.
 #[pyfunction]
 pub(crate) fn export(
     py: Python<'_>,
     input: PathBuf,
+    text: Option<&str>,
     format: &str,
     name: Option<&str>,
 ) -> PyResult<String> {
-    let work = || {
-        let known = FORMATS.into_iter().find(|known| known.code() == format);
-        let known = known.with_context(|| format!("there is no format {format:?}"))?;
-        let exported = export_result(Path::new(&input), known, name, &Announcer::silent())?;
-        Ok::<_, anyhow::Error>(exported.text)
+    let Some(known) = Format::by_code(format) else {
+        return Err(wrong(format!("there is no format {format:?}")));
+    };
+    let work = || match text {
+        Some(text) => export_text(text, known, name, &Announcer::silent()),
+        None => Ok(export_result(&input, known, name, &Announcer::silent())?.text),
     };
     py.detach(work).map_err(|err| raised(&err))
 }
@@ -197,5 +250,5 @@ pub(crate) fn export(
 /// Names of the formats.
 #[pyfunction]
 pub(crate) fn formats() -> Vec<&'static str> {
-    FORMATS.iter().map(|format| format.code()).collect()
+    Format::all().map(Format::code).collect()
 }

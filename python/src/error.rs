@@ -1,21 +1,13 @@
-//! Errors as exceptions.
+//! Errors as exceptions. The classes are Python's own, so that they pickle.
 
 use std::ffi::CString;
 
 use boresight::app::{error_code, explain};
 
-use pyo3::{
-    create_exception,
-    exceptions::{PyException, PyUserWarning},
-    prelude::*,
-};
+use pyo3::{exceptions::PyUserWarning, import_exception, prelude::*};
 
-create_exception!(
-    _boresight,
-    BoresightError,
-    PyException,
-    "Something couldn't be done: `message`, a stable `code`, and `next`, what to do about it (or None)."
-);
+import_exception!(boresight._errors, BoresightError);
+import_exception!(boresight._errors, ArgumentError);
 
 /// Turns an error of the library into the exception, with the code and the next action of the command line.
 pub(crate) fn raised(err: &anyhow::Error) -> PyErr {
@@ -24,7 +16,7 @@ pub(crate) fn raised(err: &anyhow::Error) -> PyErr {
 
 /// An exception for an argument that doesn't fit.
 pub(crate) fn wrong(message: impl Into<String>) -> PyErr {
-    pyo3::exceptions::PyValueError::new_err(message.into())
+    ArgumentError::new_err((message.into(),))
 }
 
 /// Passes each note on as a `UserWarning`.

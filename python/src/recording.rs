@@ -9,7 +9,10 @@ use boresight::{
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::error::{raised, warn};
+use crate::{
+    calibration::older,
+    error::{raised, warn},
+};
 
 /// What a session folder records: header, and the calibration of its views by this version.
 #[pyfunction]
@@ -67,10 +70,11 @@ pub(crate) fn check_session(
     py: Python<'_>,
     session: PathBuf,
     against: PathBuf,
+    old: Option<&str>,
 ) -> PyResult<String> {
     let work = || {
         let saved = SavedSession::open(&session)?;
-        let old = comparison::read(&against)?;
+        let old = older(&against, old)?;
         let found = comparison::compare(&saved.session, &old);
         let (_, action) = comparison::words(&found);
         let file = comparison::check_file(&against, &saved.header.source, &old, &found, action);

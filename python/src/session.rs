@@ -1,17 +1,21 @@
 //! A session that Python feeds with frames.
 
-use std::sync::{Mutex, PoisonError};
+use std::{
+    path::PathBuf,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use boresight::{
-    calibration::{
-        NotCalibrated,
-        files::{CalibrationFile, ViewName},
-    },
+    app::result::{calibration_file, save_result},
     detection::{Detector, DetectorParams, Search, Track},
-    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
-    session::{Command, Decision, Input, Observation, Session as Fold},
+    frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
+    ghost::Card,
+    pipeline::Recorder,
+    recording::{Header, SessionFolder},
+    session::{Command, Decision, Input, Observation, Outcome, Session as Fold},
     text,
 };
+use nalgebra::Point2;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use serde_json::json;
@@ -22,18 +26,35 @@ use crate::{
     picture::{Named, picture},
 };
 
+/// Points on each side of the card's rim: a wide lens bends it.
+const RIM_STEPS: usize = 8;
+
 struct State {
     session: Fold,
     detector: Detector,
     track: Track,
     frames: u64,
+    recorder: Option<Recorder>,
 }
 
-/// The state of a guided session. Nothing is stored.
+impl State {
+    /// Decides about `input`, records it, and says what is known then.
+    fn handle(&mut self, input: &Input) -> anyhow::Result<String> {
+        let decision = self.session.handle(input);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.record(&self.session, input, &decision)?;
+        }
+        Ok(snapshot(&self.session, decision)?)
+    }
+}
+
+/// The state of a guided session, and its folder if it's recorded.
 #[pyclass(frozen)]
 pub(crate) struct Session {
     image_size: ImageSize,
     state: Mutex<State>,
+    header: Header,
+    folder: Option<PathBuf>,
 }
 
 #[pymethods]
@@ -44,18 +65,23 @@ impl Session {
         board: Named,
         image_size: (u32, u32),
         settings: Vec<String>,
+        record: Option<PathBuf>,
+        source: &str,
     ) -> PyResult<Self> {
         let image_size = ImageSize { width_px: image_size.0, height_px: image_size.1 };
-        let setup = config(py, &board, &settings)?
-            .session(image_size)
-            .map_err(|err| raised(&err.into()))?;
+        let config = config(py, &board, &settings)?;
+        let setup = config.session(image_size).map_err(|err| raised(&err.into()))?;
+        let header = Header::new(source, image_size, config);
+        let folder = record.as_deref().map(|path| SessionFolder::create(path, &header));
+        let recorder = folder.transpose().map_err(|err| raised(&err.into()))?;
         let state = State {
             session: Fold::new(setup),
             detector: Detector::new(DetectorParams::default()),
             track: Track::default(),
             frames: 0,
+            recorder: recorder.map(Recorder::by_hand),
         };
-        Ok(Self { image_size, state: Mutex::new(state) })
+        Ok(Self { image_size, state: Mutex::new(state), header, folder: record })
     }
 
     /// Decides about one frame. `nanos` is when it was captured; a still picture has no neighbours in time.
@@ -74,26 +100,23 @@ impl Session {
         let kind = if still { FrameKind::Photograph } else { FrameKind::Video };
         py.detach(|| {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-            let State { session, detector, track, frames } = &mut *state;
             let captured_at = CaptureTime { nanos };
-            let near = track.predict(kind, captured_at);
+            let near = state.track.predict(kind, captured_at);
             let search = Search { near: near.as_ref(), keep_on: &|| true };
-            let board = session.setup().board;
-            let seen = detector.search(&image, &board, search);
-            track.add(kind, captured_at, &seen);
-            let observation = Observation {
-                frame_id: FrameId(*frames),
-                captured_at,
-                kind,
-                name,
-                image_size: self.image_size,
-                seen,
-            };
-            *frames += 1;
-            let decision = session.handle(&Input::Observed(observation));
-            snapshot(session, decision)
+            let board = state.session.setup().board;
+            let seen = state.detector.search(&image, &board, search);
+            state.track.add(kind, captured_at, &seen);
+            let frame_id = FrameId(state.frames);
+            let image_size = self.image_size;
+            if let Some(recorder) = &mut state.recorder {
+                let name = name.clone();
+                recorder.keep(Arc::new(Frame { id: frame_id, captured_at, kind, name, image }));
+            }
+            state.frames += 1;
+            let seen = Observation { frame_id, captured_at, kind, name, image_size, seen };
+            state.handle(&Input::Observed(seen))
         })
-        .map_err(|err| raised(&err.into()))
+        .map_err(|err| raised(&err))
     }
 
     /// Applies a command of the person: `undo`, `restore`, `pause`, `resume` or `force`.
@@ -107,40 +130,74 @@ impl Session {
             _ => return Err(wrong("a command is undo, restore, pause, resume or force")),
         };
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let decision = state.session.handle(&Input::Command(command));
-        snapshot(&state.session, decision).map_err(|err| raised(&err.into()))
+        state.handle(&Input::Command(command)).map_err(|err| raised(&err))
+    }
+
+    /// Ends the session. A recorded one gets its result, and its folder is closed.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        let work = || -> anyhow::Result<()> {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let (Some(folder), true) = (&self.folder, state.recorder.is_some()) else {
+                return Ok(());
+            };
+            state.handle(&Input::Stop)?;
+            state.recorder = None;
+            let result = calibration_file(&state.session, &self.header);
+            save_result(folder, &state.session, &result)?;
+            Ok(())
+        };
+        py.detach(work).map_err(|err| raised(&err))
     }
 
     /// The calibration so far, as `boresight.calibration/1`.
     fn calibration(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| {
             let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-            let session = &state.session;
-            let names: Vec<ViewName> = session
-                .accepted()
-                .iter()
-                .map(|view| ViewName { name: view.picture_name(), reason: None })
-                .collect();
-            let result = session
-                .calibration()
-                .map(|calibration| calibration.as_ref())
-                .ok_or(session.not_calibrated().unwrap_or(&NotCalibrated::NoViews));
-            let board = session.setup().board;
-            let file =
-                CalibrationFile::of(result, self.image_size, &board, &names, text::FINDING_WORDS);
-            file.to_json().map(|value| value.to_string())
+            let result = calibration_file(&state.session, &self.header);
+            result.to_json().map(|value| value.to_string())
         })
         .map_err(|err| raised(&err.into()))
     }
 }
 
+/// What a session's window would show, as JSON.
 fn snapshot(session: &Fold, decision: Decision) -> serde_json::Result<String> {
     let decided = serde_json::to_value(decision)?;
     let snapshot = session.snapshot(decision);
-    let pose = snapshot.target.as_ref().map(|_| text::prompt(snapshot.shown.prompt));
+    let points = |px: &mut dyn Iterator<Item = Point2<f64>>| -> Vec<[f64; 2]> {
+        px.map(|px| [px.x, px.y]).collect()
+    };
+    let said = match &decision.outcome {
+        Outcome::Refused { refusal } => Some(text::refusal(refusal)),
+        outcome => text::outcome(outcome, &snapshot),
+    };
+    let board = session.setup().board;
+    let target = snapshot.target.as_ref().map(|target| {
+        let card = Card::new(&target.ghost_px, &board, &snapshot.lens);
+        let rim = card.map(|card| card.rim(RIM_STEPS)).unwrap_or_default();
+        let rim = &mut rim.into_iter().flatten().map(|(px, _)| px);
+        let arrow = card.map(|card| card.arrow()).unwrap_or_default();
+        json!({
+            "corners_px": points(&mut target.ghost_px.iter().copied()),
+            "card_px": points(rim),
+            "arrow_px": points(&mut arrow.into_iter()),
+            "tilt_deg": target.tilt_rad.to_degrees(),
+            "direction_deg": target.tilt_azimuth_rad.to_degrees(),
+            "leaves_picture": target.leaves_picture,
+        })
+    });
+    let live = snapshot.live.as_deref();
+    let corners = live.and_then(|live| {
+        let mut px = points(&mut live.corners_px.as_ref().ok()?.iter().copied());
+        live.unseen.iter().for_each(|&unseen| px[unseen] = [f64::NAN; 2]);
+        Some(px)
+    });
     let value = json!({
         "advice": text::prompt(snapshot.shown.prompt),
-        "asks_for_pose": pose.is_some(),
+        "said": said,
+        "target": target,
+        "corners_px": corners,
+        "paused": snapshot.paused,
         "decision": decided,
         "views": session.accepted().len(),
         "views_to_go": snapshot.views_to_go,

@@ -85,9 +85,13 @@ def test_a_check_of_pictures(good, pictures):
 def test_every_format_is_written_and_read_back(good, tmp_path):
     result = json.loads((good / "calibration.json").read_text())["result"]
     for name in boresight.FORMATS:
-        text = boresight.export(good, name)
+        try:
+            text = boresight.export(good, name)
+        except boresight.BoresightError as refused:
+            assert "can't hold this lens" in refused.message and name in ("kalibr", "vins", "gyroflow", "open3d")
+            continue
         assert text
-        if name in ("opencv-yaml", "ros-yaml", "mrcal", "json"):
+        if name not in ("matlab", "views-csv", "vnl"):
             path = tmp_path / name
             path.write_text(text)
             read = boresight.read_calibration(path)
@@ -156,23 +160,26 @@ def test_errors_have_the_codes_of_the_command_line(tmp_path, good):
 
 
 @pytest.mark.parametrize(
-    "image", [np.zeros((3, 4)), np.zeros((3, 4, 2), np.uint8), np.zeros((0, 4), np.uint8), [[1]]]
+    "image",
+    [np.full((3, 4), np.nan), np.zeros((3, 4, 2), np.uint8), np.zeros((0, 4), np.uint8), [[1]], np.zeros((3, 4), bool)],
 )
 def test_what_is_no_picture_is_refused(image):
-    with pytest.raises((TypeError, ValueError)):
+    with pytest.raises(boresight.ArgumentError):
         boresight.detect(image, "7x5")
 
 
 @pytest.mark.parametrize(
     "board",
     [
-        "7", "7x", "axb", (1, 1), (7, 5, 3), "0x5", "charuco:8x11", "charuco:8x11:9X9_50", "aruco:8x11:4X4_50",
+        "7", "7x", "axb", (1, 1), (7, 5, 3), (9.7, 6), (-1, 5), "0x5", "charuco:8x11", "charuco:8x11:9X9_50", "aruco:8x11:4X4_50",
         "charuco:8x11:4X4_50:15", "charuco:20x20:4X4_50", "charuco:8x11:4X4_50:26mm",
     ],
 )  # fmt: skip
 def test_what_is_no_board_is_refused(board):
-    with pytest.raises((ValueError, TypeError, OverflowError)):
+    with pytest.raises(boresight.BoresightError):
         boresight.detect(np.zeros((30, 40), np.uint8), board)
+    with pytest.raises(boresight.BoresightError):
+        boresight.calibrate([np.zeros((30, 40), np.uint8)], board)
 
 
 def test_corners_that_are_none_are_refused():
@@ -222,8 +229,9 @@ def test_a_file_is_not_replaced_unasked(good, tmp_path):
     path = tmp_path / "camera.json"
     result.save(path)
     assert json.loads(path.read_text()) == result.data
-    with pytest.raises(FileExistsError):
+    with pytest.raises(boresight.BoresightError) as caught:
         result.save(path)
+    assert caught.value.code == "FILE-EXISTS"
     result.save(path, overwrite=True)
     assert [entry.name for entry in tmp_path.iterdir()] == ["camera.json"]
 

@@ -5,7 +5,7 @@ use std::{
     str::FromStr,
 };
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, Command};
 
 use super::terminal::{announcer, say};
@@ -113,6 +113,20 @@ impl BoardArguments {
             config.board.square_mm = millimetres;
         }
         config.board()?;
+        Ok(config)
+    }
+
+    /// The configuration `taken_with`, with the settings of `--set` over it.
+    pub(super) fn config_over(&self, taken_with: &Config) -> anyhow::Result<Config> {
+        if self.board.is_some() || self.square.is_some() || self.config.is_some() {
+            bail!(
+                "a session knows its board and settings: leave out --board, --square and --config"
+            );
+        }
+        let (config, notes) = taken_with.with_notes(&self.settings)?;
+        for note in &notes {
+            say(note);
+        }
         Ok(config)
     }
 

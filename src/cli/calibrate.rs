@@ -1,15 +1,17 @@
 //! `boresight calibrate`.
 
-#[cfg(feature = "report")]
-use std::path::Path;
-use std::{path::PathBuf, thread::available_parallelism};
+use std::{
+    path::{Path, PathBuf},
+    thread::available_parallelism,
+};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 
 #[cfg(feature = "report")]
 use super::report::this_command;
 use super::{
+    WrongUsage,
     accept_args::AcceptArguments,
     board_args::{BoardArguments, Size},
     lens_args::LensArguments,
@@ -18,14 +20,14 @@ use super::{
 };
 use boresight_app::{
     Exit, announce_result,
-    calibration_views::{from_pictures, from_table},
+    calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
 };
 #[cfg(feature = "report")]
 use boresight_app::{
     certificate::{Circumstances, certificate},
     report::versions,
 };
-use boresight_calibrate::{CalibrationParams, calibrate};
+use boresight_calibrate::CalibrationParams;
 use boresight_files::{Overwrite, may_save, save};
 use boresight_formats::CalibrationFile;
 use boresight_present::text;
@@ -35,14 +37,15 @@ use boresight_present::{
     text::report as words,
 };
 
-/// Calibrate from pictures of the board or from a corner table.
+/// Calibrate from pictures of the board, a corner table, or the views of a session.
 ///
-/// A corner table has lines `filename x y level`, row by row over the board, and needs --image-size.
+/// A corner table has lines `filename x y level`, row by row over the board, and needs --image-size. A session is
+/// calibrated from the corners in its journal, with its board and settings.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures (PNG, JPEG), or one corner table (.vnl).
-    #[arg(required = true, value_name = "IMAGES|CORNERS.vnl")]
+    /// Pictures (PNG, JPEG), one corner table (.vnl), or one session folder.
+    #[arg(required = true, value_name = "IMAGES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
     board: BoardArguments,
@@ -76,7 +79,8 @@ Examples:
   boresight calibrate pictures/*.png
   boresight calibrate --board 9x6 --square 25mm pictures/*.png
   boresight calibrate --board 9x6 --out camera.json --report camera.html pictures/*.png
-  boresight calibrate --board 9x6 --square 25mm --image-size 1280x720 corners.vnl";
+  boresight calibrate --board 9x6 --square 25mm --image-size 1280x720 corners.vnl
+  boresight calibrate sessions/2026-11-21T08-00-00Z --lens rational";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
@@ -84,7 +88,16 @@ impl Arguments {
         if self.report.is_some() {
             return Err(boresight_app::MissingFeature::REPORT.into());
         }
-        let mut config = self.board.config_for(&self.inputs)?;
+        let of_session = match self.inputs.as_slice() {
+            [folder] if folder.join("session.toml").is_file() => {
+                Some(from_session(folder, &announcer())?)
+            }
+            _ => None,
+        };
+        let mut config = match &of_session {
+            Some((_, taken_with, _)) => self.board.config_over(taken_with)?,
+            None => self.board.config_for(&self.inputs)?,
+        };
         self.goal.apply(&mut config);
         config.calibration.varying_focal |= self.varying_focal;
         self.lens.apply(&mut config);
@@ -98,11 +111,17 @@ impl Arguments {
         }
         let is_table =
             |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
-        let views = match self.inputs.as_slice() {
+        let mut noise_floor_px = None;
+        let mut views = match self.inputs.as_slice() {
+            _ if let Some((views, _, noise_px)) = of_session => {
+                noise_floor_px = noise_px;
+                views
+            }
             [table] if is_table(table) => {
-                let Size(image_size) = self
-                    .image_size
-                    .context("a corner table needs --image-size WxH, the size of its pictures")?;
+                let Size(image_size) = self.image_size.ok_or_else(|| {
+                    let wanted = "a corner table needs --image-size WxH, the size of its pictures";
+                    WrongUsage(wanted.into())
+                })?;
                 from_table(table, image_size, &board, self.report.is_some())?
             }
             inputs if inputs.iter().any(is_table) => {
@@ -118,8 +137,14 @@ impl Arguments {
             }
         };
         let threads = available_parallelism().map_or(1, usize::from);
-        let params = CalibrationParams { threads, ..config.calibration() };
-        let result = calibrate(&views.corners, &board, views.image_size, &params);
+        let params = CalibrationParams { threads, noise_floor_px, ..config.calibration() };
+        let result = views.calibrated(&board, &params, &announcer());
+        if let Some(session) = session_of_pictures(&self.inputs, &views) {
+            say(&format!(
+                "These are a session's pictures. It knows the corners of boards that were cut off, too: boresight calibrate {}",
+                session.display()
+            ));
+        }
         let exit = announce_result(result.as_ref(), "", &announcer());
         let file = CalibrationFile::of(
             result.as_ref(),
@@ -162,6 +187,13 @@ impl Arguments {
         }
         Ok(exit)
     }
+}
+
+/// The session whose stored pictures these are, if some couldn't be used.
+fn session_of_pictures<'a>(inputs: &'a [PathBuf], views: &CalibrationViews) -> Option<&'a Path> {
+    let session = inputs.first()?.parent()?.parent()?;
+    let is_session = session.join("session.toml").is_file();
+    (is_session && views.names.iter().any(|view| view.reason.is_some())).then_some(session)
 }
 
 /// What the folder of the first input is called.

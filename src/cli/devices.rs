@@ -16,8 +16,8 @@ use boresight_present::text::camera as words;
 ///
 /// Also lists the limits of each backend.
 ///
-/// Cameras are identified by USB vendor, product and serial number, and identical cameras by USB port, so the name
-/// stays valid after a restart. Virtual and infrared cameras are listed but never chosen automatically. Exits
+/// Cameras are identified by USB vendor, product and serial number, identical cameras by USB port, and machine-vision
+/// cameras on the network by serial number, so the name stays valid after a restart. Virtual and infrared cameras are listed but never chosen automatically. Exits
 /// with 1 if there is no camera.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

@@ -45,7 +45,7 @@ impl Arguments {
             None => None,
         };
         let Diagnosis { lines, pictures, views, problems, different_decisions, .. } = &found;
-        if let Some(first) = found.first_difference {
+        if let (Some(first), true) = (found.first_difference, problems.is_empty()) {
             // What was recorded is whole all the same.
             say(&format!(
                 "{different_decisions} decisions differ, the first at line {first}: normal for a recording by another version. The recorded views are kept."

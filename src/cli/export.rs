@@ -1,15 +1,19 @@
 //! `boresight export`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
 
 use super::terminal::{announcer, print, say};
 use boresight_app::{
     Exit,
-    export::{self, export},
+    export::{Format, export},
 };
 use boresight_files::{Overwrite, save};
+use boresight_formats::export::CameraFormat;
 
 /// Export a calibration for other programs.
 ///
@@ -17,12 +21,12 @@ use boresight_files::{Overwrite, save};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// A session folder, or its calibration.json.
+    /// A session folder, or a calibration of boresight or another program.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
     /// Format to write.
-    #[arg(long, value_enum, default_value = "opencv-yaml")]
-    format: FormatName,
+    #[arg(long, value_parser = format_name(), default_value = "opencv-yaml")]
+    format: Format,
     /// Camera name in the file [default: the name of the session or file].
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
@@ -37,42 +41,11 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum FormatName {
-    /// Everything, in boresight's schema.
-    Json,
-    /// OpenCV's FileStorage.
-    OpencvYaml,
-    /// ROS camera_info.
-    RosYaml,
-    /// Kalibr camchain (no k3).
-    Kalibr,
-    /// COLMAP cameras.txt.
-    Colmap,
-    /// mrcal .cameramodel.
-    Mrcal,
-    /// Script for MATLAB and Octave.
-    Matlab,
-    /// The result for each view, as comma-separated values.
-    ViewsCsv,
-    /// The corners of the accepted views, `filename x y level`; needs the session folder.
-    Vnl,
-}
-
-impl From<FormatName> for export::Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Json => Self::Json,
-            FormatName::OpencvYaml => Self::OpencvYaml,
-            FormatName::RosYaml => Self::RosYaml,
-            FormatName::Kalibr => Self::Kalibr,
-            FormatName::Colmap => Self::Colmap,
-            FormatName::Mrcal => Self::Mrcal,
-            FormatName::Matlab => Self::Matlab,
-            FormatName::ViewsCsv => Self::ViewsCsv,
-            FormatName::Vnl => Self::Vnl,
-        }
-    }
+/// Reads the name of a format; help lists them all.
+pub(super) fn format_name() -> impl TypedValueParser<Value = Format> {
+    let names = Format::all().map(|format| PossibleValue::new(format.code()).help(format.about()));
+    PossibleValuesParser::new(names)
+        .map(|code| Format::by_code(&code).unwrap_or(Format::Camera(CameraFormat::OpencvYaml)))
 }
 
 const EXAMPLES: &str = "\
@@ -82,20 +55,31 @@ Examples:
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let format = if self.json { FormatName::Json } else { self.format };
-        let exported = export(&self.input, format.into(), self.name.as_deref(), &announcer())?;
-        match &self.out {
-            None => print(exported.text.trim_end())?,
-            Some(path) => {
-                let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
-                save(path, exported.text.as_bytes(), overwrite)?;
-                say(&format!("Written: {}", path.display()));
-            }
-        }
-        if exported.untrustworthy {
-            say("This calibration is NOT TRUSTWORTHY; its findings say why.");
-            return Ok(Exit::NotTrustworthy);
-        }
-        Ok(Exit::Good)
+        let format = if self.json { Format::Json } else { self.format };
+        written(&self.input, format, self.name.as_deref(), self.out.as_deref(), self.force)
     }
+}
+
+/// Writes the calibration in `input` to `out`, or to stdout.
+pub(super) fn written(
+    input: &Path,
+    format: Format,
+    name: Option<&str>,
+    out: Option<&Path>,
+    force: bool,
+) -> anyhow::Result<Exit> {
+    let exported = export(input, format, name, &announcer())?;
+    match out {
+        None => print(exported.text.trim_end())?,
+        Some(path) => {
+            let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
+            save(path, exported.text.as_bytes(), overwrite)?;
+            say(&format!("Written: {}", path.display()));
+        }
+    }
+    if exported.untrustworthy {
+        say("This calibration is NOT TRUSTWORTHY; its findings say why.");
+        return Ok(Exit::NotTrustworthy);
+    }
+    Ok(Exit::Good)
 }

@@ -33,7 +33,7 @@ use {super::window, boresight_app::AppHost};
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
-    /// /dev/video0), sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a video
+    /// /dev/video0), gige:NAME for a machine-vision camera on the network, sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a video
     /// file, or a stream such as rtsp://… or http://… (video files and streams need ffmpeg). auto, the default without
     /// the start page: the only camera, or a simulation if there is none.
     #[arg(long, value_name = "SOURCE")]

@@ -9,7 +9,7 @@ use super::terminal::say;
 use boresight_app::Exit;
 use boresight_files::{Overwrite, make_folder, may_save, save};
 
-/// Write the manual pages: one for boresight, and one for each command.
+/// Write the manual pages: one for boresight, and one for each command and subcommand.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -31,9 +31,8 @@ impl Arguments {
     pub(super) fn run(self, program: Command) -> anyhow::Result<Exit> {
         let mut program = program.disable_help_subcommand(true);
         program.build();
-        let commands = program.get_subcommands().cloned();
         let mut pages = Vec::new();
-        for command in std::iter::once(program.clone()).chain(commands) {
+        for command in with_subcommands(&program) {
             let page = Man::new(command);
             let mut text = Vec::new();
             page.render(&mut text)?;
@@ -52,4 +51,11 @@ impl Arguments {
         say(&format!("Written: {} pages in {}", pages.len(), self.folder.display()));
         Ok(Exit::Good)
     }
+}
+
+/// `command`, and all below it that help shows.
+fn with_subcommands(command: &Command) -> Vec<Command> {
+    let below = command.get_subcommands().filter(|below| !below.is_hide_set());
+    let below = below.flat_map(with_subcommands);
+    std::iter::once(command.clone()).chain(below).collect()
 }

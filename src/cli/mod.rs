@@ -9,6 +9,7 @@ mod calibrate;
 mod check;
 #[cfg(feature = "manual")]
 mod completions;
+mod convert;
 mod detect;
 mod devices;
 mod doctor;
@@ -51,8 +52,10 @@ use left_out::{completions, man};
 
 #[cfg(feature = "window")]
 use boresight_app::AppHost;
-use boresight_app::{Exit, MissingFeature};
+use boresight_app::{Exit, MissingFeature, error_code};
 use boresight_fleet::explain;
+use boresight_run::config::ConfigError;
+use serde_json::json;
 
 /// Live pose guidance for camera calibration with principal lines.
 #[derive(Debug, Parser)]
@@ -107,6 +110,7 @@ enum Command {
     Devices(devices::Arguments),
     Report(report::Arguments),
     Export(export::Arguments),
+    Convert(convert::Arguments),
     Replay(replay::Arguments),
     Batch(batch::Arguments),
     History(history::Arguments),
@@ -136,6 +140,7 @@ pub fn main() -> ExitCode {
         Some(Command::Devices(arguments)) => arguments.run(),
         Some(Command::Simulate(arguments)) => arguments.run(),
         Some(Command::Export(arguments)) => arguments.run(),
+        Some(Command::Convert(arguments)) => arguments.run(),
         Some(Command::Report(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
@@ -152,15 +157,36 @@ pub fn main() -> ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(err) => {
-            let hint = explain(&err).map_or(String::new(), |hint| format!("\n{hint}"));
+            let hint = explain(&err);
+            if std::env::args_os().any(|argument| argument == "--json") {
+                let error = json!({
+                    "schema": "boresight.error/1", "code": error_code(&err), "message": format!("{err:#}"), "next": hint,
+                });
+                // The error itself decides the exit code.
+                let _ = terminal::print(&error.to_string());
+            }
+            let hint = hint.map_or(String::new(), |hint| format!("\n{hint}"));
             terminal::say(&format!("boresight: {err:#}{hint}"));
-            if err.chain().any(<dyn std::error::Error>::is::<MissingFeature>) {
+            if err.chain().any(is_of_usage) {
                 return ExitCode::from(WRONG_USAGE);
             }
             Exit::Failed.into()
         }
     }
 }
+
+/// Whether the arguments are at fault, not what they name.
+fn is_of_usage(cause: &(dyn std::error::Error + 'static)) -> bool {
+    let is_setting = |err: &ConfigError| !matches!(err, ConfigError::File(_));
+    cause.is::<MissingFeature>()
+        || cause.is::<WrongUsage>()
+        || cause.downcast_ref().is_some_and(is_setting)
+}
+
+/// Arguments that can't be meant.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct WrongUsage(String);
 
 /// The command line with its help.
 fn command_line() -> clap::Command {

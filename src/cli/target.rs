@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::{
+    WrongUsage,
     board_args::BoardArguments,
     board_args::Size,
     terminal::{print, say},
@@ -218,6 +219,8 @@ fn format(path: &Path) -> anyhow::Result<Format> {
         "pdf" => Ok(Format::Pdf),
         "svg" => Ok(Format::Svg),
         "png" => Ok(Format::Png),
-        _ => bail!("{path:?}: the name should end with .pdf, .svg or .png"),
+        _ => {
+            Err(WrongUsage(format!("{path:?}: the name should end with .pdf, .svg or .png")).into())
+        }
     }
 }

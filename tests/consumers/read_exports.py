@@ -81,6 +81,13 @@ def main():
     assert (store.getNode("fisheye_model").real() == 1) == fisheye
     tell("opencv-yaml", "cv2.FileStorage", [m[0, 0], m[1, 1], m[0, 2], m[1, 2], *d], project(m, d, points))
 
+    for kind in ("opencv-xml", "opencv-json"):
+        text, _ = export(arguments.boresight, arguments.calibration, kind)
+        store = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+        m, d = store.getNode("camera_matrix").mat(), store.getNode("distortion_coefficients").mat().ravel()
+        tell(kind, f"cv2.FileStorage {cv2.__version__}", [m[0, 0], m[1, 1], m[0, 2], m[1, 2], *d], project(m, d, points))
+    read_named(arguments, export, tell, project, points, fisheye, rational, (w, h), failed)
+
     text, _ = export(arguments.boresight, arguments.calibration, "ros-yaml")
     info = yaml.safe_load(text)
     assert info["distortion_model"] == ("equidistant" if fisheye else "rational_polynomial" if rational else "plumb_bob")
@@ -134,6 +141,87 @@ def main():
     else:
         read_mrcal(text, tell, points, (w, h))
     raise SystemExit(f"failed: {failed}" if failed else 0)
+
+
+def read_named(arguments, export, tell, project, points, fisheye, rational, size, failed):
+    """Formats that name each number; those of programs that read with cv::FileStorage are read with it."""
+    from xml.etree import ElementTree
+
+    flat = lambda f, d: project([f[0], 0, f[2], 0, f[1], f[3], 0, 0, 1], d, points)
+
+    def written(kind, refused):
+        text, why = export(arguments.boresight, arguments.calibration, kind)
+        if text is None:
+            print(f"{kind:12} refused: {why.splitlines()[0]}")
+            failed.extend([] if refused else [kind])
+        return text
+
+    four, browns = ["k1", "k2", "k3", "k4"], ["k1", "k2", "p1", "p2", "k3"]
+    names = four if fisheye else browns
+
+    def stored(text, *path):
+        store = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+        node = store.getNode(path[0])
+        for name in path[1:]:
+            node = node.getNode(name)
+        return 0.0 if node.empty() else node.real() if not node.isString() else node.string()
+
+    if text := written("orb-slam3", rational):
+        # As its Settings.cc reads them.
+        assert stored(text, "Camera.type") == ("KannalaBrandt8" if fisheye else "PinHole")
+        assert (stored(text, "Camera.width"), stored(text, "Camera.height")) == size
+        f, d = ([stored(text, f"Camera1.{n}") for n in group] for group in (["fx", "fy", "cx", "cy"], names))
+        tell("orb-slam3", f"cv2.FileStorage {cv2.__version__}", [*f, *d], flat(f, d))
+    if text := written("vins", True):
+        if fisheye:
+            f = [stored(text, "projection_parameters", n) for n in ("mu", "mv", "u0", "v0")]
+            d = [stored(text, "projection_parameters", n) for n in ("k2", "k3", "k4", "k5")]
+        else:
+            f = [stored(text, "projection_parameters", n) for n in ("fx", "fy", "cx", "cy")]
+            d = [stored(text, "distortion_parameters", n) for n in ("k1", "k2", "p1", "p2")]
+        tell("vins", f"cv2.FileStorage {cv2.__version__}", [*f, *d], flat(f, d))
+    if text := written("nerf", rational):
+        t = json.loads(text)
+        assert (t["camera_model"], t["w"], t["h"]) == ("OPENCV_FISHEYE" if fisheye else "OPENCV", *size)
+        f, d = [t["fl_x"], t["fl_y"], t["cx"], t["cy"]], [t[n] for n in names]
+        tell("nerf", "json, Nerfstudio's rules", [*f[:2], f[2] - 0.5, f[3] - 0.5, *d], flat(f, d), 0.5)
+    if text := written("metashape", rational):
+        t = {e.tag: e.text for e in ElementTree.fromstring(text)}
+        v = lambda n: float(t[n])
+        assert t["projection"] == ("fisheye" if fisheye else "frame") and (v("width"), v("height")) == size
+        # u = w/2 + cx + x' f + x' b1, pixels from the corner; P1 and P2 the other way round.
+        f = [v("f") + v("b1"), v("f"), v("cx") + size[0] / 2, v("cy") + size[1] / 2]
+        d = [v(n) for n in four] if fisheye else [v("k1"), v("k2"), v("p2"), v("p1"), v("k3")]
+        off = flat(f, d) - 0.5
+        tell("metashape", "ElementTree, its manual's rules", [f[0], f[1]], off)
+    if text := written("basalt", False):
+        t = json.loads(text)["value0"]
+        i = t["intrinsics"][0]["intrinsics"]
+        assert t["resolution"] == [[*size]]
+        d = [i[n] for n in four] if fisheye else [i.get(n, 0.0) for n in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")]
+        f = [i[n] for n in ("fx", "fy", "cx", "cy")]
+        tell("basalt", f"json, {t['intrinsics'][0]['camera_type']}", [*f, *d], flat(f, d))
+    if text := written("photonvision", fisheye):
+        t = json.loads(text)
+        assert (t["resolution"]["width"], t["resolution"]["height"]) == size
+        m, d = t["cameraIntrinsics"]["data"], t["distCoeffs"]["data"]
+        tell("photonvision", "json, its rules", [m[0], m[4], m[2], m[5], *d], project(m, d, points))
+    if text := written("gyroflow", not fisheye):
+        t = json.loads(text)["fisheye_params"]
+        m, d = np.array(t["camera_matrix"]), t["distortion_coeffs"]
+        tell("gyroflow", "json, its rules", [m[0, 0], m[1, 1], m[0, 2], m[1, 2], *d], project(m, d, points))
+    if text := written("open3d", True):
+        try:
+            import open3d, tempfile
+        except ImportError:
+            return
+        with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+            file.write(text)
+            file.flush()
+            read = open3d.io.read_pinhole_camera_intrinsic(file.name)
+        m = read.intrinsic_matrix
+        assert (read.width, read.height) == size
+        tell("open3d", f"open3d {open3d.__version__}", [m[0, 0], m[1, 1], m[0, 2], m[1, 2]], project(m, np.zeros(5), points))
 
 
 def read_matlab(text, tell, points):

@@ -222,6 +222,36 @@ fn a_whole_session_is_taken_from_slow_and_fast_network_cameras() {
     });
 }
 
+/// The same from a machine-vision camera that loses one packet in a hundred, its automatics on.
+#[cfg(all(target_os = "linux", feature = "gige"))]
+#[test]
+fn a_whole_session_is_taken_from_a_machine_vision_camera() {
+    let place = TempDir::new().expect("folder");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/capture/tests/gige_camera.py");
+    let mut camera = Command::new("python3");
+    camera.args([script, "--address", "127.0.0.31", "--serial", "SESSION", "--size", "640x480"]);
+    camera.args(["--loss", "0.01", "--each", "4"]);
+    for (at, pose) in poses().enumerate() {
+        let file = place.path().join(format!("{at}.raw"));
+        fs::write(&file, pose.as_raw()).expect("written");
+        camera.arg(file);
+    }
+    let started = camera.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+    let mut camera = started.expect("python3 is there");
+    let mut lines = BufReader::new(camera.stdout.take().expect("piped")).lines();
+    assert_eq!(lines.next().and_then(Result::ok).as_deref(), Some("ready"));
+    let ended = guide(place.path(), "gige:127.0.0.31");
+    camera.kill().ok();
+    camera.wait().ok();
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert!(ended.status.code().is_some_and(|code| code == 0 || code == 3), "{said}");
+    assert!(said.contains("Result:") && !said.contains("FRM-BAD"), "{said}");
+    let header = fs::read_to_string(place.path().join("session/session.toml")).expect("there");
+    assert!(header.contains("gige:SESSION") && header.contains("backend = \"gige\""), "{header}");
+    let result = fs::read_to_string(place.path().join("session/calibration.json")).expect("there");
+    println!("{result}");
+}
+
 /// What a server answers to everybody, and what the person reads.
 #[test]
 fn refusals_of_a_server_are_told_apart() {

@@ -22,6 +22,8 @@ mod long_runs;
 mod manual;
 #[cfg(unix)]
 mod operation;
+#[cfg(unix)]
+mod platform;
 mod power_cut;
 mod report;
 mod saved_session;

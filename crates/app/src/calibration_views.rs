@@ -1,15 +1,16 @@
-//! The views of a calibration that has no session: from pictures, or from a table of corners.
+//! The views of a calibration: from pictures, a table of corners, or the journal of a session.
 
 use std::{
     path::{Path, PathBuf},
     thread::available_parallelism,
 };
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 
-use super::Announcer;
 #[cfg(feature = "report")]
 use super::report::picture_beside;
+use super::{Announcer, SavedSession};
+use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_capture::{CaptureError, read_picture};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_formats::{ViewName, corner_table};
@@ -19,7 +20,7 @@ use boresight_geometry::{
 #[cfg(feature = "report")]
 use boresight_present::report::Thumbnail;
 use boresight_present::text;
-use boresight_run::pipeline::detect_many;
+use boresight_run::{config::Config, pipeline::detect_many};
 
 /// Least number of seen corners in a view: a pose has six parameters.
 const LEAST_CORNERS: usize = 6;
@@ -54,6 +55,96 @@ fn picture_beside(_folder: &Path, _name: &str, _size: ImageSize) -> Option<Thumb
     None
 }
 
+/// A view as it comes: its name, and the corners row by row over the board, or why there are none.
+pub type GivenView = (String, Result<Vec<Corner>, String>);
+
+impl CalibrationViews {
+    /// The views of pictures of `image_size` with these corners of `board`. Views of fewer than six corners are left out.
+    pub fn of(
+        given: impl IntoIterator<Item = GivenView>,
+        image_size: ImageSize,
+        board: &Checkerboard,
+    ) -> Self {
+        let mut views =
+            Self { image_size, corners: Vec::new(), names: Vec::new(), pictures: Vec::new() };
+        let board_m = board.corners_in_board_m();
+        for (name, corners) in given {
+            let enough = corners.and_then(|mut corners| match seen_count(&corners) {
+                0 => Err("no corners".to_owned()),
+                few if few < LEAST_CORNERS => {
+                    Err(format!("{few} corners: a view needs {LEAST_CORNERS}"))
+                }
+                _ => {
+                    // Others are in nobody's way: what isn't seen only needs a place.
+                    if corners.len() == board_m.len() {
+                        expect_unseen(&board_m, &mut corners);
+                    }
+                    Ok(corners)
+                }
+            });
+            views.names.push(ViewName { name, reason: enough.as_ref().err().cloned() });
+            views.corners.extend(enough);
+        }
+        views
+    }
+
+    /// Calibrates from them. A view whose corners can't be an image of the board is left out, with its reason in
+    /// [`Self::names`], as long as those are a third at most: else it's the board that is wrong.
+    ///
+    /// # Errors
+    ///
+    /// As [`calibrate`].
+    pub fn calibrated(
+        &mut self,
+        board: &Checkerboard,
+        params: &CalibrationParams,
+        announcer: &Announcer,
+    ) -> Result<Calibration, NotCalibrated> {
+        let most_left_out = self.corners.len() / 3;
+        for left_out in 0.. {
+            let result = calibrate(&self.corners, board, self.image_size, params);
+            let view = match result {
+                Err(NotCalibrated::NoHomography { view } | NotCalibrated::NoGrid { view })
+                    if left_out < most_left_out =>
+                {
+                    view
+                }
+                result => return result,
+            };
+            self.corners.remove(view);
+            if view < self.pictures.len() {
+                self.pictures.remove(view);
+            }
+            let used = self.names.iter_mut().filter(|name| name.reason.is_none());
+            if let Some(name) = used.into_iter().nth(view) {
+                announcer.say(&format!("{}: not used. {}", name.name, text::NOT_OF_THE_BOARD));
+                name.reason = Some(text::NOT_OF_THE_BOARD.into());
+            }
+        }
+        Err(NotCalibrated::NoViews)
+    }
+}
+
+/// The views that a session took, with the corners that its journal has: those of a board that was cut off, too, which its
+/// pictures alone don't give again. Also the settings it was taken with, its board among them, and the noise it measured.
+///
+/// # Errors
+///
+/// As [`SavedSession::open`], and if the board isn't one.
+pub fn from_session(
+    path: &Path,
+    announcer: &Announcer,
+) -> anyhow::Result<(CalibrationViews, Config, Option<f64>)> {
+    let saved = SavedSession::open(path)?;
+    saved.announce(announcer);
+    let taken = saved.session.accepted().iter();
+    let given = taken.map(|taken| (taken.picture_name(), Ok(taken.view.corners.to_vec())));
+    let config = saved.header.config.clone();
+    let views = CalibrationViews::of(given, saved.header.image_size(), &config.board()?);
+    let noise_px = saved.session.calibration().and_then(|found| found.noise_floor_px);
+    Ok((views, config, noise_px))
+}
+
 /// The views of the corner table in the file `path`, row by row over `board`, of pictures of `image_size`. With
 /// `with_pictures`, also small copies of the pictures that lie beside the table.
 ///
@@ -66,47 +157,26 @@ pub fn from_table(
     board: &Checkerboard,
     with_pictures: bool,
 ) -> anyhow::Result<CalibrationViews> {
-    let mut views = CalibrationViews {
-        image_size,
-        corners: Vec::new(),
-        names: Vec::new(),
-        pictures: Vec::new(),
-    };
     let folder = path.parent().unwrap_or(Path::new("."));
     let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
     let table = corner_table::read(&text, board.corner_count())
         .with_context(|| format!("could not use {path:?}"))?;
-    let board_m = board.corners_in_board_m();
-    for mut view in table {
-        let count = view.corners.as_deref().map_or(0, seen_count);
-        if count < LEAST_CORNERS {
-            view.corners = None;
-        }
-        let reason = match count {
-            0 => Some("no corners in the table".to_owned()),
-            _ if count < LEAST_CORNERS => {
-                Some(format!("{count} corners in the table: a view needs {LEAST_CORNERS}"))
-            }
-            _ => None,
-        };
-        if let Some(corners) = &mut view.corners {
-            expect_unseen(&board_m, corners);
-        }
-        if with_pictures && reason.is_none() {
-            views.pictures.push(picture_beside(folder, &view.name, image_size));
-        }
-        views.names.push(ViewName { name: view.name, reason });
-        views.corners.extend(view.corners);
+    let given = table.into_iter().map(|view| (view.name, Ok(view.corners.unwrap_or_default())));
+    let mut views = CalibrationViews::of(given, image_size, board);
+    if with_pictures {
+        let used = views.names.iter().filter(|view| view.reason.is_none());
+        views.pictures = used.map(|view| picture_beside(folder, &view.name, image_size)).collect();
     }
     Ok(views)
 }
 
 /// The views of the pictures `inputs`, in which `board` is searched on every core. Calls `progress` after each
-/// picture, and announces each that isn't used and why. With `with_thumbnails`, also small copies.
+/// picture, and announces each that isn't used and why: also those that are damaged. With `with_thumbnails`, also small
+/// copies.
 ///
 /// # Errors
 ///
-/// If a picture can't be read, or if the pictures differ in size.
+/// If a picture isn't there or all are damaged, or if the pictures differ in size.
 pub fn from_pictures(
     inputs: &[PathBuf],
     board: &Checkerboard,
@@ -126,36 +196,42 @@ pub fn from_pictures(
     };
     let found = detect_many(inputs.len(), threads, board, load, |_| None, |_| progress())?;
     let read = read.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let mut views: Option<CalibrationViews> = None;
+    let first = read.iter().flatten().next();
+    let Some(image_size) = first.map(|(size, _)| *size) else {
+        let failed = found.into_iter().find_map(Result::err);
+        return Err(failed.map_or_else(|| anyhow!("no pictures"), Into::into));
+    };
+    let mut views = CalibrationViews {
+        image_size,
+        corners: Vec::new(),
+        names: Vec::new(),
+        pictures: Vec::new(),
+    };
     for ((path, seen), read) in inputs.iter().zip(found).zip(read) {
-        let seen = seen?;
-        let (size, thumbnail) = read.context("a picture was not read")?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let views = views.get_or_insert_with(|| CalibrationViews {
-            image_size: size,
-            corners: Vec::new(),
-            names: Vec::new(),
-            pictures: Vec::new(),
-        });
-        if size != views.image_size {
-            let first = views.names.first().map_or("the first", |view| view.name.as_str());
+        let corners = match seen {
+            Err(damaged @ CaptureError::Decode { .. }) => Err(damaged.to_string()),
+            Err(err) => return Err(err.into()),
+            Ok(seen) => seen.map(|detection| detection.corners).map_err(|miss| text::miss(&miss)),
+        };
+        if let Some((size, _)) = &read
+            && *size != image_size
+        {
             bail!(
-                "{name} is {}x{}, {first} is {}x{}: pictures of one calibration have one size",
+                "{name} is {}x{}, the first is {}x{}: pictures of one calibration have one size",
                 size.width_px,
                 size.height_px,
-                views.image_size.width_px,
-                views.image_size.height_px
+                image_size.width_px,
+                image_size.height_px
             );
         }
-        let reason = seen.as_ref().err().map(text::miss);
-        if let Some(reason) = &reason {
-            announcer.say(&format!("{name}: not used. {reason}"));
-        }
-        if reason.is_none() {
-            views.pictures.push(thumbnail);
+        let reason = corners.as_ref().err().cloned();
+        match &reason {
+            Some(reason) => announcer.say(&format!("{name}: not used. {reason}")),
+            None => views.pictures.push(read.and_then(|(_, thumbnail)| thumbnail)),
         }
         views.names.push(ViewName { name, reason });
-        views.corners.extend(seen.map(|detection| detection.corners));
+        views.corners.extend(corners);
     }
-    views.context("no pictures")
+    Ok(views)
 }

@@ -117,6 +117,8 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
         && different.len() == lines
     {
         problems.push(text::doctor::FOREIGN_HEADER.into());
+    } else if let (true, true, Some(first)) = (is_whole, has_these_rules, different.first()) {
+        problems.push(text::doctor::other_decisions(different.len(), *first));
     }
     Ok(Diagnosis {
         lines,

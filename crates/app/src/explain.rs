@@ -81,8 +81,13 @@ fn file(err: &FileError) -> Option<String> {
         FileError::NotAFile { .. } => Some(
             "Name a plain file: links, devices and FIFOs are neither read nor replaced.".into(),
         ),
-        FileError::Read { .. } => {
-            Some("Check the name; a session is the folder that holds session.toml.".into())
+        FileError::Read { path, .. } => {
+            let is_of_session = path.file_name().is_some_and(|name| name == "session.toml");
+            Some(if is_of_session {
+                "Check the name; a session is the folder that holds session.toml.".into()
+            } else {
+                "Check the name, and that the file is readable.".into()
+            })
         }
         FileError::NotPrivate { path } => Some(format!(
             "Keep it to yourself: chmod 600 {}. If somebody may have read it, delete it, and a new one is made.",
@@ -119,6 +124,9 @@ fn recording(err: &RecordingError) -> Option<String> {
         RecordingError::LinesMissing { .. } => Some(
             "The file system lost them. To copy what is left: boresight doctor SESSION --recover NEW".into(),
         ),
+        RecordingError::Newer { .. } => {
+            Some("Nothing is damaged: use the newer boresight that recorded it.".into())
+        }
         RecordingError::Header { .. } | RecordingError::Frame { .. } => None,
     }
 }

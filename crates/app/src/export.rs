@@ -10,66 +10,76 @@ use boresight_calibrate::Verdict;
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
 use boresight_formats::{
     CalibrationFile, corner_table,
-    export::{
-        ExportedCamera, colmap_cameras, kalibr_camchain, matlab_script, mrcal_cameramodel,
-        opencv_yaml, ros_camera_info, views_csv,
-    },
+    export::{CameraFormat, ExportedCamera, views_csv},
     import,
 };
 use boresight_geometry::Corner;
+use boresight_guide::session::Session;
 use boresight_present::text;
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
+    /// The lens in the format of another program.
+    Camera(CameraFormat),
     /// Everything, in this program's schema.
     Json,
-    /// YAML of OpenCV's FileStorage.
-    OpencvYaml,
-    /// YAML of ROS camera_info.
-    RosYaml,
-    /// Kalibr camchain; can't hold k3 or a rational lens.
-    Kalibr,
-    /// Text file cameras.txt of COLMAP.
-    Colmap,
-    /// mrcal .cameramodel; can't hold a fisheye lens.
-    Mrcal,
-    /// Script for MATLAB and Octave; can't hold wide lenses.
-    Matlab,
     /// Each view with its numbers, as comma-separated values.
     ViewsCsv,
     /// The corners of the accepted views; needs the session folder.
     Vnl,
 }
 
-/// Every format, in the order in which a person is offered them.
+/// The formats that a window offers, in its order. [`Format::all`] has all.
 pub const FORMATS: [Format; 9] = [
-    Format::OpencvYaml,
-    Format::RosYaml,
-    Format::Kalibr,
-    Format::Colmap,
-    Format::Mrcal,
-    Format::Matlab,
+    Format::Camera(CameraFormat::OpencvYaml),
+    Format::Camera(CameraFormat::RosYaml),
+    Format::Camera(CameraFormat::Kalibr),
+    Format::Camera(CameraFormat::Colmap),
+    Format::Camera(CameraFormat::Mrcal),
+    Format::Camera(CameraFormat::Matlab),
     Format::Json,
     Format::ViewsCsv,
     Format::Vnl,
 ];
 
 impl Format {
+    /// Every format.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let cameras = CameraFormat::ALL.into_iter().map(Self::Camera);
+        cameras.chain([Self::Json, Self::ViewsCsv, Self::Vnl])
+    }
+
+    /// The format of that [`code`](Self::code).
+    pub fn by_code(code: &str) -> Option<Self> {
+        Self::all().find(|format| format.code() == code)
+    }
+
+    /// The format that a file's name tells: its usual name, or an ending that no other format has.
+    pub fn of_file(path: &Path) -> Option<Self> {
+        let named = path.file_name()?.to_str()?;
+        if let Some(usual) = Self::all().find(|format| format.file() == named) {
+            return Some(usual);
+        }
+        let ending = path.extension()?;
+        let mut same = Self::all().filter(|f| Path::new(f.file()).extension() == Some(ending));
+        same.next().filter(|_| same.next().is_none())
+    }
+
     /// The short name on a button.
     pub fn label(self) -> &'static str {
-        self.label_and_file().0
+        match self {
+            Self::Camera(format) => format.label(),
+            Self::Json => "JSON",
+            Self::ViewsCsv => "Views",
+            Self::Vnl => "Corners",
+        }
     }
 
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
-            Self::OpencvYaml => "opencv-yaml",
-            Self::RosYaml => "ros-yaml",
-            Self::Kalibr => "kalibr",
-            Self::Colmap => "colmap",
-            Self::Mrcal => "mrcal",
-            Self::Matlab => "matlab",
+            Self::Camera(format) => format.code(),
             Self::Json => "json",
             Self::ViewsCsv => "views-csv",
             Self::Vnl => "vnl",
@@ -78,20 +88,23 @@ impl Format {
 
     /// The usual name of the file.
     pub fn file(self) -> &'static str {
-        self.label_and_file().1
+        match self {
+            Self::Camera(format) => format.file(),
+            Self::Json => "camera.json",
+            Self::ViewsCsv => "views.csv",
+            Self::Vnl => "corners.vnl",
+        }
     }
 
-    fn label_and_file(self) -> (&'static str, &'static str) {
+    /// What the format is for.
+    pub fn about(self) -> &'static str {
         match self {
-            Self::OpencvYaml => ("OpenCV", "opencv.yaml"),
-            Self::RosYaml => ("ROS", "ros.yaml"),
-            Self::Kalibr => ("Kalibr", "kalibr.yaml"),
-            Self::Colmap => ("COLMAP", "cameras.txt"),
-            Self::Mrcal => ("mrcal", "camera.cameramodel"),
-            Self::Matlab => ("MATLAB", "camera.m"),
-            Self::Json => ("JSON", "camera.json"),
-            Self::ViewsCsv => ("Views", "views.csv"),
-            Self::Vnl => ("Corners", "corners.vnl"),
+            Self::Camera(format) => format.about(),
+            Self::Json => "Everything, in boresight's schema",
+            Self::ViewsCsv => "The result for each view, as comma-separated values",
+            Self::Vnl => {
+                "The corners of the accepted views, `filename x y level`; needs the session folder"
+            }
         }
     }
 }
@@ -105,8 +118,34 @@ pub struct Exported {
     pub untrustworthy: bool,
 }
 
-/// Converts the result in `input`, a session folder or a `calibration.json`, into `format`. The file calls the camera
-/// `name`, or without it by the name of the folder or file.
+/// The calibration in the file `path`, of this program or of another one, in this program's schema: its text, and as read.
+/// Of another program's file there is the lens alone, and a finding that says so.
+///
+/// # Errors
+///
+/// If it can't be read, or is in no format that is known.
+pub fn read_any(path: &Path, announcer: &Announcer) -> anyhow::Result<(String, CalibrationFile)> {
+    let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+    let tree = serde_json::from_str::<Value>(&text).ok();
+    let is_ours =
+        |tree: &Value| tree["schema"].as_str().is_some_and(|s| s.starts_with("boresight."));
+    if let Some(tree) = tree.filter(is_ours) {
+        let file = CalibrationFile::read(&tree);
+        return Ok((text, file.with_context(|| format!("not a calibration: {path:?}"))?));
+    }
+    let mut old = import::read(&text).with_context(|| format!("could not use {path:?}"))?;
+    if old.camera_count > 1 {
+        announcer.say(&text::first_of_cameras(old.camera_count));
+    }
+    // Kalibr names a camera by its topic, such as /cam0/image_raw.
+    let plain = |source: String| source.trim_matches('/').split('/').next().map(Into::into);
+    old.source = old.source.and_then(plain);
+    let file = CalibrationFile::of_imported(&old, text::imported(old.format.name()));
+    Ok((serde_json::to_string_pretty(&file.to_json()?)?, file))
+}
+
+/// Converts the result in `input`, a session folder or a calibration in any format that can be read, into `format`. The
+/// file calls the camera `name`, or without it as another program's file does, or by the name of the folder or file.
 ///
 /// # Errors
 ///
@@ -121,20 +160,34 @@ pub fn export(
         return Ok(Exported { text: corners(input, announcer)?, untrustworthy: false });
     }
     let path = if input.is_dir() { input.join(RESULT_FILE) } else { input.to_path_buf() };
-    let text = read_text(&path, TEXT_LIMIT, Links::Followed)?;
-    let not_one = || format!("not a calibration: {path:?}");
-    let tree: Value = serde_json::from_str(&text).with_context(not_one)?;
-    let file = CalibrationFile::read(&tree).with_context(not_one)?;
+    let (text, file) = read_any(&path, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
-    let text = match format {
-        Format::Json => text,
-        Format::ViewsCsv => views_csv(&file.views),
-        _ => {
-            let stem = input.file_stem().unwrap_or_default().to_string_lossy();
-            camera(format, &text, &path, name.unwrap_or(&stem), announcer)?
-        }
-    };
+    let stem = input.file_stem().unwrap_or_default().to_string_lossy();
+    // Another program's file has no board, and may name its camera.
+    let own_name = file.source.as_deref().filter(|_| file.board.is_none()).unwrap_or(&stem);
+    let text = export_text(&text, format, Some(name.unwrap_or(own_name)), announcer)?;
     Ok(Exported { text, untrustworthy })
+}
+
+/// Converts the calibration in `text` into `format`. The file calls the camera `name`, or `camera` without it.
+///
+/// # Errors
+///
+/// If it is no calibration, or if the format can't hold the lens.
+pub fn export_text(
+    text: &str,
+    format: Format,
+    name: Option<&str>,
+    announcer: &Announcer,
+) -> anyhow::Result<String> {
+    match format {
+        Format::Json => Ok(text.into()),
+        Format::ViewsCsv => {
+            Ok(views_csv(&CalibrationFile::read(&serde_json::from_str(text)?)?.views))
+        }
+        Format::Camera(format) => camera(format, text, name.unwrap_or("camera"), announcer),
+        Format::Vnl => bail!("a corner table is written from a session folder"),
+    }
 }
 
 /// Writes the result of the session in `folder` beside it, in the format of that number in [`FORMATS`], under
@@ -145,7 +198,7 @@ pub fn export(
 /// As [`export`], and if the file can't be written.
 pub fn beside(folder: &Path, number: usize, announcer: &Announcer) -> anyhow::Result<PathBuf> {
     let format = *FORMATS.get(number).context("there is no such format")?;
-    let (_, file) = format.label_and_file();
+    let file = format.file();
     let (stem, ending) = file.split_once('.').unwrap_or((file, ""));
     let out = (2..1000)
         .map(|n| folder.join(format!("{stem}-{n}.{ending}")))
@@ -157,13 +210,12 @@ pub fn beside(folder: &Path, number: usize, announcer: &Announcer) -> anyhow::Re
 }
 
 fn camera(
-    format: Format,
+    format: CameraFormat,
     text: &str,
-    path: &Path,
     name: &str,
     announcer: &Announcer,
 ) -> anyhow::Result<String> {
-    let old = import::read(text).with_context(|| format!("could not use {path:?}"))?;
+    let old = import::read(text).context("could not use the calibration")?;
     if old.focal_varies {
         announcer.say(text::focal_is_a_mean());
     }
@@ -173,15 +225,7 @@ fn camera(
         image_size: old.image_size,
         rms_px: old.rms_px.unwrap_or(0.0),
     };
-    Ok(match format {
-        Format::OpencvYaml => opencv_yaml(&exported),
-        Format::RosYaml => ros_camera_info(&exported),
-        Format::Kalibr => kalibr_camchain(&exported).context("Kalibr can't hold this lens")?,
-        Format::Colmap => colmap_cameras(&exported),
-        Format::Mrcal => mrcal_cameramodel(&exported).context("mrcal can't hold this lens")?,
-        Format::Matlab => matlab_script(&exported).context("MATLAB can't hold this lens")?,
-        Format::Json | Format::ViewsCsv | Format::Vnl => bail!("this format holds no camera"),
-    })
+    format.write(&exported).with_context(|| format!("{} can't hold this lens", format.label()))
 }
 
 /// The corners of the accepted views, from the session's journal.
@@ -189,11 +233,13 @@ fn corners(session: &Path, announcer: &Announcer) -> anyhow::Result<String> {
     let saved =
         SavedSession::open(session).context("a corner table is written from a session folder")?;
     saved.announce(announcer);
-    let views: Vec<(String, &[Corner])> = saved
-        .session
-        .accepted()
-        .iter()
-        .map(|view| (view.picture_name(), view.view.corners.as_slice()))
-        .collect();
-    Ok(corner_table::write(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners)))))
+    Ok(corners_of(&saved.session))
+}
+
+/// The corners of the views that `session` took.
+pub(crate) fn corners_of(session: &Session) -> String {
+    let taken = session.accepted().iter();
+    let views: Vec<(String, &[Corner])> =
+        taken.map(|view| (view.picture_name(), view.view.corners.as_slice())).collect();
+    corner_table::write(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners))))
 }

@@ -90,5 +90,7 @@ pub use voice::{NoVoice, Voice};
 
 /// Name of the report in the session's folder.
 pub const REPORT_FILE: &str = "report.html";
+/// Name of the table of corners in the session's folder.
+pub const CORNERS_FILE: &str = "corners.vnl";
 /// Name of the result in the session's folder.
 pub const RESULT_FILE: &str = "calibration.json";

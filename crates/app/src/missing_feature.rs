@@ -18,6 +18,8 @@ impl MissingFeature {
     /// Cameras of Linux, network streams and video files.
     pub const LIVE: Self =
         Self { part: "live cameras, network streams or video files", feature: "live" };
+    /// Machine-vision cameras on the network.
+    pub const GIGE: Self = Self { part: "GigE Vision cameras", feature: "gige" };
     /// Shell completions and manual pages.
     pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
     /// The HTML report.

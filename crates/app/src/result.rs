@@ -1,7 +1,10 @@
 //! Result of a session, for people and for machines.
 
-use super::{Announcer, Exit, announce_result};
+use std::path::{Path, PathBuf};
+
+use super::{Announcer, CORNERS_FILE, Exit, RESULT_FILE, announce_result, export};
 use boresight_calibrate::{Calibration, NotCalibrated};
+use boresight_files::{Overwrite, save};
 use boresight_formats::{CalibrationFile, CameraEntry, ViewName};
 use boresight_geometry::device::{Control, Lock};
 use boresight_guide::{
@@ -33,6 +36,27 @@ pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Co
         Progress::Collecting | Progress::Exhausted => Exit::NotTrustworthy,
     };
     Conclusion { exit, result }
+}
+
+/// Writes `result` into the folder of `session`, and beside it the corners of its views as a table that other programs read.
+/// Both follow from the journal, so they may be replaced. Returns the result's file.
+///
+/// # Errors
+///
+/// If a file can't be written.
+pub fn save_result(
+    folder: &Path,
+    session: &Session,
+    result: &CalibrationFile,
+) -> anyhow::Result<PathBuf> {
+    let file = folder.join(RESULT_FILE);
+    let json = serde_json::to_string_pretty(&result.to_json()?)?;
+    save(&file, json.as_bytes(), Overwrite::Allowed)?;
+    if !session.accepted().is_empty() {
+        let table = export::corners_of(session);
+        save(&folder.join(CORNERS_FILE), table.as_bytes(), Overwrite::Allowed)?;
+    }
+    Ok(file)
 }
 
 /// The calibration file of what a session, whose folder has `header`, has so far.

@@ -9,16 +9,15 @@ use anyhow::Context;
 use image::GrayImage;
 
 use super::{
-    Announcer, Exit, RESULT_FILE,
+    Announcer, Exit,
     camera_announcer::CameraAnnouncer,
     comparison,
     host::Compared,
-    result::{Conclusion, conclude},
+    result::{Conclusion, conclude, save_result},
     source::OpenSource,
     truth,
 };
 use boresight_capture::renumbered;
-use boresight_files::{Overwrite, save};
 use boresight_formats::CalibrationFile;
 use boresight_guide::{
     guidance::{Progress, Refusal},
@@ -78,7 +77,7 @@ pub struct Concluded {
     pub path: PathBuf,
     /// The exit status that the result deserves.
     pub exit: Exit,
-    /// Contents of [`RESULT_FILE`].
+    /// Contents of [`RESULT_FILE`](super::RESULT_FILE).
     pub result: CalibrationFile,
     /// Result of the comparison with an older calibration, if one was asked for. A failed comparison doesn't fail the
     /// session.
@@ -243,13 +242,7 @@ impl FinishedRun {
         if let (Some(truth), Some(calibration)) = (&truth, session.calibration()) {
             truth::announce(truth, calibration, announcer);
         }
-        let file = path.join(RESULT_FILE);
-        // The result follows from the journal, so it may be replaced.
-        save(
-            &file,
-            serde_json::to_string_pretty(&result.to_json()?)?.as_bytes(),
-            Overwrite::Allowed,
-        )?;
+        let file = save_result(&path, &session, &result)?;
         announcer.say(&format!("Result: {}", file.display()));
         let compared = header.against.as_deref().map(|against| {
             let against = Path::new(against);
@@ -329,7 +322,7 @@ fn has_ended(snapshot: &Snapshot) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Opening;
+    use crate::{Opening, RESULT_FILE};
     use boresight_run::config::Config;
 
     #[test]

@@ -1,6 +1,6 @@
 //! The sessions in and below a folder.
 
-use std::path::Path;
+use std::{io::ErrorKind, path::Path};
 
 use boresight_files::{FileError, entries, is_own_folder};
 
@@ -17,8 +17,8 @@ pub fn session_folders(
     found: &mut dyn FnMut(&Path) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     if !root.is_dir() {
-        let missing = std::io::Error::from(std::io::ErrorKind::NotADirectory);
-        return Err(FileError::reading(root)(missing).into());
+        let kind = if root.exists() { ErrorKind::NotADirectory } else { ErrorKind::NotFound };
+        return Err(FileError::reading(root)(kind.into()).into());
     }
     walk(&std::path::absolute(root)?, found)
 }

@@ -19,6 +19,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `v4l2` | cameras of Linux, with the feature `live`; the program's only unsafe code |
+//! | `gige` | machine-vision cameras on the network, with the feature `gige`, on Linux |
 //! | `ffmpeg` | network streams and video files, with the feature `live`, on Unix |
 //! | `nokhwa` | cameras of other systems, with the feature `nokhwa` |
 //! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
@@ -32,6 +33,8 @@ mod address;
 mod camera_mode;
 #[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
+#[cfg(all(target_os = "linux", feature = "gige"))]
+pub mod gige;
 #[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
 mod health;
 mod image_folder;

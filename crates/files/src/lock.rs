@@ -2,7 +2,7 @@
 
 use std::{
     ffi::OsString,
-    fs::File,
+    fs::{File, TryLockError},
     io,
     path::{Path, PathBuf},
 };
@@ -16,6 +16,7 @@ use super::{
 #[derive(Debug)]
 pub struct FileLock {
     _file: File,
+    beside: PathBuf,
 }
 
 impl FileLock {
@@ -27,23 +28,54 @@ impl FileLock {
     ///
     /// [`FileError::NotAFile`] or [`FileError::Write`] if there can be no file beside it.
     pub fn wait_for(path: &Path) -> Result<Self, FileError> {
-        let beside = beside(path);
-        let writing = FileError::writing(&beside);
-        file_or_nothing(&beside)?;
-        let file = options(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&beside)
-            .map_err(&writing)?;
+        let (file, beside) = opened(path)?;
         loop {
             match file.lock() {
                 Err(err) if err.kind() == io::ErrorKind::Interrupted => {}
-                Err(err) if err.kind() != io::ErrorKind::Unsupported => return Err(writing(err)),
-                _ => return Ok(Self { _file: file }),
+                Err(err) if err.kind() != io::ErrorKind::Unsupported => {
+                    return Err(FileError::writing(&beside)(err));
+                }
+                _ => return Ok(Self { _file: file, beside }),
             }
         }
     }
+
+    /// As [`Self::wait_for`], but `None` at once if another program has the lock.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::wait_for`].
+    pub fn try_for(path: &Path) -> Result<Option<Self>, FileError> {
+        let (file, beside) = opened(path)?;
+        match file.try_lock() {
+            Ok(()) => Ok(Some(Self { _file: file, beside })),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(err)) if err.kind() == io::ErrorKind::Unsupported => {
+                Ok(Some(Self { _file: file, beside }))
+            }
+            Err(TryLockError::Error(err)) => Err(FileError::writing(&beside)(err)),
+        }
+    }
+
+    /// Gives the lock back, and removes its file. Only right once nobody acts on having this lock any more: who asks for it
+    /// later gets another one.
+    pub fn finish(self) {
+        // A leftover is in nobody's way.
+        let _ = std::fs::remove_file(&self.beside);
+    }
+}
+
+/// The empty file beside `path`, and its name.
+fn opened(path: &Path) -> Result<(File, PathBuf), FileError> {
+    let beside = beside(path);
+    file_or_nothing(&beside)?;
+    let file = options(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(&beside)
+        .map_err(FileError::writing(&beside))?;
+    Ok((file, beside))
 }
 
 fn beside(path: &Path) -> PathBuf {
@@ -87,6 +119,16 @@ mod tests {
             }
         });
         assert_eq!(read_text(&path, 100, Links::Refused).expect("read"), "160");
+    }
+
+    #[test]
+    fn a_lock_that_another_has_is_not_waited_for() {
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("row");
+        let first = FileLock::try_for(&path).expect("locked").expect("free");
+        assert!(FileLock::try_for(&path).expect("looked").is_none());
+        drop(first);
+        assert!(FileLock::try_for(&path).expect("looked").is_some());
     }
 
     #[cfg(unix)]

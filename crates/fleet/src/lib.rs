@@ -12,5 +12,11 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
     if let Some(err) = err.chain().find_map(|cause| cause.downcast_ref::<batch::CloudError>()) {
         return Some(err.next_action().into());
     }
+    #[cfg(feature = "history")]
+    if let Some(history::IndexError::Line { .. } | history::IndexError::Database { .. }) =
+        err.chain().find_map(|cause| cause.downcast_ref())
+    {
+        return Some("Nothing is lost with an index: delete it, and add the folders of sessions again with boresight history add.".into());
+    }
     boresight_app::explain(err)
 }

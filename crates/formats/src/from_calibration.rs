@@ -9,11 +9,12 @@ use super::{
         LineEntry, MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
         ViewEntry,
     },
+    import::OldCalibration,
     named_covariance::NamedCovariance,
 };
 use boresight_calibrate::{
-    Calibration, Finding, Focal, ModelFit, NotCalibrated, PrincipalPointEstimate, PrincipalPoints,
-    Severity, Verdict, ViewResult,
+    Calibration, Finding, Focal, LensModel, ModelFit, NotCalibrated, PrincipalPointEstimate,
+    PrincipalPoints, Severity, Verdict, ViewResult,
     acceptance::{Acceptance, AcceptanceGoal, acceptance},
 };
 use boresight_geometry::{
@@ -88,18 +89,24 @@ impl CalibrationFile {
     }
 
     fn without_result(image_size: ImageSize, board: &Checkerboard, views: &[ViewName]) -> Self {
+        let board = BoardEntry {
+            columns: count(board.columns()),
+            rows: count(board.rows()),
+            square_mm: 1000.0 * board.square_m(),
+            markers: board.markers().map(|markers| MarkersEntry {
+                dictionary: markers.dictionary.to_string(),
+                side_mm: 1000.0 * board.square_m() * markers.side_squares,
+            }),
+        };
+        let views = views.iter().map(unused).collect();
+        Self { views, ..Self::empty(image_size, Some(board)) }
+    }
+
+    fn empty(image_size: ImageSize, board: Option<BoardEntry>) -> Self {
         Self {
             schema: CALIBRATION_SCHEMA.into(),
             image_size: [image_size.width_px, image_size.height_px],
-            board: Some(BoardEntry {
-                columns: count(board.columns()),
-                rows: count(board.rows()),
-                square_mm: 1000.0 * board.square_m(),
-                markers: board.markers().map(|markers| MarkersEntry {
-                    dictionary: markers.dictionary.to_string(),
-                    side_mm: 1000.0 * board.square_m() * markers.side_squares,
-                }),
-            }),
+            board,
             verdict: Verdict::Untrustworthy.code().into(),
             findings: Vec::new(),
             result: None,
@@ -110,7 +117,7 @@ impl CalibrationFile {
             visible_drift: None,
             acceptance: None,
             coverage: None,
-            views: views.iter().map(unused).collect(),
+            views: Vec::new(),
             source: None,
             replaces: None,
             camera: None,
@@ -119,6 +126,33 @@ impl CalibrationFile {
 }
 
 impl CalibrationFile {
+    /// The file of another program's calibration, with the lens alone: `finding` says what isn't known of it.
+    pub fn of_imported(old: &OldCalibration, (message, action): (String, &str)) -> Self {
+        let camera = &old.camera;
+        let lens = LensEntry {
+            model: LensModel::simplest_with(camera).code().into(),
+            focal: None,
+            f_px: [camera.f_px.x, camera.f_px.y],
+            pp_px: pair(camera.pp_px),
+            distortion: camera.distortion.into(),
+            sigma: None,
+            covariance: None,
+            covariance_all: None,
+            rms_px: old.rms_px,
+            noise_px: None,
+            excess_px: None,
+            noise_factor: None,
+            noise_floor_px: None,
+        };
+        Self {
+            verdict: Verdict::Care.code().into(),
+            findings: vec![entry("IMPORTED", Severity::Care, (message, action))],
+            result: Some(lens),
+            source: old.source.clone(),
+            ..Self::empty(old.image_size, None)
+        }
+    }
+
     /// Judges the calibration by `goal`, with `scale_sd` the relative standard deviation of the board's square size.
     /// `None` if the file has no lens, or doesn't state its covariance.
     pub fn judged(&self, goal: AcceptanceGoal, scale_sd: f64) -> Option<Acceptance> {

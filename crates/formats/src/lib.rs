@@ -1,4 +1,5 @@
-//! Calibrations as text: boresight's own, and those of OpenCV, ROS, Kalibr, mrcal, COLMAP and MATLAB.
+//! Calibrations as text: boresight's own, and those of OpenCV, ROS, Kalibr, mrcal, COLMAP, MATLAB, ORB-SLAM3,
+//! Nerfstudio, Metashape and others.
 //!
 //! ```
 //! use boresight_formats::{
@@ -53,7 +54,7 @@
 //! # What isn't promised
 //!
 //! - Of a file with several cameras, the first is read.
-//! - COLMAP's and MATLAB's files are written, not read.
+//! - MATLAB's files are written, not read.
 //! - Only boresight's own file states the covariance. What a format can't hold is refused, never dropped.
 //! - A lens that needs more than k1, k2, p1, p2, k3, k4, k5 and k6 is refused.
 //! - Other programs may change their formats. boresight's own only grows: see `docs/versioning.md`.

@@ -1,7 +1,7 @@
 //! `boresight batch run`.
 
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
     thread::available_parallelism,
     time::{Duration, Instant},
@@ -13,14 +13,17 @@ use serde_json::json;
 
 use crate::cli::{
     board_args::{loaded, setting},
-    export::FormatName,
+    export::format_name,
     operation::{LogForm, OnFinish},
     progress::Progress,
     terminal::{log, say, stop_flag},
 };
-use boresight_app::Exit;
-use boresight_files::{Overwrite, may_save};
+use boresight_app::{Exit, export::Format};
+use boresight_files::{Overwrite, Scratch, may_save};
 use boresight_fleet::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
+
+/// File that stdin is copied to.
+const COPY: &str = "manifest.jsonl";
 
 /// The version of this program, with the hash of its sources.
 const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("BORESIGHT_BUILD"));
@@ -42,7 +45,7 @@ const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("BORESIGHT_BUIL
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub(in crate::cli) struct Arguments {
-    /// The list that `batch plan` printed; may be in an object store, too.
+    /// The list that `batch plan` printed; may be in an object store, too; - for stdin.
     manifest: PathBuf,
     /// What to do with each session.
     #[arg(long, value_enum)]
@@ -60,8 +63,8 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "OLD")]
     against: Option<PathBuf>,
     /// Format to write, for --action export [default: opencv-yaml].
-    #[arg(long, value_enum)]
-    format: Option<FormatName>,
+    #[arg(long, value_parser = format_name())]
+    format: Option<Format>,
     /// The longest that one session may take, for example 90s, 10m or 1h; after that it's a row with the code
     /// TIME-BUDGET.
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = time)]
@@ -137,9 +140,11 @@ impl Arguments {
             may_save(metrics, Overwrite::Allowed)?;
         }
         let program = std::env::current_exe().context("this program's own file can't be found")?;
+        let copy = if self.manifest == Path::new("-") { Some(from_stdin()?) } else { None };
+        let copied = copy.as_ref().map(|copy| copy.path().join(COPY));
         let batch = Batch {
             job,
-            manifest: &self.manifest,
+            manifest: copied.as_deref().unwrap_or(&self.manifest),
             shard,
             out: &self.out,
             budget: self.budget,
@@ -221,8 +226,7 @@ impl Arguments {
         loaded(None, &self.settings)?;
         let mut job = Job { settings: self.settings.clone(), ..Job::new(action, BUILD) };
         if action == Action::Export {
-            let format = self.format.unwrap_or(FormatName::OpencvYaml);
-            job.format = Some(boresight_app::export::Format::from(format).code().into());
+            job.format = Some(self.format.map_or("opencv-yaml", Format::code).into());
         }
         match &self.against {
             Some(file) => job.against(file),
@@ -238,6 +242,14 @@ impl Arguments {
             say(&format!("{err}"));
         }
     }
+}
+
+/// The manifest from stdin: it's read more than once.
+fn from_stdin() -> anyhow::Result<Scratch> {
+    let copy = Scratch::new()?;
+    let mut file = copy.create(Path::new(COPY))?;
+    std::io::copy(&mut std::io::stdin().lock(), &mut file).context("could not read stdin")?;
+    Ok(copy)
 }
 
 fn summary(tally: &Tally) -> String {

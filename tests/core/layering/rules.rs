@@ -80,7 +80,7 @@ pub(crate) const RULES: Rules = Rules {
                 "study/main",
             ],
         ),
-        (Reach::Path("std::net"), &["phone"]),
+        (Reach::Path("std::net"), &["phone", "capture/gige"]),
         (Reach::Path("std::os"), &["capture", "files"]),
         (Reach::Path("std::io::stdin"), &["boresight/cli"]),
         (Reach::Path("std::io::stdout"), &["boresight/cli"]),

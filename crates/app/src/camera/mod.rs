@@ -7,9 +7,11 @@
 //! |---|---|
 //! | `backend` | what a backend and a camera of it are |
 //! | `v4l2` | cameras of Linux, with the feature `live` |
+//! | `gige` | machine-vision cameras on the network, with the feature `gige` |
 //! | `nokhwa` | cameras of other systems, and a second way to those of Linux, with the feature `nokhwa` |
 
 mod backend;
+mod gige;
 mod nokhwa;
 mod v4l2;
 
@@ -21,7 +23,7 @@ use super::Announcer;
 use boresight_run::config::{self, Config};
 
 /// Every backend that boresight knows, the usual one first.
-pub const BACKENDS: [Backend; 2] = [v4l2::BACKEND, nokhwa::BACKEND];
+pub const BACKENDS: [Backend; 3] = [v4l2::BACKEND, gige::BACKEND, nokhwa::BACKEND];
 
 impl Backend {
     /// The backend that the settings ask for; `None` for `auto`.
@@ -164,7 +166,7 @@ mod tests {
         }
         assert!(Backend::asked(&config::Backend::default()).expect("auto").is_none());
         let unknown = ChosenCamera::named("/dev/video0", &with("gstreamer")).expect_err("none");
-        assert!(unknown.to_string().contains("auto, or one of v4l, nokhwa"), "{unknown}");
+        assert!(unknown.to_string().contains("auto, or one of v4l, gige, nokhwa"), "{unknown}");
     }
 
     #[test]

@@ -54,7 +54,12 @@ pub(super) mod built {
     }
 
     fn modes(name: &str) -> Vec<String> {
-        let Ok(camera) = find(&discover(&mut Linux::default()), name) else { return Vec::new() };
+        let camera = find(&discover(&mut Linux::default()), name);
+        camera.map_or(Vec::new(), |camera| mode_names(&camera))
+    }
+
+    /// The readable modes of a camera, as the settings name them, the largest first.
+    pub(in crate::camera) fn mode_names(camera: &Camera) -> Vec<String> {
         let mut modes: Vec<(u32, String)> = camera
             .offers
             .iter()
@@ -96,10 +101,16 @@ pub(super) mod built {
 
     fn devices() -> Devices {
         let mut kernel = Linux::default();
-        let Found { cameras, others } = discover(&mut kernel);
+        let found = discover(&mut kernel);
+        report(&mut kernel, &found)
+    }
+
+    /// Everything known of cameras that a kernel has found.
+    pub(in crate::camera) fn report(kernel: &mut dyn Kernel, found: &Found) -> Devices {
+        let Found { cameras, others } = found;
         let cameras = cameras.iter().map(|camera| {
             let controls = kernel.open(&camera.node.path).map_or(Vec::new(), |device| {
-                let controls = control_states(&mut kernel, device);
+                let controls = control_states(kernel, device);
                 kernel.close(device);
                 controls
             });

@@ -5,7 +5,9 @@ use nalgebra::{Matrix3, Point2, SMatrix};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::solve::schur_lm::inverse;
-use boresight_geometry::{Camera, LENS_PARAMETERS, cell_centres_px, frame::ImageSize};
+use boresight_geometry::{
+    Camera, LENS_PARAMETERS, RayProjection, cell_centres_px, frame::ImageSize,
+};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
@@ -23,6 +25,8 @@ pub struct ProjectionJacobian {
     /// Number of grid points beyond the fold of the lens model, which have no ray. Those outside the round picture of a
     /// fisheye lens aren't counted.
     pub unmapped: usize,
+    /// The rotation that compensates for each lens parameter, in radians.
+    explained: SMatrix<f64, 3, LENS_PARAMETERS>,
 }
 
 /// Standard deviation of projection at one pixel.
@@ -53,7 +57,12 @@ pub struct ProjectionSd {
 ///
 /// `None` if too few of them lie inside the field of the lens model to determine a rotation.
 pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<ProjectionJacobian> {
-    let mut jacobian = ProjectionJacobian { px: Vec::new(), jac_lens: Vec::new(), unmapped: 0 };
+    let mut jacobian = ProjectionJacobian {
+        px: Vec::new(),
+        jac_lens: Vec::new(),
+        unmapped: 0,
+        explained: SMatrix::zeros(),
+    };
     let mut jac_rotation: Vec<SMatrix<f64, 2, 3>> = Vec::new();
     for px in cell_centres_px(image_size) {
         let Some(at) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
@@ -75,10 +84,16 @@ pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<Pro
     for (turn, lens) in jac_rotation.iter().zip(&mut jacobian.jac_lens) {
         *lens -= turn * explained;
     }
+    jacobian.explained = explained;
     Some(jacobian)
 }
 
 impl ProjectionJacobian {
+    /// `M` of the same `camera` at the image of a ray, which needn't be a grid point. Compensated by the rotation of the grid.
+    pub fn at(&self, ray: &RayProjection) -> SMatrix<f64, 2, LENS_PARAMETERS> {
+        ray.jac_lens - ray.jac_rotation * self.explained
+    }
+
     /// Standard deviation of projection for the lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid point.
     pub fn sd(&self, covariance: &LensMatrix) -> ProjectionSd {
         let grid: Vec<GridSd> = self

@@ -10,21 +10,28 @@ use super::{
     queue::{again, gone},
 };
 use boresight_geometry::device::{Adjustable, Control, ControlBefore, Lock, Locks};
+use ids::{
+    EXPOSURE, EXPOSURE_AUTOMATIC, EXPOSURE_SLOWS, FOCUS, FOCUS_AUTOMATIC, GAIN, GAIN_AUTOMATIC,
+    WHITE_BALANCE, WHITE_BALANCE_AUTOMATIC, ZOOM,
+};
 
 /// An automatic that moves a control, and the value that switches it off.
 type Automatic = (u32, i64);
 
-const FOCUS: u32 = 0x009a_090a;
-const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
-const ZOOM: u32 = 0x009a_090d;
-const EXPOSURE: u32 = 0x009a_0902;
-const EXPOSURE_AUTOMATIC: u32 = 0x009a_0901;
-/// Lets the exposure lengthen the time from picture to picture.
-const EXPOSURE_SLOWS: u32 = 0x009a_0903;
-const GAIN: u32 = 0x0098_0913;
-const GAIN_AUTOMATIC: u32 = 0x0098_0912;
-const WHITE_BALANCE: u32 = 0x0098_091a;
-const WHITE_BALANCE_AUTOMATIC: u32 = 0x0098_090c;
+/// V4L2's numbers of the controls.
+pub(crate) mod ids {
+    pub(crate) const FOCUS: u32 = 0x009a_090a;
+    pub(crate) const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
+    pub(crate) const ZOOM: u32 = 0x009a_090d;
+    pub(crate) const EXPOSURE: u32 = 0x009a_0902;
+    pub(crate) const EXPOSURE_AUTOMATIC: u32 = 0x009a_0901;
+    /// Lets the exposure lengthen the time from picture to picture.
+    pub(crate) const EXPOSURE_SLOWS: u32 = 0x009a_0903;
+    pub(crate) const GAIN: u32 = 0x0098_0913;
+    pub(crate) const GAIN_AUTOMATIC: u32 = 0x0098_0912;
+    pub(crate) const WHITE_BALANCE: u32 = 0x0098_091a;
+    pub(crate) const WHITE_BALANCE_AUTOMATIC: u32 = 0x0098_090c;
+}
 
 /// Number of a control, and the automatics that move it.
 pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {

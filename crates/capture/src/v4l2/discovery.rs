@@ -103,6 +103,7 @@ impl Camera {
             (interface, index) => format!("#{}-{index}", plain(interface)),
         };
         match self.node.usb_id {
+            None if !self.node.known_as.is_empty() => self.node.known_as.clone(),
             None => format!("place:{}{node}", plain(&self.node.place)),
             Some((vendor, product)) => {
                 let serial = plain(&self.node.serial);
@@ -311,6 +312,7 @@ pub(super) fn fault_of(errno: Errno) -> Fault {
         libc::EACCES | libc::EPERM => Fault::NotPermitted,
         libc::EBUSY => Fault::Busy,
         libc::ENOTTY => Fault::NotACamera,
+        libc::EHOSTUNREACH | libc::ENETUNREACH => Fault::Unreachable,
         libc::ENOSPC => Fault::NoBandwidth,
         libc::ENODEV | libc::ENXIO | libc::EBADF | libc::ESHUTDOWN => Fault::Unplugged,
         libc::EIO

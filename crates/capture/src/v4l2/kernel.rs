@@ -45,6 +45,8 @@ pub struct Node {
     pub serial: String,
     /// Names under `/dev/v4l/by-id` and `/dev/v4l/by-path` that lead here.
     pub links: Vec<PathBuf>,
+    /// Lasting name that is the device's own, with the prefix of its backend; empty if it's named by where it hangs.
+    pub known_as: String,
 }
 
 /// Answer to a query for capabilities.
@@ -149,6 +151,10 @@ pub struct ControlRange {
 /// All devices are opened so that taking a buffer never waits.
 #[allow(missing_docs, reason = "each is the V4L2 or POSIX call of that meaning")]
 pub trait Kernel: Send {
+    /// What `--backend` calls it.
+    fn backend(&self) -> &'static str {
+        "v4l"
+    }
     /// Video nodes that are there now.
     fn nodes(&mut self) -> Vec<Node>;
     fn open(&mut self, path: &Path) -> Result<Handle, Errno>;

@@ -324,7 +324,7 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
     }
 
     fn camera_facts(&self) -> Option<CameraInfo> {
-        Some(self.camera.facts("v4l", self.mode, self.controls_before.clone()))
+        Some(self.camera.facts(self.kernel.backend(), self.mode, self.controls_before.clone()))
     }
 
     fn adjustables(&mut self) -> Vec<Adjustable> {

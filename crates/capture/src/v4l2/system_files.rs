@@ -38,6 +38,7 @@ pub(super) fn nodes(class: &Path, dev: &Path) -> Vec<Node> {
                 .map(|(link, _)| link.clone())
                 .collect(),
             path,
+            known_as: String::new(),
             place: place.strip_prefix("/sys/devices").unwrap_or(&place).to_string_lossy().into(),
             index: word(&folder.join("index")).parse().unwrap_or(0),
             usb_id: number("idVendor").zip(number("idProduct")),

@@ -1,9 +1,6 @@
 //! A session as a line of a manifest.
 
-use std::{
-    io::{Read, Seek, SeekFrom},
-    path::Path,
-};
+use std::{io::Read, path::Path};
 
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +13,8 @@ pub(super) const HEADER: &str = "session.toml";
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// Largest header that counts, in bytes.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
-/// Bytes at the end of a journal that enter the hash. They hold the numbers of the last decision.
-pub(super) const END_BYTES: u64 = 2048;
+/// Bytes of a journal that enter the hash at most; of a longer one, the first. No session of a day has as many.
+pub(super) const JOURNAL_LIMIT: u64 = 1 << 30;
 
 /// A line of a manifest: one session.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,8 +22,8 @@ pub(super) const END_BYTES: u64 = 2048;
 pub struct Item {
     /// The session's folder: an absolute path, or `s3://BUCKET/PREFIX`.
     pub session: String,
-    /// Hash of what the session holds: all of `session.toml` and of the result; length and end of the journal, whose lines
-    /// are numbered and only appended.
+    /// Hash of what the session holds: `session.toml`, the journal, whose lines hold the checksums of the pictures, and the
+    /// result.
     pub content: String,
     /// Length of the journal.
     pub bytes: u64,
@@ -37,8 +34,8 @@ pub struct Item {
 pub(super) struct Content {
     /// All of `session.toml`.
     pub(super) header: Result<Vec<u8>, &'static str>,
-    /// Length of the journal, and its last [`END_BYTES`].
-    pub(super) journal: Result<(u64, Vec<u8>), &'static str>,
+    /// Length of the journal, and the hash of its first [`JOURNAL_LIMIT`] bytes.
+    pub(super) journal: Result<(u64, [u8; 32]), &'static str>,
     /// All of the result; without one, the name of that, too.
     pub(super) result: Result<Vec<u8>, &'static str>,
 }
@@ -58,10 +55,10 @@ impl Content {
         }
         let mut bytes = 0;
         match self.journal {
-            Ok((length, end)) => {
+            Ok((length, all)) => {
                 bytes = length;
                 hash.update(length.to_le_bytes());
-                hash.update(end);
+                hash.update(all);
             }
             Err(code) => hash.update(code),
         }
@@ -78,22 +75,28 @@ impl Item {
         let result = read(&session.join(RESULT_FILE), TEXT_LIMIT, Links::Refused);
         let content = Content {
             header: header.map_err(|err| err.code()),
-            journal: end_of(&session.join(JOURNAL)).map_err(|err| err.code()),
+            journal: hash_of(&session.join(JOURNAL)).map_err(|err| err.code()),
             result: result.map_err(|err| err.code()),
         };
         Some(content.item(name))
     }
 }
 
-/// Length and last bytes of the file at `path`.
-fn end_of(path: &Path) -> Result<(u64, Vec<u8>), FileError> {
+/// Length of the file at `path`, and its hash.
+fn hash_of(path: &Path) -> Result<(u64, [u8; 32]), FileError> {
     let reading = FileError::reading(path);
-    let mut file = open(path, Links::Refused)?;
+    let file = open(path, Links::Refused)?;
     let length = file.metadata().map_err(&reading)?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(END_BYTES))).map_err(&reading)?;
-    let mut end = Vec::with_capacity(END_BYTES as usize);
-    file.take(END_BYTES).read_to_end(&mut end).map_err(&reading)?;
-    Ok((length, end))
+    let (mut hash, mut part) = (hmac_sha256::Hash::new(), vec![0; 1 << 16]);
+    let mut file = file.take(JOURNAL_LIMIT);
+    loop {
+        match file.read(&mut part) {
+            Ok(0) => return Ok((length, hash.finalize())),
+            Ok(count) => hash.update(&part[..count]),
+            Err(err) if err.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(err) => return Err(reading(err)),
+        }
+    }
 }
 
 /// Digits of `bytes`.

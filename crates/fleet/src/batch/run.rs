@@ -1,10 +1,10 @@
 //! A shard, from its first item to its last.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, VecDeque},
     path::Path,
     sync::{
-        Mutex, PoisonError,
+        Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -97,6 +97,8 @@ struct Shared<'a> {
     /// True if some sessions must be fetched.
     fetches: bool,
     items: Mutex<(Manifest, u64)>,
+    /// Items that another program works on. They are looked at again in the end, in case it doesn't get them done.
+    elsewhere: Mutex<VecDeque<Item>>,
     tally: Mutex<Tally>,
     stop: &'a AtomicBool,
     /// Set when a thread fails, so that the others don't continue for hours.
@@ -134,6 +136,7 @@ pub fn run(
         sessions: Sessions::default(),
         fetches,
         items: Mutex::new((manifest.items()?, 0)),
+        elsewhere: Mutex::default(),
         tally: Mutex::new(Tally { items, ..Tally::default() }),
         stop,
         failed: AtomicBool::new(false),
@@ -199,22 +202,56 @@ impl Shared<'_> {
         while !self.is_over() {
             let Some(item) = self.next() else { break };
             let item = item?;
-            let id = batch.job.id_of(&item).to_string();
-            if self.store.is_done(&id, batch.again)? {
-                self.count(|tally| tally.there += 1);
-                continue;
+            if self.settle(&mut desk, &item)? == Settled::Elsewhere {
+                self.elsewhere().push_back(item);
             }
-            let began = Instant::now();
-            let Some((code, line)) = self.row(&mut desk, &item, &id)? else { break };
-            let took = began.elapsed();
-            self.store.save_row(&id, &line, batch.again)?;
-            (self.report)(&Event::Row { item: &item, code: &code, took });
-            self.count(|tally| {
-                *tally.rows.entry(code).or_insert(0) += 1;
-                tally.busy += took;
-            });
+        }
+        while !self.is_over() {
+            let Some(item) = self.elsewhere().pop_front() else { break };
+            if self.settle(&mut desk, &item)? == Settled::Elsewhere {
+                self.elsewhere().push_back(item);
+                thread::sleep(LOOK_AGAIN);
+            }
         }
         Ok(())
+    }
+
+    fn elsewhere(&self) -> MutexGuard<'_, VecDeque<Item>> {
+        self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gets `item` its row, unless another program is at it.
+    fn settle(&self, desk: &mut Desk<'_>, item: &Item) -> anyhow::Result<Settled> {
+        let batch = self.batch;
+        let id = batch.job.id_of(item).to_string();
+        let is_there = || self.store.is_done(&id, batch.again);
+        if is_there()? {
+            self.count(|tally| tally.there += 1);
+            return Ok(Settled::Done);
+        }
+        let Some(claim) = self.store.claim(&id)? else { return Ok(Settled::Elsewhere) };
+        // The other one may have stored it just before it let go.
+        if is_there()? {
+            claim.finish();
+            self.count(|tally| tally.there += 1);
+            return Ok(Settled::Done);
+        }
+        let began = Instant::now();
+        let Some((code, line)) = self.row(desk, item, &id)? else { return Ok(Settled::Stopped) };
+        let took = began.elapsed();
+        if code == NOT_WRITTEN {
+            // The disk of the results is at fault, not the item: without a row, it's tried again.
+            let row: Head = serde_json::from_slice(&line)?;
+            anyhow::bail!("{}", row.message.unwrap_or(code));
+        }
+        self.store.save_row(&id, &line, batch.again)?;
+        claim.finish();
+        (self.report)(&Event::Row { item, code: &code, took });
+        self.count(|tally| {
+            *tally.rows.entry(code).or_insert(0) += 1;
+            tally.busy += took;
+        });
+        Ok(Settled::Done)
     }
 
     /// Code and row of `item`; `None` if the batch was asked to stop.
@@ -243,9 +280,26 @@ impl Shared<'_> {
     }
 }
 
+/// Time between two looks at an item that another program works on.
+const LOOK_AGAIN: Duration = Duration::from_millis(200);
+/// Code of a row whose file couldn't be written.
+const NOT_WRITTEN: &str = "NOT-WRITTEN";
+
+/// Result of looking at an item.
+#[derive(PartialEq, Eq)]
+enum Settled {
+    /// It has a row.
+    Done,
+    /// Another program works on it.
+    Elsewhere,
+    /// The batch was asked to stop.
+    Stopped,
+}
+
 #[derive(Deserialize)]
 struct Head {
     id: String,
     code: String,
     file: Option<String>,
+    message: Option<String>,
 }

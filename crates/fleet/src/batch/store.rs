@@ -15,7 +15,9 @@ use super::{
     place::Place,
     row::OK,
 };
-use boresight_files::{FileError, LineReader, Links, Overwrite, TEXT_LIMIT, copy, read};
+use boresight_files::{
+    FileError, FileLock, LineReader, Links, Overwrite, TEXT_LIMIT, copy, make_folder, read,
+};
 
 const JOB: &str = "batch.json";
 const MANIFEST: &str = "manifest.jsonl";
@@ -23,6 +25,24 @@ const ROWS: &str = "items";
 const FILES: &str = "files";
 /// Largest row, in bytes.
 const ROW_LIMIT: u64 = 16 << 20;
+
+/// Locks of items that are being worked on.
+const CLAIMS: &str = "claims";
+
+/// The right to work on an item.
+#[derive(Debug)]
+pub(super) struct Claim {
+    lock: Option<FileLock>,
+}
+
+impl Claim {
+    /// Gives the right back, now that the item has its row.
+    pub(super) fn finish(self) {
+        if let Some(lock) = self.lock {
+            lock.finish();
+        }
+    }
+}
 
 /// A folder that holds results of something else.
 #[derive(Debug, thiserror::Error)]
@@ -145,6 +165,19 @@ impl Store {
         }
         let row = self.rows(&[id.to_owned()])?.pop();
         Ok(matches!(row, Some(Ok(Some(row))) if row.is_ok()))
+    }
+
+    /// The right to work on the item `id`, until it's dropped or this program ends; `None` while another program has it. In
+    /// an object store, nobody is kept from anything.
+    ///
+    /// # Errors
+    ///
+    /// If its file can't be made.
+    pub(super) fn claim(&self, id: &str) -> Result<Option<Claim>, FileError> {
+        let Place::Folder(folder) = &self.place else { return Ok(Some(Claim { lock: None })) };
+        let row = folder.join(CLAIMS).join(id);
+        make_folder(&folder.join(CLAIMS))?;
+        Ok(FileLock::try_for(&row)?.map(|lock| Claim { lock: Some(lock) }))
     }
 
     /// Stores a row. If another worker has stored it meanwhile, that one stays, unless it's to be replaced.

@@ -20,13 +20,13 @@ use super::{
 use boresight_app::MissingFeature;
 use boresight_app::{
     Announcer, JournalReading, RESULT_FILE, SavedSession, comparison, error_code,
-    export::{FORMATS, export},
+    export::{Format, export},
     redetect::{kind, redetect},
     result::calibration_file,
 };
 use boresight_files::{Links, read_text};
 use boresight_geometry::panic_message::panic_message;
-use boresight_run::recording::Replayed;
+use boresight_run::recording::{Replayed, SessionFolder};
 
 /// Largest result whose verdict is looked up, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
@@ -82,6 +82,8 @@ fn next_action(err: &anyhow::Error) -> Option<String> {
 fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<()> {
     let path = Path::new(&item.session);
     if Item::of(path).is_none_or(|now| now.content != item.content) {
+        // What can't be read just now hasn't changed by that.
+        SessionFolder::read(path)?;
         return Err(NotWorked::Changed.into());
     }
     row.recorded_verdict = recorded_verdict(path);
@@ -120,8 +122,7 @@ fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<
         }
         Action::Export => {
             let wanted = job.format.as_deref().unwrap_or_default();
-            let format = FORMATS.into_iter().find(|format| format.code() == wanted);
-            let format = format.context("there is no such format")?;
+            let format = Format::by_code(wanted).context("there is no such format")?;
             let exported = export(path, format, None, &Announcer::silent())?;
             let name = format!("{}-{}", row.id, format.file());
             row.file = Some(store.save_file(&row.id, &name, exported.text.as_bytes())?);

@@ -117,16 +117,25 @@ impl Index {
         Ok(index)
     }
 
-    /// Adds `rows` to the index at `path`, beside what other programs add at the same time.
+    /// Makes `rows` the index at `path`'s rows for everything below `roots`, beside what other programs add at the same time.
+    /// Sessions below them without a row, which are gone or damaged, leave the index. Returns how many.
     ///
     /// # Errors
     ///
     /// [`IndexError`]; what was there then stays.
-    pub fn add_to(path: &Path, rows: &[Row]) -> Result<(), IndexError> {
+    pub fn add_to(path: &Path, rows: &[Row], roots: &[PathBuf]) -> Result<usize, IndexError> {
         let _lock = FileLock::wait_for(path)?;
         let mut index = Self::open(path)?;
+        let before = index.rows.len();
+        let is_kept = |session: &str| {
+            rows.iter().any(|row| row.session == session)
+                || !roots.iter().any(|root| Path::new(session).starts_with(root))
+        };
+        index.rows.retain(|session, _| is_kept(session));
+        let gone = before - index.rows.len();
         index.add(rows)?;
-        index.save(path, Overwrite::Allowed)
+        index.save(path, Overwrite::Allowed)?;
+        Ok(gone)
     }
 
     /// Adds rows; those of sessions that are there already are replaced.

@@ -28,7 +28,9 @@ pub fn matlab_script(exported: &ExportedCamera<'_>) -> Result<String, NotExpress
     let _ = writeln!(script, "image_size = [{}, {}];", size.height_px, size.width_px);
     let _ = writeln!(script, "radial_distortion = [{}];", numbers(&[k1, k2, k3]));
     let _ = writeln!(script, "tangential_distortion = [{}];", numbers(&[p1, p2]));
-    let _ = writeln!(script, "mean_reprojection_error = {};", number(exported.rms_px));
+    if exported.rms_px > 0.0 {
+        let _ = writeln!(script, "mean_reprojection_error = {};", number(exported.rms_px));
+    }
     script.push_str(
         "intrinsic_matrix = [focal_length(1), 0, principal_point(1); 0, focal_length(2), principal_point(2); 0, 0, 1];\n\
          if exist('cameraIntrinsics', 'class')\n\

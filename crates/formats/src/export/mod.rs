@@ -2,27 +2,45 @@
 //!
 //! | format | read by | holds the lens |
 //! |---|---|---|
-//! | [`opencv_yaml`] | OpenCV's `FileStorage` | every lens; a fisheye one for `cv::fisheye` |
+//! | [`opencv_yaml`] | OpenCV's `FileStorage` (XML and JSON, too) | every lens; a fisheye one for `cv::fisheye` |
 //! | [`ros_camera_info`] | ROS `camera_info_manager`, `image_proc` | every lens: `plumb_bob`, `rational_polynomial`, `equidistant` |
 //! | [`kalibr_camchain`] | Kalibr and what reads its camchain | Brown's without k3 as `radtan`, a fisheye as `equidistant` |
 //! | [`colmap_cameras`] | COLMAP | every lens; pixels counted from the picture's corner |
 //! | [`mrcal_cameramodel`] | mrcal | Brown's as `LENSMODEL_OPENCV5`, rational as `LENSMODEL_OPENCV8` |
 //! | [`matlab_script`] | MATLAB, Octave | Brown's; pixels counted from 1 |
+//! | `orb_slam` | ORB-SLAM3 | Brown's as `PinHole`, a fisheye as `KannalaBrandt8` |
+//! | `nerf` | Nerfstudio, instant-ngp | Brown's as `OPENCV`, a fisheye as `OPENCV_FISHEYE`; pixels counted from the corner |
+//! | `metashape` | Agisoft Metashape | Brown's as `frame`, a fisheye as `fisheye`; counted from the middle |
+//! | `basalt` | Basalt | every lens: `pinhole`, `pinhole-radtan8`, `kb4` |
+//! | `vins` | VINS-Mono, VINS-Fusion | Brown's without k3 as `PINHOLE`, a fisheye as `KANNALA_BRANDT` |
+//! | `photonvision` | PhotonVision | Brown's and rational |
+//! | `gyroflow` | Gyroflow | a fisheye |
+//! | `open3d` | Open3D | a pinhole without distortion |
 //! | [`views_csv`] | spreadsheets | each view with its numbers |
 //! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, this program | the corners themselves |
 //!
-//! Numbers have 17 significant digits and a decimal point in every locale, so that they read back bit for
+//! [`CameraFormat`] names all those that hold a camera. Numbers have 17 significant digits and a decimal point in every locale, so that they read back bit for
 //! bit. What a format can't hold is refused, never dropped.
 
+mod basalt;
+mod camera_format;
 mod colmap;
 mod csv;
+mod gyroflow;
 mod kalibr;
 mod matlab;
+mod metashape;
 mod mrcal;
+mod nerf;
 pub(super) mod number;
+mod open3d;
 mod opencv;
+mod orb_slam;
+mod photonvision;
 mod ros;
+mod vins;
 
+pub use camera_format::CameraFormat;
 pub use colmap::colmap_cameras;
 pub use csv::{csv_field, views_csv};
 pub use kalibr::kalibr_camchain;
@@ -43,7 +61,7 @@ pub struct ExportedCamera<'a> {
     pub camera: Camera,
     /// Size of the picture that the lens belongs to.
     pub image_size: ImageSize,
-    /// Root mean square reprojection residual per coordinate.
+    /// Root mean square reprojection residual per coordinate; 0 if it isn't known, and then no file states it.
     pub rms_px: f64,
 }
 

@@ -7,22 +7,36 @@
 //! | ROS `camera_info` (`matrices`) | a camera matrix, and a `distortion_model`, `camera_name` or `projection_matrix` | – |
 //! | Kalibr camchain (`kalibr`) | `cam0` | how many cameras there are |
 //! | mrcal `.cameramodel` (`mrcal`) | `lensmodel` | – |
+//! | OpenCV XML (`xml`, `matrices`) | `<opencv_storage>` | – |
+//! | Metashape (`xml`, `named`) | `<calibration>` | – |
+//! | COLMAP `cameras.txt` (`colmap`) | a line of number, model, numbers | how many cameras there are |
+//! | ORB-SLAM3 (`named`) | `Camera.type` | – |
+//! | `transforms.json` (`named`) | `fl_x` | – |
+//! | Basalt (`named`) | `value0` | how many cameras there are |
+//! | VINS (`named`) | `model_type` | – |
+//! | PhotonVision (`named`) | `cameraIntrinsics` | – |
+//! | Gyroflow (`named`) | `fisheye_params` | – |
+//! | Open3D (`named`) | `intrinsic_matrix` as one list, without distortion | – |
 //!
 //! ```text
 //! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
 //! ```
 //!
-//! All of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, as this program does, so numbers
-//! are kept bit for bit. A lens that needs more than k1, k2, p1, p2, k3, k4, k5, k6 is refused, never truncated. Text comes in, numbers go out; nothing here opens a file.
+//! Most of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, as this program does, so
+//! numbers are kept bit for bit. COLMAP, `transforms.json` and Metashape count from elsewhere: there the principal point
+//! is rounded once. A lens that needs more than k1, k2, p1, p2, k3, k4, k5, k6 is refused, never truncated. Text comes in, numbers go out; nothing here opens a file.
 
+mod colmap;
 mod kalibr;
 mod literal;
 mod matrices;
 mod mrcal;
+mod named;
 mod numbers;
 mod old_calibration;
 mod own;
 mod syntax;
+mod xml;
 
 pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat};
 
@@ -38,18 +52,53 @@ pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
     if text.len() > MAX_BYTES {
         return Err(NotImported::TooLong { bytes: text.len() });
     }
-    let tree = syntax::parse(text)?;
-    let mut old = if tree["schema"].as_str().is_some_and(|schema| schema.starts_with("boresight."))
-    {
-        own::read(&tree)
-    } else if tree.get("lensmodel").is_some() {
-        mrcal::read(&tree)
-    } else if tree.get("cam0").is_some() {
-        kalibr::read(&tree)
-    } else {
-        matrices::read(&tree)
-    }?;
+    let mut old = calibration(text)?;
     // No residual is negative: a negative number means something else.
     old.rms_px = old.rms_px.filter(|rms_px| *rms_px >= 0.0 && rms_px.is_finite());
     Ok(old)
+}
+
+fn calibration(text: &str) -> Result<OldCalibration, NotImported> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim_start().starts_with('<') {
+        let (root, tree) = xml::parse(text)?;
+        return match root.as_str() {
+            "opencv_storage" => matrices::read(&tree),
+            "calibration" => named::metashape(&tree),
+            _ => Err(NotImported::UnknownFormat),
+        };
+    }
+    if colmap::recognises(text) {
+        return colmap::read(text);
+    }
+    let tree = syntax::parse(text)?;
+    let has = |name| tree.get(name).is_some();
+    if tree["schema"].as_str().is_some_and(|schema| schema.starts_with("boresight.")) {
+        return own::read(&tree);
+    }
+    let is_open3d = || {
+        let distortion = ["distortion_coefficients", "dist_coeffs", "distortion", "dist"];
+        tree["intrinsic_matrix"][0].is_number() && !distortion.into_iter().any(has)
+    };
+    if has("cameraIntrinsics") {
+        named::photonvision(&tree)
+    } else if has("lensmodel") {
+        mrcal::read(&tree)
+    } else if has("cam0") {
+        kalibr::read(&tree)
+    } else if has("Camera.type") {
+        named::orb_slam(&tree)
+    } else if has("fl_x") {
+        named::nerf(&tree)
+    } else if has("value0") {
+        named::basalt(&tree)
+    } else if has("model_type") {
+        named::vins(&tree)
+    } else if has("fisheye_params") {
+        named::gyroflow(&tree)
+    } else if is_open3d() {
+        named::open3d(&tree)
+    } else {
+        matrices::read(&tree)
+    }
 }

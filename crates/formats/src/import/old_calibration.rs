@@ -50,7 +50,7 @@ pub struct LockedLens {
 pub enum OldFormat {
     /// This program's `boresight.calibration/1`.
     Own,
-    /// Output of OpenCV's `FileStorage`, YAML or JSON.
+    /// Output of OpenCV's `FileStorage`: YAML, XML or JSON.
     OpenCv,
     /// Output of ROS's `camera_calibration`.
     Ros,
@@ -58,6 +58,24 @@ pub enum OldFormat {
     Kalibr,
     /// An mrcal `.cameramodel`.
     Mrcal,
+    /// COLMAP's `cameras.txt`.
+    Colmap,
+    /// ORB-SLAM3's settings.
+    OrbSlam3,
+    /// A `transforms.json` of Nerfstudio or instant-ngp.
+    Nerf,
+    /// A calibration of Agisoft Metashape.
+    Metashape,
+    /// A calibration of Basalt.
+    Basalt,
+    /// A camera file of VINS-Mono or VINS-Fusion.
+    Vins,
+    /// A calibration of PhotonVision.
+    Photonvision,
+    /// A lens profile of Gyroflow.
+    Gyroflow,
+    /// Intrinsics of Open3D.
+    Open3d,
 }
 
 /// Why a text can't be used as a calibration.
@@ -119,7 +137,7 @@ pub enum NotImported {
     },
 }
 
-const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel";
+const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML, XML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel, COLMAP cameras.txt, ORB-SLAM3, transforms.json, Metashape, Basalt, VINS, PhotonVision, Gyroflow, Open3D";
 const KNOWN_LENS: &str =
     "only pinholes with k1, k2, p1, p2, k3, k4, k5, k6 and OpenCV's fisheye model can be read";
 
@@ -132,6 +150,15 @@ impl OldFormat {
             Self::Ros => "ROS camera_info",
             Self::Kalibr => "Kalibr camchain",
             Self::Mrcal => "mrcal cameramodel",
+            Self::Colmap => "COLMAP cameras.txt",
+            Self::OrbSlam3 => "ORB-SLAM3",
+            Self::Nerf => "transforms.json",
+            Self::Metashape => "Metashape",
+            Self::Basalt => "Basalt",
+            Self::Vins => "VINS",
+            Self::Photonvision => "PhotonVision",
+            Self::Gyroflow => "Gyroflow",
+            Self::Open3d => "Open3D",
         }
     }
 }

@@ -19,10 +19,11 @@ pub(super) fn parse(text: &str) -> Result<Value, NotImported> {
 
 /// JSON, or mrcal's literal. JSON of older OpenCV has numbers such as `1.`, which only YAML allows.
 fn braced(text: &str) -> Result<Value, NotImported> {
-    if text.contains("lensmodel") {
+    let as_json = serde_json::from_str(text);
+    if as_json.is_err() && text.contains("lensmodel") {
         return literal::parse(text);
     }
-    serde_json::from_str(text)
+    as_json
         .or_else(|as_json| yaml(text).map_err(|_| as_json))
         .map_err(|err| NotImported::Malformed { reason: err.to_string() })
 }

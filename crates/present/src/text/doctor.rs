@@ -23,3 +23,10 @@ pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
     };
     format!("Recovered {lines} lines into {to}{pictures}")
 }
+
+/// Problem of decisions that the rules they were recorded under don't give.
+pub fn other_decisions(count: usize, first_line: usize) -> String {
+    format!(
+        "{count} decisions don't follow from what was recorded, the first at line {first_line}: somebody has changed the journal or its settings. The pictures of the views are as they were"
+    )
+}

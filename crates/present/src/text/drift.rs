@@ -150,7 +150,7 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
         doubts.push("The old calibration is NOT TRUSTWORTHY; its findings say why".into());
     }
     if old.camera_count > 1 {
-        doubts.push(format!("The file has {} cameras; the first is used", old.camera_count));
+        doubts.push(first_of_cameras(old.camera_count));
     }
     if old.outlines.is_empty() {
         doubts.push(
@@ -159,6 +159,18 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
         );
     }
     doubts
+}
+
+/// Note that only one of a file's cameras is used.
+pub fn first_of_cameras(count: usize) -> String {
+    format!("The file has {count} cameras; the first is used")
+}
+
+/// Finding of a calibration in another program's file, and the action.
+pub fn imported(format: &str) -> (String, &'static str) {
+    let message =
+        format!("The lens comes from a {format} file, which doesn't say how certain it is");
+    (message, "To learn whether it still holds: boresight check --against FILE")
 }
 
 /// Note that the export of such a calibration holds the mean.

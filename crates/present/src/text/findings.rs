@@ -349,6 +349,9 @@ fn not_held(reason: NotHeld) -> (String, &'static str) {
     (format!("The lens isn't held to the earlier calibration: {why}"), action)
 }
 
+/// Why one view of several isn't used: its corners are none of the board's.
+pub const NOT_OF_THE_BOARD: &str = "its corners aren't the board's: their order or number of columns is another, or some are wrong";
+
 /// Why there is no calibration at all, and what to do.
 pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
     match *reason {

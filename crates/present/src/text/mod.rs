@@ -33,12 +33,12 @@ pub mod window;
 pub use controls::{Act, Control};
 pub use drift::{
     NOT_COMPARED, USE_THE_NEW_ONE, compared_with, doubts_of_old, drift, drift_is_weak, drift_lines,
-    drift_numbers, focal_is_a_mean, focal_varied, lock_differs, maybe_other_camera, no_drift,
-    other_camera,
+    drift_numbers, first_of_cameras, focal_is_a_mean, focal_varied, imported, lock_differs,
+    maybe_other_camera, no_drift, other_camera,
 };
 pub use findings::{
-    FINDING_WORDS, finding, finding_in_session, is_simulated, not_calibrated, of_source, verdict,
-    verdict_on,
+    FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, not_calibrated,
+    of_source, verdict, verdict_on,
 };
 pub use run::{resuming, views_are_safe};
 pub use speech::{NO_VOICE, VOICE_TEST, spoken, spoken_after};

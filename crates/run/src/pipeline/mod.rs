@@ -35,4 +35,4 @@ pub use live_feed::{AcceptedPicture, LiveFeed};
 pub use onlooker::{CommandLink, NotSent, Onlooker, Onlookers};
 pub use paced::Paced;
 pub use run::{Finished, Pipeline, Setup};
-pub use session_stage::{FrameReport, OnFrame};
+pub use session_stage::{FrameReport, OnFrame, Recorder};

@@ -49,7 +49,7 @@ pub(super) fn run_session(
 }
 
 /// Keeps the pictures that may still be accepted, and writes everything that must outlast a crash.
-pub(super) struct Recorder {
+pub struct Recorder {
     folder: Option<SessionFolder>,
     record_stream: bool,
     pictures: Receiver<Arc<Frame>>,
@@ -66,8 +66,24 @@ impl Recorder {
         Self { folder, record_stream, pictures, kept: VecDeque::new() }
     }
 
-    /// Writes the journal line and its picture. Returns the picture of a view that was accepted.
-    fn record(
+    /// Records into `folder` what a caller does by itself: each picture is given to [`Self::keep`] before its observation is
+    /// given to [`Self::record`].
+    pub fn by_hand(folder: SessionFolder) -> Self {
+        Self::new(Some(folder), false, crossbeam_channel::never())
+    }
+
+    /// Keeps a picture that may be accepted.
+    pub fn keep(&mut self, picture: Arc<Frame>) {
+        self.kept.push_back(picture);
+    }
+
+    /// Writes the journal line of `decision`, which `session` made of `input`, and its picture. Returns the picture of a view
+    /// that was accepted. When it returns, an accepted view outlasts a power cut.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError`] if the disk refuses.
+    pub fn record(
         &mut self,
         session: &Session,
         input: &Input,

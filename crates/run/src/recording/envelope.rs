@@ -33,10 +33,24 @@ fn numbered(text: &[u8], seq: u64) -> Result<Envelope, String> {
     Ok(envelope)
 }
 
+/// Why a line can't be read.
+pub(super) enum Unread {
+    /// It isn't what was written.
+    Damaged(String),
+    /// It's as written, which is more than this version knows.
+    Newer(String),
+}
+
 /// Reads the line numbered `seq`, from 0.
-pub(super) fn parse(text: &[u8], seq: u64) -> Result<Line, String> {
-    let envelope = numbered(text, seq)?;
-    serde_json::from_str(envelope.body.get()).map_err(|err| err.to_string())
+pub(super) fn parse(text: &[u8], seq: u64) -> Result<Line, Unread> {
+    let envelope = numbered(text, seq).map_err(Unread::Damaged)?;
+    serde_json::from_str(envelope.body.get()).map_err(|err| {
+        let reason = err.to_string();
+        // serde's words for what a type doesn't have.
+        let is_unknown =
+            reason.starts_with("unknown field") || reason.starts_with("unknown variant");
+        if is_unknown { Unread::Newer(reason) } else { Unread::Damaged(reason) }
+    })
 }
 
 /// Looks at the line numbered `seq`, from 0: numbers in it aren't read.

@@ -49,6 +49,16 @@ pub enum RecordingError {
         /// Path of the file.
         path: PathBuf,
     },
+    /// A journal line is whole, and holds what this version doesn't know.
+    #[error("a newer boresight wrote line {line} of the journal ({reason}): {path:?}")]
+    Newer {
+        /// Number of the line, from 1.
+        line: usize,
+        /// The unknown part, in words.
+        reason: String,
+        /// Path of the file.
+        path: PathBuf,
+    },
     /// The journal lacks lines that must have been there.
     #[error("lines are missing from the journal ({reason}): {path:?}")]
     LinesMissing {
@@ -87,7 +97,7 @@ impl RecordingError {
         match self {
             Self::File(err) => err.code(),
             Self::NotNew { .. } => "NOT-NEW",
-            Self::Header { newer: true, .. } => "SESSION-NEWER",
+            Self::Header { newer: true, .. } | Self::Newer { .. } => "SESSION-NEWER",
             Self::Header { newer: false, .. } => "HEADER-DAMAGED",
             Self::OtherHeader { .. } => "OTHER-HEADER",
             Self::Damaged { .. } => "JOURNAL-DAMAGED",

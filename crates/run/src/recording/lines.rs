@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    envelope,
+    envelope::{self, Unread},
     error::{Damage, RecordingError},
     format::Line,
 };
@@ -51,7 +51,8 @@ impl IntoIterator for &Lines {
     }
 }
 
-/// A walk through [`Lines`]. It ends after an error: [`RecordingError::File`] or [`RecordingError::Damaged`].
+/// A walk through [`Lines`]. It ends after an error: [`RecordingError::File`], [`RecordingError::Damaged`] or
+/// [`RecordingError::Newer`].
 #[derive(Debug)]
 pub struct LinesWalk {
     lines: Lines,
@@ -76,7 +77,12 @@ impl LinesWalk {
             return Err(damaged("it has gone".into()));
         }
         let line = envelope::parse(self.text.trim_ascii_end(), self.next as u64);
-        line.map_err(damaged)
+        line.map_err(|unread| match unread {
+            Unread::Damaged(reason) => damaged(reason),
+            Unread::Newer(reason) => {
+                RecordingError::Newer { line: self.next + 1, reason, path: path.clone() }
+            }
+        })
     }
 }
 

@@ -125,6 +125,7 @@ impl SimCamera {
                 usb_id: Some((0x0c45, 0x6366)),
                 serial: serial.into(),
                 links: Vec::new(),
+                known_as: String::new(),
             },
             capability: Capability {
                 driver: "uvcvideo".into(),

@@ -16,7 +16,7 @@ use object_store::ObjectMeta;
 use super::{
     super::{
         address::Address,
-        item::{Content, END_BYTES, HEADER, HEADER_LIMIT, Item, JOURNAL},
+        item::{Content, HEADER, HEADER_LIMIT, Item, JOURNAL, JOURNAL_LIMIT},
     },
     client::{AT_ONCE, Client, Waited},
     objects::{COPY_LIMIT, Listing, Prefix, copy, listing, path, read, read_range},
@@ -82,15 +82,35 @@ async fn look(client: &Client, at: String) -> anyhow::Result<Place> {
         None => Err(MISSING),
         Some(size) => {
             let journal = path(&address.key_of(JOURNAL))?;
-            let end = size.saturating_sub(END_BYTES)..size;
-            match read_range(client, &journal, end).await.map_err(failed)? {
-                Some(end) => Ok((size, end)),
-                None => Err(MISSING),
-            }
+            hash(client, &journal, size)
+                .await
+                .map_err(failed)?
+                .map(|all| (size, all))
+                .ok_or(MISSING)
         }
     };
     let content = Content { header, journal, result };
     Ok(Place::Session(content.item(address.to_string())))
+}
+
+/// Bytes of a journal that are asked for at a time.
+const PART: u64 = 8 << 20;
+
+/// Hash of an object of `size` bytes, as that of a file; `None` if it has gone.
+async fn hash(
+    client: &Client,
+    at: &Path,
+    size: u64,
+) -> Result<Option<[u8; 32]>, object_store::Error> {
+    let (mut hash, mut from) = (hmac_sha256::Hash::new(), 0);
+    let end = size.min(JOURNAL_LIMIT);
+    while from < end {
+        let to = end.min(from + PART);
+        let Some(part) = read_range(client, at, from..to).await? else { return Ok(None) };
+        hash.update(part);
+        from = to;
+    }
+    Ok(Some(hash.finalize()))
 }
 
 /// Codes as `FileError` has them, so that a session counts the same wherever it is stored.

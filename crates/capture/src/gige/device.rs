@@ -1,0 +1,196 @@
+//! A camera on the network that is open, and its stream.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::Arc,
+    time::Duration,
+};
+
+use telegenic::{
+    Frame, FrameChannel, FrameStatus, GenICamera, GenicamError, PayloadKind, StreamChannel,
+    StreamConfig,
+};
+
+use super::{
+    camera_time::CameraTime,
+    features::{errno, present},
+    pixels::Format as Pixels,
+};
+use crate::v4l2::kernel::Errno;
+
+/// Time that a camera has to let go.
+const LET_GO: Duration = Duration::from_millis(200);
+/// Memory for pictures under way and such as nobody has taken yet.
+const PICTURES: usize = 6;
+/// Most bytes that a camera may send with a picture.
+const LARGEST_ADDITION: usize = 1 << 20;
+
+#[derive(Debug)]
+pub(super) struct Device {
+    pub(super) camera: GenICamera,
+    /// Readable pixel formats, the most compact first.
+    pub(super) formats: Vec<Pixels>,
+    pub(super) chosen: Option<Chosen>,
+    pub(super) stream: Option<Stream>,
+    /// True once it didn't answer: it isn't told anything more.
+    pub(super) is_gone: bool,
+}
+
+/// What was set.
+#[derive(Clone, Debug)]
+pub(super) struct Chosen {
+    pub(super) pixels: Pixels,
+    /// The camera's number for them.
+    pub(super) code: i64,
+    pub(super) width: u32,
+    pub(super) height: u32,
+}
+
+#[derive(Debug)]
+pub(super) struct Stream {
+    /// Closes the stream when it's dropped.
+    channel: StreamChannel,
+    pub(super) frames: FrameChannel,
+    pub(super) come: VecDeque<Arc<Frame>>,
+    pub(super) last_sign_nanos: u64,
+    pub(super) time: CameraTime,
+    /// Buffers that wait for a picture, and pictures in buffers.
+    pub(super) free: VecDeque<u32>,
+    pub(super) taken: BTreeMap<u32, Arc<Frame>>,
+    pub(super) read: Vec<u8>,
+}
+
+impl Device {
+    pub(super) fn new(mut camera: GenICamera) -> Result<Self, Errno> {
+        let names = camera.enum_entries("PixelFormat").map_err(|err| errno(&err))?;
+        let mut formats: Vec<Pixels> =
+            names.iter().filter_map(|name| Pixels::named(name)).collect();
+        formats.sort_by_key(Pixels::bits);
+        Ok(Self { camera, formats, chosen: None, stream: None, is_gone: false })
+    }
+
+    /// Width and height of the sensor, and those set now.
+    pub(super) fn sizes(&mut self) -> Result<Vec<(u32, u32)>, Errno> {
+        let mut side = |now: &str, most: &str| {
+            let camera = &mut self.camera;
+            let now_px = camera.get_integer(now).map_err(|err| errno(&err))?;
+            let most_px = camera
+                .get_integer(most)
+                .or_else(|_| camera.integer_bounds(now).map(|(_, most)| most));
+            let px = |px: i64| u32::try_from(px).unwrap_or(0);
+            Ok((px(most_px.unwrap_or(now_px).max(now_px)), px(now_px)))
+        };
+        let ((widest, width), (highest, height)) =
+            (side("Width", "WidthMax")?, side("Height", "HeightMax")?);
+        let mut sizes = vec![(widest, highest), (width, height)];
+        sizes.dedup();
+        Ok(sizes)
+    }
+
+    /// Name of the feature that is the rate, and its fastest.
+    pub(super) fn rate(&mut self) -> Option<(&'static str, f64)> {
+        let names = ["AcquisitionFrameRate", "AcquisitionFrameRateAbs"];
+        let (name, _) = present(&self.camera, &names)?;
+        let (_, most) = self.camera.float_bounds(name).ok()?;
+        Some((name, most))
+    }
+
+    pub(super) fn set_size(&mut self, width: u32, height: u32) -> Result<(), GenicamError> {
+        let camera = &mut self.camera;
+        let standing = (camera.get_integer("Width")?, camera.get_integer("Height")?);
+        if standing == (i64::from(width), i64::from(height)) {
+            return Ok(());
+        }
+        for offset in ["OffsetX", "OffsetY"] {
+            if camera.has_feature(offset) {
+                camera.set_integer(offset, 0)?;
+            }
+        }
+        camera.set_integer("Width", i64::from(width))?;
+        camera.set_integer("Height", i64::from(height))
+    }
+
+    /// Ready to send pictures one after the other, as fast as its rate says.
+    pub(super) fn run_freely(&mut self) {
+        let camera = &mut self.camera;
+        // What a camera lacks needn't be set; whatever it does, the pictures tell.
+        camera.execute("AcquisitionStop").ok();
+        camera.set_integer("TLParamsLocked", 0).ok();
+        camera.set_enum("AcquisitionMode", "Continuous").ok();
+        let selectors = camera.enum_entries("TriggerSelector").unwrap_or_default();
+        for selector in selectors.iter().filter(|name| name.ends_with("Start")) {
+            if camera.set_enum("TriggerSelector", selector).is_ok() {
+                camera.set_enum("TriggerMode", "Off").ok();
+            }
+        }
+        if selectors.is_empty() {
+            camera.set_enum("TriggerMode", "Off").ok();
+        }
+    }
+
+    pub(super) fn start(&mut self, buffers: u32, now_nanos: u64) -> Result<Stream, GenicamError> {
+        let payload = usize::try_from(self.camera.get_integer("PayloadSize")?).unwrap_or(0);
+        let sent = self.chosen.as_ref().map_or(0, |chosen| {
+            chosen.pixels.bytes_sent(chosen.width as usize, chosen.height as usize, 0)
+        });
+        // Memory for what such a picture can have, and not for what a camera may claim.
+        let most = sent + sent / 8 + LARGEST_ADDITION;
+        let asked = StreamConfig {
+            payload_size: Some(payload.min(most)),
+            n_buffers: PICTURES,
+            ..StreamConfig::new()
+        };
+        let channel = self.camera.transport().open_stream(asked)?;
+        let frames = channel.subscribe(PICTURES);
+        self.camera.set_integer("TLParamsLocked", 1).ok();
+        self.camera.execute("AcquisitionStart")?;
+        Ok(Stream {
+            channel,
+            frames,
+            come: VecDeque::new(),
+            last_sign_nanos: now_nanos,
+            time: CameraTime::default(),
+            free: (0..buffers).collect(),
+            taken: BTreeMap::new(),
+            read: Vec::new(),
+        })
+    }
+
+    /// Ends the stream. A camera that is gone isn't told.
+    pub(super) fn stop(&mut self) {
+        let Some(stream) = self.stream.take() else { return };
+        if self.is_gone {
+            // First, so that closing the stream doesn't wait for an answer.
+            self.camera.disconnect(LET_GO);
+        } else {
+            self.camera.execute("AcquisitionStop").ok();
+            self.camera.set_integer("TLParamsLocked", 0).ok();
+        }
+        drop(stream.channel);
+    }
+}
+
+impl Chosen {
+    /// True if every packet of the picture came, and it's one as was asked for.
+    pub(super) fn is_whole(&self, frame: &Frame) -> bool {
+        let (width, height) = (frame.width as usize, frame.height as usize);
+        let padding = usize::from(frame.x_padding);
+        frame.status == FrameStatus::Complete
+            && matches!(frame.payload, PayloadKind::Image { .. })
+            && (frame.width, frame.height) == (self.width, self.height)
+            && i64::from(frame.pixel_format.0) == self.code
+            && frame.received_size >= self.pixels.bytes_sent(width, height, padding)
+            && frame.data().len() == frame.received_size
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.pixels.bytes_read(self.width as usize, self.height as usize)
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        self.stop();
+        self.camera.disconnect(LET_GO);
+    }
+}

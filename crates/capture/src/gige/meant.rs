@@ -1,0 +1,37 @@
+//! The camera that a name means.
+
+use super::{
+    Network,
+    discovery::{address, near},
+};
+use crate::v4l2::{Camera, discover};
+use boresight_geometry::device::Fault;
+
+/// The camera that `name` means.
+///
+/// # Errors
+///
+/// The fault and its details: nobody answers, several are called so, or it can't be opened.
+pub fn find(name: &str) -> Result<Camera, (Fault, String)> {
+    let mut network = Network::of(name);
+    let found = discover(&mut network);
+    match (found.cameras.as_slice(), found.others.as_slice()) {
+        ([camera], []) => Ok(camera.clone()),
+        ([], [other]) => Err((other.why, other.detail.clone())),
+        ([], []) if address(name).is_some() => Err((Fault::Unreachable, name.into())),
+        ([], []) => {
+            let there: Vec<String> = near().into_iter().map(|seen| seen.node.known_as).collect();
+            let there = if there.is_empty() {
+                "no camera answers on the network".into()
+            } else {
+                format!("there is {}", there.join(", "))
+            };
+            Err((Fault::NotFound, format!("{name}; {there}")))
+        }
+        (cameras, others) => {
+            let nodes = cameras.iter().map(|c| &c.node).chain(others.iter().map(|o| &o.node));
+            let names: Vec<String> = nodes.map(|node| node.path.display().to_string()).collect();
+            Err((Fault::Twin, names.join(" or ")))
+        }
+    }
+}

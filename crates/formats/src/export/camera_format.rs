@@ -1,0 +1,221 @@
+use super::{
+    ExportedCamera, NotExpressible, basalt, colmap_cameras, gyroflow, kalibr_camchain,
+    matlab_script, metashape, mrcal_cameramodel, nerf, open3d, opencv, opencv_yaml, orb_slam,
+    photonvision, ros_camera_info, vins,
+};
+
+/// A format of another program that holds one camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraFormat {
+    /// OpenCV's `FileStorage` as YAML: every lens.
+    OpencvYaml,
+    /// OpenCV's `FileStorage` as XML: every lens.
+    OpencvXml,
+    /// OpenCV's `FileStorage` as JSON: every lens.
+    OpencvJson,
+    /// ROS `camera_info`: every lens.
+    RosYaml,
+    /// Kalibr camchain, which OpenVINS reads, too: Brown's without k3, fisheye.
+    Kalibr,
+    /// COLMAP `cameras.txt`: every lens.
+    Colmap,
+    /// mrcal `.cameramodel`: Brown's and rational.
+    Mrcal,
+    /// Script for MATLAB and Octave: Brown's.
+    Matlab,
+    /// ORB-SLAM3's settings: Brown's, fisheye.
+    OrbSlam3,
+    /// `transforms.json` of Nerfstudio and instant-ngp: Brown's, fisheye.
+    Nerf,
+    /// Calibration of Agisoft Metashape: Brown's, fisheye.
+    Metashape,
+    /// Basalt's calibration: every lens.
+    Basalt,
+    /// Camera file of VINS-Fusion: Brown's without k3, fisheye.
+    Vins,
+    /// Calibration of PhotonVision: Brown's and rational.
+    Photonvision,
+    /// Lens profile of Gyroflow: fisheye.
+    Gyroflow,
+    /// Intrinsics of Open3D: no distortion.
+    Open3d,
+}
+
+impl CameraFormat {
+    /// Every format, in the order in which a person is offered them.
+    pub const ALL: [Self; 16] = [
+        Self::OpencvYaml,
+        Self::OpencvXml,
+        Self::OpencvJson,
+        Self::RosYaml,
+        Self::Kalibr,
+        Self::Colmap,
+        Self::Mrcal,
+        Self::Matlab,
+        Self::OrbSlam3,
+        Self::Nerf,
+        Self::Metashape,
+        Self::Basalt,
+        Self::Vins,
+        Self::Photonvision,
+        Self::Gyroflow,
+        Self::Open3d,
+    ];
+
+    /// Stable name, short name for people, usual name of the file.
+    fn names(self) -> [&'static str; 3] {
+        match self {
+            Self::OpencvYaml => ["opencv-yaml", "OpenCV", "opencv.yaml"],
+            Self::OpencvXml => ["opencv-xml", "OpenCV XML", "opencv.xml"],
+            Self::OpencvJson => ["opencv-json", "OpenCV JSON", "opencv.json"],
+            Self::RosYaml => ["ros-yaml", "ROS", "ros.yaml"],
+            Self::Kalibr => ["kalibr", "Kalibr", "kalibr.yaml"],
+            Self::Colmap => ["colmap", "COLMAP", "cameras.txt"],
+            Self::Mrcal => ["mrcal", "mrcal", "camera.cameramodel"],
+            Self::Matlab => ["matlab", "MATLAB", "camera.m"],
+            Self::OrbSlam3 => ["orb-slam3", "ORB-SLAM3", "orb_slam3.yaml"],
+            Self::Nerf => ["nerf", "NeRF", "transforms.json"],
+            Self::Metashape => ["metashape", "Metashape", "metashape.xml"],
+            Self::Basalt => ["basalt", "Basalt", "basalt.json"],
+            Self::Vins => ["vins", "VINS", "vins.yaml"],
+            Self::Photonvision => ["photonvision", "PhotonVision", "photonvision.json"],
+            Self::Gyroflow => ["gyroflow", "Gyroflow", "gyroflow.json"],
+            Self::Open3d => ["open3d", "Open3D", "open3d.json"],
+        }
+    }
+
+    /// Stable name, for files and programs.
+    pub fn code(self) -> &'static str {
+        self.names()[0]
+    }
+
+    /// The program's name, for a person.
+    pub fn label(self) -> &'static str {
+        self.names()[1]
+    }
+
+    /// The usual name of the file.
+    pub fn file(self) -> &'static str {
+        self.names()[2]
+    }
+
+    /// What the format is for, and which lenses it can't hold.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::OpencvYaml => "OpenCV's FileStorage",
+            Self::OpencvXml => "OpenCV's FileStorage as XML",
+            Self::OpencvJson => "OpenCV's FileStorage as JSON",
+            Self::RosYaml => "ROS camera_info",
+            Self::Kalibr => "Kalibr camchain, for OpenVINS too (no k3)",
+            Self::Colmap => "COLMAP cameras.txt",
+            Self::Mrcal => "mrcal .cameramodel (no fisheye)",
+            Self::Matlab => "Script for MATLAB and Octave (no wide lenses)",
+            Self::OrbSlam3 => "ORB-SLAM3's camera settings (no rational lens)",
+            Self::Nerf => "transforms.json of Nerfstudio and instant-ngp (no rational lens)",
+            Self::Metashape => "Agisoft Metashape's calibration (no rational lens)",
+            Self::Basalt => "Basalt's calibration",
+            Self::Vins => "VINS-Mono and VINS-Fusion (no k3)",
+            Self::Photonvision => "PhotonVision's calibration (no fisheye)",
+            Self::Gyroflow => "Gyroflow's lens profile (fisheye only)",
+            Self::Open3d => "Open3D's pinhole intrinsics (no distortion)",
+        }
+    }
+
+    /// The camera as a file of this format.
+    ///
+    /// # Errors
+    ///
+    /// [`NotExpressible`] if the format can't hold the lens.
+    pub fn write(self, exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
+        match self {
+            Self::OpencvYaml => Ok(opencv_yaml(exported)),
+            Self::OpencvXml => Ok(opencv::xml(exported)),
+            Self::OpencvJson => Ok(opencv::json(exported)),
+            Self::RosYaml => Ok(ros_camera_info(exported)),
+            Self::Kalibr => kalibr_camchain(exported),
+            Self::Colmap => Ok(colmap_cameras(exported)),
+            Self::Mrcal => mrcal_cameramodel(exported),
+            Self::Matlab => matlab_script(exported),
+            Self::OrbSlam3 => orb_slam::write(exported),
+            Self::Nerf => nerf::write(exported),
+            Self::Metashape => metashape::write(exported),
+            Self::Basalt => Ok(basalt::write(exported)),
+            Self::Vins => vins::write(exported),
+            Self::Photonvision => photonvision::write(exported),
+            Self::Gyroflow => gyroflow::write(exported),
+            Self::Open3d => open3d::write(exported),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::tests::{exported, fisheye, rational},
+        *,
+    };
+    use crate::import;
+    use boresight_geometry::Distortion;
+
+    #[test]
+    fn each_format_reads_back_or_refuses() {
+        let mut pinhole = exported(0.0);
+        pinhole.camera.distortion = Distortion::default();
+        let lenses = [pinhole, exported(0.0), exported(-0.02), rational(), fisheye()];
+        let refusals = CameraFormat::ALL.map(|format| {
+            let refused = lenses.map(|lens| {
+                let Ok(text) = format.write(&lens) else { return 'x' };
+                if format == CameraFormat::Matlab {
+                    return '.';
+                }
+                let read =
+                    import::read(&text).unwrap_or_else(|err| panic!("{format:?}: {err}\n{text}"));
+                assert_eq!(read.image_size, lens.image_size, "{format:?}");
+                let pairs =
+                    read.camera.lens_parameters().into_iter().zip(lens.camera.lens_parameters());
+                // Formats that count from another origin round once.
+                for (read, written) in pairs {
+                    assert!(
+                        (read - written).abs() <= 1e-15 * 2.0 * 1280.0,
+                        "{format:?}: {read} {written}"
+                    );
+                }
+                assert_eq!(read.camera.distortion, lens.camera.distortion, "{format:?}");
+                '.'
+            });
+            (format.code(), refused.iter().collect::<String>())
+        });
+        // Pinhole, Brown's, with k3, rational, fisheye.
+        let expected = [
+            ("opencv-yaml", "....."),
+            ("opencv-xml", "....."),
+            ("opencv-json", "....."),
+            ("ros-yaml", "....."),
+            ("kalibr", "..xx."),
+            ("colmap", "....."),
+            ("mrcal", "....x"),
+            ("matlab", "...xx"),
+            ("orb-slam3", "...x."),
+            ("nerf", "...x."),
+            ("metashape", "...x."),
+            ("basalt", "....."),
+            ("vins", "..xx."),
+            ("photonvision", "....x"),
+            ("gyroflow", "xxxx."),
+            ("open3d", ".xxxx"),
+        ];
+        for (found, expected) in refusals.iter().zip(expected) {
+            assert_eq!((found.0, found.1.as_str()), expected);
+        }
+    }
+
+    #[test]
+    fn names_are_told_apart() {
+        for names in [CameraFormat::code, CameraFormat::label, CameraFormat::file] {
+            let mut all: Vec<_> = CameraFormat::ALL.into_iter().map(names).collect();
+            all.sort_unstable();
+            all.dedup();
+            assert_eq!(all.len(), CameraFormat::ALL.len());
+        }
+    }
+}

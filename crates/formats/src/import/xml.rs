@@ -1,0 +1,51 @@
+//! XML of OpenCV's `FileStorage` and of Metashape as a tree of values.
+
+use roxmltree::{Document, Node, ParsingOptions};
+use serde_json::{Map, Value};
+
+use super::old_calibration::NotImported;
+
+/// Most elements and texts in a file. A calibration has tens, OpenCV's with every corner has hundreds.
+const MAX_NODES: u32 = 10_000;
+/// Deepest nesting that is read.
+const MAX_DEPTH: usize = 32;
+
+/// The root element's name and what it holds. An element with elements is an object, one of numbers a number or a list,
+/// another one a text; an element that comes twice counts once.
+pub(super) fn parse(text: &str) -> Result<(String, Value), NotImported> {
+    let malformed = |reason: String| NotImported::Malformed { reason };
+    let options =
+        ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options);
+    let document = document.map_err(|err| malformed(err.to_string()))?;
+    let root = document.root_element();
+    let tree = value(root, 0).ok_or_else(|| malformed("nested too deeply".into()))?;
+    Ok((root.tag_name().name().to_owned(), tree))
+}
+
+fn value(node: Node<'_, '_>, depth: usize) -> Option<Value> {
+    if depth > MAX_DEPTH {
+        return None;
+    }
+    let mut map = Map::new();
+    for child in node.children().filter(Node::is_element) {
+        map.insert(child.tag_name().name().to_owned(), value(child, depth + 1)?);
+    }
+    if !map.is_empty() {
+        return Some(Value::Object(map));
+    }
+    let text = node.text().unwrap_or_default().trim();
+    let numbers: Option<Vec<Value>> = text.split_ascii_whitespace().map(number).collect();
+    Some(match numbers {
+        Some(mut one) if one.len() == 1 => one.remove(0),
+        Some(numbers) if !numbers.is_empty() => Value::Array(numbers),
+        _ => Value::String(text.to_owned()),
+    })
+}
+
+fn number(word: &str) -> Option<Value> {
+    if let Ok(whole) = word.parse::<i64>() {
+        return Some(whole.into());
+    }
+    serde_json::Number::from_f64(word.parse().ok()?).map(Value::Number)
+}

@@ -1,0 +1,48 @@
+//! `boresight convert`.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+
+use super::export::{format_name, written};
+use boresight_app::{Exit, export::Format};
+
+/// Convert a calibration from one program's format to another's.
+///
+/// IN is recognised by its content. OUT's name tells its format if it's a usual one, such as cameras.txt, transforms.json or
+/// front.cameramodel; else give --format. What the format can't hold is refused.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    /// A calibration of boresight or another program, or a session folder.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// File to write.
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+    /// Format to write [default: what OUT's name tells].
+    #[arg(long, value_parser = format_name())]
+    format: Option<Format>,
+    /// Camera name in the file [default: that of IN].
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight convert kalibr.yaml cameras.txt
+  boresight convert front.cameramodel front.yaml --format ros-yaml";
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        let format = self.format.or_else(|| Format::of_file(&self.out));
+        let format = format.with_context(|| {
+            format!("the name {:?} doesn't tell its format: add --format", self.out)
+        })?;
+        written(&self.input, format, self.name.as_deref(), Some(&self.out), self.force)
+    }
+}
